@@ -1,0 +1,62 @@
+# Needs Python 3.11 or newer with venv and pip, and a package index. `make PYTHON=/path/to/python3 ...` chooses another one.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+INSTALL := $(PIP) install --no-build-isolation --require-hashes
+COMPILE := $(BIN)/uv pip compile --universal --fork-strategy fewest --generate-hashes --no-header --no-annotate --quiet
+SEED := 1
+
+.PHONY: demo test graph results lint format lock clean
+
+## demo: a stuck cooling valve on the reactor, from the alarm to the released recovery
+demo: $(VENV)/.base
+	$(BIN)/homeostat run cstr --fault cool_stuck_closed --seed $(SEED) --out runs/demo
+
+## test: every test, on two processes
+test: $(VENV)/.dev
+	$(BIN)/pytest -n 2
+
+## graph: make the plants' knowledge graphs again from the engineering tables
+graph: $(VENV)/.base
+	bash tools/make_graph.sh
+
+## results: make every published figure and number again
+results: $(VENV)/.base
+	bash tools/make_results.sh
+
+## lint: style, types, layers
+lint: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+## format: apply the style
+format: $(VENV)/.dev
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+## lock: choose the newest versions again and write the hashed locks
+lock: $(VENV)/.dev
+	$(COMPILE) --upgrade --python-version 3.11 requirements/build.in -o requirements/build.txt
+	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt pyproject.toml -o requirements/base.txt
+	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt --extra dev pyproject.toml -o requirements/dev.txt
+
+clean:
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+
+$(VENV)/.build: requirements/build.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Homeostat needs Python 3.11 or newer; $(PYTHON) is %d.%d. Name another one: make PYTHON=/path/to/python3.12" % sys.version_info[:2])'
+	$(PYTHON) -m venv $(VENV)
+	$(INSTALL) -r requirements/build.txt
+	@touch $@
+
+$(VENV)/.base: $(VENV)/.build requirements/base.txt pyproject.toml
+	$(INSTALL) -r requirements/base.txt
+	$(PIP) install --no-deps --no-build-isolation --no-index --editable .
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/.base requirements/dev.txt
+	$(INSTALL) -r requirements/dev.txt
+	@touch $@

@@ -1,0 +1,1 @@
+"""The agent layer: one file per box of the framework."""

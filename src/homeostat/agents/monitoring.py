@@ -1,0 +1,166 @@
+"""Monitoring: from snapshots to symptoms, from symptoms through the graph to hypotheses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from homeostat.agents.features import FeatureFilter
+from homeostat.agents.symptoms import SymptomWatch
+from homeostat.domain.baseline import Baseline
+from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
+from homeostat.domain.formula import Formula
+from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import LeftAlone, Outcome, Released
+from homeostat.twin.twin import Twin
+
+
+@dataclass(frozen=True, slots=True)
+class MonitoringSettings:
+    """How patient monitoring is; all times in process seconds."""
+
+    settle_s: float = 500.0
+    """After the plant has reached normal operation, before features are judged [s]."""
+    centre_s: float = 600.0
+    """Healthy stretch from which this plant's own means and parameters are learned [s]."""
+    sure: float = 0.75
+    """Probability from which an explanation needs no more evidence [1]."""
+    evidence_s: float = 6.0
+    """How long to gather evidence while the explanation is unsure [s]."""
+    transient_s: float = 120.0
+    """After a release, the time in which new symptoms are expected [s]."""
+    review_s: float = 600.0
+    """After a release or a decision to leave the plant alone, when the situation is judged again [s]."""
+    repeat_s: float = 30.0
+    """After symptoms that nothing explains, when they are looked at again [s]."""
+
+
+class Monitoring:
+    """Implements :class:`homeostat.agents.crew.Monitoring` with reference values and the twin's explanations."""
+
+    def __init__(
+        self,
+        twin: Twin,
+        description: PlantDescription,
+        baselines: Mapping[str, Baseline],
+        started: Formula,
+        settings: MonitoringSettings | None = None,
+    ) -> None:
+        """``started`` holds once the plant has left start-up."""
+        self._twin = twin
+        self._started_formula = started
+        self._settings = settings or MonitoringSettings()
+        self._filters = [FeatureFilter(f) for f in description.features]
+        self._watches = [SymptomWatch(r, baselines[r.feature]) for r in description.symptom_rules]
+        self._sums = {f.name: 0.0 for f in description.features}
+        self._counted = 0
+        self._started_s: float | None = None
+        self._centred = False
+        self._acknowledged: set[str] = set()
+        self._first_s: float | None = None
+        self._quiet_until_s = 0.0
+        self._review_at_s: float | None = None
+        self._known: tuple[FaultState, ...] = ()
+        self._last: tuple[Symptom, ...] = ()
+        self._stopped = False
+        self._at_s = 0.0
+        self._symptoms: tuple[Symptom, ...] = ()
+
+    def notices(self, snapshot: Snapshot) -> bool:
+        """Take one more snapshot; whether something needs to be explained now."""
+        self._twin.observe(snapshot)
+        self._at_s = snapshot.at_s
+        self._symptoms = self._update(snapshot)
+        return not self._stopped and self._attention(snapshot.at_s)
+
+    def diagnose(self) -> Diagnosis:
+        """What is believed now; not faulty where evidence is missing or nothing is the best explanation."""
+        hypotheses = self._explain(self._symptoms)
+        nothing = Diagnosis(self._at_s, (), ())
+        if not hypotheses or (self._unsure(hypotheses) and self._waiting(self._at_s)):
+            return nothing
+        if sum(h.probability for h in hypotheses if not h.faults) > 0.5:
+            self._quiet_until_s = self._at_s + self._settings.repeat_s
+            self._first_s = None
+            return nothing
+        self._known = next(h.faults for h in hypotheses if h.faults)
+        self._last = self._symptoms or self._last
+        self._acknowledged = {s.rule for s in self._symptoms}
+        return Diagnosis(self._at_s, self._last, hypotheses)
+
+    def follow(self, outcome: Outcome) -> None:
+        """Take note of what was done: an expected transient is not a new fault, and reviews are scheduled."""
+        self._first_s = None
+        match outcome:
+            case Released(at_s=at_s):
+                self._quiet_until_s = at_s + self._settings.transient_s
+                self._review_at_s = at_s + self._settings.review_s
+            case LeftAlone(at_s=at_s):
+                self._review_at_s = at_s + self._settings.review_s
+            case _:
+                self._stopped = True
+
+    def _update(self, snapshot: Snapshot) -> tuple[Symptom, ...]:
+        """Confirmed symptoms; learns the plant's own means on the way."""
+        values = {f.feature.name: f.update(snapshot) for f in self._filters}
+        if self._started_s is None:
+            if self._started_formula.holds(snapshot.values):
+                self._started_s = snapshot.at_s
+            return ()
+        if snapshot.at_s - self._started_s < self._settings.settle_s or None in values.values():
+            return ()
+        for watch in self._watches:
+            value = values[watch.rule.feature]
+            assert value is not None
+            watch.update(value, snapshot.at_s)
+        active = tuple(w.active for w in self._watches if w.active is not None)
+        if not self._centred and not active:
+            self._learn({k: v for k, v in values.items() if v is not None})
+        self._acknowledged &= {s.rule for s in active}
+        return active
+
+    def _learn(self, values: Mapping[str, float]) -> None:
+        """Accumulate means while healthy; after ``centre_s`` use them and calibrate the twin."""
+        for name, value in values.items():
+            self._sums[name] += value
+        self._counted += 1
+        if self._counted >= self._settings.centre_s:
+            for watch in self._watches:
+                watch.centre(self._sums[watch.rule.feature] / self._counted)
+            self._twin.calibrate(int(self._settings.centre_s))
+            self._centred = True
+
+    def _attention(self, at_s: float) -> bool:
+        """Whether something new was seen, or a review is due."""
+        if self._review_at_s is not None and at_s >= self._review_at_s:
+            self._review_at_s = at_s + self._settings.review_s
+            return True
+        fresh = {s.rule for s in self._symptoms} - self._acknowledged
+        return bool(fresh) and at_s >= self._quiet_until_s
+
+    def _explain(self, symptoms: tuple[Symptom, ...]) -> tuple[Hypothesis, ...]:
+        """Candidate faults from the graph's symptom rules, explained by the twin."""
+        indicated = {s.rule for s in symptoms}
+        candidates = [f for w in self._watches if w.rule.name in indicated for f in w.rule.faults]
+        candidates += [f.fault for f in self._known]
+        ordered = list(dict.fromkeys(candidates))
+        return self._twin.explain(ordered, self._known) if ordered else ()
+
+    def _unsure(self, hypotheses: tuple[Hypothesis, ...]) -> bool:
+        """Whether no explanation stands out."""
+        by_name: dict[str, float] = {}
+        for h in hypotheses:
+            by_name[h.name] = by_name.get(h.name, 0.0) + h.probability
+        return max(by_name.values()) < self._settings.sure
+
+    def _waiting(self, at_s: float) -> bool:
+        """Whether there is still time to gather evidence; starts the wait."""
+        if self._review_at_s is not None:
+            return False
+        if self._first_s is None:
+            self._first_s = at_s
+        if at_s - self._first_s < self._settings.evidence_s:
+            self._quiet_until_s = self._first_s + self._settings.evidence_s
+            return True
+        return False

@@ -1,0 +1,25 @@
+"""Validation: the deterministic judgement of a rollout."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from homeostat.assurance.checks import judge
+from homeostat.domain.behaviour import State
+from homeostat.domain.limits import Limits
+from homeostat.domain.recovery import ActionSet
+from homeostat.domain.tag import Tag
+from homeostat.domain.verdict import Rollout, Verdict
+
+
+class LimitValidation:
+    """Implements :class:`homeostat.agents.crew.Validation` with the limits of the graph."""
+
+    def __init__(self, limits: Limits, tags: Mapping[str, Tag]) -> None:
+        """The same ``limits`` that the gate reads."""
+        self._limits = limits
+        self._tags = tags
+
+    def judge(self, actions: ActionSet, rollout: Rollout, target: State) -> Verdict:
+        """Approve only if every criterion, permissive and command check holds in every member."""
+        return judge(actions, rollout, self._limits, target, self._tags)

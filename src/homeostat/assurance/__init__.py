@@ -1,0 +1,1 @@
+"""The safety layer; it knows the domain and nothing else."""

@@ -1,0 +1,92 @@
+"""The gate: the only writer to the plant. Default deny; it re-checks at release, latches, and watches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from homeostat.assurance.checks import permissive_findings
+from homeostat.domain.limits import Limits
+from homeostat.domain.ports import Plant, Rehearsal
+from homeostat.domain.recovery import ActionSet, FallbackStrategy
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import Approve, Released, Revise
+
+
+class Refused(Exception):
+    """The gate did not release; the message names the check, the value and the limit."""
+
+
+class Gate:
+    """Releases an action set that carries its own approval, or a fallback; nothing else reaches the plant."""
+
+    def __init__(
+        self, plant: Plant, limits: Limits, fallback: FallbackStrategy, rehearsal: Rehearsal, filter_s: float = 10.0
+    ) -> None:
+        """``fallback`` acts until a better one is armed; ``filter_s`` smooths readings before limits are judged [s]."""
+        self._plant = plant
+        self._limits = limits
+        self._rehearsal = rehearsal
+        self._armed = fallback
+        self._gain = 1.0 - math.exp(-1.0 / filter_s)
+        self._smooth: dict[str, float] = {}
+        self.latched: str | None = None
+        """Why the fallback acted; None while it has not. A latched gate releases nothing more."""
+
+    def arm(self, fallback: FallbackStrategy) -> None:
+        """Have ``fallback`` ready; done before anything is proposed."""
+        self._armed = fallback
+
+    @property
+    def armed(self) -> FallbackStrategy:
+        """The fallback that would act now."""
+        return self._armed
+
+    async def release(self, actions: ActionSet, approval: Approve, seen_s: float) -> Released:
+        """Write ``actions`` to the plant; ``seen_s`` is the process time up to which the rehearsal knows the plant.
+
+        Raises:
+            Refused: the gate is latched, the approval is another action set's, a permissive does not hold on a
+                fresh snapshot, or the rollout repeated from there is not approved.
+        """
+        if self.latched is not None:
+            raise Refused(f"the gate is latched ({self.latched}); an operator must reset it")
+        if approval.digest != actions.digest:
+            raise Refused(f"approval {approval.digest[:12]} is not for action set {actions.digest[:12]}; judge it first")
+        fresh = await self._plant.since(seen_s)
+        snapshot = fresh[-1]
+        for finding in permissive_findings(snapshot, actions, self._limits):
+            if not finding.satisfied:
+                raise Refused(f"permissive at release: {finding.message}")
+        match self._rehearsal.rehearse(fresh, actions):
+            case Approve(digest=digest) if digest == actions.digest:
+                await self._plant.write(actions.commands)
+                return Released(actions, snapshot.at_s)
+            case Revise() as revise:
+                worst = min(revise.violated, key=lambda f: f.margin)
+                raise Refused(f"rollout from the fresh snapshot: {worst.message}")
+            case _:
+                raise Refused("the rehearsal approved another action set; nothing is released")
+
+    async def fall_back(self, reason: str) -> FallbackStrategy:
+        """Bring the plant to a safe state and latch; safe to call twice."""
+        await self._plant.write(self._armed.actions.commands)
+        if self.latched is None:
+            self.latched = reason
+        return self._armed
+
+    def watch(self, snapshot: Snapshot) -> str | None:
+        """The hard limit that smoothed readings break, with its margin; None while all hold."""
+        self._follow(snapshot.values)
+        for limit in self._limits.hard:
+            margin = limit.formula.margin_at(self._smooth)
+            if margin < 0.0:
+                return f"{limit.formula.text!r} is broken by {-margin:.4g} {limit.formula.unit} ({limit.name})"
+        return None
+
+    def _follow(self, values: Mapping[str, float]) -> None:
+        for tag, value in values.items():
+            before = self._smooth.get(tag, value)
+            # A setpoint or a manual output is exact; NaN means automatic.
+            still = math.isnan(before) or math.isnan(value)
+            self._smooth[tag] = value if still else before + self._gain * (value - before)

@@ -1,0 +1,1 @@
+"""One folder per plant; adding one touches nothing else."""

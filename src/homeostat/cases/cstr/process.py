@@ -1,0 +1,117 @@
+"""The reactor as a :class:`~homeostat.process.model.ProcessModel`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from homeostat.cases.cstr.kernel import NORMAL, advance
+from homeostat.cases.cstr.layout import FaultSlot, Input, P, Parameter, S, State, U
+from homeostat.process.batch import Kernel
+from homeostat.process.types import Cube, Row, Table
+
+_TRUE = {
+    "T1": S.T, "L1": S.V, "F1": S.F1_true, "F2": S.F2_true, "F3": S.F3_true, "T2": S.T2_true,
+    "V1_zt": S.V1_pos, "P1_zt": S.P1_pos, "V2_zt": S.V2_pos,
+    "V1_cmd": S.V1_cmd, "P1_cmd": S.P1_cmd, "V2_cmd": S.V2_cmd,
+    "leak": S.leak, "overflow": S.overflow, "UA": S.UA, "product": S.product, "phase": S.phase,
+    "CA": S.CA, "CB": S.CB, "CC": S.CC, "CD": S.CD,
+}  # fmt: skip
+_READ = {
+    "T1": S.T1, "L1": S.L1, "F1": S.F1, "F2": S.F2, "F3": S.F3, "T2": S.T2, "T3": S.T3,
+    "V1_zt": S.V1_zt, "P1_zt": S.P1_zt, "V2_zt": S.V2_zt,
+    "V1_cmd": S.V1_cmd, "P1_cmd": S.P1_cmd, "V2_cmd": S.V2_cmd,
+    "V1_travel": S.V1_travel, "P1_travel": S.P1_travel, "V2_travel": S.V2_travel,
+}  # fmt: skip
+_TRAVEL = {"V1": S.V1_travel, "P1": S.P1_travel, "V2": S.V2_travel}
+
+
+class CstrModel:
+    """Continuous stirred-tank reactor with jacket, three loops and nine faults; equations in ``kernel``."""
+
+    states: tuple[str, ...] = State._fields
+    parameters: tuple[str, ...] = Parameter._fields
+    inputs: tuple[str, ...] = Input._fields
+    faults: tuple[str, ...] = FaultSlot._fields
+    kernel: Kernel = staticmethod(advance)
+
+    def initial_state(self, parameters: Row) -> Row:
+        """Empty vessel at feed temperature, feed isolation valve open."""
+        x = np.zeros(len(S))
+        x[S.T] = x[S.T1] = x[S.T1_ideal] = x[S.T2] = x[S.T2_true] = parameters[P.T_feed]
+        x[S.T3] = parameters[P.T_coolant]
+        x[S.UA] = parameters[P.UA]
+        x[S.XV1_pos] = 1.0
+        return x
+
+    def readings(self, state: Row, inputs: Row) -> Mapping[str, float]:
+        """Variable -> what the instruments say."""
+        values = state.tolist()
+        read = {name: values[i] for name, i in _READ.items()}
+        read.update(zip(self.inputs, inputs.tolist(), strict=True))
+        read["T1_err"] = read["T1"] - read["T1_sp"]
+        read["L1_err"] = read["L1"] - read["L1_sp"]
+        read["V1_rate"] = read["P1_rate"] = read["V2_rate"] = 0.0
+        return read
+
+    def truth(self, record: Cube, inputs: Cube) -> Mapping[str, NDArray[np.float64]]:
+        """Variable -> true values; deviations as the loops see them, travel from the first sample on."""
+        values = {name: record[:, :, i] for name, i in _TRUE.items()}
+        for k, name in enumerate(self.inputs):
+            values[name] = np.broadcast_to(inputs[:, :, k], values["T1"].shape)
+        values["T3"] = record[:, :, S.T3]
+        values["T1_err"] = record[:, :, S.T1_ideal] - values["T1_sp"]
+        values["L1_err"] = record[:, :, S.L1_ideal] - values["L1_sp"]
+        for name, i in _TRAVEL.items():
+            values[f"{name}_travel"] = record[:, :, i] - record[:, :1, i]
+            values[f"{name}_rate"] = np.diff(record[:, :, i], axis=1, prepend=record[:, :1, i])
+        return values
+
+    def estimate(self, readings: Mapping[str, float]) -> Row:
+        """A state in NORMAL phase that agrees with smoothed readings; concentrations at their design values."""
+        x = np.zeros(len(S))
+        for name, i in _READ.items():
+            x[i] = readings[name]
+        for name, i in _TRUE.items():
+            if name in readings:
+                x[i] = readings[name]
+        x[S.V] = max(x[S.V], 0.0)
+        x[[S.V1_pos, S.P1_pos, S.V2_pos]] = np.clip(x[[S.V1_pos, S.P1_pos, S.V2_pos]], 0.0, 1.0)
+        x[S.XV1_pos] = readings["XV1_cmd"]
+        x[S.CA], x[S.CB], x[S.CC], x[S.CD] = 0.0187, 0.0009, 0.0804, 0.0491
+        x[S.phase] = NORMAL
+        return x
+
+    def correct(self, states: Table, residuals: Mapping[str, Row]) -> None:
+        """Shift temperature and volume by what their instruments say beyond the model."""
+        states[:, S.T] += residuals["T1"]
+        states[:, S.V] = np.maximum(states[:, S.V] + residuals["L1"], 0.0)
+
+    def resume_control(
+        self, states: Table, before: Mapping[str, float], now: Mapping[str, float], parameters: Table
+    ) -> None:
+        """Integral terms that gave the present commands: I = output - Kp e (level: minus the feed-forward), + Ki e."""
+        p = parameters
+        for name, i in _READ.items():
+            if not name.endswith("_travel"):
+                states[:, i] = now[name]
+        error = before["F1_sp"] - before["F1"]
+        states[:, S.flow_integral] = now["V1_cmd"] - p[:, P.Kp_flow] * error + p[:, P.Ki_flow] * error
+        error = before["L1"] - before["L1_sp"]
+        forward = np.clip(before["F1"] / p[:, P.feedforward_P1], 0.0, 1.0)
+        trim = now["P1_cmd"] - forward - p[:, P.Kp_level] * error + p[:, P.Ki_level] * error
+        states[:, S.level_integral] = np.clip(trim, p[:, P.trim_low], 1.0)
+        error = before["T1"] - before["T1_sp"]
+        cooling = now["V2_cmd"] - p[:, P.Kp_temperature] * error + p[:, P.Ki_temperature] * error
+        states[:, S.temperature_integral] = np.clip(cooling, 0.0, 1.0)
+
+    def replay_inputs(self, readings: Mapping[str, Row], inputs: Table) -> Table:
+        """Recorded commands as manual outputs, the measured feed temperature as the feed's."""
+        replay = inputs.copy()
+        replay[:, U.V1_man] = readings["V1_cmd"]
+        replay[:, U.P1_man] = readings["P1_cmd"]
+        replay[:, U.V2_man] = readings["V2_cmd"]
+        replay[:, U.T2_in] = readings["T2"]
+        return replay

@@ -1,0 +1,128 @@
+"""The plant's supervisory state machine (UML) and the paths through it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+from homeostat.domain.formula import Formula
+
+
+@dataclass(frozen=True, slots=True)
+class SetpointRange:
+    """What a state admits for one commandable tag."""
+
+    tag: str
+    """Tag that may be commanded in this state."""
+    low: float
+    """Least admissible value, in the tag's unit."""
+    high: float
+    """Largest admissible value, in the tag's unit."""
+    design: float | None
+    """Value by design; None for 'automatic' (manual outputs)."""
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """One state of the machine."""
+
+    name: str
+    """Identifier."""
+    label: str
+    """In the operator's words."""
+    risk: int
+    """Rank of undesirability; 0 is normal operation."""
+    initial: bool
+    """Whether the plant starts here."""
+    recovery_target: bool
+    """Whether a recovery may end here."""
+    settled_when: Formula
+    """What holds once the state is reached."""
+    requires: frozenset[str]
+    """Components that must be reliable in this state."""
+    setpoints: tuple[SetpointRange, ...]
+    """What may be commanded in this state."""
+
+    def setpoint(self, tag: str) -> SetpointRange | None:
+        """What this state admits for ``tag``; None where it may not be commanded."""
+        return next((s for s in self.setpoints if s.tag == tag), None)
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """One transition of the machine."""
+
+    name: str
+    """Identifier."""
+    source: str
+    """State it leaves."""
+    target: str
+    """State it enters."""
+    event: str
+    """Event that triggers it."""
+    guard: Formula
+    """What must hold when it is taken."""
+
+
+@dataclass(frozen=True, slots=True)
+class StateMachine:
+    """States and transitions; names are unique and every transition joins known states."""
+
+    name: str
+    """Identifier."""
+    states: tuple[State, ...]
+    """The states."""
+    transitions: tuple[Transition, ...]
+    """The transitions."""
+
+    def __post_init__(self) -> None:
+        names = {s.name for s in self.states}
+        if len(names) != len(self.states):
+            raise ValueError(f"state machine {self.name!r}: state names are not unique")
+        for t in self.transitions:
+            for end in (t.source, t.target):
+                if end not in names:
+                    raise ValueError(f"state machine {self.name!r}: transition {t.name!r} joins unknown state {end!r}")
+        if sum(s.initial for s in self.states) != 1:
+            raise ValueError(f"state machine {self.name!r}: exactly one state must be initial")
+
+    @property
+    def initial(self) -> State:
+        """The state in which the plant starts."""
+        return next(s for s in self.states if s.initial)
+
+    def state(self, name: str) -> State:
+        """The state called ``name``; ValueError where there is none."""
+        for s in self.states:
+            if s.name == name:
+                return s
+        raise ValueError(f"state machine {self.name!r} has no state {name!r}")
+
+    def open_from(self, state: str, values: Mapping[str, float]) -> tuple[Transition, ...]:
+        """Transitions that leave ``state`` and whose guard holds at ``values``."""
+        return tuple(t for t in self.transitions if t.source == state and t.guard.holds(values))
+
+    def paths(
+        self, start: str, values: Mapping[str, float], event: str, blocked: Collection[str], longest: int = 3
+    ) -> tuple[tuple[Transition, ...], ...]:
+        """Every guard-satisfying path of ``event`` transitions from ``start`` to a recovery target.
+
+        A state that requires a component in ``blocked`` is not entered. Guards are judged at ``values``; those of
+        later steps are judged again when the step is released. Ordered by highest risk on the way, then length.
+        """
+        found: list[tuple[Transition, ...]] = []
+
+        def extend(path: tuple[Transition, ...], here: str, seen: frozenset[str]) -> None:
+            for t in self.open_from(here, values):
+                target = self.state(t.target)
+                repeats = t.target in seen and not (t.target == start and not path)
+                if t.event != event or repeats or target.requires & set(blocked):
+                    continue
+                longer = (*path, t)
+                if target.recovery_target:
+                    found.append(longer)
+                if len(longer) < longest:
+                    extend(longer, t.target, seen | {t.target})
+
+        extend((), start, frozenset({start}))
+        return tuple(sorted(found, key=lambda p: (max(self.state(t.target).risk for t in p), len(p))))

@@ -1,0 +1,143 @@
+"""What monitoring believes: features, symptoms, faults, hypotheses (DIN ISO 17359)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from homeostat.domain.formula import Expression
+from homeostat.domain.tag import Range
+
+
+@dataclass(frozen=True, slots=True)
+class Feature:
+    """A quantity derived from tags that is near its reference value while the plant is healthy."""
+
+    name: str
+    """Identifier."""
+    expression: Expression
+    """Static feature: the value itself. Balance feature: the net rate into the accumulation, per second."""
+    accumulation: Expression | None
+    """Balance feature: the stored quantity; the feature is its change over the window minus the integrated rate."""
+    window_s: float
+    """Balance window [s]; 0 for a static feature."""
+    filter_s: float
+    """Time constant of the exponential filter [s]."""
+    unit: str
+    """Unit of the feature."""
+    component: str
+    """Component it watches."""
+
+
+class Direction(StrEnum):
+    """On which side of its reference a feature is a symptom."""
+
+    HIGH = "high"
+    LOW = "low"
+    BOTH = "both"
+
+
+@dataclass(frozen=True, slots=True)
+class SymptomRule:
+    """When a feature's deviation counts as a symptom."""
+
+    name: str
+    """Identifier."""
+    feature: str
+    """Name of the feature."""
+    direction: Direction
+    """Which side counts."""
+    sigma: float
+    """Threshold in reference deviations [1]."""
+    deadband: float
+    """Least deviation that counts, in the feature's unit."""
+    on_delay_s: float
+    """How long the deviation must last [s]."""
+    faults: tuple[str, ...]
+    """Faults that it indicates."""
+    description: str
+    """In the operator's words."""
+
+
+@dataclass(frozen=True, slots=True)
+class Symptom:
+    """One deviation that monitoring saw."""
+
+    rule: str
+    """Name of the symptom rule."""
+    at_s: float
+    """Process time at which it was confirmed [s]."""
+    value: float
+    """Deviation of the feature from its reference, in the feature's unit."""
+    threshold: float
+    """What it would have had to stay within, in the same unit."""
+    severity: float
+    """|value| / threshold [1]; 1 at the threshold."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One fault mode of a component (FMEA row)."""
+
+    name: str
+    """Identifier."""
+    label: str
+    """In the operator's words."""
+    component: str
+    """Component that is faulty."""
+    disables: str | None
+    """Component that can no longer be relied on; None where it only degrades."""
+    severity_range: Range
+    """Possible severities, in ``severity_unit``."""
+    severity_nominal: float
+    """Typical severity, in ``severity_unit``."""
+    severity_unit: str
+    """Unit of the severity."""
+    prior: float
+    """Relative frequency [1]."""
+    description: str
+    """What the severity means."""
+
+
+@dataclass(frozen=True, slots=True)
+class FaultState:
+    """A fault with its size and onset, as one hypothesis has it."""
+
+    fault: str
+    """Name of the fault."""
+    severity: float
+    """Severity in the fault's unit."""
+    onset_s: float
+    """Process time from which it acts [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    """One explanation of the symptoms: a fault or several at once."""
+
+    faults: tuple[FaultState, ...]
+    """What is wrong; empty for 'nothing'."""
+    probability: float
+    """Weight among the explanations [0, 1]."""
+
+    @property
+    def name(self) -> str:
+        """Names of the faults, joined by '+'; 'none' where nothing is wrong."""
+        return "+".join(f.fault for f in self.faults) or "none"
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """What monitoring believes at one moment."""
+
+    at_s: float
+    """Process time [s]."""
+    symptoms: tuple[Symptom, ...]
+    """What was seen."""
+    hypotheses: tuple[Hypothesis, ...]
+    """Explanations, most probable first; several of one fault span the uncertainty of its severity."""
+
+    @property
+    def faulty(self) -> bool:
+        """Whether anything is believed to be wrong."""
+        return bool(self.symptoms)

@@ -1,0 +1,81 @@
+"""Limits and criteria: what must hold, in the rule language, each with its source."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from homeostat.domain.formula import Formula
+
+
+class LimitKind(StrEnum):
+    """What a limit does when it is broken."""
+
+    INTERLOCK = "interlock"
+    """The plant must be brought to a safe state."""
+    PERMISSIVE = "permissive"
+    """A command must not be released unless it holds."""
+    ENVELOPE = "envelope"
+    """The plant should be brought back inside."""
+
+
+class Owner(StrEnum):
+    """Which agent can cure a violated criterion."""
+
+    PLANNING = "planning"
+    ACTION = "action"
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """One interlock, permissive or envelope of the plant."""
+
+    name: str
+    """Identifier in the cause-and-effect table."""
+    kind: LimitKind
+    """What it does when it is broken."""
+    formula: Formula
+    """What must hold at every moment."""
+    hard: bool
+    """Whether breaking it latches the fallback."""
+    source: str
+    """Document and clause."""
+    description: str
+    """What it protects."""
+
+
+@dataclass(frozen=True, slots=True)
+class Criterion:
+    """One acceptance criterion of a rollout, judged from the moment of release on."""
+
+    name: str
+    """Identifier."""
+    owner: Owner
+    """Which agent can cure its violation."""
+    formula: Formula
+    """What the rollout must satisfy."""
+    hard: bool
+    """Whether it protects the plant (True) or the quality of the recovery (False)."""
+    source: str
+    """Document and clause."""
+    description: str
+    """What it asks for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Everything that must hold, in one place: the twin's validation and the gate read the same object."""
+
+    limits: tuple[Limit, ...]
+    """Interlocks, permissives and envelopes."""
+    criteria: tuple[Criterion, ...]
+    """Acceptance criteria."""
+
+    def of_kind(self, kind: LimitKind) -> tuple[Limit, ...]:
+        """The limits of one kind, in table order."""
+        return tuple(limit for limit in self.limits if limit.kind is kind)
+
+    @property
+    def hard(self) -> tuple[Limit, ...]:
+        """The limits that latch the fallback."""
+        return tuple(limit for limit in self.limits if limit.hard)

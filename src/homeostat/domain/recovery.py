@@ -1,0 +1,96 @@
+"""What is proposed: a path through the state machine, and the commands that take it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from dataclasses import dataclass
+
+from homeostat.domain.behaviour import StateMachine, Transition
+
+
+@dataclass(frozen=True, slots=True)
+class RecoveryPath:
+    """A path that is in the machine; one that is not cannot be constructed."""
+
+    machine: StateMachine
+    """The machine it is a path of."""
+    transitions: tuple[Transition, ...]
+    """Steps in order; at least one."""
+
+    def __post_init__(self) -> None:
+        if not self.transitions:
+            raise ValueError(f"a recovery path through {self.machine.name!r} needs at least one transition")
+        for t in self.transitions:
+            if t not in self.machine.transitions:
+                raise ValueError(f"transition {t.name!r} is not in state machine {self.machine.name!r}")
+        for a, b in zip(self.transitions, self.transitions[1:], strict=False):
+            if a.target != b.source:
+                raise ValueError(f"{a.name!r} ends in {a.target!r}, but {b.name!r} leaves {b.source!r}")
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states, the start first."""
+        return (self.transitions[0].source, *(t.target for t in self.transitions))
+
+    @property
+    def target(self) -> str:
+        """Name of the state in which it ends."""
+        return self.transitions[-1].target
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """One command: bring a tag to a value, not faster than a rate; safe to send twice."""
+
+    tag: str
+    """Tag that is commanded."""
+    value: float | None
+    """Value in the tag's unit; None hands a manual output back to automatic."""
+    rate: float | None
+    """Fastest change in unit per second; None for a step."""
+
+    def __post_init__(self) -> None:
+        if self.value is not None and not math.isfinite(self.value):
+            raise ValueError(f"command to {self.tag!r}: value {self.value!r} must be finite")
+        if self.rate is not None and not (math.isfinite(self.rate) and self.rate > 0):
+            raise ValueError(f"command to {self.tag!r}: rate {self.rate!r} must be finite and > 0 per second")
+
+
+@dataclass(frozen=True, slots=True)
+class ActionSet:
+    """Commands that are released together, and the state that they lead to."""
+
+    commands: tuple[Command, ...]
+    """Commands in the order in which they are sent; one per tag."""
+    target: str
+    """State of the machine that they lead to."""
+
+    def __post_init__(self) -> None:
+        tags = [c.tag for c in self.commands]
+        double = sorted({t for t in tags if tags.count(t) > 1})
+        if double:
+            raise ValueError(f"action set commands {double[0]!r} more than once; one command per tag")
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the canonical text of the commands and the target: what an approval is bound to."""
+        text = json.dumps(
+            [self.target, [[c.tag, c.value, c.rate] for c in self.commands]], separators=(",", ":"), allow_nan=False
+        )
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def command(self, tag: str) -> Command | None:
+        """The command to ``tag``; None where there is none."""
+        return next((c for c in self.commands if c.tag == tag), None)
+
+
+@dataclass(frozen=True, slots=True)
+class FallbackStrategy:
+    """One way to a safe state: commands by the engineering tables, never by a proposer."""
+
+    name: str
+    """Identifier."""
+    actions: ActionSet
+    """What it commands."""

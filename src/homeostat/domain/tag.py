@@ -1,0 +1,79 @@
+"""Tags: the named signals of a plant (ISA-5.1 roles, units, ranges)."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Role(StrEnum):
+    """What a signal is to the control system (ISA-5.1)."""
+
+    PV = "PV"
+    """Process value: measured."""
+    SP = "SP"
+    """Setpoint: what a loop is asked to hold."""
+    MV = "MV"
+    """Manipulated value: what a controller or an operator commands an actuator to do."""
+    STATUS = "STATUS"
+    """State of equipment, for example the position of a valve."""
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """A closed interval of a tag's values."""
+
+    low: float
+    """Lower end in the tag's unit."""
+    high: float
+    """Upper end in the tag's unit."""
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
+            raise ValueError(f"range [{self.low!r}, {self.high!r}] must be finite with low < high")
+
+    @property
+    def span(self) -> float:
+        """Width of the interval in the tag's unit."""
+        return self.high - self.low
+
+    def contains(self, value: float) -> bool:
+        """Whether ``value`` is finite and lies inside, ends included."""
+        return self.low <= value <= self.high
+
+    def clip(self, value: float) -> float:
+        """The nearest value inside the interval."""
+        return min(max(value, self.low), self.high)
+
+
+@dataclass(frozen=True, slots=True)
+class Tag:
+    """One named signal of the plant."""
+
+    name: str
+    """Name as formulas use it: ``T1``, ``T1.sp``, ``V2.pos``."""
+    role: Role
+    """What the signal is to the control system."""
+    unit: str
+    """Unit symbol; ``1`` for a fraction."""
+    range: Range
+    """Instrument or setpoint range, in the unit."""
+    scale: float
+    """What counts as one unit of margin when a formula mixes units, in the tag's unit; > 0."""
+    description: str = ""
+    """What it is, in the words of the signal list."""
+    rate_limit: float | None = None
+    """Fastest admissible ramp for SP and MV tags, in unit per second; None where no limit applies."""
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.scale) and self.scale > 0):
+            raise ValueError(f"tag {self.name!r}: scale {self.scale!r} must be finite and > 0 {self.unit}")
+
+
+def near_matches(name: str, known: Iterable[str]) -> str:
+    """A clause naming the closest known names, for error messages; empty when nothing is close."""
+    close = difflib.get_close_matches(name, list(known), n=3, cutoff=0.5)
+    return f"; did you mean {', '.join(repr(c) for c in close)}?" if close else ""

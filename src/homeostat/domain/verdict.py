@@ -1,0 +1,142 @@
+"""What came of it: rollouts, findings, verdicts, outcomes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TypeAlias
+
+from homeostat.domain.diagnosis import Hypothesis
+from homeostat.domain.limits import Owner
+from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.snapshot import Trajectory
+
+
+class RolloutResult(StrEnum):
+    """How a rollout ended."""
+
+    COMPLETED = "The twin ran to the end of the horizon."
+    BROKE_DOWN = "The twin left the physical world; see `note` for the member and the time."
+
+
+@dataclass(frozen=True, slots=True)
+class Rollout:
+    """What the twin says an action set would do."""
+
+    digest: str
+    """Digest of the action set that was tried."""
+    trajectory: Trajectory
+    """True process values of every member from the snapshot on; setpoints and commands included."""
+    hypotheses: tuple[Hypothesis, ...]
+    """The hypotheses that the members follow."""
+    weights: tuple[float, ...]
+    """Probability of each member, shape (members,)."""
+    result: RolloutResult
+    """How it ended."""
+    note: str = ""
+    """Detail of the result."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One criterion judged on one rollout."""
+
+    criterion: str
+    """Name of the criterion or limit."""
+    owner: Owner
+    """Which agent can cure it."""
+    margin: float
+    """Signed distance to the limit in ``unit``, worst member; negative means violated."""
+    unit: str
+    """Unit of the margin; 1 where the formula mixes units."""
+    at_s: float
+    """Seconds after the snapshot at which it is worst [s]."""
+    member: int
+    """Member in which it is worst."""
+    message: str
+    """One sentence with the thing, the value and the limit."""
+
+    @property
+    def satisfied(self) -> bool:
+        """Whether the criterion holds in every member."""
+        return self.margin >= 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Approve:
+    """Every criterion holds in every member."""
+
+    digest: str
+    """Digest of the action set that is approved; the gate releases no other."""
+    findings: tuple[Finding, ...]
+    """The margins."""
+
+    @property
+    def min_margin(self) -> float:
+        """Least margin over the criteria, each in its own unit."""
+        return min((f.margin for f in self.findings), default=float("inf"))
+
+
+@dataclass(frozen=True, slots=True)
+class Revise:
+    """At least one criterion is violated."""
+
+    findings: tuple[Finding, ...]
+    """All findings; the violated ones have negative margins."""
+
+    @property
+    def violated(self) -> tuple[Finding, ...]:
+        """The findings that must be cured."""
+        return tuple(f for f in self.findings if not f.satisfied)
+
+
+Verdict: TypeAlias = Approve | Revise
+
+
+@dataclass(frozen=True, slots=True)
+class Advice:
+    """What reprompting says to the next attempt."""
+
+    findings: tuple[Finding, ...] = ()
+    """What the last attempt violated."""
+    keep_path: RecoveryPath | None = None
+    """The path to keep, where the action can be cured without another path."""
+    tries: int = 0
+    """Attempts on that path so far."""
+    refused_paths: tuple[tuple[str, ...], ...] = ()
+    """State sequences that were tried and cannot be cured."""
+    required: tuple[tuple[str, float], ...] = ()
+    """Criterion -> margin that the next proposal should show on its own rollouts, in the criterion's unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Released:
+    """An approved action set was written to the plant."""
+
+    actions: ActionSet
+    """What was written."""
+    at_s: float
+    """Process time of the release [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeftAlone:
+    """The plant meets every criterion without any action."""
+
+    at_s: float
+    """Process time of the judgement [s]."""
+    min_margin: float
+    """Least margin over the criteria without action."""
+
+
+@dataclass(frozen=True, slots=True)
+class HandedOver:
+    """The fallback acted because no proposal was released."""
+
+    reason: str
+    """Why, in one sentence."""
+    at_s: float
+    """Process time of the fallback [s]."""
+
+
+Outcome: TypeAlias = Released | LeftAlone | HandedOver

@@ -1,0 +1,1 @@
+"""From the graph to the domain: one typed function per part of a plant, and `read_plant` for all of it."""

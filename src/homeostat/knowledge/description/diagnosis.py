@@ -1,0 +1,70 @@
+"""What can go wrong, what monitoring computes, and when that counts as a symptom."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from pyoxigraph import NamedNode
+
+from homeostat.domain.diagnosis import Direction, Fault, Feature, SymptomRule
+from homeostat.domain.tag import Tag
+
+from ..graph_error import Code
+from ..store import GraphStore
+from .entry import entries, unique
+
+
+def faults(store: GraphStore, system: NamedNode) -> tuple[Fault, ...]:
+    """The fault modes, sorted by name."""
+    return tuple(
+        Fault(
+            name=entry.name,
+            label=entry.words("label"),
+            component=entry.reference("component", Code.UNKNOWN_COMPONENT),
+            disables=entry.optional_reference("disabled", Code.UNKNOWN_COMPONENT),
+            severity_range=entry.range("low", "high"),
+            severity_nominal=entry.number("nominal"),
+            severity_unit=entry.text("unit"),
+            prior=entry.number("prior"),
+            description=entry.words("description"),
+        )
+        for entry in unique(entries(store, "plant_faults", "fault", system))
+    )
+
+
+def features(store: GraphStore, system: NamedNode, tags: Iterable[Tag]) -> tuple[Feature, ...]:
+    """The features, sorted by name; expressions are read over ``tags``."""
+    known = {tag.name: tag for tag in tags}
+    return tuple(
+        Feature(
+            name=entry.name,
+            expression=entry.expression("expression", known),
+            accumulation=entry.optional_expression("accumulation", known),
+            window_s=entry.number("window"),
+            filter_s=entry.number("filter"),
+            unit=entry.text("unit"),
+            component=entry.reference("component", Code.UNKNOWN_COMPONENT),
+        )
+        for entry in unique(entries(store, "plant_features", "feature", system))
+    )
+
+
+def symptom_rules(store: GraphStore, system: NamedNode) -> tuple[SymptomRule, ...]:
+    """The symptom rules with the faults that each indicates, sorted by name."""
+    pairs = [
+        (entry.name, entry.reference("fault", Code.UNKNOWN_FAULT))
+        for entry in entries(store, "plant_symptom_faults", "symptom", system)
+    ]
+    return tuple(
+        SymptomRule(
+            name=entry.name,
+            feature=entry.reference("feature", Code.UNKNOWN_FEATURE),
+            direction=entry.word("direction", Direction),
+            sigma=entry.number("sigma"),
+            deadband=entry.number("deadband"),
+            on_delay_s=entry.number("on_delay"),
+            faults=tuple(fault for symptom, fault in pairs if symptom == entry.name),
+            description=entry.words("description"),
+        )
+        for entry in unique(entries(store, "plant_symptoms", "symptom", system))
+    )

@@ -1,0 +1,41 @@
+"""The whole plant, read once when a case is opened."""
+
+from __future__ import annotations
+
+from pyoxigraph import NamedNode
+
+from homeostat.domain.plant_description import PlantDescription
+
+from ..store import GraphStore
+from .behaviour import state_machine
+from .diagnosis import faults, features, symptom_rules
+from .fallback import fallback_strategies
+from .limits import limits
+from .parameters import model_parameters
+from .signals import signals
+from .structure import components, equations, loops, root
+
+
+def read_plant(store: GraphStore, system: NamedNode) -> PlantDescription:
+    """Everything that the graph says about ``system``, a ``CPSMod:SystemModel``.
+
+    Raises GraphError that names the first thing which is incomplete or wrong, and StoreError as the store does.
+    """
+    name, label = root(store, system)
+    found = signals(store, system)
+    tags = tuple(signal.tag for signal in found)
+    return PlantDescription(
+        name=name,
+        label=label,
+        components=components(store, system),
+        signals=found,
+        loops=loops(store, system),
+        machine=state_machine(store, system, tags),
+        limits=limits(store, system, tags),
+        faults=faults(store, system),
+        features=features(store, system, tags),
+        symptom_rules=symptom_rules(store, system),
+        parameters=model_parameters(store, system),
+        fallback_strategies=fallback_strategies(store, system),
+        equations=equations(store, system),
+    )

@@ -1,0 +1,1 @@
+"""Physical space: the plants that Homeostat can be attached to."""

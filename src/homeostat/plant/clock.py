@@ -1,0 +1,73 @@
+"""Clocks: how much process time passes while agents think."""
+
+from __future__ import annotations
+
+import math
+import time
+
+
+class ThinkingClock:
+    """Wall-clock seconds of thinking times a scale are process seconds."""
+
+    def __init__(self, scale: float = 1.0) -> None:
+        """``scale``: process seconds per wall-clock second of thinking; 0 stops the plant while agents think."""
+        if not (math.isfinite(scale) and scale >= 0.0):
+            raise ValueError(f"thinking scale {scale!r} must be finite and >= 0 process seconds per second")
+        self._scale = scale
+        self._since: float | None = None
+        self.total_s = 0.0
+        """Wall-clock seconds of thinking so far."""
+
+    def start(self) -> None:
+        """Thinking begins."""
+        self._since = time.monotonic()
+
+    def stop(self) -> None:
+        """Thinking ends; what was not collected is still owed."""
+        self._settle()
+        self._since = None
+
+    def collect_s(self) -> float:
+        """Process seconds owed since the last call [s]."""
+        self._settle()
+        owed, self._owed = self._owed, 0.0
+        return owed
+
+    _owed = 0.0
+
+    def _settle(self) -> None:
+        if self._since is not None:
+            now = time.monotonic()
+            self.total_s += now - self._since
+            self._owed += (now - self._since) * self._scale
+            self._since = now
+
+
+class DeclaredClock:
+    """Every stretch of thinking costs the same declared process time: runs are bit-identical on any machine."""
+
+    def __init__(self, cost_s: float = 1.0) -> None:
+        """``cost_s``: process seconds that each stretch of thinking takes [s]."""
+        if not (math.isfinite(cost_s) and cost_s >= 0.0):
+            raise ValueError(f"declared thinking time {cost_s!r} must be finite and >= 0 s")
+        self._cost_s = cost_s
+        self._owed = 0.0
+        self._since: float | None = None
+        self.total_s = 0.0
+        """Wall-clock seconds of thinking so far."""
+
+    def start(self) -> None:
+        """Thinking begins; its cost is owed at once."""
+        self._owed += self._cost_s
+        self._since = time.monotonic()
+
+    def stop(self) -> None:
+        """Thinking ends."""
+        if self._since is not None:
+            self.total_s += time.monotonic() - self._since
+            self._since = None
+
+    def collect_s(self) -> float:
+        """Process seconds owed since the last call [s]."""
+        owed, self._owed = self._owed, 0.0
+        return owed

@@ -1,0 +1,1 @@
+"""Physics shared by the simulated plant and the twin: compiled blocks, noise, and the batch engine."""

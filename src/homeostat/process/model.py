@@ -1,0 +1,75 @@
+"""What a process model offers; the simulated plant and the twin use the same one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from homeostat.process.batch import Kernel
+from homeostat.process.types import Cube, Row, Table
+
+
+class ProcessModel(Protocol):
+    """Equations of one process, for many members at once.
+
+    Variables are the names that the signal table binds tags to. A variable has a reading (what an instrument
+    says) and a truth (what is the case); they differ by noise, calibration and instrument faults.
+    """
+
+    states: tuple[str, ...]
+    """Names of the state columns."""
+    parameters: tuple[str, ...]
+    """Names of the parameter columns."""
+    inputs: tuple[str, ...]
+    """Names of the input columns; NaN in a manual output means automatic."""
+    faults: tuple[str, ...]
+    """Names of the fault columns."""
+    kernel: Kernel
+    """Compiled code that advances the states."""
+
+    def initial_state(self, parameters: Row) -> Row:
+        """State in which the plant starts, shape (states,)."""
+        ...
+
+    def readings(self, state: Row, inputs: Row) -> Mapping[str, float]:
+        """Variable -> what the instruments say in this state."""
+        ...
+
+    def truth(self, record: Cube, inputs: Cube) -> Mapping[str, NDArray[np.float64]]:
+        """Variable -> true values, shape (members, times).
+
+        ``record`` holds every state, shape (members, times, states); ``inputs`` the inputs of the same times.
+        """
+        ...
+
+    def estimate(self, readings: Mapping[str, float]) -> Row:
+        """A state that agrees with (smoothed) readings, shape (states,)."""
+        ...
+
+    def correct(self, states: Table, residuals: Mapping[str, Row]) -> None:
+        """Move states in place by what the instruments say beyond the model: variable -> shape (members,)."""
+        ...
+
+    def resume_control(
+        self, states: Table, before: Mapping[str, float], now: Mapping[str, float], parameters: Table
+    ) -> None:
+        """Set the controllers' memory in place so that their outputs go on without a bump.
+
+        ``now`` are the last readings; its commands were computed from the readings ``before``, one second earlier.
+        """
+        ...
+
+    def replay_inputs(self, readings: Mapping[str, Row], inputs: Table) -> Table:
+        """Inputs that make the model follow recorded commands and measured disturbances, shape (times, inputs)."""
+        ...
+
+
+def column(names: tuple[str, ...], name: str) -> int:
+    """Position of ``name`` among ``names``; KeyError names it where it is missing."""
+    try:
+        return names.index(name)
+    except ValueError:
+        raise KeyError(f"the process model has no {name!r}; it has {', '.join(names)}") from None

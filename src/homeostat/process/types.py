@@ -1,0 +1,17 @@
+"""Array types of the engine."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Row: TypeAlias = NDArray[np.float64]
+"""One member's values, shape (n,)."""
+Table: TypeAlias = NDArray[np.float64]
+"""Members' values, shape (members, n)."""
+Cube: TypeAlias = NDArray[np.float64]
+"""Values over time, shape (members, times, n)."""
+Indices: TypeAlias = NDArray[np.int64]
+"""Positions or seeds, shape (n,)."""

@@ -1,0 +1,227 @@
+"""The framework's figure as three methods: supervise, recover, deliberate."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import assert_never
+
+from homeostat.agents.crew import Crew, NoAdmissiblePlan, Proposer, Situation
+from homeostat.agents.rehearsal import TwinRehearsal
+from homeostat.assurance.fallback import ValidatedFallback, choose
+from homeostat.assurance.gate import Gate, Refused
+from homeostat.domain.behaviour import StateMachine
+from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.limits import Limits
+from homeostat.domain.ports import Clock, Plant
+from homeostat.domain.recovery import ActionSet, FallbackStrategy
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import Advice, Approve, HandedOver, LeftAlone, Outcome, Released, Revise, Rollout
+from homeostat.trace.decisions import (
+    Attempted,
+    Diagnosed,
+    FallbackArmed,
+    FellBack,
+    LeftAsIs,
+    ReleasedActions,
+    StateEntered,
+)
+from homeostat.trace.events import Trace
+
+
+TOLERANCE = 0.3
+"""A recovered plant is left alone while soft criteria are missed by no more than this many scales [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """What a recovery may take."""
+
+    latency_s: float = 30.0
+    """Longest thinking [s]; the time that physics leaves may be shorter."""
+    attempts: int = 8
+    """Most proposals per proposer."""
+    reserve_s: float = 5.0
+    """Process time that is kept for the fallback to act [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Approved:
+    """What deliberation found."""
+
+    actions: ActionSet
+    """The action set."""
+    approval: Approve
+    """Its approval."""
+    proposer: str
+    """Who proposed it."""
+
+
+class Supervisor:
+    """Watches the plant; every fault that monitoring reports gets one bounded recovery."""
+
+    def __init__(
+        self,
+        plant: Plant,
+        clock: Clock,
+        crew: Crew,
+        gate: Gate,
+        rehearsal: TwinRehearsal,
+        machine: StateMachine,
+        limits: Limits,
+        fallbacks: Sequence[FallbackStrategy],
+        budget: Budget,
+        trace: Trace,
+    ) -> None:
+        """Wire the parts together; nothing happens before :meth:`supervise`."""
+        self._plant, self._clock, self._crew, self._gate = plant, clock, crew, gate
+        self._rehearsal, self._machine, self._limits = rehearsal, machine, limits
+        self._fallbacks, self._budget, self._trace = tuple(fallbacks), budget, trace
+        self._state = machine.initial.name
+        self._recovered = False
+        self._seen_s = 0.0
+
+    async def supervise(self) -> None:
+        """Watch the plant until it is shut off; act on what monitoring reports and on broken hard limits."""
+        async for snapshot in self._plant.snapshots():
+            self._seen_s = max(self._seen_s, snapshot.at_s)
+            self._enter_started(snapshot)
+            broken = self._gate.watch(snapshot) if self._state != self._machine.initial.name else None
+            noticed = self._crew.monitoring.notices(snapshot)
+            if self._gate.latched is not None:
+                continue
+            if broken is not None:
+                self._crew.monitoring.follow(await self._hand_over(broken))
+            elif noticed:
+                await self._attend()
+
+    async def _attend(self) -> None:
+        """Find out what is wrong, and recover if anything is; the plant runs on meanwhile."""
+        self._clock.start()
+        try:
+            diagnosis = await asyncio.to_thread(self._crew.monitoring.diagnose)
+            if diagnosis.faulty:
+                self._trace.record(Diagnosed.of(diagnosis), diagnosis.at_s)
+                self._crew.monitoring.follow(await self.recover(diagnosis))
+        finally:
+            self._clock.stop()
+
+    async def recover(self, diagnosis: Diagnosis) -> Outcome:
+        """Release a validated action set within the time that physics leaves, leave the plant alone, or hand over."""
+        try:
+            situation, idle = await self._look(diagnosis)
+            fallback = await self._arm_fallback(diagnosis)
+            limit_s = self._deadline_s(idle)
+            self._trace.record(_armed(fallback, limit_s), self._seen_s)
+            target = self._machine.state(self._state)
+            verdict = self._crew.validation.judge(idle_actions(self._state), idle, target)
+            if isinstance(verdict, Approve) or self._good_enough(verdict):
+                worst = min(f.margin for f in verdict.findings)
+                self._trace.record(LeftAsIs(self._state, worst), self._seen_s)
+                return LeftAlone(self._seen_s, worst)
+            async with asyncio.timeout(limit_s):
+                found = await self._ask_proposers(situation)
+            self._rehearsal.prepare(diagnosis, self._machine.state(found.actions.target))
+            released = await self._gate.release(found.actions, found.approval, self._seen_s)
+            self._note_release(found, released)
+            return released
+        except (TimeoutError, NoAdmissiblePlan, Refused) as reason:
+            return await self._hand_over(str(reason) or f"no approved proposal within {limit_s:.1f} s")
+        except BaseException:  # a bug or a shutdown: make the plant safe, then let it be seen
+            await self._gate.fall_back("internal error")
+            raise
+
+    async def deliberate(self, proposer: Proposer, situation: Situation) -> Approved:
+        """Plan, act, simulate, validate and reprompt until a verdict approves."""
+        advice = Advice()
+        for number in range(1, self._budget.attempts + 1):
+            path = advice.keep_path or await proposer.planning.plan(situation, advice)
+            actions = await proposer.action.act(situation, path, advice)
+            rollout = await self._crew.simulation.roll_out(situation.diagnosis, actions)
+            verdict = self._crew.validation.judge(actions, rollout, self._machine.state(path.target))
+            self._trace.record(Attempted.of(number, proposer.name, path, actions, rollout, verdict), self._seen_s)
+            match verdict:
+                case Approve():
+                    return Approved(actions, verdict, proposer.name)
+                case Revise():
+                    advice = self._crew.reprompting.advise(path, verdict, advice)
+                case _:
+                    assert_never(verdict)
+        raise NoAdmissiblePlan(f"{proposer.name}: no proposal was approved in {self._budget.attempts} attempts")
+
+    async def _ask_proposers(self, situation: Situation) -> Approved:
+        """Ask one proposer after the other; the last one's failure is everyone's."""
+        reason = NoAdmissiblePlan("the crew has no proposer")
+        for proposer in self._crew.proposers:
+            try:
+                return await self.deliberate(proposer, situation)
+            except NoAdmissiblePlan as failed:
+                reason = failed
+        raise reason
+
+    async def _look(self, diagnosis: Diagnosis) -> tuple[Situation, Rollout]:
+        """A fresh look at the plant, and what happens if nothing is done."""
+        fresh = await self._plant.since(self._seen_s)
+        self._seen_s = fresh[-1].at_s
+        self._crew.simulation.observe(fresh)
+        idle = await self._crew.simulation.roll_out(diagnosis, idle_actions(self._state))
+        return Situation(fresh[-1], diagnosis, self._state), idle
+
+    async def _arm_fallback(self, diagnosis: Diagnosis) -> ValidatedFallback:
+        """Validate the safe-state strategies on the twin and have the best one ready."""
+        rollouts = [(s, await self._crew.simulation.roll_out(diagnosis, s.actions)) for s in self._fallbacks]
+        best = choose(rollouts, self._limits)
+        self._gate.arm(best.strategy)
+        return best
+
+    def _deadline_s(self, idle: Rollout) -> float:
+        """Thinking time: the configured one, or what is left before the first hard limit breaks without action."""
+        first = float("inf")
+        for limit in self._limits.hard:
+            margins = limit.formula.margins(idle.trajectory.signals, idle.trajectory.dt_s)
+            broken = (margins < 0.0).any(axis=0).nonzero()[0]
+            if broken.size:
+                first = min(first, float(broken[0]) * idle.trajectory.dt_s)
+        return max(min(self._budget.latency_s, first - self._budget.reserve_s), 1.0)
+
+    def _good_enough(self, verdict: Revise) -> bool:
+        """Whether a recovered plant may be left alone although a soft criterion is missed by a little."""
+        soft = {c.name for c in self._limits.criteria if not c.hard}
+        scale = self._crew.reprompting.relative
+        return self._recovered and all(f.criterion in soft and scale(f) > -TOLERANCE for f in verdict.violated)
+
+    async def _hand_over(self, reason: str) -> HandedOver:
+        """Let the fallback act and say why."""
+        strategy = await self._gate.fall_back(reason)
+        self._trace.record(FellBack(strategy.name, strategy.actions.commands, reason), self._seen_s)
+        self._state = strategy.actions.target
+        return HandedOver(reason, self._seen_s)
+
+    def _note_release(self, found: Approved, released: Released) -> None:
+        self._state = found.actions.target
+        self._recovered = True
+        self._seen_s = max(self._seen_s, released.at_s)
+        event = ReleasedActions(
+            found.proposer, found.actions.commands, found.actions.digest, found.actions.target, found.approval.min_margin
+        )
+        self._trace.record(event, released.at_s)
+        self._trace.record(StateEntered(self._state), released.at_s)
+
+    def _enter_started(self, snapshot: Snapshot) -> None:
+        """Follow the state machine out of start-up."""
+        if self._state == self._machine.initial.name:
+            for transition in self._machine.open_from(self._state, snapshot.values):
+                self._state = transition.target
+                self._trace.record(StateEntered(self._state), snapshot.at_s)
+                return
+
+
+def idle_actions(state: str) -> ActionSet:
+    """No command at all: what happens if the plant is left alone in ``state``."""
+    return ActionSet((), state)
+
+
+def _armed(fallback: ValidatedFallback, deadline_s: float) -> FallbackArmed:
+    approved = isinstance(fallback.verdict, Approve)
+    return FallbackArmed(fallback.strategy.name, approved, fallback.findings, deadline_s)

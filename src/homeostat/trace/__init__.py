@@ -1,0 +1,29 @@
+"""Everything that happened, in order: typed events in an append-only, hash-chained journal, and the files beside it."""
+
+from homeostat.trace.events import Event, RunFinished, RunStarted, Setting, Subscriber, Trace
+from homeostat.trace.files import StoredFile
+from homeostat.trace.journal import Journal
+from homeostat.trace.manifest import Manifest, Summary
+from homeostat.trace.memory import Entry, MemoryTrace
+from homeostat.trace.replay import BrokenChain, Record, read_events
+from homeostat.trace.verify import Report, verify
+
+__all__ = [
+    "BrokenChain",
+    "Entry",
+    "Event",
+    "Journal",
+    "Manifest",
+    "MemoryTrace",
+    "Record",
+    "Report",
+    "RunFinished",
+    "RunStarted",
+    "Setting",
+    "StoredFile",
+    "Subscriber",
+    "Summary",
+    "Trace",
+    "read_events",
+    "verify",
+]

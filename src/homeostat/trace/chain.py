@@ -1,0 +1,57 @@
+"""The hash chain: every line carries the SHA-256 of the line before it, so that no line can change unnoticed."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from typing import final
+
+from homeostat.trace.encode import Json, canonical, encode_fields
+from homeostat.trace.events import Event
+
+GENESIS = "0" * 64
+"""What the first line carries in place of a digest."""
+
+HEADER = ("seq", "prev", "at_s", "event")
+"""Keys with which every line starts; no event may have a field of these names."""
+
+
+def digest(line: bytes) -> str:
+    """SHA-256 of a line without its newline, in hexadecimal."""
+    return hashlib.sha256(line).hexdigest()
+
+
+@final
+class Chain:
+    """The state of a growing chain: how many lines, and the digest of the last."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.last = GENESIS
+        self._classes: dict[str, type] = {}
+
+    def draft(self, event: Event, at_s: float) -> bytes:
+        """The line that would come next, without newline; the chain itself does not move until `commit`."""
+        if not math.isfinite(at_s):
+            raise ValueError(f"event {event.kind!r} at {at_s!r} s: the process time must be finite")
+        fields = encode_fields(event, event.kind)
+        taken = [name for name in HEADER if name in fields]
+        if taken:
+            raise TypeError(f"event {event.kind!r} has a field {taken[0]!r}, which every line has already; rename it")
+        owner = self._classes.setdefault(event.kind, type(event))
+        if owner is not type(event):
+            raise TypeError(
+                f"kind {event.kind!r} names both {owner.__name__!r} and {type(event).__name__!r}; rename one of them"
+            )
+        header: dict[str, Json] = {
+            "seq": self.count + 1,
+            "prev": self.last,
+            "at_s": float(at_s),
+            "event": event.kind,
+        }
+        return canonical({**header, **fields}).encode("ascii")
+
+    def commit(self, line: bytes) -> None:
+        """Make ``line``, which is stored now, the last of the chain."""
+        self.count += 1
+        self.last = digest(line)

@@ -1,0 +1,125 @@
+"""The events of a recovery: what was believed, proposed, judged, and done."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from homeostat.domain.verdict import Approve, Finding, Rollout, Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosed:
+    """Monitoring reported a fault."""
+
+    kind: ClassVar[str] = "diagnosed"
+    symptoms: tuple[Symptom, ...]
+    """What was seen."""
+    hypotheses: tuple[Hypothesis, ...]
+    """What explains it."""
+
+    @classmethod
+    def of(cls, diagnosis: Diagnosis) -> Self:
+        """The event of one diagnosis."""
+        return cls(diagnosis.symptoms, diagnosis.hypotheses)
+
+
+@dataclass(frozen=True, slots=True)
+class FallbackArmed:
+    """A validated fallback is ready, before anything is proposed."""
+
+    kind: ClassVar[str] = "fallback-armed"
+    strategy: str
+    """Name of the strategy."""
+    approved: bool
+    """Whether the twin finds every protecting criterion satisfied."""
+    findings: tuple[Finding, ...]
+    """Margins of the protecting criteria."""
+    deadline_s: float
+    """Thinking time that is left [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Attempted:
+    """One proposal was tried on the twin and judged."""
+
+    kind: ClassVar[str] = "attempted"
+    number: int
+    """Number of the attempt, from 1."""
+    proposer: str
+    """Who proposed."""
+    path: tuple[str, ...]
+    """States of the proposed path."""
+    commands: tuple[Command, ...]
+    """Proposed commands."""
+    digest: str
+    """Digest of the action set."""
+    approved: bool
+    """Whether every check holds."""
+    findings: tuple[Finding, ...]
+    """Every check with its margin."""
+    members: int
+    """Members of the rollout."""
+
+    @classmethod
+    def of(
+        cls, number: int, proposer: str, path: RecoveryPath, actions: ActionSet, rollout: Rollout, verdict: Verdict
+    ) -> Self:
+        """The event of one attempt."""
+        approved = isinstance(verdict, Approve)
+        return cls(
+            number, proposer, path.states, actions.commands, actions.digest, approved, verdict.findings,
+            len(rollout.weights),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class LeftAsIs:
+    """The plant meets every criterion without action, so none was taken."""
+
+    kind: ClassVar[str] = "left-as-is"
+    state: str
+    """State in which the plant was left."""
+    min_margin: float
+    """Least margin over the criteria, each in its own unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReleasedActions:
+    """The gate wrote an approved action set to the plant."""
+
+    kind: ClassVar[str] = "released"
+    proposer: str
+    """Who proposed it."""
+    commands: tuple[Command, ...]
+    """What was written."""
+    digest: str
+    """Digest of the action set."""
+    target: str
+    """State that it leads to."""
+    min_margin: float
+    """Least margin of the approval."""
+
+
+@dataclass(frozen=True, slots=True)
+class StateEntered:
+    """The supervisory state machine entered a state."""
+
+    kind: ClassVar[str] = "state-entered"
+    state: str
+    """Name of the state."""
+
+
+@dataclass(frozen=True, slots=True)
+class FellBack:
+    """The fallback acted."""
+
+    kind: ClassVar[str] = "fell-back"
+    strategy: str
+    """Name of the strategy."""
+    commands: tuple[Command, ...]
+    """What was written."""
+    reason: str
+    """Why."""

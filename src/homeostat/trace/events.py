@@ -1,0 +1,82 @@
+"""What an event is, who takes it, and the two events that every run has; the layers above define their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar, Protocol, TypeAlias
+
+
+class Event(Protocol):
+    """Something that happened: a frozen dataclass whose class names its kind.
+
+    Fields hold what `homeostat.trace.encode.encode` takes. A field that depends on the wall clock has a name starting
+    with ``wall_``; everything else must be the same whenever the same seed runs again.
+    """
+
+    kind: ClassVar[str]
+    """Name of the event in the journal: ``attempt``, ``command-released``."""
+
+
+Subscriber: TypeAlias = Callable[[Event, float], None]
+"""Called with each event and its process time [s] after it was recorded; what it raises reaches the recorder."""
+
+
+class Trace(Protocol):
+    """Where everything that happened goes, in order."""
+
+    def record(self, event: Event, at_s: float) -> None:
+        """Append ``event``, which happened at process time ``at_s`` [s].
+
+        Raises TypeError for an event that cannot be encoded, ValueError for a time that is not finite or a closed
+        trace, OSError where the line could not be stored whole; in each case nothing is recorded.
+        """
+        ...
+
+    def subscribe(self, subscriber: Subscriber) -> None:
+        """Tell ``subscriber`` of every later event."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """One named choice that a run was started with."""
+
+    name: str
+    """Name as the command line or the scenario spells it."""
+    value: str | float | bool
+    """What was chosen, in the unit that the name states."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunStarted:
+    """A run begins."""
+
+    kind: ClassVar[str] = "run-started"
+
+    case: str
+    """Name of the plant's case folder."""
+    faults: tuple[str, ...]
+    """Faults that the scenario will inject; empty for a run without one."""
+    seed: int
+    """Seed from which every random draw of the run follows."""
+    configuration: tuple[Setting, ...] = ()
+    """Everything else that was chosen."""
+    versions: tuple[Setting, ...] = ()
+    """Versions of the interpreter and of the libraries that compute numbers."""
+    wall_started: str = ""
+    """Wall-clock time of the start, ISO 8601 with offset."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunFinished:
+    """A run ended by itself, well or badly."""
+
+    kind: ClassVar[str] = "run-finished"
+
+    outcome: str
+    """How it ended, one word: ``released``, ``handed-over``, ``no-fault``."""
+    reason: str = ""
+    """Why, one sentence."""
+    wall_duration_s: float = 0.0
+    """Wall-clock time that the run took [s]."""

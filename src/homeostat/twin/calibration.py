@@ -1,0 +1,84 @@
+"""Calibration: what a healthy stretch of operation says about the plant's parameters.
+
+Linear Bayesian update: the model's response to each uncertain parameter is found by one finite difference per
+parameter, all in one call of the engine; prior and measurement errors are normal (Kalman, 1960).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from homeostat.domain.parameter import ModelParameter
+from homeostat.process.model import ProcessModel, column
+from homeostat.process.types import Row, Table
+from homeostat.twin.history import Window
+from homeostat.twin.replay import fault_columns, replay
+
+BLOCK_S = 60
+"""Readings are compared as means over blocks of this length [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """What is believed about the parameters: a normal distribution."""
+
+    mean: Row
+    """Expected values, shape (parameters,)."""
+    root: Table
+    """Square root of the covariance, shape (parameters, k): mean + root z with z standard normal is a draw."""
+
+    def draws(self, count: int, generator: np.random.Generator) -> Table:
+        """``count`` parameter sets, shape (count, parameters); the first is the mean."""
+        z = generator.standard_normal((count, self.root.shape[1]))
+        z[0] = 0.0
+        return np.asarray(self.mean + z @ self.root.T)
+
+
+def prior(model: ProcessModel, parameters: tuple[ModelParameter, ...]) -> Belief:
+    """What the engineering tables say."""
+    by_symbol = {p.symbol: p for p in parameters}
+    mean = np.array([by_symbol[s].value for s in model.parameters])
+    sd = np.array([by_symbol[s].sd for s in model.parameters])
+    return Belief(mean, np.diag(sd)[:, sd > 0])
+
+
+def calibrate(
+    model: ProcessModel,
+    window: Window,
+    belief: Belief,
+    errors: dict[str, tuple[float, float]],
+    initial: dict[str, float],
+) -> Belief:
+    """``belief`` after ``window``, in which the plant was healthy.
+
+    Args:
+        errors: variable -> (noise per reading, model error), standard deviations in the variable's unit.
+        initial: state -> standard deviation of what smoothing may have got wrong at the window's start.
+    """
+    variables = tuple(errors)
+    count = belief.root.shape[1]
+    offsets = np.zeros((1 + count + len(initial), len(model.states)))
+    for k, (state, sd) in enumerate(initial.items()):
+        offsets[1 + count + k, column(model.states, state)] = sd
+    sets = np.vstack([belief.mean, belief.mean + belief.root.T, np.tile(belief.mean, (len(initial), 1))])
+    none = fault_columns(model, [()] * len(sets))
+    run = replay(model, window, sets, none, variables, offsets)
+    blocks = (window.length - 1) // BLOCK_S
+    rows = blocks * BLOCK_S
+
+    def in_blocks(values: Table) -> Table:
+        return np.asarray(values[:, :rows].reshape(values.shape[0], blocks, BLOCK_S).mean(axis=2))
+
+    predicted = np.concatenate([in_blocks(run.predicted[:, :, j]) for j in range(len(variables))], axis=1)
+    seen = np.concatenate([in_blocks(window.readings[v][None, 1:])[0] for v in variables])
+    sd = np.concatenate([np.full(blocks, np.hypot(n / np.sqrt(BLOCK_S), e)) for n, e in errors.values()])
+    response = (predicted[1:] - predicted[0]).T / sd[:, None]
+    surprise = (seen - predicted[0]) / sd
+    # Posterior of the standard-normal coefficients z: precision I + H'H.
+    precision = np.eye(response.shape[1]) + response.T @ response
+    z = np.linalg.solve(precision, response.T @ surprise)[:count]
+    covariance = np.linalg.inv(precision)[:count, :count]
+    root = belief.root @ np.linalg.cholesky(covariance + 1e-12 * np.eye(count))
+    return Belief(belief.mean + belief.root @ z, root)

@@ -1,0 +1,190 @@
+"""Explanation: which faults, of what size and since when, make the model agree with the readings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from homeostat.domain.diagnosis import Fault, FaultState, Hypothesis
+from homeostat.process.model import ProcessModel
+from homeostat.process.types import Row
+from homeostat.twin.calibration import Belief
+from homeostat.twin.history import Window
+from homeostat.twin.replay import fault_columns, replay
+
+TEMPER = 3.0
+"""Evidence is divided by this: the model's errors are neither quite constant nor quite white."""
+SECOND_FAULT_NATS = 4.0
+"""Gain in log-likelihood that a second fault must bring, over and above its prior."""
+LEAST_PROBABILITY = 0.03
+"""Faults below this are dropped."""
+LAGS_S = (2, 4, 6, 9, 13, 18, 25, 35, 50, 70, 100, 140, 190, 250, 320, 400, 490, 590)
+"""Onsets that are tried first, seconds before the last reading."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scored:
+    """One explanation with its fit."""
+
+    faults: tuple[FaultState, ...]
+    """What is assumed to be wrong."""
+    score: float
+    """Log posterior up to a constant [nats]."""
+
+
+class Explainer:
+    """Scores fault sets by replaying the readings, all in one call of the engine per round."""
+
+    def __init__(
+        self,
+        model: ProcessModel,
+        window: Window,
+        belief: Belief,
+        errors: Mapping[str, tuple[float, float]],
+        faults: Sequence[Fault],
+    ) -> None:
+        """``errors``: variable -> (noise per reading, model error) standard deviations in its unit."""
+        self._model = model
+        self._window = window
+        self._mean = belief.mean
+        self._variables = tuple(errors)
+        self._noise = np.array([n for n, _ in errors.values()])
+        self._bias = np.array([e for _, e in errors.values()])
+        self._faults = {f.name: f for f in faults}
+        self._seen = np.stack([window.readings[v][1:] for v in self._variables], axis=1)
+
+    def score(self, sets: Sequence[tuple[FaultState, ...]]) -> Row:
+        """Log posterior of each fault set up to a constant [nats], shape (len(sets),)."""
+        members = np.tile(self._mean, (len(sets), 1))
+        run = replay(
+            self._model, self._window, members, fault_columns(self._model, list(sets)), self._variables
+        )
+        # Residual = constant model error + white noise, both normal; the constant part is integrated out.
+        # The loss is bounded: one wild reading, or a second fault, must not decide everything.
+        misfit = np.clip((run.predicted - self._seen) / self._noise, -12.0, 12.0)
+        mean = misfit.mean(axis=1)
+        constant = mean**2 / (1.0 / misfit.shape[1] + (self._bias / self._noise) ** 2)
+        loss = (misfit.var(axis=1) * misfit.shape[1] + constant).sum(axis=1)
+        prior = np.array([sum(self._log_prior(f) for f in s) for s in sets])
+        return np.asarray(prior - 0.5 * loss / TEMPER)
+
+    def _log_prior(self, state: FaultState) -> float:
+        """Relative frequency of the fault and how far the severity is from the typical one."""
+        fault = self._faults[state.fault]
+        spread = 0.25 * fault.severity_range.span
+        return float(np.log(0.3 * fault.prior) - 0.5 * ((state.severity - fault.severity_nominal) / spread) ** 2)
+
+    def singles(self, names: Sequence[str], onsets_s: Sequence[float]) -> list[Scored]:
+        """Every named fault over a grid of severities and onsets, refined twice around its best."""
+        found: list[Scored] = []
+        grid = [(f,) for name in names for f in self._grid(name, onsets_s)]
+        best = self._best_per_fault(grid, lambda s: s[0].fault)
+        for scale in (1.0, 0.35):
+            finer = [(f,) for s in best.values() for f in self._around(s.faults[0], scale)]
+            for name, scored in self._best_per_fault(finer, lambda s: s[0].fault, found).items():
+                if scored.score > best[name].score:
+                    best[name] = scored
+        return found + list(best.values())
+
+    def pairs(self, first: FaultState, names: Sequence[str], onsets_s: Sequence[float]) -> list[Scored]:
+        """``first`` together with every other named fault, refined around the best."""
+        others = [n for n in names if n != first.fault]
+        grid = [(first, f) for name in others for f in self._grid(name, onsets_s, severities=5)]
+        best = self._best_per_fault(grid, lambda s: s[1].fault)
+        leader = max(best.values(), key=lambda s: s.score)
+        finer = [(a, b) for b in self._around(leader.faults[1], 0.7) for a in (first,)]
+        found: list[Scored] = []
+        self._best_per_fault(finer, lambda s: s[1].fault, found)
+        best_second = max([leader, *found], key=lambda s: s.score).faults[1]
+        again: list[Scored] = []
+        self._best_per_fault([(a, best_second) for a in self._around(first, 0.7)], lambda s: s[0].fault, again)
+        return [*found, *again, leader]
+
+    def _best_per_fault(self, sets, key, keep=None):  # type: ignore[no-untyped-def]
+        scores = self.score(sets)
+        best: dict[str, Scored] = {}
+        for faults, score in zip(sets, scores.tolist(), strict=True):
+            scored = Scored(tuple(faults), score)
+            if keep is not None:
+                keep.append(scored)
+            name = key(faults)
+            if name not in best or score > best[name].score:
+                best[name] = scored
+        return best
+
+    def _grid(self, name: str, onsets_s: Sequence[float], severities: int = 7) -> list[FaultState]:
+        r = self._faults[name].severity_range
+        sizes = sorted({*np.linspace(r.low, r.high, severities).tolist(), self._faults[name].severity_nominal})
+        return [FaultState(name, s, t) for s in sizes for t in onsets_s]
+
+    def _around(self, centre: FaultState, scale: float) -> list[FaultState]:
+        """A small grid around one state: severity in steps of the range, onset in proportion to its age."""
+        r = self._faults[centre.fault].severity_range
+        age = max(self._window.end_s - centre.onset_s, 4.0)
+        sizes = {r.clip(centre.severity + k * scale * r.span / 24.0) for k in range(-3, 4)}
+        lags = {max(age * (1.0 + k * scale * 0.12), 1.0) for k in range(-2, 3)}
+        return [FaultState(centre.fault, s, self._window.end_s - lag) for s in sorted(sizes) for lag in sorted(lags)]
+
+
+def hypotheses(scored: Sequence[Scored], none_score: float) -> tuple[Hypothesis, ...]:
+    """Scored explanations as weighted hypotheses.
+
+    Each fault set keeps its best explanation and those that bound its severities at about two standard deviations
+    (2 nats below the best); its probability is shared among them.
+    """
+    groups: dict[str, list[Scored]] = {}
+    for s in scored:
+        groups.setdefault("+".join(sorted(f.fault for f in s.faults)), []).append(s)
+    peak = {name: max(g, key=lambda s: s.score) for name, g in groups.items()}
+    top = max([none_score, *(p.score for p in peak.values())])
+    weight = {name: float(np.exp(p.score - top)) for name, p in peak.items()}
+    total = sum(weight.values()) + float(np.exp(none_score - top))
+    result: list[Hypothesis] = []
+    for name, group in groups.items():
+        share = weight[name] / total
+        if share < LEAST_PROBABILITY:
+            continue
+        close = [s for s in group if s.score >= peak[name].score - 2.0]
+        chosen = [peak[name]]
+        for extreme in (min(close, key=_size), max(close, key=_size)):
+            if abs(_size(extreme) - _size(peak[name])) > 1e-3 * abs(_size(peak[name])):
+                chosen.append(extreme)
+        result += [Hypothesis(s.faults, share * w) for s, w in zip(chosen, _shares(len(chosen)), strict=True)]
+    nothing = float(np.exp(none_score - top)) / total
+    if nothing >= LEAST_PROBABILITY:
+        result.append(Hypothesis((), nothing))
+    return tuple(sorted(result, key=lambda h: -h.probability))
+
+
+def _size(scored: Scored) -> float:
+    return sum(f.severity for f in scored.faults)
+
+
+def _shares(count: int) -> tuple[float, ...]:
+    return {1: (1.0,), 2: (0.7, 0.3), 3: (0.6, 0.2, 0.2)}[count]
+
+
+def explain(
+    explainer: Explainer, candidates: Sequence[str], every: Sequence[str], known: Sequence[FaultState], end_s: float
+) -> tuple[Hypothesis, ...]:
+    """Explanations of the window: single faults among ``candidates``, and a second one where one does not do.
+
+    Args:
+        candidates: faults that the symptoms indicate.
+        every: all known faults, tried as the second one.
+        known: what was believed before; its onsets are tried as well.
+        end_s: process time of the last reading [s].
+    """
+    lags = [end_s - lag for lag in LAGS_S]
+    onsets = sorted({*lags, *(f.onset_s for f in known)})
+    none = float(explainer.score([()])[0])
+    scored = explainer.singles(candidates, onsets)
+    best = max(scored, key=lambda s: s.score)
+    coarse = sorted({*lags[::2], *(f.onset_s for f in known)})
+    doubles = explainer.pairs(best.faults[0], every, coarse)
+    gain = max(d.score for d in doubles) - best.score
+    if gain > SECOND_FAULT_NATS:
+        scored = [*scored, *doubles]
+    return hypotheses(scored, none)

@@ -1,0 +1,109 @@
+"""Forecast: what a set of actions would do under the hypotheses, over the uncertainty of the parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from homeostat.domain.diagnosis import Hypothesis
+from homeostat.process.batch import Batch, simulate
+from homeostat.process.model import ProcessModel
+from homeostat.process.types import Cube, Indices, Row, Table
+from homeostat.twin.history import Window
+from homeostat.twin.replay import fault_columns, replay
+
+
+@dataclass(frozen=True, slots=True)
+class Ensemble:
+    """Members that share the present moment: hypotheses times parameter draws, synchronised with the plant."""
+
+    start_s: float
+    """Process time of the present moment [s]."""
+    states: Table
+    """Present states, shape (members, states)."""
+    parameters: Table
+    """Parameters, shape (members, parameters)."""
+    severity: Table
+    """Fault severities, shape (members, faults)."""
+    onset_s: Table
+    """Fault onsets [s], shape (members, faults)."""
+    hypothesis: Indices
+    """Which hypothesis each member follows, shape (members,)."""
+    weights: Row
+    """Probability of each member, shape (members,)."""
+    seeds: Indices
+    """Noise seeds, shape (members,)."""
+
+
+def synchronise(
+    model: ProcessModel,
+    window: Window,
+    draws: Table,
+    hypotheses: Sequence[Hypothesis],
+    variables: tuple[str, ...],
+    noise_seed: int,
+    latest: int = 15,
+) -> Ensemble:
+    """Bring every (hypothesis, draw) member to the end of ``window`` and make it agree with the last readings.
+
+    Args:
+        draws: parameter sets, shape (draws, parameters).
+        variables: readings that the model is corrected by.
+        noise_seed: seed from which each member's own noise seed is derived.
+        latest: readings whose mean difference corrects the state.
+    """
+    count = len(draws)
+    sets = [h.faults for h in hypotheses for _ in range(count)]
+    parameters = np.tile(draws, (len(hypotheses), 1))
+    faults = fault_columns(model, sets)
+    run = replay(model, window, parameters, faults, variables)
+    states = run.state
+    newest_onset = max((f.onset_s for h in hypotheses for f in h.faults), default=window.start_s)
+    rows = int(np.clip(window.end_s - newest_onset - 1, 3, latest))
+    residuals = {
+        v: np.mean(window.readings[v][-rows:] - run.predicted[:, -rows:, j], axis=1) for j, v in enumerate(variables)
+    }
+    model.correct(states, residuals)
+    model.resume_control(states, window.at(-2), window.at(-1), parameters)
+    seeds = np.random.default_rng(noise_seed).integers(1, 2**62, size=len(sets), dtype=np.int64)
+    weights = np.repeat([h.probability for h in hypotheses], count) / count
+    return Ensemble(
+        window.end_s, states, parameters, *faults, np.repeat(np.arange(len(hypotheses)), count), weights, seeds
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Forecast:
+    """True values under every schedule: schedule-major members, shape (schedules * members, times) per variable."""
+
+    values: Mapping[str, np.ndarray]
+    """Variable -> true values, the present moment excluded."""
+    dt_s: float
+    """Sampling period [s]."""
+
+
+def forecast(
+    model: ProcessModel, ensemble: Ensemble, schedules: Cube, stride: int, sensor_noise: bool = True
+) -> Forecast:
+    """Roll every schedule (shape (K, steps, inputs)) out over every member of ``ensemble``.
+
+    Every schedule sees the same disturbances (common random numbers), so that schedules can be compared.
+    """
+    count, steps = schedules.shape[0], schedules.shape[1]
+    members = len(ensemble.states)
+
+    def repeat(table: Table) -> Table:
+        return np.ascontiguousarray(np.tile(table, (count, 1)))
+
+    batch = Batch(
+        state=repeat(ensemble.states), parameters=repeat(ensemble.parameters), severity=repeat(ensemble.severity),
+        onset_s=repeat(ensemble.onset_s), inputs=np.ascontiguousarray(schedules),
+        input_of=np.repeat(np.arange(count), members), start_s=ensemble.start_s, steps=steps, stride=stride,
+        record=tuple(range(len(model.states))), seeds=np.tile(ensemble.seeds, count),
+        process_noise=np.ones(count * members), sensor_noise=np.full(count * members, float(sensor_noise)),
+    )  # fmt: skip
+    result = simulate(model.kernel, batch, lambda i: model.states[i])
+    sampled = np.repeat(schedules[:, stride - 1 :: stride][:, : result.record.shape[1]], members, axis=0)
+    return Forecast(model.truth(result.record, sampled), float(stride))

@@ -1,0 +1,125 @@
+"""The twin as the agents use it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from homeostat.domain.diagnosis import Fault, FaultState, Hypothesis
+from homeostat.domain.parameter import ModelParameter
+from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.recovery import ActionSet
+from homeostat.domain.snapshot import Snapshot, Trajectory
+from homeostat.domain.verdict import Rollout, RolloutResult
+from homeostat.process.batch import ProcessError
+from homeostat.process.model import ProcessModel
+from homeostat.process.schedule import InputRamp
+from homeostat.process.types import Cube, Table
+from homeostat.twin.calibration import Belief, calibrate, prior
+from homeostat.twin.explanation import Explainer, explain
+from homeostat.twin.forecast import Ensemble, forecast, synchronise
+from homeostat.twin.history import History
+
+
+@dataclass(frozen=True, slots=True)
+class TwinSettings:
+    """What a case says about its twin."""
+
+    errors: Mapping[str, tuple[float, float]]
+    """Variable -> (noise per reading, model error), standard deviations in its unit: what explanations are judged by."""
+    corrected: tuple[str, ...]
+    """Variables whose last readings correct the state."""
+    initial: Mapping[str, float]
+    """State -> standard deviation of what smoothing may get wrong at the start of a window."""
+    replay_s: int = 600
+    """Longest stretch that is replayed for an explanation [s]."""
+    synchronise_s: int = 300
+    """Stretch that is replayed before a forecast [s]."""
+    horizon_s: int = 900
+    """Length of a rollout [s]."""
+    draws: int = 6
+    """Parameter draws per hypothesis in a rollout."""
+    search_draws: int = 2
+    """Parameter draws per hypothesis while searching."""
+    stride: int = 5
+    """Every how many seconds a searched rollout is sampled."""
+
+
+class Twin:
+    """Follows the plant, learns its parameters while it is healthy, explains faults, and rolls actions out."""
+
+    def __init__(
+        self, model: ProcessModel, description: PlantDescription, settings: TwinSettings, seed: int
+    ) -> None:
+        """``seed`` seeds the parameter draws and the noise of the rollouts."""
+        self._model = model
+        self._description = description
+        self._faults: Sequence[Fault] = description.faults
+        self._parameters: tuple[ModelParameter, ...] = description.parameters
+        self.settings = settings
+        self._seed = seed
+        self._belief: Belief = prior(model, self._parameters)
+        self._history = History(description.variables, model.inputs)
+
+    def observe(self, snapshot: Snapshot) -> None:
+        """Take one more snapshot of the plant."""
+        self._history.append(snapshot)
+
+    def calibrate(self, seconds: int) -> None:
+        """Learn the parameters from the last ``seconds``, in which the plant was healthy."""
+        self._belief = calibrate(
+            self._model, self._history.window(seconds), prior(self._model, self._parameters),
+            dict(self.settings.errors), dict(self.settings.initial),
+        )  # fmt: skip
+
+    def explain(self, candidates: Sequence[str], known: Sequence[FaultState]) -> tuple[Hypothesis, ...]:
+        """Which of the ``candidates`` explain the last readings; ``known`` is what was believed before."""
+        window = self._history.window(self.settings.replay_s)
+        explainer = Explainer(self._model, window, self._belief, self.settings.errors, self._faults)
+        return explain(explainer, candidates, [f.name for f in self._faults], known, window.end_s)
+
+    def ensemble(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: int = 0) -> Ensemble:
+        """Members for every hypothesis, synchronised with the last snapshot; ``purpose`` picks the random stream."""
+        generator = np.random.default_rng([self._seed, purpose])
+        return synchronise(
+            self._model, self._history.window(self.settings.synchronise_s), self._belief.draws(draws, generator),
+            hypotheses, self.settings.corrected, int(generator.integers(2**62)),
+        )  # fmt: skip
+
+    def schedule(self, actions: ActionSet, steps: int) -> Table:
+        """The inputs of the next ``steps`` seconds if ``actions`` were released now, shape (steps, inputs)."""
+        window = self._history.window(1)
+        ramp = InputRamp(self._model.inputs, window.inputs[-1])
+        readings = window.at(-1)
+        present = {n: readings[n.replace("_man", "_cmd")] for n in self._model.inputs if n.endswith("_man")}
+        ramp.command(actions.commands, self._description.variables, present)
+        return ramp.schedule(steps)
+
+    def tag_signals(self, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Tag -> values, from variable -> values."""
+        return {tag: values[v] for tag, v in self._description.variables.items()}
+
+    def try_many(self, ensemble: Ensemble, schedules: Cube) -> tuple[dict[str, np.ndarray], float]:
+        """Tag -> true values, shape (K * members, times), of K schedules; and the sampling period [s]."""
+        result = forecast(self._model, ensemble, schedules, self.settings.stride, sensor_noise=False)
+        signals = self.tag_signals(result.values)
+        signals["product"] = np.asarray(result.values["product"])
+        return signals, result.dt_s
+
+    def roll_out(self, actions: ActionSet, hypotheses: Sequence[Hypothesis]) -> Rollout:
+        """What ``actions`` would do from the last snapshot on, over the ensemble, with noise."""
+        purpose = 1 + int(actions.digest[:8], 16)
+        try:
+            ensemble = self.ensemble(hypotheses, self.settings.draws, purpose)
+            schedule = self.schedule(actions, self.settings.horizon_s)[None]
+            result = forecast(self._model, ensemble, schedule, stride=1)
+        except ProcessError as broke:
+            empty = Trajectory(self._history.window(1).end_s, 1.0, {})
+            return Rollout(actions.digest, empty, tuple(hypotheses), (), RolloutResult.BROKE_DOWN, str(broke))
+        signals = self.tag_signals(result.values)
+        signals["product"] = np.asarray(result.values["product"])
+        trajectory = Trajectory(ensemble.start_s + 1.0, 1.0, signals)
+        weights = tuple(ensemble.weights.tolist())
+        return Rollout(actions.digest, trajectory, tuple(hypotheses), weights, RolloutResult.COMPLETED)
