@@ -85,25 +85,25 @@ def target_finding(rollout: Rollout, target: State) -> Finding:
 
 
 def command_findings(actions: ActionSet, target: State, tags: Mapping[str, Tag]) -> tuple[Finding, ...]:
-    """Every command is admissible in the target state, inside its range and not faster than its rate limit."""
+    """What is wrong with the commands: not admissible in the target state, outside its range, or too fast."""
     found = []
     for c in actions.commands:
         admitted = target.setpoint(c.tag)
         if admitted is None or c.tag not in tags:
             found.append(_refusal("CHK-ADMISSIBLE", f"{c.tag!r} may not be commanded in state {target.name!r}"))
             continue
-        tag = tags[c.tag]
-        if c.value is not None:
-            margin = min(c.value - admitted.low, admitted.high - c.value)
-            slack = 1e-9 * max(abs(admitted.low), abs(admitted.high), 1.0)
-            text = f"{c.tag!r} = {c.value:.6g} {tag.unit}, admitted {admitted.low:.6g} to {admitted.high:.6g} {tag.unit}"
-            found.append(Finding("CHK-RANGE", Owner.ACTION, max(margin, 0.0) if margin > -slack else margin,
-                                 tag.unit, 0.0, 0, f"{text} in state {target.name!r}"))  # fmt: skip
-        if tag.rate_limit is not None and c.value is not None:
-            rate = float("inf") if c.rate is None else c.rate
-            margin = tag.rate_limit - rate
-            text = f"{c.tag!r} ramps at {rate:.6g} {tag.unit}/s, limit {tag.rate_limit:.6g} {tag.unit}/s"
-            found.append(Finding("CHK-RATE", Owner.ACTION, margin, f"{tag.unit}/s", 0.0, 0, text))
+        if c.value is None:
+            continue
+        tag, rate = tags[c.tag], float("inf") if c.rate is None else c.rate
+        slack = 1e-9 * max(abs(admitted.low), abs(admitted.high), 1.0)
+        excess = max(admitted.low - c.value, c.value - admitted.high)
+        if excess > slack:
+            text = f"{c.tag!r} = {c.value:.6g} {tag.unit} in state {target.name!r}; admitted are"
+            text = f"{text} {admitted.low:.6g} to {admitted.high:.6g} {tag.unit}"
+            found.append(Finding("CHK-RANGE", Owner.ACTION, -excess, tag.unit, 0.0, 0, text))
+        if tag.rate_limit is not None and rate > tag.rate_limit:
+            text = f"{c.tag!r} ramps at {rate:.6g} {tag.unit}/s; limit {tag.rate_limit:.6g} {tag.unit}/s"
+            found.append(Finding("CHK-RATE", Owner.ACTION, tag.rate_limit - rate, f"{tag.unit}/s", 0.0, 0, text))
     return tuple(found)
 
 

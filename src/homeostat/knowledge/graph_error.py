@@ -28,6 +28,8 @@ class Code(StrEnum):
     """A tag is used that the signal table does not have."""
     UNKNOWN_COMPONENT = "unknown-component"
     """A component is used that the equipment table does not have."""
+    DISCONNECTED_COMPONENT = "disconnected-component"
+    """A component is not a part, at any depth, of the whole plant."""
     UNKNOWN_PARAMETER = "unknown-parameter"
     """A parameter is used that no table has, or that the process model does not have."""
     UNKNOWN_STATE = "unknown-state"

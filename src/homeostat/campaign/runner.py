@@ -1,0 +1,161 @@
+"""Runs: one scenario from start to score."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from dataclasses import dataclass
+
+from homeostat.campaign.scenario import Scenario
+from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_at_end, outcome, production_loss
+from homeostat.cases.case import Case
+from homeostat.cases.wiring import wire
+from homeostat.domain.diagnosis import Hypothesis
+from homeostat.domain.ports import Clock
+from homeostat.domain.recovery import Command
+from homeostat.domain.snapshot import Trajectory
+from homeostat.plant.clock import DeclaredClock, ThinkingClock
+from homeostat.plant.simulated import PlantConfiguration, SimulatedPlant
+from homeostat.supervisor import Budget
+from homeostat.trace import MemoryTrace, Trace
+from homeostat.trace.decisions import Attempted, Diagnosed, FellBack, ReleasedActions, StateEntered
+from homeostat.trace.events import Event
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """What a run came to."""
+
+    scenario: Scenario
+    """Its ground truth."""
+    outcome: OutcomeKind
+    """How it ended."""
+    actor: str
+    """Who acted: ``search``, ``language``, ``fallback`` or ``none``."""
+    detected_s: float | None
+    """Process time of the first report [s]."""
+    released_s: float | None
+    """Process time of the first release [s]."""
+    attempts: int
+    """Proposals that were judged."""
+    hypotheses: tuple[Hypothesis, ...]
+    """The last diagnosis before the first release, or the last one."""
+    actions: tuple[Command, ...]
+    """The last commands that were written."""
+    min_margin: float | None
+    """Least margin of the first approval, each criterion in its own unit."""
+    exposures: tuple[Exposure, ...]
+    """Seconds outside each limit."""
+    production_loss: float
+    """Fraction of the fault-free production lost from the onset on [1]."""
+    thinking_s: float
+    """Wall-clock seconds from the first noticed symptom to the first release, thinking only [s]."""
+    wall_s: float
+    """Wall-clock seconds of the whole run [s]."""
+    truth: Trajectory
+    """True values."""
+    reason: str
+    """Why the fallback acted; empty where it did not."""
+
+    @property
+    def good(self) -> bool:
+        """Recovered, or rightly left alone."""
+        return self.outcome in (OutcomeKind.RECOVERED, OutcomeKind.NO_ACTION)
+
+
+class Recorder:
+    """Follows a trace and keeps what the score needs."""
+
+    def __init__(self, clock: ThinkingClock | DeclaredClock) -> None:
+        """``clock`` tells how much thinking went before each event."""
+        self._clock = clock
+        self.started_s: float | None = None
+        self.diagnosed: list[tuple[float, Diagnosed]] = []
+        self.attempts: list[Attempted] = []
+        self.released: list[tuple[float, ReleasedActions, float]] = []
+        self.fallbacks: list[tuple[float, FellBack]] = []
+
+    def __call__(self, event: Event, at_s: float) -> None:
+        """Take one event."""
+        match event:
+            case StateEntered() if self.started_s is None:
+                self.started_s = at_s
+            case Diagnosed():
+                self.diagnosed.append((at_s, event))
+            case Attempted():
+                self.attempts.append(event)
+            case ReleasedActions():
+                self.released.append((at_s, event, self._clock.total_s))
+            case FellBack():
+                self.fallbacks.append((at_s, event))
+
+
+def build_plant(case: Case, scenario: Scenario, clock: Clock) -> SimulatedPlant:
+    """The plant of a scenario: its own true parameters, its faults, its noise."""
+    configuration = PlantConfiguration(
+        parameters=case.true_parameters(scenario.seed), inputs=case.start, faults=scenario.faults,
+        end_s=scenario.end_s, noise_seed=scenario.seed * 7919 + 13,
+    )  # fmt: skip
+    return SimulatedPlant(case.model, case.description.variables, configuration, clock)
+
+
+def run_unattended(case: Case, scenario: Scenario) -> Trajectory:
+    """True values of a scenario in which nobody acts."""
+    plant = build_plant(case, scenario, DeclaredClock(0.0))
+
+    async def watch() -> None:
+        async for _ in plant.snapshots():
+            pass
+
+    asyncio.run(watch())
+    return plant.truth()
+
+
+def run(
+    case: Case,
+    scenario: Scenario,
+    trace: Trace | None = None,
+    clock: ThinkingClock | DeclaredClock | None = None,
+    budget: Budget | None = None,
+) -> RunResult:
+    """Run ``scenario`` to its end and score it; everything that happens goes to ``trace``."""
+    begin = time.monotonic()
+    clock = clock or ThinkingClock()
+    trace = trace or MemoryTrace()
+    recorder = Recorder(clock)
+    trace.subscribe(recorder)
+    plant = build_plant(case, scenario, clock)
+    supervisor = wire(case, plant, clock, trace, scenario.seed, budget)
+    asyncio.run(supervisor.supervise())
+    truth = plant.truth()
+    healthy = run_unattended(case, Scenario(case.name, (), scenario.seed, scenario.end_s))
+    return _score(case, scenario, recorder, truth, healthy, clock.total_s, time.monotonic() - begin)
+
+
+def _score(
+    case: Case, scenario: Scenario, seen: Recorder, truth: Trajectory, healthy: Trajectory, thinking_s: float,
+    wall_s: float,
+) -> RunResult:  # fmt: skip
+    limits = case.description.limits
+    # A report before the onset is a false alarm, not a detection.
+    onset = scenario.onset_s
+    reports = [t for t, _ in seen.diagnosed if onset is None or t >= onset]
+    detected = reports[0] if reports else None
+    kind = outcome(
+        bool(scenario.faults), detected is not None, len(seen.released), len(seen.fallbacks),
+        inside_at_end(truth, limits),
+    )  # fmt: skip
+    first = seen.released[0] if seen.released else None
+    believed = [e for t, e in seen.diagnosed if first is None or t <= first[0]]
+    actor = "fallback" if seen.fallbacks else (seen.released[-1][1].proposer if seen.released else "none")
+    commands = seen.fallbacks[-1][1].commands if seen.fallbacks else (seen.released[-1][1].commands if first else ())
+    started = seen.started_s if seen.started_s is not None else truth.start_s
+    return RunResult(
+        scenario=scenario, outcome=kind, actor=actor, detected_s=detected, released_s=first[0] if first else None,
+        attempts=len(seen.attempts), hypotheses=believed[-1].hypotheses if believed else (), actions=commands,
+        min_margin=first[1].min_margin if first else None,
+        exposures=exposures(truth, limits, started, detected),
+        production_loss=production_loss(truth, healthy, case.delivered, onset if onset is not None else started),
+        thinking_s=first[2] if first else thinking_s, wall_s=wall_s, truth=truth,
+        reason=seen.fallbacks[0][1].reason if seen.fallbacks else "",
+    )  # fmt: skip

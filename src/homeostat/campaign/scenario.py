@@ -1,0 +1,80 @@
+"""A scenario: which plant, which faults are truly there, which seed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from homeostat.cases.case import Case
+from homeostat.domain.diagnosis import FaultState
+
+
+class ScenarioError(ValueError):
+    """A scenario asks for something that the case does not have; the message says what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """The ground truth of one run; no agent, twin or gate sees it."""
+
+    case: str
+    """Name of the case."""
+    faults: tuple[FaultState, ...]
+    """Injected faults; empty for a fault-free run."""
+    seed: int
+    """Seed of the plant's parameters, its disturbances and the twin's draws."""
+    end_s: float
+    """Process time at which the run ends [s]."""
+
+    @property
+    def fault(self) -> str:
+        """Names of the faults joined by '+'; 'none' for a fault-free run."""
+        return "+".join(f.fault for f in self.faults) or "none"
+
+    @property
+    def onset_s(self) -> float | None:
+        """Process time of the first fault [s]; None for a fault-free run."""
+        return min((f.onset_s for f in self.faults), default=None)
+
+
+def scenario(
+    case: Case, fault: str, seed: int, onset_s: float | None = None, severity: float | None = None,
+    end_s: float | None = None,
+) -> Scenario:  # fmt: skip
+    """The scenario of ``fault``: a fault's name, several joined by '+', or 'none'.
+
+    Args:
+        onset_s: process time from which the faults act [s]; the case's default where None.
+        severity: in the fault's unit; the nominal one where None; only for a single fault.
+        end_s: length of the run [s]; the case's default where None.
+
+    Raises:
+        ScenarioError: unknown fault, severity out of range, onset outside the run, or a negative seed.
+    """
+    end = case.end_s if end_s is None else end_s
+    onset = case.onset_s if onset_s is None else onset_s
+    names = [] if fault == "none" else fault.split("+")
+    if seed < 0:
+        raise ScenarioError(f"seed {seed} must be >= 0")
+    if not (math.isfinite(end) and end > 0):
+        raise ScenarioError(f"end of the run {end:g} s must be finite and > 0 s")
+    if not (math.isfinite(onset) and 0.0 <= onset < end):
+        raise ScenarioError(f"onset {onset:g} s must lie in the run, 0 s to {end:g} s; choose an earlier --onset")
+    if severity is not None and len(names) != 1:
+        raise ScenarioError(f"severity {severity:g} needs exactly one fault, {fault!r} names {len(names)}")
+    if len(set(names)) != len(names):
+        raise ScenarioError(f"{fault!r} names a fault twice; name each once")
+    states = []
+    for name in names:
+        try:
+            mode = case.description.fault(name)
+        except ValueError as unknown:
+            raise ScenarioError(str(unknown)) from None
+        size = mode.severity_nominal if severity is None else severity
+        if not mode.severity_range.contains(size):
+            low, high = mode.severity_range.low, mode.severity_range.high
+            raise ScenarioError(
+                f"severity {size:g} of {name!r} must lie in {low:g} to {high:g} {mode.severity_unit} ({mode.description})"
+            )
+        states.append(FaultState(name, size, onset))
+    return Scenario(case.name, tuple(states), seed, end)

@@ -1,0 +1,149 @@
+"""A case: one plant's graph, process model, reference values and settings, ready to be wired."""
+
+from __future__ import annotations
+
+import csv
+import importlib
+import tomllib
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from homeostat.agents.action import Objective
+from homeostat.domain.baseline import Baseline
+from homeostat.domain.formula import Formula
+from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.tag import near_matches
+from homeostat.process.model import ProcessModel
+from homeostat.process.types import Row
+from homeostat.twin.twin import TwinSettings
+
+CASES = Path(__file__).parent
+
+
+class CaseError(ValueError):
+    """A case is unknown or cannot be used; the message says what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """One panel of a run's figure."""
+
+    title: str
+    """What it shows."""
+    tags: tuple[str, ...]
+    """Tags that are drawn."""
+    limits: tuple[str, ...]
+    """Limits that are drawn as lines."""
+    window: tuple[float, float]
+    """Range of the axis, in the unit of the first tag."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One plant, ready to be wired into a supervisor."""
+
+    name: str
+    """Name of the folder."""
+    title: str
+    """In the engineer's words."""
+    description: PlantDescription
+    """What the graph says."""
+    model: ProcessModel
+    """The equations."""
+    baselines: dict[str, Baseline]
+    """Feature -> reference values."""
+    twin: TwinSettings
+    """How the twin is judged and used."""
+    objective: Objective
+    """What production is to the search."""
+    delivered: tuple[str, ...]
+    """True quantities whose sum is what was produced so far."""
+    started: Formula
+    """Holds once the plant has left start-up."""
+    start: Row
+    """Inputs at the start of a run, shape (inputs,)."""
+    end_s: float
+    """Length of a run [s]."""
+    onset_s: float
+    """Default onset of a fault [s]."""
+    panels: tuple[Panel, ...]
+    """Panels of a run's figure."""
+
+    def true_parameters(self, seed: int) -> Row:
+        """Parameters of the plant that ``seed`` stands for, drawn from the stated uncertainty."""
+        by_symbol = {p.symbol: p for p in self.description.parameters}
+        draws = np.random.default_rng([seed, 1]).standard_normal(len(self.model.parameters))
+        values = [by_symbol[s].value + by_symbol[s].sd * z for s, z in zip(self.model.parameters, draws, strict=True)]
+        return np.array(values)
+
+
+def case_names() -> tuple[str, ...]:
+    """Names of every case that is installed."""
+    return tuple(sorted(p.parent.name for p in CASES.glob("*/case.toml")))
+
+
+def case_folder(name: str) -> Path:
+    """Folder of the case called ``name``; CaseError naming near matches where there is none."""
+    if name not in case_names():
+        known = case_names()
+        raise CaseError(f"unknown case {name!r}{near_matches(name, known)}; installed: {', '.join(known)}")
+    return CASES / name
+
+
+def load_case(name: str, learned: bool = True) -> Case:
+    """Read the case called ``name``: its graph, its model and, unless not ``learned`` yet, its reference values.
+
+    Raises:
+        CaseError: the case is unknown, or its graph, tables and model disagree.
+    """
+    from homeostat.cases.graph import read_description
+
+    folder = case_folder(name)
+    settings = tomllib.loads((folder / "case.toml").read_text(encoding="utf-8"))
+    module, _, attribute = settings["model"].partition(":")
+    model: ProcessModel = getattr(importlib.import_module(module), attribute)()
+    description = read_description(folder, settings["system"], model)
+    started = next(t.guard for t in description.machine.transitions if t.name == settings["run"]["started_by"])
+    return Case(
+        name=name,
+        title=settings["title"],
+        description=description,
+        model=model,
+        baselines=read_baselines(folder / "baseline.csv") if learned else {},
+        twin=_twin_settings(settings["twin"]),
+        objective=Objective(settings["objective"]["throughput"], settings["objective"]["design_rate"]),
+        delivered=tuple(settings["objective"]["delivered"]),
+        started=started,
+        start=_start(settings["start"], description, model),
+        end_s=settings["run"]["end_s"],
+        onset_s=settings["run"]["onset_s"],
+        panels=tuple(
+            Panel(p["title"], tuple(p["tags"]), tuple(p["limits"]), (p["window"][0], p["window"][1]))
+            for p in settings["figure"]
+        ),
+    )
+
+
+def read_baselines(path: Path) -> dict[str, Baseline]:
+    """Feature -> reference values, from the file that ``learn_baselines`` wrote."""
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    numbers = [f.name for f in fields(Baseline) if f.name != "feature"]
+    return {r["feature"]: Baseline(r["feature"], *(float(r[n]) for n in numbers)) for r in rows}
+
+
+def _twin_settings(table: dict[str, Any]) -> TwinSettings:
+    errors = {name: (pair[0], pair[1]) for name, pair in table["errors"].items()}
+    rest = {k: v for k, v in table.items() if k not in ("errors", "initial", "corrected")}
+    return TwinSettings(errors=errors, corrected=tuple(table["corrected"]), initial=dict(table["initial"]), **rest)
+
+
+def _start(values: dict[str, float], description: PlantDescription, model: ProcessModel) -> Row:
+    """Inputs at the start; those that are not given are on automatic."""
+    row = np.full(len(model.inputs), np.nan)
+    for tag, value in values.items():
+        row[model.inputs.index(description.variables[tag])] = value
+    return row

@@ -1,0 +1,85 @@
+"""Learn a case's reference values from fault-free runs: ``python -m homeostat.cases.learn_baselines cstr``.
+
+Every run has its own true parameters, so the reference knows how much healthy plants of one design differ.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import csv
+import sys
+from dataclasses import astuple, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from homeostat.agents.features import FeatureFilter
+from homeostat.agents.monitoring import MonitoringSettings
+from homeostat.cases.case import Case, case_folder, load_case
+from homeostat.domain.baseline import Baseline
+from homeostat.plant.clock import DeclaredClock
+from homeostat.plant.simulated import PlantConfiguration, SimulatedPlant
+
+FIRST_SEED = 100_000
+"""Seeds from here on are for learning; evaluation uses smaller ones."""
+
+
+def feature_values(case: Case, seed: int) -> NDArray[np.float64]:
+    """Feature values of one fault-free run once it has settled, shape (times, features)."""
+    configuration = PlantConfiguration(case.true_parameters(seed), case.start, (), case.end_s, seed * 7919 + 13)
+    plant = SimulatedPlant(case.model, case.description.variables, configuration, DeclaredClock(0.0))
+    filters = [FeatureFilter(f) for f in case.description.features]
+    settle_s = MonitoringSettings().settle_s
+    rows: list[list[float]] = []
+
+    async def watch() -> None:
+        started: float | None = None
+        async for snapshot in plant.snapshots():
+            values = [f.update(snapshot) for f in filters]
+            if started is None and case.started.holds(snapshot.values):
+                started = snapshot.at_s
+            if started is not None and snapshot.at_s - started >= settle_s and None not in values:
+                rows.append([v for v in values if v is not None])
+
+    asyncio.run(watch())
+    return np.array(rows)
+
+
+def learn(case: Case, runs: int) -> tuple[Baseline, ...]:
+    """Reference values of every feature from ``runs`` fault-free runs."""
+    found = [feature_values(case, FIRST_SEED + k) for k in range(runs)]
+    shortest = min(len(v) for v in found)
+    values = np.stack([v[:shortest] for v in found])
+    means = values.mean(axis=1)
+    within = (values - means[:, None]).std(axis=(0, 1))
+    percentiles = np.percentile(values, [1, 5, 50, 95, 99], axis=(0, 1))
+    return tuple(
+        Baseline(
+            feature.name, float(means[:, k].mean()), float(within[k]), float(means[:, k].std()),
+            *(float(p) for p in percentiles[:, k]),
+        )
+        for k, feature in enumerate(case.description.features)
+    )  # fmt: skip
+
+
+def write(path: Path, baselines: tuple[Baseline, ...]) -> None:
+    """Write reference values where :func:`homeostat.cases.case.read_baselines` finds them."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow([f.name for f in fields(Baseline)])
+        for baseline in baselines:
+            name, *numbers = astuple(baseline)
+            table.writerow([name, *(f"{number:.6g}" for number in numbers)])
+
+
+def main(arguments: list[str]) -> int:
+    """Learn and write the reference values of the named case."""
+    name = arguments[0]
+    case = load_case(name, learned=False)
+    write(case_folder(name) / "baseline.csv", learn(case, runs=40))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
