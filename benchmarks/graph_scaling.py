@@ -18,7 +18,8 @@ from pyoxigraph import RdfFormat
 
 from benchmarks.synthetic_plant import node, plant
 from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.query import Argument, Form, template
+from homeostat.knowledge.parameter import Argument
+from homeostat.knowledge.query import Form, template
 from homeostat.knowledge.store import GraphStore
 
 
@@ -47,7 +48,7 @@ def size_of_answer(store: GraphStore, name: str, arguments: dict[str, Argument])
             return len(question.select(store, **arguments))
         case Form.ASK:
             return int(question.ask(store, **arguments))
-        case Form.CONSTRUCT | Form.DESCRIBE:
+        case _:
             return len(question.construct(store, **arguments))
 
 

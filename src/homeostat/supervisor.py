@@ -15,6 +15,7 @@ from homeostat.domain.behaviour import StateMachine
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.limits import Limits
 from homeostat.domain.ports import Clock, Plant
+from homeostat.domain.production import Production
 from homeostat.domain.recovery import ActionSet, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Advice, Approve, HandedOver, LeftAlone, Outcome, Released, Revise, Rollout
@@ -32,6 +33,10 @@ from homeostat.trace.events import Trace
 
 TOLERANCE = 0.3
 """A recovered plant is left alone while soft criteria are missed by no more than this many scales [1]."""
+
+
+GAIN = 0.02
+"""A plant that may be left alone is only touched for at least this much more production [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +75,7 @@ class Supervisor:
         rehearsal: TwinRehearsal,
         machine: StateMachine,
         limits: Limits,
+        production: Production,
         fallbacks: Sequence[FallbackStrategy],
         budget: Budget,
         trace: Trace,
@@ -77,6 +83,7 @@ class Supervisor:
         """Wire the parts together; nothing happens before :meth:`supervise`."""
         self._plant, self._clock, self._crew, self._gate = plant, clock, crew, gate
         self._rehearsal, self._machine, self._limits = rehearsal, machine, limits
+        self._production = production
         self._fallbacks, self._budget, self._trace = tuple(fallbacks), budget, trace
         self._state = machine.initial.name
         self._recovered = False
@@ -111,17 +118,21 @@ class Supervisor:
         """Release a validated action set within the time that physics leaves, leave the plant alone, or hand over."""
         try:
             situation, idle = await self._look(diagnosis)
+            self._gate.correct(self._crew.simulation.instrument_errors(diagnosis))
             fallback = await self._arm_fallback(diagnosis)
             limit_s = self._deadline_s(idle)
             self._trace.record(_armed(fallback, limit_s), self._seen_s)
-            target = self._machine.state(self._state)
-            verdict = self._crew.validation.judge(idle_actions(self._state), idle, target)
-            if isinstance(verdict, Approve) or self._good_enough(verdict):
-                worst = min(f.margin for f in verdict.findings)
-                self._trace.record(LeftAsIs(self._state, worst), self._seen_s)
-                return LeftAlone(self._seen_s, worst)
-            async with asyncio.timeout(limit_s):
-                found = await self._ask_proposers(situation)
+            verdict = self._crew.validation.judge(idle_actions(self._state), idle, self._machine.state(self._state))
+            fine = isinstance(verdict, Approve) or self._good_enough(verdict)
+            if fine and not self._recovered:
+                return self._leave_alone(verdict)
+            try:
+                async with asyncio.timeout(limit_s):
+                    found = await self._ask_proposers(situation, idle if fine else None)
+            except (TimeoutError, NoAdmissiblePlan):
+                if fine or (self._recovered and self._harmless(verdict)):
+                    return self._leave_alone(verdict)
+                raise
             self._rehearsal.prepare(diagnosis, self._machine.state(found.actions.target))
             released = await self._gate.release(found.actions, found.approval, self._seen_s)
             self._note_release(found, released)
@@ -132,8 +143,11 @@ class Supervisor:
             await self._gate.fall_back("internal error")
             raise
 
-    async def deliberate(self, proposer: Proposer, situation: Situation) -> Approved:
-        """Plan, act, simulate, validate and reprompt until a verdict approves."""
+    async def deliberate(self, proposer: Proposer, situation: Situation, idle: Rollout | None = None) -> Approved:
+        """Plan, act, simulate, validate and reprompt until a verdict approves.
+
+        Where the plant may also be left as it is (``idle`` is that rollout), only what produces clearly more will do.
+        """
         advice = Advice()
         for number in range(1, self._budget.attempts + 1):
             path = advice.keep_path or await proposer.planning.plan(situation, advice)
@@ -143,6 +157,8 @@ class Supervisor:
             self._trace.record(Attempted.of(number, proposer.name, path, actions, rollout, verdict), self._seen_s)
             match verdict:
                 case Approve():
+                    if idle is not None and not self._gain(idle, rollout):
+                        raise NoAdmissiblePlan(f"{proposer.name}: nothing better than leaving the plant alone")
                     return Approved(actions, verdict, proposer.name)
                 case Revise():
                     advice = self._crew.reprompting.advise(path, verdict, advice)
@@ -150,12 +166,14 @@ class Supervisor:
                     assert_never(verdict)
         raise NoAdmissiblePlan(f"{proposer.name}: no proposal was approved in {self._budget.attempts} attempts")
 
-    async def _ask_proposers(self, situation: Situation) -> Approved:
+    async def _ask_proposers(self, situation: Situation, idle: Rollout | None) -> Approved:
         """Ask one proposer after the other; the last one's failure is everyone's."""
+        if idle is not None and not self._worthwhile(idle):
+            raise NoAdmissiblePlan("the plant already produces what it can")
         reason = NoAdmissiblePlan("the crew has no proposer")
         for proposer in self._crew.proposers:
             try:
-                return await self.deliberate(proposer, situation)
+                return await self.deliberate(proposer, situation, idle)
             except NoAdmissiblePlan as failed:
                 reason = failed
         raise reason
@@ -187,9 +205,28 @@ class Supervisor:
 
     def _good_enough(self, verdict: Revise) -> bool:
         """Whether a recovered plant may be left alone although a soft criterion is missed by a little."""
-        soft = {c.name for c in self._limits.criteria if not c.hard}
         scale = self._crew.reprompting.relative
-        return self._recovered and all(f.criterion in soft and scale(f) > -TOLERANCE for f in verdict.violated)
+        return self._recovered and self._harmless(verdict) and all(scale(f) > -TOLERANCE for f in verdict.violated)
+
+    def _harmless(self, verdict: Approve | Revise) -> bool:
+        """Whether everything that protects the plant holds without action."""
+        protecting = {c.name for c in self._limits.criteria if c.hard} | {x.name for x in self._limits.hard}
+        return all(f.satisfied for f in verdict.findings if f.criterion in protecting)
+
+    def _leave_alone(self, verdict: Approve | Revise) -> LeftAlone:
+        worst = min(f.margin for f in verdict.findings)
+        self._trace.record(LeftAsIs(self._state, worst), self._seen_s)
+        return LeftAlone(self._seen_s, worst)
+
+    def _rate(self, rollout: Rollout) -> float:
+        """Mean production of a rollout as a fraction of the design rate [1]."""
+        return float(rollout.trajectory.signals[self._production.throughput].mean()) / self._production.design_rate
+
+    def _worthwhile(self, idle: Rollout) -> bool:
+        return self._rate(idle) < 1.0 - GAIN
+
+    def _gain(self, idle: Rollout, better: Rollout) -> bool:
+        return self._rate(better) > self._rate(idle) + GAIN
 
     async def _hand_over(self, reason: str) -> HandedOver:
         """Let the fallback act and say why."""

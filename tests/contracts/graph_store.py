@@ -120,11 +120,12 @@ class GraphStoreContract:
         assert store.ask(f"ASK {{ {S} {P} 1 }}")
 
     def test_what_is_rejected_leaves_no_trace(self, store: GraphStore) -> None:
-        for request in (
+        requests: tuple[Callable[[], None], ...] = (
             lambda: store.load(f"{S} {P} 1 .\n{S} {P} .".encode(), RdfFormat.TURTLE, G),
             lambda: store.load(f"{S} {P} 1 {G} .\n{S} {P} .".encode(), RdfFormat.N_QUADS),
             lambda: store.update(f"INSERT DATA {{ {S} {P} 1 }} ; INSERT DATA {{ {S} }}"),
-        ):
+        )
+        for request in requests:
             with pytest.raises(QueryRejected):
                 request()
         assert store.select(EVERYTHING) == ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import pytest
@@ -20,6 +20,22 @@ from tests.knowledge.servers import Quiet, free_port, http_server
 JSON = "application/sparql-results+json"
 YES = b'{"head":{},"boolean":true}'
 Handle = Callable[[Quiet], None]
+
+
+def send(status: int, media_type: str, body: bytes, **headers: str) -> Handle:
+    """A server that reads each request and gives this reply."""
+
+    def handle(request: Quiet) -> None:
+        request.sent()
+        request.answer(status, media_type, body, **headers)
+
+    return handle
+
+
+def at(urls: Sequence[str], authorization: str | None = None) -> SparqlEndpoint:
+    """A client of these four addresses."""
+    query, update, graph, dataset = urls
+    return SparqlEndpoint(query, update, graph, dataset, authorization=authorization)
 
 
 @contextmanager
@@ -108,11 +124,7 @@ def test_nobody_at_the_address() -> None:
     ],
 )
 def test_a_status_tells_who_is_to_blame(status: int, kind: type[StoreError], remedy: str) -> None:
-    def refuse(request: Quiet) -> None:
-        request.sent()
-        request.answer(status, "text/plain", b"" if status == 304 else b"line one\nline two " + b"x" * 5000)
-
-    error = failure(refuse)
+    error = failure(send(status, "text/plain", b"" if status == 304 else b"line one\nline two " + b"x" * 5000))
     assert type(error) is kind
     assert f"status {status}" in str(error) and str(error).endswith(remedy)
     assert status == 304 or "line one line two" in str(error)
@@ -130,7 +142,7 @@ def test_a_status_tells_who_is_to_blame(status: int, kind: type[StoreError], rem
     ],
 )
 def test_what_is_no_answer_is_no_store(media_type: str, body: bytes) -> None:
-    error = failure(lambda request: (request.sent(), request.answer(200, media_type, body))[1])
+    error = failure(send(200, media_type, body))
     assert type(error) is StoreUnavailable and "check that the address is a SPARQL query service" in str(error)
 
 
@@ -157,7 +169,7 @@ def test_an_answer_without_end_is_cut() -> None:
 
 
 def test_an_answer_of_the_greatest_length_is_read() -> None:
-    with endpoint(lambda request: (request.sent(), request.answer(200, JSON, YES))[1], max_bytes=len(YES)) as store:
+    with endpoint(send(200, JSON, YES), max_bytes=len(YES)) as store:
         assert store.ask("ASK {}") is True
 
 
@@ -170,12 +182,7 @@ def test_a_redirect_to_another_host_is_refused_and_not_visited() -> None:
 
     with endpoint(trap) as other:
         for status in (301, 302, 303, 307, 308):
-
-            def away(request: Quiet, status: int = status) -> None:
-                request.sent()
-                request.answer(status, "text/plain", b"", Location=other.query_url)
-
-            error = failure(away)
+            error = failure(send(status, "text/plain", b"", Location=other.query_url))
             assert type(error) is StoreUnavailable and other.query_url in str(error)
     assert not visited.is_set()
 
@@ -195,12 +202,12 @@ def test_a_redirect_on_the_same_host_is_followed_with_the_same_request(status: i
 
 
 def test_a_redirect_that_would_lose_the_question_is_not_followed() -> None:
-    error = failure(lambda request: (request.sent(), request.answer(303, "text/plain", b"", Location="/other"))[1])
+    error = failure(send(303, "text/plain", b"", Location="/other"))
     assert type(error) is StoreUnavailable and "configure that address" in str(error)
 
 
 def test_redirects_in_a_circle_end() -> None:
-    error = failure(lambda request: (request.sent(), request.answer(307, "text/plain", b"", Location="/query"))[1])
+    error = failure(send(307, "text/plain", b"", Location="/query"))
     assert "redirects more than 3 times" in str(error)
 
 
@@ -238,7 +245,7 @@ def test_authorization_is_sent_but_not_shown() -> None:
     with endpoint(guard) as store:
         with pytest.raises(StoreUnavailable, match="who are you"):
             store.ask("ASK {}")
-        allowed = SparqlEndpoint(*[store.query_url] * 4, authorization="Basic c2VjcmV0")
+        allowed = at([store.query_url] * 4, authorization="Basic c2VjcmV0")
         assert allowed.ask("ASK {}") is True
     assert "c2VjcmV0" not in repr(allowed)
 
@@ -259,7 +266,7 @@ def test_an_address_is_a_plain_http_address(url: str) -> None:
     good = "http://localhost:7878/query"
     for position in range(4):
         with pytest.raises(ValueError, match="must be http"):
-            SparqlEndpoint(*[url if i == position else good for i in range(4)])
+            at([url if i == position else good for i in range(4)])
 
 
 def test_the_two_products_differ_in_paths_only() -> None:

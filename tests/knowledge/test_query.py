@@ -25,16 +25,13 @@ ECHO = parse(
 # param flag: boolean -- a truth value
 # param thing: iri -- a thing
 # param things: iri* -- some things
-SELECT ?text ?whole ?number ?flag ?thing ?each # $text is no parameter here
+SELECT ?text_ ?whole_ ?number_ ?flag_ ?thing_ ?each ?literally # $text is no parameter here
 WHERE {
   BIND($text AS ?text_) BIND("$text <$text> # $text" AS ?literally)
-  BIND(?text_ AS ?copy) BIND($whole AS ?whole_) BIND($number AS ?number_) BIND($flag AS ?flag_) BIND($thing AS ?thing_)
+  BIND($whole AS ?whole_) BIND($number AS ?number_) BIND($flag AS ?flag_) BIND($thing AS ?thing_)
   OPTIONAL { VALUES ?each { $things } }
 }
-""".replace(
-        "SELECT ?text ?whole ?number ?flag ?thing ?each",
-        "SELECT ?text_ ?whole_ ?number_ ?flag_ ?thing_ ?each ?literally",
-    ),
+""",
 )
 PLAIN: dict[str, Argument] = {
     "text": "a",
@@ -69,7 +66,7 @@ PLANT = EmbeddedStore()
 PLANT.load(plant(2), RdfFormat.N_TRIPLES)
 
 
-def echo(**arguments: Argument) -> tuple[object, ...]:
+def echo(**arguments: Argument) -> tuple[str, float, float, bool, NamedNode]:
     """What the echo template gives back in its first row, as Python values."""
     row = ECHO.select(STORE, **{**PLAIN, **arguments})[0]
     assert row.text("literally") == "$text <$text> # $text"
@@ -110,7 +107,7 @@ def test_numbers_truth_values_and_things_arrive_unchanged(whole: int, number: fl
 def test_a_list_is_that_many_terms(count: int) -> None:
     things = tuple(NamedNode(f"urn:n:{i}") for i in range(count))
     rows = ECHO.select(STORE, **{**PLAIN, "things": things})
-    assert [row.optional_iri("each") for row in rows] == list(things or (None,))
+    assert {row.optional_iri("each") for row in rows} == set(things or (None,)) and len(rows) == max(1, count)
 
 
 WRONG: tuple[tuple[str, object], ...] = (
@@ -143,29 +140,24 @@ def test_what_is_no_iri_cannot_become_one(value: str) -> None:
 
 def test_missing_and_unknown_arguments_are_refused_by_name() -> None:
     without = {name: value for name, value in PLAIN.items() if name != "thing"}
-    with pytest.raises(
-        ParameterError, match=r"'echo': parameter 'thing' is missing, takes text: string, whole: integer"
-    ):
+    with pytest.raises(ParameterError, match="'echo': parameter 'thing' is missing, takes text: string, whole"):
         ECHO.bind(without)
     with pytest.raises(ParameterError, match="'echo': parameter 'thnig' is unknown"):
         ECHO.bind({**PLAIN, "thnig": NamedNode("urn:x")})
 
 
-@pytest.mark.parametrize("name", [name for name in names() if template(name).form is not Form.UPDATE])
+@pytest.mark.parametrize("name", questions(1))
 def test_an_attack_on_any_template_is_refused_or_finds_nothing(name: str) -> None:
-    good = questions(1).get(name)
-    if good is None:
-        pytest.skip("asked about plants that the synthetic one does not have")
+    good = questions(1)[name]
     assert size_of_answer(PLANT, name, good) > 0
     before = PLANT.dump(RdfFormat.N_QUADS)
     for parameter in template(name).parameters:
         for attack in ATTACKS:
             try:
-                bad: Argument = (
-                    NamedNode(f"urn:{attack}") if parameter.kind is Kind.IRI else (NamedNode(f"urn:{attack}"),)
-                )
+                thing = NamedNode(f"urn:{attack}")
             except ValueError:
                 continue
+            bad: Argument = thing if parameter.kind is Kind.IRI else (thing,)
             changed = size_of_answer(PLANT, name, {**good, parameter.name: bad})
             assert changed <= size_of_answer(PLANT, name, good)
         with pytest.raises(ParameterError):
@@ -234,8 +226,8 @@ HEAD = "# form: ASK\n# doc: Something.\n"
         (HEAD + "# param a: iri -- x\nASK { ?s ?p '$a' }", r"uses \[\]"),
         (HEAD + "# param a: iri -- x\n# param a: iri -- x\nASK { $a ?p ?o }", r"declares parameters \['a', 'a'\]"),
         (HEAD + "# param a: iri -- x\nASK { $a ?p ?a }", "'a' is both a parameter and a variable"),
-        (HEAD + "# param a: iri* -- x\nASK { $a ?p ?o }", r"'\$a' does not keep to that"),
-        (HEAD + "# param a: iri -- x\nASK { VALUES ?s { $a } }", r"'\$a' does not keep to that"),
+        (HEAD + "# param a: iri* -- x\nASK { $a ?p ?o }", r"'\$a' must stand in 'VALUES"),
+        (HEAD + "# param a: iri -- x\nASK { VALUES ?s { $a } }", r"'\$a' must stand in 'VALUES"),
     ],
 )
 def test_a_template_that_contradicts_itself_is_refused(text: str, complaint: str) -> None:
@@ -245,10 +237,8 @@ def test_a_template_that_contradicts_itself_is_refused(text: str, complaint: str
 
 
 def test_parameters_are_found_only_where_a_term_can_stand() -> None:
-    text = (
-        HEAD
-        + "# param a: iri -- x\nASK { <urn:$a> <urn:p> '''$a\n\"$a''' . # $a\n $a ?p \"\\\"$a\" FILTER(1 < 2 && 3 > 2) }"
-    )
+    places = "ASK { <urn:$a> <urn:p> '''$a\n\"$a''' . # $a\n $a ?p \"\\\"$a\" FILTER(1 < 2 && 3 > 2) }"
+    text = f"{HEAD}# param a: iri -- x\n{places}"
     bound = parse("places", text).bind({"a": NamedNode("urn:term")})
     assert bound == text.replace("\n $a ?p", "\n <urn:term> ?p")
     assert STORE.ask(bound) is False

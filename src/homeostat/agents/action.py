@@ -13,6 +13,7 @@ from homeostat.agents.candidates import Point, SearchSpace, present_point
 from homeostat.agents.crew import Situation
 from homeostat.agents.simulation import plausible
 from homeostat.domain.limits import Criterion, Limit, LimitKind, Limits
+from homeostat.domain.production import Production
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Advice
@@ -20,14 +21,10 @@ from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Twin
 
 
-@dataclass(frozen=True, slots=True)
-class Objective:
-    """What production is."""
-
-    throughput: str
-    """Tag whose mean is the production rate."""
-    design_rate: float
-    """Its value by design, in the tag's unit."""
+HOPELESS = 5.0
+"""A search whose cost stays above this cannot be cured by refinement [production]."""
+CHANGE = 0.04
+"""Production that a setpoint change over its whole range is worth [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,10 +33,14 @@ class SearchSettings:
 
     slack: float = 0.08
     """Margin that is kept on the search's own rollouts, in scales of the criterion's unit [1]."""
-    steps: tuple[float, ...] = (0.12, 0.05, 0.02, 0.008)
-    """Step of each refinement, as a fraction of each range [1]."""
+    coarse: tuple[float, ...] = (0.12, 0.05)
+    """Step of each refinement on few members, as a fraction of each range [1]."""
     bases: int = 3
-    """Points that each refinement starts from."""
+    """Points that each of these starts from."""
+    finalists: int = 12
+    """Points that are tried again on as many members as validation uses."""
+    fine: tuple[float, ...] = (0.02, 0.008)
+    """Step of each refinement on those."""
     least_probability: float = 0.05
     """Hypotheses below this are left to validation [1]."""
 
@@ -52,15 +53,17 @@ class SearchAction:
         twin: Twin,
         limits: Limits,
         tags: Mapping[str, Tag],
-        objective: Objective,
+        production: Production,
         scales: Mapping[str, float],
         settings: SearchSettings | None = None,
     ) -> None:
         """``scales``: unit -> what counts as one unit of margin in it."""
         self._twin = twin
-        self._criteria: tuple[Criterion | Limit, ...] = (*limits.criteria, *limits.limits)
+        self._criteria: tuple[Criterion | Limit, ...] = (
+            *limits.criteria, *limits.of_kind(LimitKind.INTERLOCK), *limits.of_kind(LimitKind.ENVELOPE)
+        )
         self._tags = tags
-        self._objective = objective
+        self._production = production
         self._scales = scales
         self._settings = settings or SearchSettings()
 
@@ -71,18 +74,27 @@ class SearchAction:
 
     def _search(self, space: SearchSpace, situation: Situation, required: Mapping[str, float]) -> ActionSet:
         likely = plausible(situation.diagnosis, self._settings.least_probability, most=6)
-        ensemble = self._twin.ensemble(likely, self._twin.settings.search_draws)
+        settings, twin = self._settings, self._twin.settings
+        few = self._twin.ensemble(likely, twin.search_draws)
         tried: dict[Point, float] = {}
         present = present_point(space.state, situation.snapshot.values)
-        self._evaluate(space.first(present), space, ensemble, required, tried)
-        for fraction in self._settings.steps:
-            bases = sorted(tried, key=lambda p: tried[p])[: self._settings.bases]
-            near = [p for base in bases for p in space.around(base, fraction)]
+        self._evaluate(space.first(present), space, few, required, tried)
+        for fraction in settings.coarse:
+            bases = self._best(tried, space, settings.bases)
             before = tried[bases[0]]
-            self._evaluate(near, space, ensemble, required, tried)
-            if before > 5.0 and min(tried.values()) > 0.9 * before:
-                break
-        return space.actions(min(tried, key=lambda p: (tried[p], space.distance(p))))
+            self._evaluate([p for b in bases for p in space.around(b, fraction)], space, few, required, tried)
+            if before > HOPELESS and min(tried.values()) > 0.9 * before:
+                return space.actions(self._best(tried, space, 1)[0])
+        many = self._twin.ensemble(likely, twin.draws, purpose=-1)
+        sure: dict[Point, float] = {}
+        self._evaluate(self._best(tried, space, settings.finalists), space, many, required, sure)
+        for fraction in settings.fine:
+            (base,) = self._best(sure, space, 1)
+            self._evaluate(space.around(base, fraction), space, many, required, sure)
+        return space.actions(self._best(sure, space, 1)[0])
+
+    def _best(self, tried: Mapping[Point, float], space: SearchSpace, count: int) -> list[Point]:
+        return sorted(tried, key=lambda p: (tried[p], space.distance(p)))[:count]
 
     def _evaluate(
         self,
@@ -100,11 +112,11 @@ class SearchAction:
         schedules = np.stack([self._twin.schedule(space.actions(p), horizon) for p in fresh])
         signals, dt_s = self._twin.try_many(ensemble, schedules)
         members = len(ensemble.states)
-        rate = signals[self._objective.throughput].mean(axis=1).reshape(len(fresh), members)
-        cost = 1.0 - rate.mean(axis=1) / self._objective.design_rate
+        rate = signals[self._production.throughput].mean(axis=1).reshape(len(fresh), members)
+        cost = 1.0 - rate.mean(axis=1) / self._production.design_rate
         cost += 10.0 * self._missing(signals, dt_s, required, len(fresh))
         for point, value in zip(fresh, cost.tolist(), strict=True):
-            tried[point] = value + 0.01 * space.distance(point)
+            tried[point] = value + CHANGE * space.distance(point)
 
     def _missing(
         self, signals: Mapping[str, NDArray[np.float64]], dt_s: float, required: Mapping[str, float], count: int
@@ -115,8 +127,7 @@ class SearchAction:
             if isinstance(c, Criterion):
                 margin = c.formula.evaluate(signals, dt_s).value
             else:
-                margins = c.formula.margins(signals, dt_s)
-                margin = margins[:, 0] if c.kind is LimitKind.PERMISSIVE else margins.min(axis=1)
+                margin = c.formula.margins(signals, dt_s).min(axis=1)
             scale = self._scales.get(c.formula.unit, 1.0)
             worst = np.broadcast_to(margin, (next(iter(signals.values())).shape[0],))
             worst = worst.reshape(count, -1).min(axis=1) / scale

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -65,6 +66,10 @@ class Simulation(Protocol):
 
     def observe(self, snapshots: tuple[Snapshot, ...]) -> None:
         """Bring the twin up to the present."""
+        ...
+
+    def instrument_errors(self, diagnosis: Diagnosis) -> tuple[Mapping[str, float], ...]:
+        """Tag -> reading minus truth under each plausible hypothesis; small calibration errors are left out."""
         ...
 
     async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet) -> Rollout:

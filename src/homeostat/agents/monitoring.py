@@ -57,7 +57,8 @@ class Monitoring:
         self._counted = 0
         self._started_s: float | None = None
         self._centred = False
-        self._acknowledged: set[str] = set()
+        self._acknowledged: dict[str, float] = {}
+        self._released_s: float | None = None
         self._first_s: float | None = None
         self._quiet_until_s = 0.0
         self._review_at_s: float | None = None
@@ -86,7 +87,8 @@ class Monitoring:
             return nothing
         self._known = next(h.faults for h in hypotheses if h.faults)
         self._last = self._symptoms or self._last
-        self._acknowledged = {s.rule for s in self._symptoms}
+        self._acknowledged.update({s.rule: self._at_s + self._settings.review_s for s in self._symptoms})
+        self._sharpen(hypotheses)
         return Diagnosis(self._at_s, self._last, hypotheses)
 
     def follow(self, outcome: Outcome) -> None:
@@ -94,6 +96,7 @@ class Monitoring:
         self._first_s = None
         match outcome:
             case Released(at_s=at_s):
+                self._released_s = at_s
                 self._quiet_until_s = at_s + self._settings.transient_s
                 self._review_at_s = at_s + self._settings.review_s
             case LeftAlone(at_s=at_s):
@@ -117,7 +120,6 @@ class Monitoring:
         active = tuple(w.active for w in self._watches if w.active is not None)
         if not self._centred and not active:
             self._learn({k: v for k, v in values.items() if v is not None})
-        self._acknowledged &= {s.rule for s in active}
         return active
 
     def _learn(self, values: Mapping[str, float]) -> None:
@@ -136,7 +138,7 @@ class Monitoring:
         if self._review_at_s is not None and at_s >= self._review_at_s:
             self._review_at_s = at_s + self._settings.review_s
             return True
-        fresh = {s.rule for s in self._symptoms} - self._acknowledged
+        fresh = {s.rule for s in self._symptoms if self._acknowledged.get(s.rule, 0.0) <= at_s}
         return bool(fresh) and at_s >= self._quiet_until_s
 
     def _explain(self, symptoms: tuple[Symptom, ...]) -> tuple[Hypothesis, ...]:
@@ -146,6 +148,14 @@ class Monitoring:
         candidates += [f.fault for f in self._known]
         ordered = list(dict.fromkeys(candidates))
         return self._twin.explain(ordered, self._known) if ordered else ()
+
+    def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
+        """Where one fault of one size explains everything since the release, learn the parameters from that time."""
+        if self._released_s is None or len(hypotheses) > 1:
+            return
+        seconds = int(min(self._at_s - self._released_s, self._settings.review_s)) - 60
+        if seconds >= self._settings.review_s / 2:
+            self._twin.recalibrate(seconds, hypotheses[0].faults)
 
     def _unsure(self, hypotheses: tuple[Hypothesis, ...]) -> bool:
         """Whether no explanation stands out."""

@@ -10,6 +10,8 @@ from homeostat.domain.verdict import Advice, Approve, Finding, Verdict
 
 CURABLE = 0.5
 """A violation of up to this many scales is worth another try on the same path."""
+STEP = 0.15
+"""Least additional margin that is asked for, in scales [1]: asking for less gives the same proposal again."""
 TRIES = 3
 """Attempts on one path before another one is asked for."""
 
@@ -32,7 +34,8 @@ class MarginReprompting:
             return Advice(findings=violated, refused_paths=(*before.refused_paths, path.states))
         wanted = dict(before.required)
         for f in violated:
-            wanted[f.criterion] = max(wanted.get(f.criterion, 0.0), 0.0) - 1.3 * f.margin
+            step = max(-1.3 * f.margin, STEP * self._scales.get(f.unit, 1.0))
+            wanted[f.criterion] = wanted.get(f.criterion, 0.0) + step
         return Advice(violated, path, tries, before.refused_paths, tuple(sorted(wanted.items())))
 
     def relative(self, finding: Finding) -> float:

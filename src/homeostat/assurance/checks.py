@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 
 import numpy as np
@@ -18,13 +19,15 @@ from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, RolloutR
 
 def judge(actions: ActionSet, rollout: Rollout, limits: Limits, target: State, tags: Mapping[str, Tag]) -> Verdict:
     """Approve ``actions`` only if every check holds in every member of ``rollout``; default is to refuse."""
-    if rollout.digest != actions.digest:
-        return Revise((_refusal("CHK-DIGEST", "the rollout belongs to another action set; roll this one out first"),))
-    if rollout.result is not RolloutResult.COMPLETED:
-        return Revise((_refusal("CHK-ROLLOUT", f"{rollout.result.value} {rollout.note}"),))
+    if actions.target != target.name:
+        text = f"the action set leads to {actions.target!r}; judge it for that state, not for {target.name!r}"
+        return Revise((_refusal("CHK-TARGET", text),))
+    unfit = _unfit(actions, rollout, {*target.settled_when.tags, *_read(limits.criteria), *_read(limits.limits)})
+    if unfit is not None:
+        return Revise((unfit,))
     findings = (
         *command_findings(actions, target, tags),
-        *rollout_findings(rollout, limits.criteria, limits.limits),
+        *rollout_findings(rollout, limits.criteria, limits.limits, actions),
         target_finding(rollout, target),
     )
     if all(f.satisfied for f in findings):
@@ -34,25 +37,32 @@ def judge(actions: ActionSet, rollout: Rollout, limits: Limits, target: State, t
 
 def judge_safety(actions: ActionSet, rollout: Rollout, limits: Limits) -> Verdict:
     """Judge a fallback: only what protects the plant counts."""
-    if rollout.digest != actions.digest or rollout.result is not RolloutResult.COMPLETED:
-        return Revise((_refusal("CHK-ROLLOUT", f"{rollout.result.value} {rollout.note}"),))
-    findings = rollout_findings(rollout, [c for c in limits.criteria if c.hard], limits.hard)
+    criteria = [c for c in limits.criteria if c.hard]
+    unfit = _unfit(actions, rollout, _read(criteria) | _read(limits.hard))
+    if unfit is not None:
+        return Revise((unfit,))
+    findings = rollout_findings(rollout, criteria, limits.hard, actions)
     return Approve(actions.digest, findings) if all(f.satisfied for f in findings) else Revise(findings)
 
 
 def rollout_findings(
-    rollout: Rollout, criteria: Iterable[Criterion], limits: Iterable[Limit]
+    rollout: Rollout, criteria: Iterable[Criterion], limits: Iterable[Limit], actions: ActionSet
 ) -> tuple[Finding, ...]:
     """One finding per criterion and limit: the worst member's margin and its time.
 
-    Interlocks and envelopes must hold throughout, permissives at the moment of release.
+    Interlocks and envelopes must hold throughout; permissives at the moment of release, with every commanded tag at
+    the value that it is commanded to.
     """
     signals, dt_s = rollout.trajectory.signals, rollout.trajectory.dt_s
-    found = [worst(c.name, c.owner, c.formula, c.description, signals, dt_s) for c in criteria]
+    covered_s = rollout.trajectory.length * dt_s
+    found = [
+        _too_short(c, covered_s) or worst(c.name, c.owner, c.formula, c.description, signals, dt_s) for c in criteria
+    ]
+    commanded = {c.tag: np.float64(c.value) for c in actions.commands if c.value is not None}
+    at_release = {tag: commanded.get(tag, values[:, :1]) for tag, values in signals.items()}
     for limit in limits:
-        margins = limit.formula.margins(signals, dt_s)
-        if limit.kind is LimitKind.PERMISSIVE:
-            margins = margins[:, :1]
+        permissive = limit.kind is LimitKind.PERMISSIVE
+        margins = np.atleast_2d(limit.formula.margins(at_release if permissive else signals, dt_s))
         member, row = np.unravel_index(int(np.argmin(margins)), margins.shape)
         found.append(
             _finding(limit.name, Owner.ACTION, limit.formula, limit.description, float(margins[member, row]),
@@ -75,7 +85,7 @@ def worst(
 def target_finding(rollout: Rollout, target: State) -> Finding:
     """Whether every member has reached the target state at the end of the rollout."""
     last = {tag: values[:, -1:] for tag, values in rollout.trajectory.signals.items()}
-    margins = np.broadcast_to(target.settled_when.margins(last, rollout.trajectory.dt_s), (max(1, len(rollout.weights)), 1))
+    margins = target.settled_when.margins(last, rollout.trajectory.dt_s)
     member = int(np.argmin(margins[:, 0]))
     end_s = (rollout.trajectory.length - 1) * rollout.trajectory.dt_s
     return _finding(
@@ -93,6 +103,8 @@ def command_findings(actions: ActionSet, target: State, tags: Mapping[str, Tag])
             found.append(_refusal("CHK-ADMISSIBLE", f"{c.tag!r} may not be commanded in state {target.name!r}"))
             continue
         if c.value is None:
+            if admitted.design is not None:
+                found.append(_refusal("CHK-AUTOMATIC", f"{c.tag!r} has no automatic mode in state {target.name!r}"))
             continue
         tag, rate = tags[c.tag], float("inf") if c.rate is None else c.rate
         slack = 1e-9 * max(abs(admitted.low), abs(admitted.high), 1.0)
@@ -108,13 +120,61 @@ def command_findings(actions: ActionSet, target: State, tags: Mapping[str, Tag])
 
 
 def permissive_findings(snapshot: Snapshot, actions: ActionSet, limits: Limits) -> tuple[Finding, ...]:
-    """The permissives on a snapshot as it would be right after the release of ``actions``."""
-    values = dict(snapshot.values)
+    """The permissives on a snapshot as it would be right after the release of ``actions``.
+
+    One that reads a tag without usable reading is violated.
+    """
+    commanded = {c.tag for c in actions.commands}
+    values = {tag: value for tag, value in usable(snapshot).items() if tag not in commanded}
     values.update({c.tag: c.value for c in actions.commands if c.value is not None})
-    return tuple(
-        _finding(p.name, Owner.ACTION, p.formula, p.description, p.formula.margin_at(values), 0.0, 0)
-        for p in limits.of_kind(LimitKind.PERMISSIVE)
-    )
+    found = []
+    for p in limits.of_kind(LimitKind.PERMISSIVE):
+        blind = unjudged(p, values)
+        if blind is None:
+            found.append(_finding(p.name, Owner.ACTION, p.formula, p.description, p.formula.margin_at(values), 0.0, 0))
+        else:
+            found.append(_refusal(p.name, blind))
+    return tuple(found)
+
+
+def usable(snapshot: Snapshot) -> dict[str, float]:
+    """Tag -> value of the readings that are finite and not marked bad."""
+    return {tag: value for tag, value in snapshot.values.items() if math.isfinite(value) and tag not in snapshot.bad}
+
+
+def unjudged(limit: Limit, values: Mapping[str, float]) -> str | None:
+    """Why ``limit`` cannot be judged from ``values``; None where it can. What is not known does not hold."""
+    missing = ", ".join(repr(tag) for tag in sorted(limit.formula.tags - values.keys()))
+    if not missing:
+        return None
+    return f"{limit.formula.text!r} cannot be judged without a usable value of {missing} ({limit.name})"
+
+
+def _read(rules: Iterable[Criterion | Limit]) -> set[str]:
+    """Tags that ``rules`` read."""
+    return {tag for rule in rules for tag in rule.formula.tags}
+
+
+def _unfit(actions: ActionSet, rollout: Rollout, read: set[str]) -> Finding | None:
+    """Why ``rollout`` says nothing about ``actions``; None where it does. ``read``: the tags that are judged."""
+    if rollout.digest != actions.digest:
+        return _refusal("CHK-DIGEST", "the rollout belongs to another action set; roll this one out first")
+    if rollout.result is not RolloutResult.COMPLETED:
+        return _refusal("CHK-ROLLOUT", f"{rollout.result.value} {rollout.note}")
+    signals = rollout.trajectory.signals
+    for tag in sorted(read & signals.keys()):
+        if not np.isfinite(signals[tag]).all():
+            return _refusal("CHK-FINITE", f"{tag!r} is not finite in the rollout; the twin left the physical world")
+    return None
+
+
+def _too_short(criterion: Criterion, covered_s: float) -> Finding | None:
+    """A refusal where ``criterion`` looks beyond the rollout: whatever is asked of an empty window holds."""
+    ahead_s = criterion.formula.horizon_s
+    if ahead_s <= covered_s or math.isinf(ahead_s):
+        return None
+    text = f"{criterion.formula.text!r} looks {ahead_s:.0f} s ahead; the rollout covers {covered_s:.0f} s"
+    return _refusal(criterion.name, text)
 
 
 def _finding(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from homeostat.assurance.checks import permissive_findings
+from homeostat.assurance.checks import permissive_findings, unjudged, usable
 from homeostat.domain.limits import Limits
 from homeostat.domain.ports import Plant, Rehearsal
 from homeostat.domain.recovery import ActionSet, FallbackStrategy
@@ -21,7 +21,7 @@ class Gate:
     """Releases an action set that carries its own approval, or a fallback; nothing else reaches the plant."""
 
     def __init__(
-        self, plant: Plant, limits: Limits, fallback: FallbackStrategy, rehearsal: Rehearsal, filter_s: float = 10.0
+        self, plant: Plant, limits: Limits, fallback: FallbackStrategy, rehearsal: Rehearsal, filter_s: float = 20.0
     ) -> None:
         """``fallback`` acts until a better one is armed; ``filter_s`` smooths readings before limits are judged [s]."""
         self._plant = plant
@@ -30,6 +30,7 @@ class Gate:
         self._armed = fallback
         self._gain = 1.0 - math.exp(-1.0 / filter_s)
         self._smooth: dict[str, float] = {}
+        self._errors: tuple[Mapping[str, float], ...] = ({},)
         self.latched: str | None = None
         """Why the fallback acted; None while it has not. A latched gate releases nothing more."""
 
@@ -46,47 +47,70 @@ class Gate:
         """Write ``actions`` to the plant; ``seen_s`` is the process time up to which the rehearsal knows the plant.
 
         Raises:
-            Refused: the gate is latched, the approval is another action set's, a permissive does not hold on a
-                fresh snapshot, or the rollout repeated from there is not approved.
+            Refused: the gate is latched, the approval is another action set's, a hard limit cannot be judged or a
+                permissive does not hold on a fresh snapshot, or the rollout repeated from there is not approved.
         """
-        if self.latched is not None:
-            raise Refused(f"the gate is latched ({self.latched}); an operator must reset it")
+        self._refuse_if_latched()
         if approval.digest != actions.digest:
-            raise Refused(f"approval {approval.digest[:12]} is not for action set {actions.digest[:12]}; judge it first")
+            raise Refused(f"the approval is not for action set {actions.digest[:12]}; judge that one first")
         fresh = await self._plant.since(seen_s)
         snapshot = fresh[-1]
+        blind = self._blind(usable(snapshot))
+        if blind is not None:
+            raise Refused(f"readings at release: {blind}")
         for finding in permissive_findings(snapshot, actions, self._limits):
             if not finding.satisfied:
                 raise Refused(f"permissive at release: {finding.message}")
         match self._rehearsal.rehearse(fresh, actions):
             case Approve(digest=digest) if digest == actions.digest:
+                self._refuse_if_latched()  # the fallback may have acted while the plant was read
                 await self._plant.write(actions.commands)
                 return Released(actions, snapshot.at_s)
             case Revise() as revise:
-                worst = min(revise.violated, key=lambda f: f.margin)
-                raise Refused(f"rollout from the fresh snapshot: {worst.message}")
+                worst = min(revise.violated, key=lambda f: f.margin, default=None)
+                raise Refused(f"rollout from the fresh snapshot: {worst.message if worst else 'no reason is given'}")
             case _:
                 raise Refused("the rehearsal approved another action set; nothing is released")
 
     async def fall_back(self, reason: str) -> FallbackStrategy:
-        """Bring the plant to a safe state and latch; safe to call twice."""
-        await self._plant.write(self._armed.actions.commands)
+        """Bring the plant to a safe state and latch, even if the plant cannot be reached; safe to call twice."""
         if self.latched is None:
             self.latched = reason
+        await self._plant.write(self._armed.actions.commands)
         return self._armed
 
+    def correct(self, errors: tuple[Mapping[str, float], ...]) -> None:
+        """Take note of instrument errors: one mapping (tag -> reading minus truth) per plausible explanation.
+
+        A limit counts as broken if it is broken under any of them; the readings themselves are among them unless
+        the diagnosis rules them out.
+        """
+        self._errors = errors or ({},)
+
     def watch(self, snapshot: Snapshot) -> str | None:
-        """The hard limit that smoothed readings break, with its margin; None while all hold."""
-        self._follow(snapshot.values)
-        for limit in self._limits.hard:
-            margin = limit.formula.margin_at(self._smooth)
-            if margin < 0.0:
-                return f"{limit.formula.text!r} is broken by {-margin:.4g} {limit.formula.unit} ({limit.name})"
+        """The hard limit that smoothed readings break or that cannot be judged; None while all hold."""
+        readings = usable(snapshot)
+        blind = self._blind(readings)
+        if blind is not None:
+            return blind
+        self._follow(readings)
+        for errors in self._errors:
+            values = {t: v - errors.get(t, 0.0) for t, v in self._smooth.items()}
+            for limit in self._limits.hard:
+                margin = limit.formula.margin_at(values)
+                if margin < 0.0:
+                    return f"{limit.formula.text!r} is broken by {-margin:.4g} {limit.formula.unit} ({limit.name})"
         return None
 
-    def _follow(self, values: Mapping[str, float]) -> None:
-        for tag, value in values.items():
+    def _follow(self, readings: Mapping[str, float]) -> None:
+        for tag, value in readings.items():
             before = self._smooth.get(tag, value)
-            # A setpoint or a manual output is exact; NaN means automatic.
-            still = math.isnan(before) or math.isnan(value)
-            self._smooth[tag] = value if still else before + self._gain * (value - before)
+            self._smooth[tag] = before + self._gain * (value - before)
+
+    def _blind(self, readings: Mapping[str, float]) -> str | None:
+        """Which hard limit the readings cannot decide; None where they decide all."""
+        return next((b for limit in self._limits.hard if (b := unjudged(limit, readings)) is not None), None)
+
+    def _refuse_if_latched(self) -> None:
+        if self.latched is not None:
+            raise Refused(f"the gate is latched ({self.latched}); an operator must reset it")

@@ -6,8 +6,11 @@ import asyncio
 import time
 from dataclasses import dataclass
 
+import numpy as np
+
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_at_end, outcome, production_loss
+from homeostat.campaign.watched import WatchedPlant, Watcher
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import wire
 from homeostat.domain.diagnosis import Hypothesis
@@ -54,6 +57,8 @@ class RunResult:
     """Wall-clock seconds of the whole run [s]."""
     truth: Trajectory
     """True values."""
+    measured: Trajectory
+    """What the instruments said, at the same times."""
     reason: str
     """Why the fallback acted; empty where it did not."""
 
@@ -104,11 +109,18 @@ def run_unattended(case: Case, scenario: Scenario) -> Trajectory:
     plant = build_plant(case, scenario, DeclaredClock(0.0))
 
     async def watch() -> None:
-        async for _ in plant.snapshots():
+        async for _ in WatchedPlant(plant).snapshots():
             pass
 
     asyncio.run(watch())
     return plant.truth()
+
+
+def measured(plant: SimulatedPlant) -> Trajectory:
+    """What the instruments said over a run that has ended."""
+    snapshots = asyncio.run(plant.since(0.0))
+    signals = {tag: np.array([[s.values[tag] for s in snapshots]]) for tag in snapshots[0].values}
+    return Trajectory(start_s=snapshots[0].at_s, dt_s=1.0, signals=signals)
 
 
 def run(
@@ -117,24 +129,29 @@ def run(
     trace: Trace | None = None,
     clock: ThinkingClock | DeclaredClock | None = None,
     budget: Budget | None = None,
+    watcher: Watcher | None = None,
 ) -> RunResult:
-    """Run ``scenario`` to its end and score it; everything that happens goes to ``trace``."""
+    """Run ``scenario`` to its end and score it; everything that happens goes to ``trace``.
+
+    ``watcher`` is shown every snapshot.
+    """
     begin = time.monotonic()
     clock = clock or ThinkingClock()
     trace = trace or MemoryTrace()
     recorder = Recorder(clock)
     trace.subscribe(recorder)
     plant = build_plant(case, scenario, clock)
-    supervisor = wire(case, plant, clock, trace, scenario.seed, budget)
+    supervisor = wire(case, WatchedPlant(plant, watcher), clock, trace, scenario.seed, budget)
     asyncio.run(supervisor.supervise())
     truth = plant.truth()
     healthy = run_unattended(case, Scenario(case.name, (), scenario.seed, scenario.end_s))
-    return _score(case, scenario, recorder, truth, healthy, clock.total_s, time.monotonic() - begin)
+    wall_s = time.monotonic() - begin
+    return _score(case, scenario, recorder, truth, measured(plant), healthy, clock.total_s, wall_s)
 
 
 def _score(
-    case: Case, scenario: Scenario, seen: Recorder, truth: Trajectory, healthy: Trajectory, thinking_s: float,
-    wall_s: float,
+    case: Case, scenario: Scenario, seen: Recorder, truth: Trajectory, readings: Trajectory, healthy: Trajectory,
+    thinking_s: float, wall_s: float,
 ) -> RunResult:  # fmt: skip
     limits = case.description.limits
     # A report before the onset is a false alarm, not a detection.
@@ -156,6 +173,6 @@ def _score(
         min_margin=first[1].min_margin if first else None,
         exposures=exposures(truth, limits, started, detected),
         production_loss=production_loss(truth, healthy, case.delivered, onset if onset is not None else started),
-        thinking_s=first[2] if first else thinking_s, wall_s=wall_s, truth=truth,
+        thinking_s=first[2] if first else thinking_s, wall_s=wall_s, truth=truth, measured=readings,
         reason=seen.fallbacks[0][1].reason if seen.fallbacks else "",
     )  # fmt: skip

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from homeostat.cases.case import Case
 from homeostat.domain.diagnosis import FaultState
+
+LONGEST_S = 86_400.0
+"""Longest run: a day [s]. Every second is kept in memory."""
+LARGEST_SEED = 2**32 - 1
+"""Largest seed; the seeds of the plant's noise follow from it and must fit into 64 bits."""
 
 
 class ScenarioError(ValueError):
@@ -49,17 +53,19 @@ def scenario(
         end_s: length of the run [s]; the case's default where None.
 
     Raises:
-        ScenarioError: unknown fault, severity out of range, onset outside the run, or a negative seed.
+        ScenarioError: unknown fault, severity, onset, end or seed out of range.
     """
     end = case.end_s if end_s is None else end_s
     onset = case.onset_s if onset_s is None else onset_s
     names = [] if fault == "none" else fault.split("+")
-    if seed < 0:
-        raise ScenarioError(f"seed {seed} must be >= 0")
-    if not (math.isfinite(end) and end > 0):
-        raise ScenarioError(f"end of the run {end:g} s must be finite and > 0 s")
-    if not (math.isfinite(onset) and 0.0 <= onset < end):
-        raise ScenarioError(f"onset {onset:g} s must lie in the run, 0 s to {end:g} s; choose an earlier --onset")
+    if not 0 <= seed <= LARGEST_SEED:
+        raise ScenarioError(f"seed {seed} must lie in 0 to {LARGEST_SEED}")
+    if not 1.0 <= end <= LONGEST_S:
+        raise ScenarioError(f"end of the run {end:g} s must lie in 1 s to {LONGEST_S:g} s")
+    if onset_s is not None and not names:
+        raise ScenarioError(f"onset {onset_s:g} s needs a fault; name one, or leave the onset out")
+    if names and not 0.0 <= onset < end:
+        raise ScenarioError(f"onset {onset:g} s must lie in the run, 0 s to {end:g} s; choose an earlier onset")
     if severity is not None and len(names) != 1:
         raise ScenarioError(f"severity {severity:g} needs exactly one fault, {fault!r} names {len(names)}")
     if len(set(names)) != len(names):
@@ -72,9 +78,8 @@ def scenario(
             raise ScenarioError(str(unknown)) from None
         size = mode.severity_nominal if severity is None else severity
         if not mode.severity_range.contains(size):
-            low, high = mode.severity_range.low, mode.severity_range.high
-            raise ScenarioError(
-                f"severity {size:g} of {name!r} must lie in {low:g} to {high:g} {mode.severity_unit} ({mode.description})"
-            )
+            unit = "" if mode.severity_unit == "1" else f" {mode.severity_unit}"
+            allowed = f"{mode.severity_range.low:g} to {mode.severity_range.high:g}{unit}"
+            raise ScenarioError(f"severity {size:g} of {name!r} must lie in {allowed} ({mode.description})")
         states.append(FaultState(name, size, onset))
     return Scenario(case.name, tuple(states), seed, end)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -71,6 +72,7 @@ def production_loss(
     """Fraction of the fault-free production between two times that was lost [1].
 
     ``delivered`` names the true quantities whose sum is what was produced so far (delivered, or still in the plant).
+    NaN where nothing would have been produced in that time.
     """
     first = int(np.searchsorted(truth.times_s, from_s))
     last = truth.length - 1 if to_s is None else int(np.searchsorted(truth.times_s, to_s))
@@ -78,7 +80,8 @@ def production_loss(
     def made(run: Trajectory) -> float:
         return float(sum(run.signals[d][0, last] - run.signals[d][0, first] for d in delivered))
 
-    return 1.0 - made(truth) / made(healthy)
+    possible = made(healthy)
+    return 1.0 - made(truth) / possible if possible else math.nan
 
 
 def outcome(faulty: bool, detected: bool, released: int, fallbacks: int, inside: bool) -> OutcomeKind:

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from homeostat.agents.action import Objective
 from homeostat.domain.baseline import Baseline
 from homeostat.domain.formula import Formula
 from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.production import Production
 from homeostat.domain.tag import near_matches
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Row
@@ -57,7 +57,7 @@ class Case:
     """Feature -> reference values."""
     twin: TwinSettings
     """How the twin is judged and used."""
-    objective: Objective
+    production: Production
     """What production is to the search."""
     delivered: tuple[str, ...]
     """True quantities whose sum is what was produced so far."""
@@ -114,7 +114,7 @@ def load_case(name: str, learned: bool = True) -> Case:
         model=model,
         baselines=read_baselines(folder / "baseline.csv") if learned else {},
         twin=_twin_settings(settings["twin"]),
-        objective=Objective(settings["objective"]["throughput"], settings["objective"]["design_rate"]),
+        production=Production(settings["objective"]["throughput"], settings["objective"]["design_rate"]),
         delivered=tuple(settings["objective"]["delivered"]),
         started=started,
         start=_start(settings["start"], description, model),

@@ -21,7 +21,7 @@ from homeostat.twin.twin import Twin
 def search_proposer(case: Case, twin: Twin) -> Proposer:
     """The deterministic proposer that is always there."""
     d = case.description
-    action = SearchAction(twin, d.limits, d.tags_by_name, case.objective, d.scales)
+    action = SearchAction(twin, d.limits, d.tags_by_name, case.production, d.scales)
     return Proposer("search", SearchPlanning(d.machine, d.faults), action)
 
 
@@ -34,11 +34,12 @@ def wire(case: Case, plant: Plant, clock: Clock, trace: Trace, seed: int, budget
     crew = Crew(
         monitoring=Monitoring(twin, d, case.baselines, case.started),
         proposers=(search_proposer(case, twin),),
-        simulation=TwinSimulation(twin),
+        simulation=TwinSimulation(twin, tags),
         validation=LimitValidation(d.limits, tags),
         reprompting=MarginReprompting(d.scales),
     )
     gate = Gate(plant, d.limits, d.fallback_strategies[0], rehearsal)
     return Supervisor(
-        plant, clock, crew, gate, rehearsal, d.machine, d.limits, d.fallback_strategies, budget or Budget(), trace
+        plant, clock, crew, gate, rehearsal, d.machine, d.limits, case.production, d.fallback_strategies,
+        budget or Budget(), trace,
     )

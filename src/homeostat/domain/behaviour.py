@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
@@ -20,6 +21,12 @@ class SetpointRange:
     """Largest admissible value, in the tag's unit."""
     design: float | None
     """Value by design; None for 'automatic' (manual outputs)."""
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low <= self.high):
+            raise ValueError(
+                f"setpoint range of {self.tag!r} [{self.low!r}, {self.high!r}] must be finite, low <= high"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +86,8 @@ class StateMachine:
         names = {s.name for s in self.states}
         if len(names) != len(self.states):
             raise ValueError(f"state machine {self.name!r}: state names are not unique")
+        if len({t.name for t in self.transitions}) != len(self.transitions):
+            raise ValueError(f"state machine {self.name!r}: transition names are not unique")
         for t in self.transitions:
             for end in (t.source, t.target):
                 if end not in names:

@@ -173,4 +173,5 @@ class PlantDescription:
             if fault.name == name:
                 return fault
         known = [f.name for f in self.faults]
-        raise ValueError(f"plant {self.name!r} has no fault {name!r}{near_matches(name, known)}; it has {', '.join(known)}")
+        hint = near_matches(name, known)
+        raise ValueError(f"plant {self.name!r} has no fault {name!r}{hint}; it has {', '.join(known)}")

@@ -61,7 +61,7 @@ class Trajectory:
     @property
     def times_s(self) -> NDArray[np.float64]:
         """Process times of the samples [s], shape (times,)."""
-        return self.start_s + self.dt_s * np.arange(self.length)
+        return self.start_s + self.dt_s * np.arange(self.length, dtype=np.float64)
 
     @property
     def length(self) -> int:

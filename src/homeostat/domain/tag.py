@@ -71,6 +71,8 @@ class Tag:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.scale) and self.scale > 0):
             raise ValueError(f"tag {self.name!r}: scale {self.scale!r} must be finite and > 0 {self.unit}")
+        if self.rate_limit is not None and not math.isfinite(self.rate_limit):
+            raise ValueError(f"tag {self.name!r}: rate limit {self.rate_limit!r} must be finite, in {self.unit}/s")
 
 
 def near_matches(name: str, known: Iterable[str]) -> str:

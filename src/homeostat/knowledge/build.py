@@ -1,7 +1,7 @@
 """A plant's graph from its engineering tables: mapping, rules, checks, sorted Turtle.
 
-``python -m homeostat.knowledge.build FOLDER`` writes ``FOLDER/plant.ttl``. With ``--triples FILE`` it compares what
-another RML processor made of the same mapping, so that no processor is trusted alone.
+``python -m homeostat.knowledge.build FOLDER`` writes ``FOLDER/plant.ttl`` unless something is wrong. ``--triples FILE``
+compares what another RML processor made of the same mapping, so that no processor is trusted alone.
 """
 
 from __future__ import annotations
@@ -15,11 +15,15 @@ from typing import Final
 
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse
 
-from .derive import complete, table_hash
+from .conformance import check_shapes
+from .derive import complete
+from .description.plant import read_plant
+from .embedded import EmbeddedStore
 from .graph_error import Code, GraphError
-from .rml import materialise, read_mapping
+from .rml import materialise
+from .rml_mapping import read_mapping
 from .turtle import write_turtle
-from .vocabulary import HS, RDF, XSD, CPSMod
+from .vocabulary import RDF, XSD, CPSMod
 
 MAPPING: Final = "mapping.rml.ttl"
 """Name of the mapping in a plant's folder."""
@@ -51,6 +55,18 @@ def build(folder: Path, other: frozenset[Triple] | None = None) -> bytes:
     return write_turtle(triples, namespace[:-1].rpartition(":")[2], namespace)
 
 
+def refuse_incomplete(graph: bytes) -> None:
+    """GraphError where the graph breaks a shape or cannot be read into the domain's types."""
+    store = EmbeddedStore()
+    store.load(graph, RdfFormat.TURTLE)
+    if broken := check_shapes(store):
+        more = "".join(f"\n  {violation}" for violation in broken[1:])
+        raise GraphError(Code.BAD_SHAPE, broken[0].focus, broken[0].message + more)
+    plants = store.select(f"SELECT ?plant {{ ?plant a {CPSMod.SystemModel} }}")
+    for row in plants:
+        read_plant(store, row.iri("plant"))
+
+
 def check_numbers(triples: Iterable[Triple]) -> None:
     """GraphError where a number cannot be read or is not finite."""
     for triple in sorted(triples, key=str):
@@ -60,22 +76,6 @@ def check_numbers(triples: Iterable[Triple]) -> None:
             subject = str(triple.subject).rpartition("#")[2].strip("<>")
             thing = f"{subject} {triple.predicate.value.rpartition('#')[2]}"
             raise GraphError(Code.BAD_NUMBER, thing, f"{term.value!r} is no finite {kind}; correct the cell")
-
-
-def stale_tables(folder: Path, graph: bytes) -> tuple[str, ...]:
-    """Tables that are not as they were when ``graph`` was built, relative to ``folder``."""
-    names: dict[str, str] = {}
-    hashes: dict[str, str] = {}
-    for triple in parse(graph, format=RdfFormat.TURTLE):
-        if triple.predicate == HS.fileName:
-            names[str(triple.subject)] = triple.object.value
-        elif triple.predicate == HS.sha256:
-            hashes[str(triple.subject)] = triple.object.value
-    return tuple(sorted(name for node, name in names.items() if _changed(folder / name, hashes.get(node))))
-
-
-def _changed(path: Path, recorded: str | None) -> bool:
-    return not path.is_file() or table_hash(path) != recorded
 
 
 def _readable(term: Literal) -> bool:
@@ -99,6 +99,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         other = _read_triples(options.triples) if options.triples else None
         graph = build(options.folder, other)
+        refuse_incomplete(graph)
     except GraphError as error:
         print(f"{options.folder}: {error}", file=sys.stderr)
         return 1

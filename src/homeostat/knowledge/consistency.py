@@ -1,17 +1,14 @@
-"""Do a plant's tables, its graph and its process model agree? Every mistake is named; none is found at run time only."""
+"""Do a plant's tables, its graph and its process model agree? Every mistake is named before anything runs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
-from homeostat.domain.formula import Formula
-from homeostat.domain.formula_ast import Always, Eventually, Node, Until, children, walk
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.tag import Role, near_matches
 
-from .graph_error import Code, GraphError
-from .intervals import Intervals, bounds, can_fail, can_hold
+from . import consistency_commands, consistency_rules
+from .graph_error import Code, Found, GraphError
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +50,11 @@ def inconsistencies(plant: PlantDescription, model: ModelInterface) -> tuple[Inc
         *_loops(plant),
         *_equations(plant),
         *_states(plant),
-        *_setpoints(plant),
-        *_fallbacks(plant),
         *_faults(plant, model),
-        *_formulas(plant),
-        *_criteria(plant, model),
+        *consistency_commands.setpoints(plant),
+        *consistency_commands.fallbacks(plant),
+        *consistency_rules.formulas(plant),
+        *consistency_rules.criteria(plant, model.horizon_s),
     ]
     return tuple(Inconsistency(code, thing, message) for code, thing, message in found)
 
@@ -70,10 +67,7 @@ def refuse_inconsistent(plant: PlantDescription, model: ModelInterface) -> None:
         raise GraphError(found[0].code, found[0].thing, found[0].message + more)
 
 
-_Found = Iterator[tuple[Code, str, str]]
-
-
-def _components(plant: PlantDescription) -> _Found:
+def _components(plant: PlantDescription) -> Found:
     above = {component.name: component.part_of for component in plant.components}
     for component in plant.components:
         seen: set[str] = set()
@@ -86,7 +80,7 @@ def _components(plant: PlantDescription) -> _Found:
             yield Code.DISCONNECTED_COMPONENT, f"component {component.name!r}", message
 
 
-def _signals(plant: PlantDescription, model: ModelInterface) -> _Found:
+def _signals(plant: PlantDescription, model: ModelInterface) -> Found:
     symbols = {parameter.symbol for parameter in plant.parameters}
     for signal in plant.signals:
         thing = f"tag {signal.tag.name!r}"
@@ -97,7 +91,7 @@ def _signals(plant: PlantDescription, model: ModelInterface) -> _Found:
             yield Code.DUPLICATE_ID, thing, "is also the symbol of a parameter; rename one"
 
 
-def _parameters(plant: PlantDescription, model: ModelInterface) -> _Found:
+def _parameters(plant: PlantDescription, model: ModelInterface) -> Found:
     stated = {parameter.symbol for parameter in plant.parameters}
     for symbol in sorted(model.parameters - stated):
         yield Code.MISSING_PARAMETER, f"parameter {symbol!r}", "is needed by the process model and stated in no table"
@@ -106,7 +100,7 @@ def _parameters(plant: PlantDescription, model: ModelInterface) -> _Found:
         yield Code.UNKNOWN_PARAMETER, f"parameter {symbol!r}", f"is stated but unknown to the process model{hint}"
 
 
-def _loops(plant: PlantDescription) -> _Found:
+def _loops(plant: PlantDescription) -> Found:
     for loop in plant.loops:
         places = ((loop.process_variable, Role.PV), (loop.setpoint, Role.SP), (loop.manipulated_variable, Role.MV))
         for name, role in places:
@@ -115,7 +109,7 @@ def _loops(plant: PlantDescription) -> _Found:
                 yield Code.LOOP_ROLE, f"loop {loop.name!r}", f"tag {name!r} has role {found}, its place needs {role}"
 
 
-def _equations(plant: PlantDescription) -> _Found:
+def _equations(plant: PlantDescription) -> Found:
     known = {tag.name for tag in plant.tags} | {parameter.symbol for parameter in plant.parameters}
     for equation in plant.equations:
         for name in sorted(equation.expression.tags - known):
@@ -124,7 +118,7 @@ def _equations(plant: PlantDescription) -> _Found:
             yield Code.UNKNOWN_SYMBOL, f"equation {equation.name!r}", message
 
 
-def _states(plant: PlantDescription) -> _Found:
+def _states(plant: PlantDescription) -> Found:
     machine = plant.machine
     reached = {machine.initial.name}
     for _ in machine.states:
@@ -138,50 +132,7 @@ def _states(plant: PlantDescription) -> _Found:
         yield Code.NO_RECOVERY_TARGET, thing, "no state is a recovery_target, so no recovery could end"
 
 
-def _setpoints(plant: PlantDescription) -> _Found:
-    for state in plant.machine.states:
-        for setpoint in state.setpoints:
-            thing = f"state {state.name!r}"
-            tag = plant.tag(setpoint.tag)
-            if reason := _not_commandable(plant, setpoint.tag):
-                yield Code.NOT_COMMANDABLE, thing, f"tag {tag.name!r} cannot be commanded: {reason}"
-            allowed = f"[{tag.range.low:g}, {tag.range.high:g}] {tag.unit}"
-            for value in (setpoint.low, setpoint.high):
-                if not tag.range.contains(value):
-                    message = f"admits {tag.name!r} = {value:g}, outside its range {allowed}"
-                    yield Code.SETPOINT_OUTSIDE_RANGE, thing, message
-            if setpoint.design is not None and not setpoint.low <= setpoint.design <= setpoint.high:
-                message = f"design value {setpoint.design:g} of {tag.name!r} is outside [{setpoint.low:g}, {setpoint.high:g}]"
-                yield Code.SETPOINT_OUTSIDE_RANGE, thing, f"{message} {tag.unit}"
-
-
-def _fallbacks(plant: PlantDescription) -> _Found:
-    if not plant.fallback_strategies:
-        yield Code.NO_FALLBACK, f"plant {plant.name!r}", "has no fallback strategy; state at least one"
-    for strategy in plant.fallback_strategies:
-        thing = f"fallback {strategy.name!r}"
-        for command in strategy.actions.commands:
-            tag = plant.tag(command.tag)
-            if reason := _not_commandable(plant, command.tag):
-                yield Code.FALLBACK_TAG_NOT_COMMANDABLE, thing, f"tag {command.tag!r} cannot be commanded: {reason}"
-            if command.value is not None and not tag.range.contains(command.value):
-                allowed = f"[{tag.range.low:g}, {tag.range.high:g}] {tag.unit}"
-                message = f"commands {tag.name!r} = {command.value:g}, outside its range {allowed}"
-                yield Code.FALLBACK_OUTSIDE_RANGE, thing, message
-
-
-def _not_commandable(plant: PlantDescription, name: str) -> str:
-    """Why nobody but the basic control system may write a tag; empty where it may be commanded."""
-    tag = plant.tag(name)
-    if tag.role not in (Role.SP, Role.MV):
-        return f"it has role {tag.role}, needs SP or MV"
-    for loop in plant.loops:
-        if loop.manipulated_variable == name:
-            return f"loop {loop.name!r} writes it; command its setpoint or a manual output instead"
-    return ""
-
-
-def _faults(plant: PlantDescription, model: ModelInterface) -> _Found:
+def _faults(plant: PlantDescription, model: ModelInterface) -> Found:
     indicated = {fault for rule in plant.symptom_rules for fault in rule.faults}
     stated = {fault.name for fault in plant.faults}
     for fault in plant.faults:
@@ -192,66 +143,11 @@ def _faults(plant: PlantDescription, model: ModelInterface) -> _Found:
         if fault.name not in indicated:
             yield Code.FAULT_WITHOUT_SYMPTOM, thing, "no symptom indicates it, so it cannot be diagnosed"
         if not fault.severity_range.contains(fault.severity_nominal):
-            low, high = fault.severity_range.low, fault.severity_range.high
-            message = f"nominal severity {fault.severity_nominal:g} is outside [{low:g}, {high:g}] {fault.severity_unit}"
+            allowed = f"[{fault.severity_range.low:g}, {fault.severity_range.high:g}] {fault.severity_unit}"
+            message = f"nominal severity {fault.severity_nominal:g} is outside {allowed}"
             yield Code.SEVERITY_OUTSIDE_RANGE, thing, message
     for name in sorted(model.faults - stated):
         yield Code.MISSING_FAULT, f"fault {name!r}", "is known to the process model and stated in no table"
     for rule in plant.symptom_rules:
         if not rule.faults:
             yield Code.SYMPTOM_WITHOUT_FAULT, f"symptom {rule.name!r}", "indicates no fault"
-
-
-def _formulas(plant: PlantDescription) -> _Found:
-    ranges = {tag.name: (tag.range.low, tag.range.high) for tag in plant.tags}
-    for transition in plant.machine.transitions:
-        yield from _momentary(f"transition {transition.name!r}", "guard", transition.guard)
-        yield from _judged(plant, f"transition {transition.name!r}", transition.guard, ranges)
-    for state in plant.machine.states:
-        yield from _momentary(f"state {state.name!r}", "settled_when", state.settled_when)
-        yield from _judged(plant, f"state {state.name!r}", state.settled_when, ranges)
-    for limit in plant.limits.limits:
-        yield from _momentary(f"limit {limit.name!r}", "limit", limit.formula)
-        yield from _judged(plant, f"limit {limit.name!r}", limit.formula, ranges)
-        yield from _breakable(f"limit {limit.name!r}", limit.formula, ranges)
-    for criterion in plant.limits.criteria:
-        yield from _judged(plant, f"criterion {criterion.name!r}", criterion.formula, ranges)
-        yield from _breakable(f"criterion {criterion.name!r}", criterion.formula, ranges)
-
-
-def _momentary(thing: str, what: str, formula: Formula) -> _Found:
-    if any(isinstance(node, Always | Eventually | Until) for node, _ in walk(formula.root)):
-        yield Code.LIMIT_LOOKS_AHEAD, thing, f"{what} '{formula}' is judged on one moment; remove always, eventually, until"
-
-
-def _judged(plant: PlantDescription, thing: str, formula: Formula, ranges: Intervals) -> _Found:
-    if not can_hold(formula.root, ranges):
-        yield Code.GUARD_NEVER_TRUE, thing, f"'{formula}' cannot hold for any values inside the ranges of its tags"
-    for bound in bounds(formula.root):
-        tag = plant.tag(bound.tag)
-        if not tag.range.contains(bound.value):
-            allowed = f"[{tag.range.low:g}, {tag.range.high:g}] {tag.unit}"
-            message = f"compares {tag.name!r} with {bound.value:g}, outside its range {allowed}"
-            yield Code.LIMIT_OUTSIDE_RANGE, thing, message
-
-
-def _breakable(thing: str, formula: Formula, ranges: Intervals) -> _Found:
-    if not can_fail(formula.root, ranges):
-        message = f"'{formula}' holds for all values inside the ranges of its tags, so it protects nothing"
-        yield Code.LIMIT_NEVER_BROKEN, thing, message
-
-
-def _criteria(plant: PlantDescription, model: ModelInterface) -> _Found:
-    for criterion in plant.limits.criteria:
-        needs = _bounded_s(criterion.formula.root)
-        if needs > model.horizon_s:
-            message = f"looks {needs:g} s ahead, but a rollout ends after {model.horizon_s:g} s"
-            yield Code.CRITERION_WINDOW_BEYOND_HORIZON, f"criterion {criterion.name!r}", message
-
-
-def _bounded_s(node: Node) -> float:
-    """How many seconds ahead the bounded windows of a formula look; an unbounded one ends with the rollout."""
-    below = max((_bounded_s(child) for child in children(node)), default=0.0)
-    if isinstance(node, Always | Eventually | Until):
-        return below + (node.high_s if node.high_s < float("inf") else node.low_s)
-    return below

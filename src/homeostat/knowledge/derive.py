@@ -1,8 +1,7 @@
-"""What the tables imply and a mapping cannot say: rules, links from formulas to tags, equations as trees, provenance."""
+"""What the tables imply and a mapping cannot say: rules, links from formulas to tags, equations, provenance."""
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Iterator
 from importlib import resources
 from itertools import groupby
@@ -15,6 +14,7 @@ from homeostat.domain.formula import FormulaError, parse, parse_expression
 
 from .graph_error import Code, GraphError
 from .openmath import equation
+from .provenance import sources
 from .vocabulary import DIN17359, HS, RDF, CPSMod
 
 SCRATCH: Final = "urn:homeostat:table#"
@@ -33,7 +33,7 @@ def complete(stated: Iterable[Triple], folder: Path, tables: Iterable[str]) -> f
     for stage in _stages():
         made = [triple for rule in stage for triple in _construct(store, rule)]
         store.bulk_extend(Quad(triple.subject, triple.predicate, triple.object) for triple in made)
-    derived = [*_formula_links(store), *_equations(store), *_provenance(system(store), folder, tables)]
+    derived = [*_formula_links(store), *_equations(store), *sources(system(store), folder, tables)]
     store.bulk_extend(Quad(triple.subject, triple.predicate, triple.object) for triple in derived)
     return frozenset(quad.triple for quad in store if not quad.predicate.value.startswith(SCRATCH))
 
@@ -96,24 +96,11 @@ def _equations(store: Store) -> Iterator[Triple]:
             raise GraphError(Code.BAD_FORMULA, _local(subject), str(error)) from error
 
 
-def _provenance(of: NamedNode, folder: Path, tables: Iterable[str]) -> Iterator[Triple]:
-    namespace, _, _ = of.value.rpartition("#")
-    for table in sorted(set(tables)):
-        node = NamedNode(f"{namespace}#table_{Path(table).stem}")
-        yield Triple(of, HS.wasBuiltFrom, node)
-        yield Triple(node, RDF.type, HS.SourceTable)
-        yield Triple(node, HS.fileName, Literal(table))
-        yield Triple(node, HS.sha256, Literal(table_hash(folder / table)))
-
-
-def table_hash(path: Path) -> str:
-    """SHA-256 of a table in lower-case hexadecimal; line ends count as ``\\n``, however the file was checked out."""
-    return hashlib.sha256(path.read_bytes().replace(b"\r\n", b"\n")).hexdigest()
-
-
 def _texts(store: Store, predicate: NamedNode) -> list[tuple[NamedNode, str]]:
-    quads = store.quads_for_pattern(None, predicate, None)
-    found = [(q.subject, q.object.value) for q in quads if isinstance(q.subject, NamedNode) and isinstance(q.object, Literal)]
+    found = []
+    for quad in store.quads_for_pattern(None, predicate, None):
+        if isinstance(quad.subject, NamedNode) and isinstance(quad.object, Literal):
+            found.append((quad.subject, quad.object.value))
     return sorted(found, key=lambda entry: (entry[0].value, entry[1]))
 
 

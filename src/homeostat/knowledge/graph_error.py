@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from enum import StrEnum
+from typing import TypeAlias
 
 
 class Code(StrEnum):
@@ -12,6 +14,8 @@ class Code(StrEnum):
     """A table cannot be read, or a row lacks what its name is made of."""
     BAD_MAPPING = "bad-mapping"
     """The mapping uses something that is not supported, or a column that the table does not have."""
+    BAD_SHAPE = "bad-shape"
+    """The graph breaks one of the shapes that the system relies on."""
     BAD_NUMBER = "bad-number"
     """A cell should be a finite number and is not."""
     BAD_FORMULA = "bad-formula"
@@ -95,3 +99,7 @@ class GraphError(ValueError):
         self.code = code
         self.thing = thing
         self.message = message
+
+
+Found: TypeAlias = Iterator[tuple[Code, str, str]]
+"""Mistakes as a check finds them: code, thing, message."""

@@ -1,4 +1,4 @@
-"""Can a formula hold, and can it fail, for any values inside the ranges of its tags? Interval arithmetic.
+"""Can a formula hold, and can it fail, for any values inside the ranges of its tags? Interval arithmetic on margins.
 
 The answers err on one side: 'cannot' is proven, 'can' may be wrong where a tag occurs more than once. A conjunction is
 sharper than its parts: bounds that it puts on one tag are intersected first.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TypeAlias, assert_never
+from typing import Final, TypeAlias, assert_never
 
 from homeostat.domain.formula_ast import (
     Always,
@@ -37,6 +37,8 @@ Interval: TypeAlias = tuple[float, float]
 Intervals: TypeAlias = Mapping[str, Interval]
 """One interval per tag."""
 
+_LEAST: Final = math.ulp(0.0)
+
 
 @dataclass(frozen=True, slots=True)
 class Bound:
@@ -51,13 +53,13 @@ class Bound:
 
 
 def can_hold(root: Logic, ranges: Intervals) -> bool:
-    """Whether some values inside ``ranges`` may satisfy the formula."""
-    return _possible(root, ranges)[0]
+    """Whether the margin may be >= 0 for some values inside ``ranges``."""
+    return margin(root, ranges)[1] >= 0.0
 
 
 def can_fail(root: Logic, ranges: Intervals) -> bool:
-    """Whether some values inside ``ranges`` may violate the formula."""
-    return _possible(root, ranges)[1]
+    """Whether the margin may be < 0 for some values inside ``ranges``."""
+    return margin(root, ranges)[0] < 0.0
 
 
 def bounds(root: Logic) -> Iterator[Bound]:
@@ -98,39 +100,45 @@ def _binary(operator: str, left: Interval, right: Interval) -> Interval:
     if operator == "/":
         if right[0] <= 0.0 <= right[1]:
             return (-math.inf, math.inf)
-        right = (1.0 / right[1], 1.0 / right[0])
+        quotients = [a / b for a in left for b in right]
+        return (min(quotients), max(quotients))
     # Zero times an unbounded end is zero here: the factor that is zero was reached, the unbounded end never is.
     products = [0.0 if a == 0.0 or b == 0.0 else a * b for a in left for b in right]
     return (min(products), max(products))
 
 
-def _possible(node: Logic, ranges: Intervals) -> tuple[bool, bool]:
-    """Whether the formula can hold, and whether it can fail."""
+def margin(node: Logic, ranges: Intervals) -> Interval:
+    """Ends whose signs bound the sign of the formula's margin; temporal operators see the ranges at every moment."""
     match node:
         case Truth():
-            return (node.value, not node.value)
+            return (math.inf, math.inf) if node.value else (-math.inf, -math.inf)
         case Comparison():
             return _compare(node.operator, span(node.left, ranges), span(node.right, ranges))
         case Not():
-            return _possible(node.operand, ranges)[::-1]
+            low, high = margin(node.operand, ranges)
+            return (-high, -low)
         case And():
             return _all(node.operands, ranges)
         case Or():
-            return _all(tuple(Not(operand) for operand in node.operands), ranges)[::-1]
+            low, high = _all(tuple(Not(operand) for operand in node.operands), ranges)
+            return (-high, -low)
         case Implies():
-            return _possible(Or((Not(node.premise), node.conclusion)), ranges)
+            return margin(Or((Not(node.premise), node.conclusion)), ranges)
         case Always() | Eventually():
-            return _possible(node.operand, ranges)
+            return margin(node.operand, ranges)
         case Until():
-            return (_possible(node.goal, ranges)[0], True)
+            return (-math.inf, margin(node.goal, ranges)[1])
         case _:
             assert_never(node)
 
 
-def _all(operands: tuple[Logic, ...], ranges: Intervals) -> tuple[bool, bool]:
+def _all(operands: tuple[Logic, ...], ranges: Intervals) -> Interval:
+    """Margin of a conjunction: where it holds, so do the bounds that its operands put on single tags."""
     narrowed = _narrowed(operands, ranges)
-    holds = narrowed is not None and all(_possible(operand, narrowed)[0] for operand in operands)
-    return (holds, any(_possible(operand, ranges)[1] for operand in operands))
+    high = -math.inf if narrowed is None else min(margin(operand, narrowed)[1] for operand in operands)
+    low = min(margin(operand, ranges)[0] for operand in operands)
+    # Outside the narrowed ranges the margin is negative, by an unknown amount: only the sign is kept.
+    return (low, high if high >= 0.0 else max(low, -_LEAST))
 
 
 def _narrowed(operands: tuple[Logic, ...], ranges: Intervals) -> Intervals | None:
@@ -171,14 +179,13 @@ def _bound(node: Comparison) -> Bound | None:
     return None
 
 
-def _compare(operator: str, left: Interval, right: Interval) -> tuple[bool, bool]:
-    """Strictness is not seen, as in the evaluation: ``a < b`` holds at ``a == b``."""
+def _compare(operator: str, left: Interval, right: Interval) -> Interval:
+    """The margin of a comparison, without its scale; strictness is not seen, as in the evaluation."""
+    difference = (left[0] - right[1], left[1] - right[0])
     match operator:
         case "<=" | "<":
-            return (left[0] <= right[1], left[1] > right[0])
+            return (-difference[1], -difference[0])
         case ">=" | ">":
-            return (left[1] >= right[0], left[0] < right[1])
-        case "==":
-            return (left[0] <= right[1] and right[0] <= left[1], not (left[0] == left[1] == right[0] == right[1]))
-        case _:  # "!=" always holds in the evaluation
-            return (True, False)
+            return difference
+    distance = (max(difference[0], -difference[1], 0.0), max(-difference[0], difference[1]))
+    return distance if operator == "!=" else (-distance[1], -distance[0])

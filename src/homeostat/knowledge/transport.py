@@ -6,7 +6,7 @@ import contextlib
 import http.client
 import socket
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 from urllib.parse import SplitResult, urljoin, urlsplit
@@ -60,37 +60,64 @@ class Transport:
         raise StoreUnavailable(f"store at {plain(url)} redirects more than {_MOST_REDIRECTS} times; check its address")
 
     def _exchange(self, method: str, url: str, headers: Mapping[str, str], body: bytes | None) -> Reply:
-        parts = urlsplit(url)
-        connection = _connection(parts, self.timeout_s)
         late = threading.Event()
-        watchdog = threading.Timer(self.timeout_s, _hang_up, (connection, late))
-        watchdog.daemon = True
-        watchdog.start()
         try:
-            path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
-            connection.request(method, path, body, dict(headers))
-            response = connection.getresponse()
-            content = response.read(self.max_bytes + 1)
-            if response.length and len(content) <= self.max_bytes:
-                raise http.client.IncompleteRead(content, response.length)
+            with (
+                contextlib.closing(_connection(urlsplit(url), self.timeout_s)) as connection,
+                _hang_up_after(self.timeout_s, connection, late),
+            ):
+                connection.request(method, _target(url), body, dict(headers))
+                with contextlib.closing(connection.getresponse()) as response:
+                    return self._read(url, response, late)
         except (OSError, http.client.HTTPException, ValueError) as error:
             if late.is_set() or isinstance(error, TimeoutError):
-                raise _too_slow(url, self.timeout_s) from error
+                raise StoreUnavailable(
+                    f"store at {plain(url)} did not answer within {self.timeout_s:g} s; "
+                    "check that the server runs, or raise timeout_s if it is only slow"
+                ) from error
             raise StoreUnavailable(
                 f"store at {plain(url)} cannot be reached: {error or type(error).__name__}; "
                 "check that the server runs and that the address is right"
             ) from error
-        finally:
-            watchdog.cancel()
-            connection.close()
-        if late.is_set():
-            raise _too_slow(url, self.timeout_s)
+
+    def _read(self, url: str, response: http.client.HTTPResponse, late: threading.Event) -> Reply:
+        content = response.read(self.max_bytes + 1)
+        if late.is_set():  # a reply that ends where the connection ends looks complete when it was cut
+            raise TimeoutError
         if len(content) > self.max_bytes:
             raise StoreUnavailable(
                 f"store at {plain(url)} sent more than {self.max_bytes} bytes; ask for less or raise max_bytes"
             )
+        if response.length:
+            raise http.client.IncompleteRead(content, response.length)
         media_type = (response.getheader("Content-Type") or "").split(";")[0].strip().lower()
         return Reply(response.status, media_type, content, response.getheader("Location") or "")
+
+
+@contextlib.contextmanager
+def _hang_up_after(timeout_s: float, connection: http.client.HTTPConnection, late: threading.Event) -> Iterator[None]:
+    """Connect, and cut the connection from another thread when time is up.
+
+    The socket's own timeout restarts with every byte, so a server that drips would never be given up without this.
+    """
+    sockets: list[socket.socket] = []
+
+    def hang_up() -> None:
+        late.set()
+        for sock in (connection.sock, *sockets):  # while connecting it is the first; later the reply may have taken it
+            if sock is not None:
+                with contextlib.suppress(OSError):  # it may have been closed in the same moment
+                    sock.shutdown(socket.SHUT_RDWR)
+
+    watchdog = threading.Timer(timeout_s, hang_up)
+    watchdog.daemon = True
+    watchdog.start()
+    try:
+        connection.connect()
+        sockets.append(connection.sock)
+        yield
+    finally:
+        watchdog.cancel()
 
 
 def plain(url: str) -> str:
@@ -109,17 +136,6 @@ def _connection(parts: SplitResult, timeout_s: float) -> http.client.HTTPConnect
     return kind(parts.hostname or "", parts.port, timeout=timeout_s)
 
 
-def _hang_up(connection: http.client.HTTPConnection, late: threading.Event) -> None:
-    # The socket's own timeout restarts with every byte; a server that drips would never be given up without this.
-    late.set()
-    sock = connection.sock
-    if sock is not None:
-        with contextlib.suppress(OSError):  # it may have been closed in the same moment
-            sock.shutdown(socket.SHUT_RDWR)
-
-
-def _too_slow(url: str, timeout_s: float) -> StoreUnavailable:
-    return StoreUnavailable(
-        f"store at {plain(url)} did not answer within {timeout_s:g} s; "
-        "check that the server runs, or raise timeout_s if it is only slow"
-    )
+def _target(url: str) -> str:
+    parts = urlsplit(url)
+    return (parts.path or "/") + (f"?{parts.query}" if parts.query else "")

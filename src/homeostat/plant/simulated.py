@@ -43,6 +43,10 @@ class SimulatedPlant:
         self, model: ProcessModel, variables: Mapping[str, str], configuration: PlantConfiguration, clock: Clock
     ) -> None:
         """``variables``: tag -> variable of the model."""
+        wrong = np.flatnonzero(~np.isfinite(configuration.parameters))
+        if wrong.size:
+            name, value = model.parameters[wrong[0]], float(configuration.parameters[wrong[0]])
+            raise ValueError(f"true parameter {name!r} is {value!r}; must be finite")
         self._model = model
         self._variables = dict(variables)
         self._clock = clock
@@ -66,6 +70,8 @@ class SimulatedPlant:
         """One snapshot per second, those that passed while agents thought included, until the end of the run."""
         given = 0
         while True:
+            if given == len(self._snapshots):
+                self._catch_up()
             if given == len(self._snapshots):
                 if self._now_s >= self._end_s:
                     return
@@ -97,10 +103,10 @@ class SimulatedPlant:
         return Trajectory(start_s=1.0, dt_s=1.0, signals=signals)
 
     def _catch_up(self) -> None:
-        """Let the process time that thinking took pass, in whole seconds."""
+        """Let the process time that thinking took pass, in whole seconds; what passed too early is set off later."""
         self._owed_s += self._clock.collect_s()
-        seconds = math.ceil(self._owed_s - 1e-9)
-        self._owed_s = 0.0
+        seconds = max(math.ceil(self._owed_s - 1e-9), 0)
+        self._owed_s -= seconds
         for _ in range(seconds):
             if self._now_s < self._end_s:
                 self._step()
@@ -128,5 +134,7 @@ def fault_tables(model: ProcessModel, faults: tuple[FaultState, ...]) -> tuple[R
     onset = np.full((1, len(model.faults)), np.inf)
     for fault in faults:
         i = column(model.faults, fault.fault)
+        if not (math.isfinite(fault.severity) and fault.severity >= 0.0) or math.isnan(fault.onset_s):
+            raise ValueError(f"{fault!r}: severity must be finite and >= 0, the onset a time [s]")
         severity[0, i], onset[0, i] = fault.severity, fault.onset_s
     return severity, onset

@@ -27,7 +27,9 @@ class Kernel(Protocol):
     def __call__(
         self, first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
         steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube, broken_at: Row,
-    ) -> None: ...  # fmt: skip
+    ) -> None:  # fmt: skip
+        """Advance the members; ValueError where an array does not have the columns of the process."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,11 +78,13 @@ def simulate(kernel: Kernel, batch: Batch, describe: Callable[[int], str] = "sta
     """Advance every member of ``batch``; work is shared among the cores, results do not depend on how.
 
     Raises:
-        ProcessError: an input is not finite, or a member leaves the physical world (NaN, negative volume).
+        ProcessError: arrays do not fit together, a value is not finite, or a member leaves the physical world
+            (NaN, negative volume).
     """
-    _check(batch, describe)
-    members = batch.state.shape[0]
-    state = np.ascontiguousarray(batch.state, dtype=np.float64).copy()
+    _check_shapes(batch)
+    _check_values(batch, describe)
+    batch = _packed(batch)
+    members, state = len(batch.state), batch.state
     out = np.empty((members, batch.steps // batch.stride, len(batch.record)))
     broken = np.full(members, np.nan)
     picks = np.array(batch.record, dtype=np.int64)
@@ -101,24 +105,67 @@ def simulate(kernel: Kernel, batch: Batch, describe: Callable[[int], str] = "sta
             list(pool.map(run, edges[:-1], edges[1:]))
     if not np.all(np.isnan(broken)):
         member = int(np.flatnonzero(~np.isnan(broken))[0])
-        bad = ", ".join(f"{describe(int(c))} = {state[member, c]:.6g}" for c in batch.record[:3])
+        wrong = np.flatnonzero(~np.isfinite(state[member])).tolist() or batch.record or range(state.shape[1])
+        bad = ", ".join(f"{describe(int(c))} = {state[member, c]:.6g}" for c in wrong[:3])
         raise ProcessError(
             f"member {member} left the physical world at t = {broken[member]:.0f} s (volume < 0 or not finite): {bad}"
         )
     return BatchResult(record=out, state=state)
 
 
-def _check(batch: Batch, describe: Callable[[int], str]) -> None:
-    """Refuse what is not finite before it can spread."""
+def _packed(batch: Batch) -> Batch:
+    """The same in one memory layout, so that one compiled version serves every caller; the state is a copy."""
+
+    def pack(values: Row | Table | Cube) -> Row | Table | Cube:
+        return np.require(values, np.float64, ("C", "W"))
+
+    return Batch(
+        state=np.array(batch.state, dtype=np.float64, order="C"), parameters=pack(batch.parameters),
+        severity=pack(batch.severity), onset_s=pack(batch.onset_s), inputs=pack(batch.inputs),
+        input_of=np.require(batch.input_of, np.int64, ("C", "W")), start_s=batch.start_s, steps=batch.steps,
+        stride=batch.stride, record=batch.record, seeds=np.require(batch.seeds, np.int64, ("C", "W")),
+        process_noise=pack(batch.process_noise), sensor_noise=pack(batch.sensor_noise),
+    )  # fmt: skip
+
+
+def _check_shapes(batch: Batch) -> None:
+    """Refuse arrays that do not fit together: compiled code does not look where it reads."""
     if batch.steps < 1 or batch.stride < 1:
         raise ProcessError(f"steps {batch.steps} and stride {batch.stride} must be >= 1")
-    if batch.inputs.shape[1] < batch.steps:
-        raise ProcessError(f"input schedule covers {batch.inputs.shape[1]} s, {batch.steps} s are asked for")
-    for name, table in (("state", batch.state), ("parameter", batch.parameters), ("severity", batch.severity)):
-        good = np.isfinite(table)
+    if batch.inputs.ndim != 3 or batch.inputs.shape[1] < batch.steps:
+        raise ProcessError(f"input schedules of shape {batch.inputs.shape} do not cover {batch.steps} s")
+    members, states = batch.state.shape
+    for name, array in (
+        ("parameters", batch.parameters), ("severity", batch.severity), ("onset_s", batch.onset_s),
+        ("input_of", batch.input_of), ("seeds", batch.seeds),
+        ("process_noise", batch.process_noise), ("sensor_noise", batch.sensor_noise),
+    ):  # fmt: skip
+        if len(array) != members:
+            raise ProcessError(f"{name} has {len(array)} rows for {members} members; must be one each")
+    if batch.onset_s.shape != batch.severity.shape:
+        raise ProcessError(f"onset_s of shape {batch.onset_s.shape} must be like severity, {batch.severity.shape}")
+    for name, chosen, limit in (("input_of", batch.input_of, len(batch.inputs)), ("record", batch.record, states)):
+        used = sorted({int(i) for i in chosen})
+        if used and not 0 <= used[0] <= used[-1] < limit:
+            raise ProcessError(f"{name} {used} must be within 0 and {limit - 1}")
+
+
+def _check_values(batch: Batch, describe: Callable[[int], str]) -> None:
+    """Refuse what is not finite before it can spread."""
+    when = f"at t = {batch.start_s:.0f} s"
+    if not np.isfinite(batch.start_s):
+        raise ProcessError(f"start_s is {batch.start_s!r}; must be finite")
+    if np.isinf(batch.inputs[:, : batch.steps]).any():
+        raise ProcessError(f"input schedules contain an infinite value {when}; NaN stands for automatic")
+    for name, table, good in (
+        ("state", batch.state, np.isfinite(batch.state)),
+        ("parameter", batch.parameters, np.isfinite(batch.parameters)),
+        ("severity", batch.severity, np.isfinite(batch.severity)),
+        ("onset", batch.onset_s, ~np.isnan(batch.onset_s)),
+        ("process noise", batch.process_noise[:, None], np.isfinite(batch.process_noise[:, None])),
+        ("sensor noise", batch.sensor_noise[:, None], np.isfinite(batch.sensor_noise[:, None])),
+    ):
         if not good.all():
             member, column = (int(i) for i in np.argwhere(~good)[0])
             label = describe(column) if name == "state" else f"{name} {column}"
-            raise ProcessError(
-                f"member {member}: {label} is {table[member, column]!r} at t = {batch.start_s:.0f} s; must be finite"
-            )
+            raise ProcessError(f"member {member}: {label} is {float(table[member, column])!r} {when}; must be finite")

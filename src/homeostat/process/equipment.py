@@ -73,9 +73,7 @@ def pid_output(error: float, integral: float, gain: float, low: float, high: flo
 
 
 @compiled
-def pid_integral(
-    error: float, integral: float, gain: float, reset: float, low: float, high: float, dt: float
-) -> float:
+def pid_integral(error: float, integral: float, gain: float, reset: float, low: float, high: float, dt: float) -> float:
     """Integral term after ``dt`` [s] with conditional integration (anti-windup).
 
     The term grows by Ki e dt unless the output is at a limit and the error would drive it further out.

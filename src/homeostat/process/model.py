@@ -62,6 +62,12 @@ class ProcessModel(Protocol):
         """
         ...
 
+    def shown_and_true(
+        self, states: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
+    ) -> tuple[Mapping[str, Row], Mapping[str, Row]]:
+        """Variable -> noise-free reading, and variable -> truth, of measured variables, shape (members,) each."""
+        ...
+
     def replay_inputs(self, readings: Mapping[str, Row], inputs: Table) -> Table:
         """Inputs that make the model follow recorded commands and measured disturbances, shape (times, inputs)."""
         ...

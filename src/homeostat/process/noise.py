@@ -20,13 +20,15 @@ def uniform(seed: int, second: int, channel: int) -> float:
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     z = z ^ (z >> np.uint64(31))
-    return (float(z >> np.uint64(11)) + 0.5) * (1.0 / 9007199254740992.0)
+    # 52 bits and a half: with 53 bits the largest would round to 1.
+    return (float(z >> np.uint64(12)) + 0.5) * (1.0 / 4503599627370496.0)
 
 
 @compiled
 def normal(seed: int, second: int, channel: int) -> float:
     """A standard normal number by inversion (Acklam's rational approximation, relative error 1.2e-9)."""
     p = uniform(seed, second, channel)
+    # fmt: off
     if p < 0.02425 or p > 0.97575:
         q = math.sqrt(-2.0 * math.log(min(p, 1.0 - p)))
         c = (
@@ -42,3 +44,4 @@ def normal(seed: int, second: int, channel: int) -> float:
            + 1.383577518672690e02) * r - 3.066479806614716e01) * r + 2.506628277459239) * q
     ) / (((((-5.447609879822406e01 * r + 1.615858368580409e02) * r - 1.556989798598866e02) * r
            + 6.680131188771972e01) * r - 1.328068155288572e01) * r + 1.0)
+    # fmt: on

@@ -12,37 +12,68 @@ from homeostat.process.types import Row, Table
 
 
 class InputRamp:
-    """Inputs that move towards their targets at limited rates, one row per second."""
+    """Inputs that move towards their targets at limited rates, one row per second.
+
+    The inputs k seconds after a command are start + min(k rate, distance), computed from k each time: no rounding
+    adds up, targets are met exactly, and a schedule made in advance has the bits of the inputs that follow.
+    """
 
     def __init__(self, inputs: tuple[str, ...], current: Row) -> None:
         """Start at ``current`` (shape (inputs,)) with nothing to do."""
         self._inputs = inputs
-        self.current = current.copy()
+        self._start = current.copy()
         self._target = current.copy()
         self._rate = np.full(len(inputs), np.inf)
+        self._seconds = 0
+        self.current = current.copy()
+        """The inputs of the last second, shape (inputs,); NaN where a manual output is on automatic."""
 
     def command(self, commands: tuple[Command, ...], variables: Mapping[str, str], start: Mapping[str, float]) -> None:
-        """Take commands; a manual output on automatic starts from ``start`` (input name -> present output)."""
-        for c in commands:
-            i = self._inputs.index(variables[c.tag])
+        """Take all commands or, where one cannot be taken, none.
+
+        Args:
+            variables: tag -> variable.
+            start: input name -> present output, for every input that has an automatic mode; a manual output
+                starts from there.
+
+        Raises:
+            ValueError: a tag is no input, or is to be automatic and has no automatic mode.
+        """
+        columns = [self._column(c, variables, start) for c in commands]
+        self._start = self.current.copy()
+        self._seconds = 0
+        for c, i in zip(commands, columns, strict=True):
             if c.value is None:
-                self.current[i] = self._target[i] = math.nan
+                self._start[i] = self._target[i] = math.nan
                 continue
-            if math.isnan(self.current[i]):
-                self.current[i] = start.get(self._inputs[i], c.value)
+            if math.isnan(self._start[i]):
+                self._start[i] = start.get(self._inputs[i], c.value)
             self._target[i] = c.value
             self._rate[i] = math.inf if c.rate is None else c.rate
+        self.current = self._start.copy()
 
     def advance(self) -> Row:
-        """The inputs of the next second, shape (inputs,)."""
-        step = self._target - self.current
-        self.current = self.current + np.clip(step, -self._rate, self._rate)
+        """The inputs of the next second, shape (inputs,); the caller may keep the array."""
+        self._seconds += 1
+        self.current = self._after(np.array([self._seconds]))[0]
         return self.current
 
     def schedule(self, steps: int) -> Table:
         """The inputs of the next ``steps`` seconds without advancing, shape (steps, inputs)."""
-        seconds = np.arange(1, steps + 1)[:, None]
-        step = self._target - self.current
-        with np.errstate(invalid="ignore"):
-            reach = np.where(np.isinf(self._rate), np.inf, self._rate * seconds)
-        return np.asarray(self.current + np.clip(step, -reach, reach))
+        return self._after(self._seconds + np.arange(1, steps + 1))
+
+    def _after(self, seconds: np.ndarray) -> Table:
+        """The inputs ``seconds`` after the last command, shape (seconds, inputs)."""
+        reach = self._rate * seconds[:, None]
+        distance = self._target - self._start
+        return np.where(np.abs(distance) <= reach, self._target, self._start + np.copysign(reach, distance))
+
+    def _column(self, command: Command, variables: Mapping[str, str], start: Mapping[str, float]) -> int:
+        """Position of the commanded input."""
+        name = variables.get(command.tag)
+        if name not in self._inputs:
+            can = ", ".join(repr(t) for t, v in variables.items() if v in self._inputs)
+            raise ValueError(f"{command.tag!r} cannot be commanded; these can: {can}")
+        if command.value is None and name not in start:
+            raise ValueError(f"{command.tag!r} has no automatic mode; command a value")
+        return self._inputs.index(name)

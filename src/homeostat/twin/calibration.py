@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.parameter import ModelParameter
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.types import Row, Table
@@ -50,8 +51,9 @@ def calibrate(
     belief: Belief,
     errors: dict[str, tuple[float, float]],
     initial: dict[str, float],
+    faults: tuple[FaultState, ...] = (),
 ) -> Belief:
-    """``belief`` after ``window``, in which the plant was healthy.
+    """``belief`` after ``window``, in which nothing but ``faults`` was wrong.
 
     Args:
         errors: variable -> (noise per reading, model error), standard deviations in the variable's unit.
@@ -63,8 +65,8 @@ def calibrate(
     for k, (state, sd) in enumerate(initial.items()):
         offsets[1 + count + k, column(model.states, state)] = sd
     sets = np.vstack([belief.mean, belief.mean + belief.root.T, np.tile(belief.mean, (len(initial), 1))])
-    none = fault_columns(model, [()] * len(sets))
-    run = replay(model, window, sets, none, variables, offsets)
+    present = fault_columns(model, [faults] * len(sets))
+    run = replay(model, window, sets, present, variables, offsets)
     blocks = (window.length - 1) // BLOCK_S
     rows = blocks * BLOCK_S
 

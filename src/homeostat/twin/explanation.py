@@ -167,24 +167,31 @@ def _shares(count: int) -> tuple[float, ...]:
 
 
 def explain(
-    explainer: Explainer, candidates: Sequence[str], every: Sequence[str], known: Sequence[FaultState], end_s: float
+    whole: Explainer,
+    recent: Explainer,
+    candidates: Sequence[str],
+    every: Sequence[str],
+    known: Sequence[FaultState],
+    end_s: float,
 ) -> tuple[Hypothesis, ...]:
-    """Explanations of the window: single faults among ``candidates``, and a second one where one does not do.
+    """Explanations of the readings: single faults among ``candidates``, and a second one where one does not do.
 
     Args:
+        whole: scores over the whole window.
+        recent: scores over its end, where a second fault is looked for.
         candidates: faults that the symptoms indicate.
         every: all known faults, tried as the second one.
         known: what was believed before; its onsets are tried as well.
         end_s: process time of the last reading [s].
     """
     lags = [end_s - lag for lag in LAGS_S]
-    onsets = sorted({*lags, *(f.onset_s for f in known)})
-    none = float(explainer.score([()])[0])
-    scored = explainer.singles(candidates, onsets)
+    none = float(whole.score([()])[0])
+    scored = whole.singles(candidates, sorted({*lags, *(f.onset_s for f in known)}))
     best = max(scored, key=lambda s: s.score)
-    coarse = sorted({*lags[::2], *(f.onset_s for f in known)})
-    doubles = explainer.pairs(best.faults[0], every, coarse)
-    gain = max(d.score for d in doubles) - best.score
+    doubles = recent.pairs(best.faults[0], every, [end_s - lag for lag in LAGS_S[:12:2]])
+    gain = max(d.score for d in doubles) - float(recent.score([best.faults])[0])
     if gain > SECOND_FAULT_NATS:
-        scored = [*scored, *doubles]
+        sets = [d.faults for d in doubles]
+        again = whole.score(sets).tolist()
+        scored = [*scored, *(Scored(s, value) for s, value in zip(sets, again, strict=True))]
     return hypotheses(scored, none)

@@ -35,6 +35,8 @@ class TwinSettings:
     """State -> standard deviation of what smoothing may get wrong at the start of a window."""
     replay_s: int = 600
     """Longest stretch that is replayed for an explanation [s]."""
+    recent_s: int = 240
+    """Stretch in which a second fault is looked for [s]."""
     synchronise_s: int = 300
     """Stretch that is replayed before a forecast [s]."""
     horizon_s: int = 900
@@ -74,15 +76,36 @@ class Twin:
             dict(self.settings.errors), dict(self.settings.initial),
         )  # fmt: skip
 
+    def recalibrate(self, seconds: int, faults: Sequence[FaultState]) -> None:
+        """Sharpen what is believed about the parameters by the last ``seconds``, in which ``faults`` were present."""
+        window = self._history.window(seconds)
+        errors, initial = dict(self.settings.errors), dict(self.settings.initial)
+        self._belief = calibrate(self._model, window, self._belief, errors, initial, tuple(faults))
+
     def explain(self, candidates: Sequence[str], known: Sequence[FaultState]) -> tuple[Hypothesis, ...]:
         """Which of the ``candidates`` explain the last readings; ``known`` is what was believed before."""
+        errors, names = self.settings.errors, [f.name for f in self._faults]
         window = self._history.window(self.settings.replay_s)
-        explainer = Explainer(self._model, window, self._belief, self.settings.errors, self._faults)
-        return explain(explainer, candidates, [f.name for f in self._faults], known, window.end_s)
+        whole, recent = (
+            Explainer(self._model, w, self._belief, errors, self._faults)
+            for w in (window, self._history.window(self.settings.recent_s))
+        )
+        return explain(whole, recent, candidates, names, known, window.end_s)
+
+    def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[dict[str, float], ...]:
+        """What each hypothesis says the instruments show beyond the truth: tag -> error in the tag's unit."""
+        ensemble = self.ensemble(hypotheses, draws=1)
+        shown, true = self._model.shown_and_true(ensemble.states, ensemble.parameters, ensemble.severity,
+                                                 ensemble.onset_s, ensemble.start_s)  # fmt: skip
+        found = []
+        for m in range(len(hypotheses)):
+            errors = {t: float(shown[v][m] - true[v][m]) for t, v in self._description.variables.items() if v in shown}
+            found.append(errors)
+        return tuple(found)
 
     def ensemble(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: int = 0) -> Ensemble:
         """Members for every hypothesis, synchronised with the last snapshot; ``purpose`` picks the random stream."""
-        generator = np.random.default_rng([self._seed, purpose])
+        generator = np.random.default_rng([self._seed, purpose + 1])
         return synchronise(
             self._model, self._history.window(self.settings.synchronise_s), self._belief.draws(draws, generator),
             hypotheses, self.settings.corrected, int(generator.integers(2**62)),

@@ -40,7 +40,7 @@ STARTUP, NORMAL, SHUTDOWN = 0.0, 1.0, 2.0
 @compiled
 def measure(x: Row, p: Row, sev: Row, onset: Row, t: float, seed: int, sensor: float) -> None:
     """Sensor readings at ``t`` [s]: true value + bias + noise; ``sensor`` scales all noise (0 or 1)."""
-    k = int(round(t))
+    k = math.floor(t + 0.5)
     late = 1.0 if t >= onset[F.temp_bias] else 0.0
     x[S.T1_ideal] = x[S.T] + p[P.bias_T1] + late * sev[F.temp_bias]
     x[S.T1] = x[S.T1_ideal]
@@ -51,7 +51,7 @@ def measure(x: Row, p: Row, sev: Row, onset: Row, t: float, seed: int, sensor: f
     x[S.F2] = x[S.F2_true] * (1.0 + p[P.bias_F2])
     x[S.F3] = x[S.F3_true] * (1.0 + p[P.bias_F3])
     x[S.T2] = x[S.T2_true] + p[P.bias_T2]
-    x[S.T3] = p[P.T_coolant] + p[P.bias_T3]
+    x[S.T3] = x[S.T3_true] + p[P.bias_T3]
     x[S.V1_zt] = x[S.V1_pos] + p[P.bias_ZT1]
     x[S.P1_zt] = x[S.P1_pos] + p[P.bias_ZTP]
     x[S.V2_zt] = x[S.V2_pos] + p[P.bias_ZT2]
@@ -105,9 +105,7 @@ def control_level(x: Row, p: Row, u: Row, dt: float) -> None:
     goal = p[P.L_heel] if x[S.phase] == SHUTDOWN else u[U.L1_sp]
     error = x[S.L1] - goal
     trim = pid_output(error, x[S.level_integral], p[P.Kp_level], p[P.trim_low], 1.0)
-    x[S.level_integral] = pid_integral(
-        error, x[S.level_integral], p[P.Kp_level], p[P.Ki_level], p[P.trim_low], 1.0, dt
-    )
+    x[S.level_integral] = pid_integral(error, x[S.level_integral], p[P.Kp_level], p[P.Ki_level], p[P.trim_low], 1.0, dt)
     x[S.P1_cmd] = clip(clip(x[S.F1] / p[P.feedforward_P1], 0.0, 1.0) + trim, 0.0, 1.0)
     if x[S.phase] == SHUTDOWN:
         x[S.P1_cmd] = max(x[S.P1_cmd], 0.05)
@@ -141,13 +139,16 @@ def move_actuators(x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, dt: f
         cooling = sev[F.cool_stuck_open]
     before = x[S.V1_pos]
     x[S.V1_pos] = first_order(before, feed, p[P.tau_V1], dt)
-    x[S.V1_travel] += abs(x[S.V1_pos] - before)
+    x[S.V1_rate] = abs(x[S.V1_pos] - before) / dt
     before = x[S.P1_pos]
     x[S.P1_pos] = first_order(before, x[S.P1_cmd], p[P.tau_P1], dt)
-    x[S.P1_travel] += abs(x[S.P1_pos] - before)
+    x[S.P1_rate] = abs(x[S.P1_pos] - before) / dt
     before = x[S.V2_pos]
     x[S.V2_pos] = first_order(before, cooling, p[P.tau_V2], dt)
-    x[S.V2_travel] += abs(x[S.V2_pos] - before)
+    x[S.V2_rate] = abs(x[S.V2_pos] - before) / dt
+    x[S.V1_travel] += x[S.V1_rate] * dt
+    x[S.P1_travel] += x[S.P1_rate] * dt
+    x[S.V2_travel] += x[S.V2_rate] * dt
     x[S.XV1_pos] = first_order(x[S.XV1_pos], u[U.XV1_cmd], p[P.tau_XV1], dt)
 
 
@@ -176,11 +177,12 @@ def set_flows(x: Row, p: Row, sev: Row, onset: Row, t: float, dt: float) -> None
 def disturb_feed(x: Row, p: Row, u: Row, t: float, dt: float, seed: int, process: float) -> None:
     """Feed disturbances of this second; ``tau_feed`` [s] of upstream mixing filters them, 0 leaves them white."""
     if process > 0.0:
-        k = int(round(t))
+        k = math.floor(t + 0.5)
         a = 1.0 if p[P.tau_feed] <= 0.0 else 1.0 - math.exp(-dt / p[P.tau_feed])
         x[S.feed_CA] += a * (process * normal(seed, k, 10) - x[S.feed_CA])
         x[S.feed_CD] += a * (process * normal(seed, k, 11) - x[S.feed_CD])
         x[S.feed_T] += a * (process * normal(seed, k, 12) - x[S.feed_T])
+    x[S.T3_true] = p[P.T_coolant]
     if math.isnan(u[U.T2_in]):
         x[S.T2_true] = p[P.T_feed] + p[P.sd_T_feed] * x[S.feed_T]
     else:
@@ -228,7 +230,7 @@ def integrate(x: Row, p: Row, dt: float) -> None:
 def slopes(
     v: float, ca: float, cb: float, cc: float, cd: float, temp: float,
     f1: float, fo: float, caf: float, cdf: float, tf: float, ua: float, p: Row,
-) -> tuple[float, float, float, float, float]:
+) -> tuple[float, float, float, float, float]:  # fmt: skip
     """Time derivatives of CA CB CC CD [mol/(L s)] and T [K/s]; see the module docstring."""
     r1 = arrhenius(p[P.k0_AD], p[P.E_AD], temp) * ca * cd
     r2 = arrhenius(p[P.k0_A], p[P.E_A], temp) * ca
@@ -266,17 +268,28 @@ def step(
 
 
 @compiled
+def physical(x: Row) -> bool:
+    """Whether volume and temperature are finite and possible."""
+    return bool(0.0 <= x[S.V] < 1e6 and 0.0 < x[S.T] < 1e6)
+
+
+@compiled
 def advance(
     first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float, steps: int,
     stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube, broken_at: Row,
-) -> None:
+) -> None:  # fmt: skip
     """Advance members ``first`` to ``last`` - 1 by ``steps`` seconds; see :class:`homeostat.process.batch.Kernel`."""
+    if x.shape[1] != len(S) or p.shape[1] != len(P) or sev.shape[1] != len(F) or u.shape[2] != len(U):
+        raise ValueError("states, parameters, severities or inputs do not have the columns of the layout")
     for m in range(first, last):
+        if not physical(x[m]):
+            broken_at[m] = t0
+            continue
         row = 0
         for k in range(steps):
             t = t0 + k
             step(x[m], p[m], sev[m], onset[m], u[u_of[m], k], t, 1.0, seeds[m], process[m], sensor[m])
-            if not (x[m, S.V] >= 0.0 and x[m, S.V] < 1e6 and abs(x[m, S.T]) < 1e6):
+            if not physical(x[m]):
                 broken_at[m] = t + 1.0
                 break
             if k % stride == stride - 1:

@@ -48,12 +48,16 @@ class State(NamedTuple):
     F3_true: int
     leak: int
     overflow: int
-    T2_true: int  # feed temperature of the last step [K]
+    T2_true: int  # feed and cooling water temperature of the last step [K]
+    T3_true: int
     UA: int  # effective heat transfer coefficient of the last step [W/K]
     product: int  # liquid delivered by P1 since t = 0 [L]
     V1_travel: int  # accumulated movement of each actuator since t = 0 [1]
     P1_travel: int
     V2_travel: int
+    V1_rate: int  # movement of each actuator in the last second [1/s]
+    P1_rate: int
+    V2_rate: int
 
 
 class Parameter(NamedTuple):

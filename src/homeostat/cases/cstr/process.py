@@ -7,23 +7,25 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.cases.cstr.kernel import NORMAL, advance
+from homeostat.cases.cstr.kernel import NORMAL, advance, measure
 from homeostat.cases.cstr.layout import FaultSlot, Input, P, Parameter, S, State, U
 from homeostat.process.batch import Kernel
 from homeostat.process.types import Cube, Row, Table
 
 _TRUE = {
-    "T1": S.T, "L1": S.V, "F1": S.F1_true, "F2": S.F2_true, "F3": S.F3_true, "T2": S.T2_true,
+    "T1": S.T, "L1": S.V, "F1": S.F1_true, "F2": S.F2_true, "F3": S.F3_true, "T2": S.T2_true, "T3": S.T3_true,
     "V1_zt": S.V1_pos, "P1_zt": S.P1_pos, "V2_zt": S.V2_pos,
     "V1_cmd": S.V1_cmd, "P1_cmd": S.P1_cmd, "V2_cmd": S.V2_cmd,
     "leak": S.leak, "overflow": S.overflow, "UA": S.UA, "product": S.product, "phase": S.phase,
     "CA": S.CA, "CB": S.CB, "CC": S.CC, "CD": S.CD,
+    "V1_rate": S.V1_rate, "P1_rate": S.P1_rate, "V2_rate": S.V2_rate,
 }  # fmt: skip
 _READ = {
     "T1": S.T1, "L1": S.L1, "F1": S.F1, "F2": S.F2, "F3": S.F3, "T2": S.T2, "T3": S.T3,
     "V1_zt": S.V1_zt, "P1_zt": S.P1_zt, "V2_zt": S.V2_zt,
     "V1_cmd": S.V1_cmd, "P1_cmd": S.P1_cmd, "V2_cmd": S.V2_cmd,
     "V1_travel": S.V1_travel, "P1_travel": S.P1_travel, "V2_travel": S.V2_travel,
+    "V1_rate": S.V1_rate, "P1_rate": S.P1_rate, "V2_rate": S.V2_rate,
 }  # fmt: skip
 _TRAVEL = {"V1": S.V1_travel, "P1": S.P1_travel, "V2": S.V2_travel}
 
@@ -41,7 +43,7 @@ class CstrModel:
         """Empty vessel at feed temperature, feed isolation valve open."""
         x = np.zeros(len(S))
         x[S.T] = x[S.T1] = x[S.T1_ideal] = x[S.T2] = x[S.T2_true] = parameters[P.T_feed]
-        x[S.T3] = parameters[P.T_coolant]
+        x[S.T3] = x[S.T3_true] = parameters[P.T_coolant]
         x[S.UA] = parameters[P.UA]
         x[S.XV1_pos] = 1.0
         return x
@@ -53,7 +55,6 @@ class CstrModel:
         read.update(zip(self.inputs, inputs.tolist(), strict=True))
         read["T1_err"] = read["T1"] - read["T1_sp"]
         read["L1_err"] = read["L1"] - read["L1_sp"]
-        read["V1_rate"] = read["P1_rate"] = read["V2_rate"] = 0.0
         return read
 
     def truth(self, record: Cube, inputs: Cube) -> Mapping[str, NDArray[np.float64]]:
@@ -61,12 +62,10 @@ class CstrModel:
         values = {name: record[:, :, i] for name, i in _TRUE.items()}
         for k, name in enumerate(self.inputs):
             values[name] = np.broadcast_to(inputs[:, :, k], values["T1"].shape)
-        values["T3"] = record[:, :, S.T3]
         values["T1_err"] = record[:, :, S.T1_ideal] - values["T1_sp"]
         values["L1_err"] = record[:, :, S.L1_ideal] - values["L1_sp"]
         for name, i in _TRAVEL.items():
             values[f"{name}_travel"] = record[:, :, i] - record[:, :1, i]
-            values[f"{name}_rate"] = np.diff(record[:, :, i], axis=1, prepend=record[:, :1, i])
         return values
 
     def estimate(self, readings: Mapping[str, float]) -> Row:
@@ -106,6 +105,16 @@ class CstrModel:
         error = before["T1"] - before["T1_sp"]
         cooling = now["V2_cmd"] - p[:, P.Kp_temperature] * error + p[:, P.Ki_temperature] * error
         states[:, S.temperature_integral] = np.clip(cooling, 0.0, 1.0)
+
+    def shown_and_true(
+        self, states: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
+    ) -> tuple[Mapping[str, Row], Mapping[str, Row]]:
+        """Noise-free readings of the instruments next to the truth."""
+        seen = states.copy()
+        for member in range(len(seen)):
+            measure(seen[member], parameters[member], severity[member], onset_s[member], at_s, 0, 0.0)
+        names = [name for name in _TRUE if name in _READ and _TRUE[name] != _READ[name]]
+        return {n: seen[:, _READ[n]] for n in names}, {n: states[:, _TRUE[n]] for n in names}
 
     def replay_inputs(self, readings: Mapping[str, Row], inputs: Table) -> Table:
         """Recorded commands as manual outputs, the measured feed temperature as the feed's."""

@@ -51,7 +51,7 @@ def _states(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag]) -> tu
 
 
 def _setpoints(rows: tuple[Entry, ...]) -> tuple[SetpointRange, ...]:
-    ranges = []
+    ranges: list[SetpointRange] = []
     for entry in rows:
         tag = entry.reference("tag", Code.UNKNOWN_TAG)
         if any(other.tag == tag for other in ranges):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -41,8 +42,8 @@ class Entry:
         return self._need(column, self.row.optional_text)
 
     def number(self, column: str) -> float:
-        """A number that must be there."""
-        return self._need(column, self.row.optional_number)
+        """A finite number that must be there."""
+        return self._need(column, self.optional_number)
 
     def flag(self, column: str) -> bool:
         """A yes or no that must be there."""
@@ -60,15 +61,18 @@ class Entry:
         return self._read(column, self.row.optional_text) or ""
 
     def optional_number(self, column: str) -> float | None:
-        """A number, or None."""
-        return self._read(column, self.row.optional_number)
+        """A finite number, or None."""
+        value = self._read(column, self.row.optional_number)
+        if value is not None and not math.isfinite(value):
+            raise GraphError(Code.BAD_NUMBER, self.thing, f"{column} {value!r} must be finite")
+        return value
 
     def word(self, column: str, words: type[_Word]) -> _Word:
         """One of a few words."""
         text = self._read(column, self.row.optional_text)
         if text not in set(words):
-            known = ", ".join(words)
-            raise GraphError(Code.BAD_WORD, self.thing, f"{column} is {text or 'none of them'!r}, must be one of {known}")
+            found = repr(text) if text else "none of the known words"
+            raise GraphError(Code.BAD_WORD, self.thing, f"{column} is {found}, must be one of {', '.join(words)}")
         return words(text)
 
     def reference(self, column: str, code: Code) -> str:
@@ -114,6 +118,8 @@ class Entry:
         """What ``make`` gives; its ValueError becomes ``code``."""
         try:
             return make()
+        except GraphError:
+            raise
         except ValueError as error:
             raise GraphError(code, self.thing, str(error)) from error
 

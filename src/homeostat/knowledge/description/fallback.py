@@ -27,13 +27,11 @@ def _strategy(rows: tuple[Entry, ...]) -> FallbackStrategy:
     steps = [row.whole("order") for row in rows]
     if len(set(steps)) < len(steps):
         raise GraphError(Code.DUPLICATE_ID, first.thing, f"steps {steps} are not all different")
-    commands = tuple(
-        Command(
-            tag=row.reference("tag", Code.UNKNOWN_TAG),
-            value=row.optional_number("value"),
-            rate=row.optional_number("rate"),
-        )
-        for row in sorted(rows, key=lambda row: row.whole("order"))
-    )
+    commands = tuple(_command(row) for row in sorted(rows, key=lambda row: row.whole("order")))
     target = first.reference("target", Code.UNKNOWN_STATE)
     return FallbackStrategy(first.name, first.made(lambda: ActionSet(commands, target), Code.DUPLICATE_ID))
+
+
+def _command(row: Entry) -> Command:
+    tag, value, rate = row.reference("tag", Code.UNKNOWN_TAG), row.optional_number("value"), row.optional_number("rate")
+    return row.made(lambda: Command(tag, value, rate), Code.BAD_NUMBER)

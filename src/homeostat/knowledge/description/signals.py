@@ -23,11 +23,11 @@ def signals(store: GraphStore, system: NamedNode) -> tuple[Signal, ...]:
 
 
 def _signal(entry: Entry) -> Signal:
-    tag = entry.made(lambda: _tag(entry), Code.BAD_NUMBER)
+    relation = entry.word("relation", Relation)
     return Signal(
-        tag=tag,
+        tag=entry.made(lambda: _tag(entry), Code.BAD_NUMBER),
         component=entry.reference("component", Code.UNKNOWN_COMPONENT),
-        relation=entry.word("relation", Relation),
+        relation=relation,
         variable=entry.text("variable"),
     )
 

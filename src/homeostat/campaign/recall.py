@@ -1,0 +1,68 @@
+"""Events of a recorded run as the types that they were when they were recorded."""
+
+from __future__ import annotations
+
+import dataclasses
+from enum import Enum
+from types import UnionType
+from typing import Any, Final, Union, get_args, get_origin, get_type_hints
+
+from homeostat.trace import Event, Record, RunFinished, RunStarted
+from homeostat.trace.decisions import (
+    Attempted,
+    Diagnosed,
+    FallbackArmed,
+    FellBack,
+    LeftAsIs,
+    ReleasedActions,
+    StateEntered,
+)
+
+EVENTS: Final[tuple[type[Event], ...]] = (
+    RunStarted,
+    RunFinished,
+    Diagnosed,
+    FallbackArmed,
+    Attempted,
+    LeftAsIs,
+    ReleasedActions,
+    StateEntered,
+    FellBack,
+)
+"""The events that are recalled; a record of another kind is somebody else's."""
+
+_BY_KIND: Final = {event.kind: event for event in EVENTS}
+
+
+class RecallError(ValueError):
+    """A record lacks what its event needs: another version of the project wrote it."""
+
+
+def recall(record: Record) -> Event | None:
+    """The event that ``record`` holds; None for a kind that is not in :data:`EVENTS`."""
+    kind = _BY_KIND.get(record.kind)
+    if kind is None:
+        return None
+    try:
+        event: Event = _made(kind, dict(record.fields))
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecallError(
+            f"event {record.seq} ({record.kind!r}) cannot be read: {error!r}; use the version that recorded it"
+        ) from error
+    return event
+
+
+def _made(kind: Any, value: Any) -> Any:
+    """``value``, in JSON form, as the type ``kind``."""
+    if get_origin(kind) is tuple:
+        return tuple(_made(get_args(kind)[0], item) for item in value)
+    if get_origin(kind) in (Union, UnionType):
+        options = [option for option in get_args(kind) if option is not type(None)]
+        return value if value is None or len(options) > 1 else _made(options[0], value)
+    if dataclasses.is_dataclass(kind):
+        types = get_type_hints(kind)
+        made = {field.name: _made(types[field.name], value[field.name]) for field in dataclasses.fields(kind)}
+        return kind(**made) if isinstance(kind, type) else None
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return kind[value]
+    return float(value) if kind is float else value

@@ -1,0 +1,113 @@
+"""A run that is kept: scored, drawn, and closed with a manifest, or closed as interrupted."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from importlib.metadata import version
+
+from homeostat.campaign.figure import draw
+from homeostat.campaign.milestones import Milestones
+from homeostat.campaign.recording import FIGURE, RunDirectory
+from homeostat.campaign.result import RESULT, Result, result_of
+from homeostat.campaign.runner import RunResult, run
+from homeostat.campaign.scenario import Scenario
+from homeostat.cases.case import Case
+from homeostat.domain.snapshot import Snapshot
+from homeostat.plant.clock import DeclaredClock, ThinkingClock
+from homeostat.trace import RunFinished, RunStarted, Setting, Subscriber, Summary
+
+LIBRARIES = ("numpy", "numba", "pyoxigraph")
+"""Libraries that what is computed depends on."""
+INTERRUPTED = "interrupted"
+"""Outcome in the trace of a run that was stopped from outside."""
+
+
+@dataclass(frozen=True, slots=True)
+class Thinking:
+    """How much process time thinking takes."""
+
+    scale: float = 1.0
+    """Process seconds per wall-clock second of thinking."""
+    declared_s: float | None = None
+    """Process time of every stretch of thinking [s]; None where it is measured."""
+
+    def clock(self) -> ThinkingClock | DeclaredClock:
+        """A clock that has not run yet."""
+        return ThinkingClock(self.scale) if self.declared_s is None else DeclaredClock(self.declared_s)
+
+    @property
+    def setting(self) -> Setting:
+        """As the journal has it."""
+        if self.declared_s is None:
+            return Setting("thinking_scale", self.scale)
+        return Setting("thinking_declared_s", self.declared_s)
+
+
+def record_run(
+    case: Case,
+    scenario: Scenario,
+    directory: RunDirectory,
+    thinking: Thinking,
+    proposer: str,
+    subscriber: Subscriber,
+    watcher: Callable[[Snapshot], None],
+) -> Result:
+    """Run ``scenario``, keep everything in ``directory`` and close it; ``subscriber`` and ``watcher`` follow the run.
+
+    A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other exception leaves it
+    without manifest, which verifies as incomplete.
+    """
+    journal, milestones, seen = directory.journal, Milestones(), _LastTime(watcher)
+    journal.subscribe(milestones)
+    journal.subscribe(subscriber)
+    journal.record(_started(scenario, thinking, proposer), 0.0)
+    try:
+        done = run(case, scenario, journal, thinking.clock(), watcher=seen)
+        journal.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
+        result = result_of(done, directory.path)
+        _store(case, directory, done, milestones, result)
+    except KeyboardInterrupt:
+        journal.record(RunFinished(INTERRUPTED, "stopped from outside"), seen.at_s)
+        directory.close(Summary(scenario.seed, INTERRUPTED))
+        raise
+    directory.close(Summary(scenario.seed, result.outcome.value))
+    return result
+
+
+class _LastTime:
+    """Passes snapshots on and knows the time of the last one."""
+
+    def __init__(self, watcher: Callable[[Snapshot], None]) -> None:
+        self._watcher = watcher
+        self.at_s = 0.0
+
+    def __call__(self, snapshot: Snapshot) -> None:
+        self.at_s = snapshot.at_s
+        self._watcher(snapshot)
+
+
+def _started(scenario: Scenario, thinking: Thinking, proposer: str) -> RunStarted:
+    configuration = [Setting("end_s", scenario.end_s)]
+    for fault in scenario.faults:
+        configuration.append(Setting(f"onset_s {fault.fault}", fault.onset_s))
+        configuration.append(Setting(f"severity {fault.fault}", fault.severity))
+    configuration += [Setting("proposer", proposer), thinking.setting]
+    versions = [Setting("python", sys.version.split()[0]), *(Setting(name, version(name)) for name in LIBRARIES)]
+    return RunStarted(
+        case=scenario.case,
+        faults=tuple(f.fault for f in scenario.faults),
+        seed=scenario.seed,
+        configuration=tuple(configuration),
+        versions=tuple(versions),
+        wall_started=datetime.now().astimezone().isoformat(timespec="milliseconds"),
+    )
+
+
+def _store(case: Case, directory: RunDirectory, done: RunResult, milestones: Milestones, result: Result) -> None:
+    units = {tag.name: tag.unit for tag in case.description.tags}
+    directory.store_trajectory(done.measured, done.truth, units)
+    directory.store_whole(FIGURE, draw(case, done, milestones))
+    directory.store_whole(RESULT, f"{result.to_json()}\n".encode())

@@ -1,0 +1,94 @@
+"""A run directory: the journal while the run goes on, what belongs to it beside, the manifest last."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Self, final
+
+from homeostat.domain.snapshot import Trajectory
+from homeostat.trace import Journal, Manifest, StoredFile, Summary
+from homeostat.trace.artifacts import write_parquet, write_text
+from homeostat.trace.files import describe, write_whole
+
+TRAJECTORY = "trajectory.parquet"
+"""Measured and true values of every tag."""
+FIGURE = "figure.png"
+"""The run as a picture."""
+QUERIES = "queries"
+"""Folder of the questions that were put to the graph."""
+SUBGRAPHS = "subgraphs"
+"""Folder of what the graph answered."""
+
+
+class RunDirectoryError(ValueError):
+    """A run cannot be kept where it should be; one line with the remedy."""
+
+
+@final
+class RunDirectory:
+    """A run directory being written. Leaving the ``with`` block without `close` leaves an incomplete run."""
+
+    def __init__(self, path: Path) -> None:
+        """Make ``path``, which must be new or empty, and open the journal in it.
+
+        Raises RunDirectoryError where it holds something, OSError where it cannot be made; nothing is left behind then.
+        """
+        if path.is_dir() and any(path.iterdir()):
+            raise RunDirectoryError(f"{str(path)!r} is not empty; choose another directory or remove it first")
+        made = [p for p in (path, *path.parents) if not p.exists()]
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            self.journal = Journal(path)
+        except OSError:
+            for folder in made:
+                with contextlib.suppress(OSError):
+                    folder.rmdir()
+            raise
+        self.path = path
+        """The directory."""
+
+    def store_query(self, text: str) -> StoredFile:
+        """Keep a question; the file's name is relative to the run directory."""
+        return self._store_text(QUERIES, text, ".rq")
+
+    def store_subgraph(self, text: str) -> StoredFile:
+        """Keep an answer in Turtle; the file's name is relative to the run directory."""
+        return self._store_text(SUBGRAPHS, text, ".ttl")
+
+    def store_trajectory(self, measured: Trajectory, truth: Trajectory, units: Mapping[str, str]) -> StoredFile:
+        """Keep the columns ``measured TAG`` and ``true TAG`` of every tag in ``units`` (tag -> unit)."""
+        columns = {f"measured {tag}": measured.signals[tag][0] for tag in units}
+        columns |= {f"true {tag}": truth.signals[tag][0] for tag in units}
+        by_column = {name: units[name.partition(" ")[2]] for name in columns}
+        return write_parquet(self.path / TRAJECTORY, truth.times_s, columns, by_column)
+
+    def store_whole(self, name: str, content: bytes) -> StoredFile:
+        """Keep a file called ``name``."""
+        write_whole(self.path / name, content)
+        return describe(self.path / name, self.path)
+
+    def close(self, summary: Summary) -> Manifest:
+        """End the run: the manifest confirms every file that is here now."""
+        return self.journal.close(summary)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.journal.__exit__(kind, error, traceback)
+
+    def _store_text(self, folder: str, text: str, suffix: str) -> StoredFile:
+        stored = write_text(self.path / folder, text, suffix)
+        return describe(self.path / folder / stored.name, self.path)
+
+
+def next_free(root: Path, stem: str) -> Path:
+    """The first of ``root/stem``, ``root/stem-2``, ``root/stem-3``, ... that does not exist yet."""
+    names = itertools.chain([stem], (f"{stem}-{n}" for n in itertools.count(2)))
+    return next(path for name in names if not (path := root / name).exists())

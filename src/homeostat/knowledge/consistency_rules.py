@@ -1,0 +1,70 @@
+"""Can the rules of a plant do what they are for, given the ranges of its tags and the length of a rollout?"""
+
+from __future__ import annotations
+
+import math
+
+from homeostat.domain.formula import Formula
+from homeostat.domain.formula_ast import Always, Eventually, Node, Until, children, walk
+from homeostat.domain.plant_description import PlantDescription
+
+from .graph_error import Code, Found
+from .intervals import Intervals, bounds, can_fail, can_hold
+
+
+def formulas(plant: PlantDescription) -> Found:
+    """Formulas that cannot hold, protect nothing, compare with impossible values, or look ahead where they must not."""
+    ranges = {tag.name: (tag.range.low, tag.range.high) for tag in plant.tags}
+    for transition in plant.machine.transitions:
+        yield from _momentary(f"transition {transition.name!r}", "guard", transition.guard)
+        yield from _judged(plant, f"transition {transition.name!r}", transition.guard, ranges)
+    for state in plant.machine.states:
+        yield from _momentary(f"state {state.name!r}", "settled_when", state.settled_when)
+        yield from _judged(plant, f"state {state.name!r}", state.settled_when, ranges)
+    for limit in plant.limits.limits:
+        yield from _momentary(f"limit {limit.name!r}", "limit", limit.formula)
+        yield from _judged(plant, f"limit {limit.name!r}", limit.formula, ranges)
+        yield from _breakable(f"limit {limit.name!r}", limit.formula, ranges)
+    for criterion in plant.limits.criteria:
+        yield from _judged(plant, f"criterion {criterion.name!r}", criterion.formula, ranges)
+        yield from _breakable(f"criterion {criterion.name!r}", criterion.formula, ranges)
+
+
+def _momentary(thing: str, what: str, formula: Formula) -> Found:
+    if any(isinstance(node, Always | Eventually | Until) for node, _ in walk(formula.root)):
+        message = f"{what} '{formula}' is judged on one moment; remove always, eventually and until"
+        yield Code.LIMIT_LOOKS_AHEAD, thing, message
+
+
+def _judged(plant: PlantDescription, thing: str, formula: Formula, ranges: Intervals) -> Found:
+    if not can_hold(formula.root, ranges):
+        yield Code.GUARD_NEVER_TRUE, thing, f"'{formula}' cannot hold for any values inside the ranges of its tags"
+    for bound in bounds(formula.root):
+        tag = plant.tag(bound.tag)
+        if not tag.range.contains(bound.value):
+            allowed = f"[{tag.range.low:g}, {tag.range.high:g}] {tag.unit}"
+            message = f"compares {tag.name!r} with {bound.value:g}, outside its range {allowed}"
+            yield Code.LIMIT_OUTSIDE_RANGE, thing, message
+
+
+def _breakable(thing: str, formula: Formula, ranges: Intervals) -> Found:
+    if not can_fail(formula.root, ranges):
+        message = f"'{formula}' holds for all values inside the ranges of its tags, so it protects nothing"
+        yield Code.LIMIT_NEVER_BROKEN, thing, message
+
+
+def criteria(plant: PlantDescription, horizon_s: float) -> Found:
+    """Criteria that look further ahead than a rollout of ``horizon_s`` seconds goes."""
+    for criterion in plant.limits.criteria:
+        needs = _bounded_s(criterion.formula.root)
+        if needs > horizon_s:
+            message = f"looks {needs:g} s ahead, but a rollout ends after {horizon_s:g} s"
+            yield Code.CRITERION_WINDOW_BEYOND_HORIZON, f"criterion {criterion.name!r}", message
+
+
+def _bounded_s(node: Node) -> float:
+    """How many seconds ahead the bounded windows of a formula look; an unbounded one ends with the rollout."""
+    below = max((_bounded_s(child) for child in children(node)), default=0.0)
+    if isinstance(node, Always | Eventually | Until):
+        return below + (node.high_s if node.high_s < math.inf else node.low_s)
+    return below

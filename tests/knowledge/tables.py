@@ -1,0 +1,69 @@
+"""A copy of a plant's tables that a test may break: nothing here knows a value of a table."""
+
+from __future__ import annotations
+
+import csv
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from pyoxigraph import NamedNode, RdfFormat
+
+from homeostat.knowledge.build import build
+from homeostat.knowledge.embedded import EmbeddedStore
+
+Rows = list[dict[str, str]]
+
+CASES = Path(__file__).resolve().parents[2] / "src" / "homeostat" / "cases"
+CSTR = CASES / "cstr"
+SYSTEM = NamedNode("urn:homeostat:cstr#system")
+TABLES = tuple(sorted(path.stem for path in (CSTR / "engineering").glob("*.csv")))
+
+
+@dataclass(frozen=True)
+class Workbench:
+    """A writable copy of the reactor's tables and mapping."""
+
+    folder: Path
+
+    @classmethod
+    def at(cls, folder: Path) -> Workbench:
+        (folder / "engineering").mkdir(parents=True)
+        shutil.copy(CSTR / "mapping.rml.ttl", folder)
+        for table in (CSTR / "engineering").glob("*.csv"):
+            shutil.copy(table, folder / "engineering")
+        return cls(folder)
+
+    def path(self, table: str) -> Path:
+        return self.folder / "engineering" / f"{table}.csv"
+
+    def rows(self, table: str) -> Rows:
+        with self.path(table).open(encoding="utf-8", newline="") as file:
+            return list(csv.DictReader(file))
+
+    def write(self, table: str, rows: Rows) -> None:
+        header = list(self.rows(table)[0])
+        with self.path(table).open("w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, header, lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)
+
+    def edit(self, table: str, change: Callable[[Rows], Rows]) -> None:
+        self.write(table, change(self.rows(table)))
+
+    def graph(self) -> bytes:
+        return build(self.folder)
+
+
+def store_of(graph: bytes) -> EmbeddedStore:
+    store = EmbeddedStore()
+    store.load(graph, RdfFormat.TURTLE)
+    return store
+
+
+@cache
+def reactor() -> bytes:
+    """The reactor's graph as its tables make it now; that the committed one is the same is a test of its own."""
+    return build(CSTR)

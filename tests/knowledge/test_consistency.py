@@ -1,0 +1,375 @@
+"""Every table, broken in every way that was thought of, is refused with the name of the mistake."""
+# ruff: noqa: E501  (a table of mistakes reads best with one mistake per line)
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from homeostat.cases.cstr.process import CstrModel
+from homeostat.domain.formula import parse
+from homeostat.domain.plant_description import PlantDescription
+from homeostat.knowledge.conformance import check_shapes
+from homeostat.knowledge.consistency import ModelInterface, inconsistencies, refuse_inconsistent
+from homeostat.knowledge.description.plant import read_plant
+from homeostat.knowledge.graph_error import Code, GraphError
+from homeostat.knowledge.intervals import bounds, can_fail, can_hold
+from tests.knowledge.tables import SYSTEM, TABLES, Rows, Workbench, reactor, store_of
+
+Change = Callable[[Rows], Rows]
+
+
+def _model() -> ModelInterface:
+    model = CstrModel()
+    readings = model.readings(np.zeros(len(model.states)), np.zeros(len(model.inputs)))
+    return ModelInterface(
+        parameters=frozenset(model.parameters),
+        variables=frozenset(readings) | frozenset(model.states) | frozenset(model.inputs),
+        faults=frozenset(model.faults),
+        horizon_s=3600.0,
+    )
+
+
+MODEL = _model()
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Workbench:
+    return Workbench.at(tmp_path / "plant")
+
+
+@pytest.fixture(scope="module")
+def plant() -> PlantDescription:
+    return read_plant(store_of(reactor()), SYSTEM)
+
+
+# ---------------------------------------------------------------- ways to break a table
+
+
+def cell(column: str, value: str, row: int = 0) -> Change:
+    """Put ``value`` into one cell."""
+    return lambda rows: [{**r, column: value} if i == row else r for i, r in enumerate(rows)]
+
+
+def every(column: str, value: str) -> Change:
+    """Put ``value`` into a whole column."""
+    return lambda rows: [{**r, column: value} for r in rows]
+
+
+def where(condition: Callable[[dict[str, str]], bool], **values: str) -> Change:
+    """Put values into the first row that fulfils a condition."""
+
+    def change(rows: Rows) -> Rows:
+        chosen = next(i for i, row in enumerate(rows) if condition(row))
+        return [{**row, **values} if i == chosen else row for i, row in enumerate(rows)]
+
+    return change
+
+
+def swapped(one: str, other: str, row: int = 0) -> Change:
+    """Exchange two cells of a row."""
+    return lambda rows: [{**r, one: r[other], other: r[one]} if i == row else r for i, r in enumerate(rows)]
+
+
+def again(**values: str) -> Change:
+    """Repeat the first row with other values."""
+    return lambda rows: [*rows, {**rows[0], **values}]
+
+
+def without_first(rows: Rows) -> Rows:
+    return rows[1:]
+
+
+def without(column: str) -> Change:
+    """Remove all rows that agree with the first one in a column."""
+    return lambda rows: [row for row in rows if row[column] != rows[0][column]]
+
+
+def nothing(rows: Rows) -> Rows:
+    return []
+
+
+BROKEN: list[tuple[str, str, Change, Code]] = [
+    ("equipment", "kind misspelt", cell("kind", "Pmup", 3), Code.BAD_WORD),
+    ("equipment", "part of nothing known", cell("part_of", "nowhere", 3), Code.UNKNOWN_COMPONENT),
+    ("equipment", "part of itself", lambda rows: [*rows, {**rows[-1], "id": "X9", "part_of": "X9"}], Code.DISCONNECTED_COMPONENT),
+    ("equipment", "same id twice", again(label="Something else"), Code.DUPLICATE_ID),
+    ("equipment", "row lost", lambda rows: [r for r in rows if r["kind"] != "Actuator"], Code.UNKNOWN_COMPONENT),
+    ("equipment", "no label", cell("label", "", 3), Code.BAD_SHAPE),
+    ("equipment", "sensor without a tag", lambda rows: [*rows, {**rows[-1], "id": "X9", "kind": "Sensor"}], Code.BAD_SHAPE),
+    ("equipment", "actuator without a tag", lambda rows: [*rows, {**rows[-1], "id": "X9", "kind": "Actuator"}], Code.BAD_SHAPE),
+    ("signals", "role unknown", cell("role", "XX"), Code.BAD_WORD),
+    ("signals", "role missing", cell("role", ""), Code.BAD_WORD),
+    ("signals", "range reversed", swapped("low", "high"), Code.REVERSED_RANGE),
+    ("signals", "range is no number", cell("low", "low"), Code.BAD_NUMBER),
+    ("signals", "scale zero", cell("scale", "0"), Code.BAD_NUMBER),
+    ("signals", "scale missing", cell("scale", ""), Code.MISSING_VALUE),
+    ("signals", "unit missing", cell("unit", ""), Code.MISSING_VALUE),
+    ("signals", "relation unknown", cell("relation", "masures"), Code.BAD_WORD),
+    ("signals", "component unknown", cell("component", "TT99"), Code.UNKNOWN_COMPONENT),
+    ("signals", "variable unknown to the model", cell("variable", "no_such"), Code.UNKNOWN_VARIABLE),
+    ("signals", "variable missing", cell("variable", ""), Code.MISSING_VALUE),
+    ("signals", "row lost", without_first, Code.UNKNOWN_TAG),
+    ("signals", "same tag twice", again(description="Something else"), Code.DUPLICATE_ID),
+    ("signals", "rate limit negative", cell("rate_limit", "-1"), Code.BAD_SHAPE),
+    ("signals", "a setpoint that drives", where(lambda r: r["relation"] == "drives", role="STATUS"), Code.LOOP_ROLE),
+    ("signals", "name that formulas cannot use", lambda rows: [*rows, {**rows[0], "tag": "T 1"}], Code.BAD_SHAPE),
+    ("sensors", "component unknown", cell("component", "TT99"), Code.UNKNOWN_COMPONENT),
+    ("sensors", "noise is no number", cell("noise_sd", "small"), Code.BAD_NUMBER),
+    ("sensors", "noise missing", cell("noise_sd", ""), Code.MISSING_VALUE),
+    ("sensors", "row lost", without_first, Code.MISSING_PARAMETER),
+    ("sensors", "same parameter twice", lambda rows: [{**rows[0], "parameter_bias": rows[1]["parameter_bias"], "bias_sd": "9"}, *rows[1:]], Code.DUPLICATE_ID),
+    ("loops", "measured tag unknown", cell("pv", "T99"), Code.UNKNOWN_TAG),
+    ("loops", "measured tag missing", cell("pv", ""), Code.MISSING_VALUE),
+    ("loops", "places exchanged", swapped("pv", "sp"), Code.LOOP_ROLE),
+    ("loops", "gain unknown", cell("gain", "Kx"), Code.UNKNOWN_PARAMETER),
+    ("loops", "controller unknown", cell("controller", "XIC9"), Code.UNKNOWN_COMPONENT),
+    ("loops", "operator unknown", cell("operator", "PO_Nothing"), Code.BAD_SHAPE),
+    ("loops", "same id twice", again(label="Something else"), Code.DUPLICATE_ID),
+    ("operators", "resource unknown", cell("resource", "nowhere"), Code.BAD_SHAPE),
+    ("operators", "successor unknown", cell("successor", "PO_Nothing"), Code.BAD_SHAPE),
+    ("operators", "row lost", without_first, Code.UNKNOWN_OPERATOR),
+    ("flows", "direction misspelt", cell("direction", "inptu"), Code.BAD_SHAPE),
+    ("flows", "kind misspelt", cell("kind", "Prodct"), Code.BAD_SHAPE),
+    ("flows", "operator unknown", cell("operator", "PO_Nothing"), Code.BAD_SHAPE),
+    ("flows", "tag unknown", cell("tag", "T99"), Code.BAD_SHAPE),
+    ("flows", "same flow, two labels", again(label="Something else"), Code.BAD_SHAPE),
+    ("equations", "operator unknown", cell("operator", "PO_Nothing"), Code.UNKNOWN_OPERATOR),
+    ("equations", "syntax", cell("expression", "F1 - * F2"), Code.BAD_FORMULA),
+    ("equations", "symbol unknown", cell("expression", "F1 - F_nothing"), Code.UNKNOWN_SYMBOL),
+    ("equations", "no result", cell("result", ""), Code.BAD_SHAPE),
+    ("equations", "same id twice", again(result="X"), Code.DUPLICATE_ID),
+    ("parameters", "value missing", cell("value", ""), Code.MISSING_VALUE),
+    ("parameters", "value is no number", cell("value", "five"), Code.BAD_NUMBER),
+    ("parameters", "unit missing", cell("unit", ""), Code.MISSING_VALUE),
+    ("parameters", "spread misspelt", cell("spread", "relativ"), Code.MISSING_VALUE),
+    ("parameters", "spread negative", cell("sd", "-0.1"), Code.BAD_NUMBER),
+    ("parameters", "component unknown", cell("component", "J99"), Code.UNKNOWN_COMPONENT),
+    ("parameters", "row lost", without_first, Code.MISSING_PARAMETER),
+    ("parameters", "unknown to the model", again(symbol="no_such"), Code.UNKNOWN_PARAMETER),
+    ("parameters", "same symbol twice", again(value="1"), Code.DUPLICATE_ID),
+    ("parameters", "symbol of a tag", lambda rows: [*rows, {**rows[0], "symbol": "T1"}], Code.DUPLICATE_ID),
+    ("states", "no initial state", every("initial", "no"), Code.BAD_INITIAL_STATE),
+    ("states", "two initial states", lambda rows: every("initial", "yes")(rows[:2]) + rows[2:], Code.BAD_INITIAL_STATE),
+    ("states", "neither yes nor no", cell("recovery_target", "maybe"), Code.MISSING_VALUE),
+    ("states", "no recovery target", every("recovery_target", "no"), Code.NO_RECOVERY_TARGET),
+    ("states", "risk is no number", cell("risk", "high"), Code.BAD_NUMBER),
+    ("states", "risk is no whole number", cell("risk", "1.5"), Code.BAD_NUMBER),
+    ("states", "risk negative", cell("risk", "-1"), Code.BAD_SHAPE),
+    ("states", "row lost", lambda rows: rows[:-1], Code.UNKNOWN_STATE),
+    ("states", "never settled", cell("settled_when", "false"), Code.GUARD_NEVER_TRUE),
+    ("states", "settled later", cell("settled_when", "eventually[0,10] (T1 >= 300)"), Code.LIMIT_LOOKS_AHEAD),
+    ("states", "settled syntax", cell("settled_when", "T1 =< 3"), Code.BAD_FORMULA),
+    ("states", "same id twice", again(risk="9"), Code.DUPLICATE_ID),
+    ("states", "unreachable", lambda rows: [*rows, {**rows[-1], "id": "lost"}], Code.STATE_UNREACHABLE),
+    ("transitions", "source unknown", cell("source", "nowhere"), Code.UNKNOWN_STATE),
+    ("transitions", "target unknown", cell("target", "nowhere"), Code.UNKNOWN_STATE),
+    ("transitions", "event missing", cell("event", ""), Code.BAD_TABLE),
+    ("transitions", "guard missing", cell("guard", ""), Code.MISSING_VALUE),
+    ("transitions", "guard names an unknown tag", cell("guard", "T99 >= 3"), Code.UNKNOWN_TAG),
+    ("transitions", "guard syntax", cell("guard", "T1 >= 3 and"), Code.BAD_FORMULA),
+    ("transitions", "guard can never hold", cell("guard", "T1 >= 300 and T1 <= 299"), Code.GUARD_NEVER_TRUE),
+    ("transitions", "guard outside the instrument", cell("guard", "T1 <= 5000"), Code.LIMIT_OUTSIDE_RANGE),
+    ("transitions", "guard looks ahead", cell("guard", "always[0,10] (T1 >= 300)"), Code.LIMIT_LOOKS_AHEAD),
+    ("transitions", "way lost", without_first, Code.STATE_UNREACHABLE),
+    ("transitions", "same id twice", lambda rows: [*rows, {**rows[0], "guard": "true"}], Code.DUPLICATE_ID),
+    ("state_requirements", "component unknown", cell("component", "V99"), Code.UNKNOWN_COMPONENT),
+    ("state_requirements", "state unknown", cell("state", "nowhere"), Code.BAD_SHAPE),
+    ("setpoints", "tag unknown", cell("tag", "T99"), Code.UNKNOWN_TAG),
+    ("setpoints", "state unknown", cell("state", "nowhere"), Code.BAD_SHAPE),
+    ("setpoints", "range reversed", cell("low", "1e6"), Code.REVERSED_RANGE),
+    ("setpoints", "end missing", cell("high", ""), Code.MISSING_VALUE),
+    ("setpoints", "outside the tag's range", cell("high", "1e6"), Code.SETPOINT_OUTSIDE_RANGE),
+    ("setpoints", "design outside its own range", cell("design", "-1e6"), Code.SETPOINT_OUTSIDE_RANGE),
+    ("setpoints", "a measured tag", cell("tag", "T1"), Code.NOT_COMMANDABLE),
+    ("setpoints", "a tag that a loop writes", cell("tag", "V2.cmd"), Code.NOT_COMMANDABLE),
+    ("setpoints", "same tag twice in a state", again(low="-1e6"), Code.DUPLICATE_ID),
+    ("limits", "kind misspelt", cell("kind", "interlok"), Code.BAD_WORD),
+    ("limits", "neither yes nor no", cell("hard", "maybe"), Code.MISSING_VALUE),
+    ("limits", "formula missing", cell("formula", ""), Code.MISSING_VALUE),
+    ("limits", "formula names an unknown tag", cell("formula", "T99 <= 3"), Code.UNKNOWN_TAG),
+    ("limits", "formula syntax", cell("formula", "T1 <="), Code.BAD_FORMULA),
+    ("limits", "source missing", cell("source", ""), Code.MISSING_VALUE),
+    ("limits", "outside the instrument", cell("formula", "T1 <= 5000"), Code.LIMIT_OUTSIDE_RANGE),
+    ("limits", "protects nothing", cell("formula", "abs(V1.cmd) <= 1"), Code.LIMIT_NEVER_BROKEN),
+    ("limits", "can never hold", cell("formula", "T1 + 1 <= T1 - 200"), Code.GUARD_NEVER_TRUE),
+    ("limits", "looks ahead", cell("formula", "always (T1 <= 313)"), Code.LIMIT_LOOKS_AHEAD),
+    ("limits", "same id twice", again(source="Something else"), Code.DUPLICATE_ID),
+    ("criteria", "owner unknown", cell("owner", "nobody"), Code.BAD_WORD),
+    ("criteria", "formula names an unknown tag", cell("formula", "always (T99 <= 3)"), Code.UNKNOWN_TAG),
+    ("criteria", "formula syntax", cell("formula", "always [10,0] (T1 <= 3)"), Code.BAD_FORMULA),
+    ("criteria", "window beyond the rollout", cell("formula", "always[0,99999] (T1 <= 313)"), Code.CRITERION_WINDOW_BEYOND_HORIZON),
+    ("criteria", "windows add up", cell("formula", "eventually[0,2000] always[0,2000] (T1 <= 313)"), Code.CRITERION_WINDOW_BEYOND_HORIZON),
+    ("criteria", "can never hold", cell("formula", "always (T1 >= 310 and T1 <= 300)"), Code.GUARD_NEVER_TRUE),
+    ("criteria", "same id twice", again(source="Something else"), Code.DUPLICATE_ID),
+    ("fallbacks", "tag unknown", cell("tag", "T99"), Code.UNKNOWN_TAG),
+    ("fallbacks", "a measured tag", cell("tag", "T1"), Code.FALLBACK_TAG_NOT_COMMANDABLE),
+    ("fallbacks", "a tag that a loop writes", cell("tag", "V2.cmd"), Code.FALLBACK_TAG_NOT_COMMANDABLE),
+    ("fallbacks", "outside the tag's range", cell("value", "1e6"), Code.FALLBACK_OUTSIDE_RANGE),
+    ("fallbacks", "value is no number", cell("value", "open"), Code.BAD_NUMBER),
+    ("fallbacks", "step twice", cell("step", "2"), Code.DUPLICATE_ID),
+    ("fallbacks", "tag twice", again(step="99"), Code.DUPLICATE_ID),
+    ("fallbacks", "none", nothing, Code.NO_FALLBACK),
+    ("faults", "component unknown", cell("component", "J99"), Code.UNKNOWN_COMPONENT),
+    ("faults", "disables something unknown", cell("disables", "J99"), Code.UNKNOWN_COMPONENT),
+    ("faults", "range reversed", swapped("low", "high"), Code.REVERSED_RANGE),
+    ("faults", "nominal outside", cell("nominal", "1e6"), Code.SEVERITY_OUTSIDE_RANGE),
+    ("faults", "prior is no number", cell("prior", "often"), Code.BAD_NUMBER),
+    ("faults", "prior negative", cell("prior", "-0.1"), Code.BAD_SHAPE),
+    ("faults", "unit missing", cell("severity_unit", ""), Code.MISSING_VALUE),
+    ("faults", "row lost", without_first, Code.UNKNOWN_FAULT),
+    ("faults", "unknown to the model", again(id="no_such"), Code.UNKNOWN_FAULT),
+    ("faults", "same id twice", again(prior="0.01"), Code.DUPLICATE_ID),
+    ("features", "expression names an unknown tag", cell("expression", "T99 - 3"), Code.UNKNOWN_TAG),
+    ("features", "accumulation names an unknown tag", cell("accumulation", "T99 * 3"), Code.UNKNOWN_TAG),
+    ("features", "syntax", cell("expression", "T1 -"), Code.BAD_FORMULA),
+    ("features", "a condition instead of a term", cell("expression", "T1 <= 3"), Code.BAD_FORMULA),
+    ("features", "component unknown", cell("component", "V99"), Code.UNKNOWN_COMPONENT),
+    ("features", "window negative", cell("window_s", "-5"), Code.BAD_SHAPE),
+    ("features", "window without an accumulation", where(lambda r: not r["accumulation"], window_s="60"), Code.BAD_SHAPE),
+    ("features", "accumulation without a window", where(lambda r: not r["accumulation"], accumulation="T1"), Code.BAD_SHAPE),
+    ("features", "row lost", without_first, Code.UNKNOWN_FEATURE),
+    ("features", "same id twice", again(unit="furlong"), Code.DUPLICATE_ID),
+    ("symptoms", "feature unknown", cell("feature", "F-99"), Code.UNKNOWN_FEATURE),
+    ("symptoms", "direction unknown", cell("direction", "up"), Code.BAD_WORD),
+    ("symptoms", "sigma is no number", cell("sigma", "many"), Code.BAD_NUMBER),
+    ("symptoms", "sigma negative", cell("sigma", "-8"), Code.BAD_SHAPE),
+    ("symptoms", "on-delay missing", cell("on_delay_s", ""), Code.MISSING_VALUE),
+    ("symptoms", "row lost", without_first, Code.BAD_SHAPE),
+    ("symptoms", "same id twice", again(sigma="99"), Code.DUPLICATE_ID),
+    ("symptom_faults", "fault unknown", cell("fault", "gremlin"), Code.UNKNOWN_FAULT),
+    ("symptom_faults", "symptom unknown", cell("symptom", "S-99"), Code.SYMPTOM_WITHOUT_FAULT),
+    ("symptom_faults", "no symptom for a fault", without("fault"), Code.FAULT_WITHOUT_SYMPTOM),
+    ("symptom_faults", "no fault for a symptom", without("symptom"), Code.SYMPTOM_WITHOUT_FAULT),
+]  # fmt: skip
+
+
+def mistakes(bench: Workbench) -> set[Code]:
+    """What building, reading, comparing and the shapes say, in that order, up to the first that says something."""
+    try:
+        store = store_of(bench.graph())
+        plant = read_plant(store, SYSTEM)
+    except GraphError as error:
+        assert "\n" not in str(error) and error.thing
+        return {error.code}
+    found = inconsistencies(plant, MODEL)
+    if found:
+        assert all("\n" not in str(item) and item.thing for item in found)
+        return {item.code for item in found}
+    return {Code.BAD_SHAPE} if check_shapes(store) else set()
+
+
+@pytest.mark.parametrize(
+    ("table", "how", "change", "code"), BROKEN, ids=lambda value: value if isinstance(value, str) else ""
+)
+def test_a_broken_table_is_refused_with_the_name_of_the_mistake(
+    bench: Workbench, table: str, how: str, change: Change, code: Code
+) -> None:
+    bench.edit(table, change)
+    assert code in mistakes(bench)
+
+
+def test_every_table_is_broken_here_and_the_tables_as_they_are_are_not(bench: Workbench) -> None:
+    assert {table for table, *_ in BROKEN} == set(TABLES)
+    assert mistakes(bench) == set()
+
+
+def test_every_code_is_met_by_some_test() -> None:
+    elsewhere = {Code.BAD_MAPPING, Code.STALE_GRAPH, Code.MISSING_FAULT}
+    assert set(Code) - {code for *_, code in BROKEN} == elsewhere
+
+
+def test_refusing_names_the_first_and_counts_the_rest(plant: PlantDescription) -> None:
+    refuse_inconsistent(plant, MODEL)
+    other = ModelInterface(MODEL.parameters | {"Zx"}, MODEL.variables, MODEL.faults | {"gremlin"}, MODEL.horizon_s)
+    assert [item.code for item in inconsistencies(plant, other)] == [Code.MISSING_PARAMETER, Code.MISSING_FAULT]
+    with pytest.raises(GraphError, match=r"^\[missing-parameter\] parameter 'Zx': .* \(and 1 more\)$"):
+        refuse_inconsistent(plant, other)
+
+
+# ---------------------------------------------------------------- interval analysis is sound
+
+RANGES = {"x": (-2.0, 3.0), "y": (0.0, 5.0), "z.sp": (1.0, 1.5)}
+TERM = st.recursive(
+    st.sampled_from(["x", "y", "z.sp", "0", "1", "2.5"]),
+    lambda inner: st.one_of(
+        st.tuples(inner, st.sampled_from("+-*/"), inner).map(lambda t: f"({t[0]} {t[1]} {t[2]})"),
+        inner.map(lambda text: f"abs({text})"),
+        inner.map(lambda text: f"-({text})"),
+        st.tuples(st.sampled_from(["min", "max"]), inner, inner).map(lambda t: f"{t[0]}({t[1]}, {t[2]})"),
+    ),
+    max_leaves=4,
+)
+COMPARISON = st.tuples(TERM, st.sampled_from(["<=", "<", ">=", ">", "==", "!="]), TERM).map(" ".join)
+CONDITION = st.recursive(
+    COMPARISON | st.sampled_from(["true", "false"]),
+    lambda inner: st.one_of(
+        inner.map(lambda text: f"not ({text})"),
+        st.tuples(inner, st.sampled_from(["and", "or", "implies"]), inner).map(lambda t: f"({t[0]}) {t[1]} ({t[2]})"),
+    ),
+    max_leaves=5,
+)
+
+
+@given(CONDITION, st.integers(0, 2**32))
+@settings(max_examples=400, deadline=None)
+def test_what_is_said_to_be_impossible_never_happens(text: str, seed: int) -> None:
+    rng = random.Random(seed)
+    formula = parse(text)
+    hold, fail = can_hold(formula.root, RANGES), can_fail(formula.root, RANGES)
+    assert hold or fail
+    for _ in range(30):
+        # Ends, small integers and anything between: that is where comparisons turn.
+        point = {
+            tag: rng.choice([low, high, float(min(max(rng.randint(-2, 5), low), high)), rng.uniform(low, high)])
+            for tag, (low, high) in RANGES.items()
+        }
+        try:
+            margin = formula.margin_at(point)
+        except ValueError:
+            continue  # division by zero decides nothing
+        if margin >= 0:
+            assert hold, f"{text!r} holds at {point}"
+        if margin < 0:
+            assert fail, f"{text!r} fails at {point}"
+
+
+@pytest.mark.parametrize(
+    ("text", "hold", "fail"),
+    [
+        ("x <= 3", True, False),
+        ("x <= 2.999", True, True),
+        ("x >= 3", True, True),
+        ("x >= 3.001", False, True),
+        ("x + y <= -2.001", False, True),
+        ("x >= 1 and x <= 0.5", False, True),
+        ("not (x <= 1) and x <= 0.5", False, True),
+        ("1 <= x and 0.5 >= x", False, True),
+        ("x <= 1 or x >= 0.5", True, False),
+        ("x <= 0.5 implies x <= 1", True, False),
+        ("always[0,10] (x >= 4)", False, True),
+        ("eventually[0,10] (x <= 3)", True, False),
+        ("x <= 1 until[0,5] y >= 6", False, True),
+        ("x == 9", False, True),
+        ("x / z.sp <= 3", True, False),
+        ("1 / x <= 0", True, True),
+    ],
+)
+def test_what_can_be_proven_is(text: str, hold: bool, fail: bool) -> None:
+    root = parse(text).root
+    assert (can_hold(root, RANGES), can_fail(root, RANGES)) == (hold, fail)
+
+
+def test_bounds_are_found_on_either_side() -> None:
+    found = [
+        (bound.tag, bound.operator, bound.value) for bound in bounds(parse("x <= 1 + 1 and -3 < y and x <= y").root)
+    ]
+    assert found == [("x", "<=", 2.0), ("y", ">", -3.0)]
+    assert math.isfinite(found[0][2])

@@ -1,0 +1,139 @@
+"""A small heated vessel for attacks: four rules, two states, and rollouts made by hand."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from homeostat.domain.behaviour import SetpointRange, State
+from homeostat.domain.formula import parse
+from homeostat.domain.limits import Criterion, Limit, LimitKind, Limits, Owner
+from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
+from homeostat.domain.snapshot import Snapshot, Trajectory
+from homeostat.domain.tag import Range, Role, Tag
+from homeostat.domain.verdict import Approve, Rollout, RolloutResult, Verdict
+
+TAGS = {
+    tag.name: tag
+    for tag in (
+        Tag("T", Role.PV, "K", Range(270.0, 380.0), 1.0),
+        Tag("L", Role.PV, "L", Range(-2.0, 14.0), 0.2),
+        Tag("F", Role.PV, "L/s", Range(0.0, 0.08), 0.001),
+        Tag("T.sp", Role.SP, "K", Range(296.0, 313.0), 1.0, rate_limit=0.5),
+        Tag("F.sp", Role.SP, "L/s", Range(0.0, 0.05), 0.001, rate_limit=0.005),
+        Tag("L.sp", Role.SP, "L", Range(0.0, 12.0), 0.2),
+        Tag("V.man", Role.MV, "1", Range(0.0, 1.0), 0.05, rate_limit=0.2),
+    )
+}
+
+
+def limit(name: str, kind: LimitKind, text: str, hard: bool = False) -> Limit:
+    """A limit over the vessel's tags."""
+    return Limit(name, kind, parse(text, TAGS), hard, "Test document 1", f"What {name} protects")
+
+
+def criterion(name: str, text: str, hard: bool = False, owner: Owner = Owner.ACTION) -> Criterion:
+    """An acceptance criterion over the vessel's tags."""
+    return Criterion(name, owner, parse(text, TAGS), hard, "Test document 2", f"What {name} asks for")
+
+
+HOT = limit("LIM-HOT", LimitKind.INTERLOCK, "T <= 313", hard=True)
+COLD = limit("LIM-COLD", LimitKind.ENVELOPE, "T >= 298")
+FEED = limit("PRM-FEED", LimitKind.PERMISSIVE, "L <= 11")
+CALM = criterion("ACC-CALM", "always (T <= 312.9)", hard=True)
+LIMITS = Limits((HOT, COLD, FEED), (CALM,))
+NO_LIMITS = Limits((), ())
+
+RUNNING = State(
+    "running", "Running", 1, False, True, parse("F.sp >= 0.01", TAGS), frozenset(),
+    (
+        SetpointRange("T.sp", 298.0, 312.0, 310.0),
+        SetpointRange("F.sp", 0.0, 0.05, 0.03),
+        SetpointRange("V.man", 0.0, 1.0, None),
+        SetpointRange("L.sp", 0.0, 12.0, 10.0),
+    ),
+)  # fmt: skip
+STILL = State("still", "Still", 3, False, True, parse("F.sp <= 0.001", TAGS), frozenset(), ())
+
+GOOD = {"T": 305.0, "L": 8.0, "F": 0.03, "T.sp": 310.0, "F.sp": 0.03, "L.sp": 10.0, "V.man": float("nan")}
+"""Readings that keep every rule."""
+ACTIONS = ActionSet((Command("T.sp", 305.0, 0.5), Command("F.sp", 0.02, 0.005)), "running")
+DRAIN = FallbackStrategy("drain", ActionSet((Command("F.sp", 0.0, None), Command("V.man", 1.0, None)), "still"))
+VENT = FallbackStrategy("vent", ActionSet((Command("F.sp", 0.0, None),), "still"))
+
+MEMBERS, SAMPLES = 3, 12
+
+
+def reading(at_s: float = 100.0, bad: frozenset[str] = frozenset(), **changed: float) -> Snapshot:
+    """A snapshot of a healthy vessel with some readings changed; ``T_sp=1`` stands for the tag ``T.sp``."""
+    return Snapshot(at_s, GOOD | {tag.replace("_", "."): value for tag, value in changed.items()}, bad)
+
+
+def rollout(
+    actions: ActionSet = ACTIONS, at: tuple[int, int] = (0, 0), dt_s: float = 5.0, **changed: float
+) -> Rollout:
+    """A rollout that keeps every rule but for the values ``changed``, which one member has at one sample."""
+    signals = {tag: np.full((MEMBERS, SAMPLES), value) for tag, value in GOOD.items()}
+    for tag, value in changed.items():
+        signals[tag.replace("_", ".")][at] = value
+    weights = (1.0 / MEMBERS,) * MEMBERS
+    return Rollout(actions.digest, Trajectory(0.0, dt_s, signals), (), weights, RolloutResult.COMPLETED)
+
+
+def broken_down(actions: ActionSet = ACTIONS, note: str = "member 2 at t = 7 s") -> Rollout:
+    """A rollout in which the twin left the physical world."""
+    return replace(rollout(actions), result=RolloutResult.BROKE_DOWN, trajectory=Trajectory(0.0, 1.0, {}), note=note)
+
+
+class Bench:
+    """Implements the plant's port in memory: gives prepared snapshots and remembers what was written."""
+
+    def __init__(self, *snapshots: Snapshot, reachable: bool = True) -> None:
+        self._snapshots = snapshots or (reading(),)
+        self._reachable = reachable
+        self.written: list[tuple[Command, ...]] = []
+
+    async def snapshots(self) -> AsyncIterator[Snapshot]:
+        for snapshot in self._snapshots:
+            yield snapshot
+
+    async def since(self, at_s: float) -> tuple[Snapshot, ...]:
+        return tuple(s for s in self._snapshots if s.at_s > at_s) or self._snapshots[-1:]
+
+    async def write(self, commands: tuple[Command, ...]) -> None:
+        if not self._reachable:
+            raise ConnectionError("the control system does not answer")
+        self.written.append(commands)
+
+    @property
+    def state(self) -> Mapping[str, float | None]:
+        """Tag -> what was last commanded."""
+        return {command.tag: command.value for commands in self.written for command in commands}
+
+
+class Says:
+    """Implements the rehearsal's port: says what it was told to say, or raises it, and remembers the question."""
+
+    def __init__(self, answer: Verdict | Exception | None = None) -> None:
+        self._answer = answer
+        self.asked: list[tuple[tuple[Snapshot, ...], ActionSet]] = []
+
+    def rehearse(self, fresh: tuple[Snapshot, ...], actions: ActionSet) -> Verdict:
+        self.asked.append((fresh, actions))
+        if isinstance(self._answer, Exception):
+            raise self._answer
+        return Approve(actions.digest, ()) if self._answer is None else self._answer
+
+
+def command(tag: str, value: float | None, rate: float | None = None) -> Command:
+    """A command; a rate where the tag has a limit and none is given."""
+    allowed = TAGS[tag].rate_limit if tag in TAGS else None
+    return Command(tag, value, allowed if rate is None and value is not None else rate)
+
+
+def arguments(**given: Any) -> dict[str, Any]:
+    """Keyword arguments with dots for underscores."""
+    return {name.replace("_", "."): value for name, value in given.items()}

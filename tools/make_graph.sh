@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# Makes every plant's knowledge graph from its engineering tables: src/homeostat/cases/*/plant.ttl, or, where a folder is
+# given, FOLDER/<plant>.ttl. morph-kgc applies the RML mapping in an environment of its own, because it pins other versions
+# of the graph libraries; homeostat.knowledge.build applies it as well, refuses any difference, and completes the graph.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+root=$PWD out=${1:-}
+python=$root/.venv/bin/python
+rml=$root/.rml-venv
+
+if [[ ! -x $python ]]; then
+  echo "make_graph: there is no .venv; run 'make graph' instead, which makes it." >&2
+  exit 1
+fi
+if [[ ! -e $rml/.ready || requirements/rml.txt -nt $rml/.ready ]]; then
+  "$python" -m venv --clear "$rml"
+  "$rml/bin/python" -m pip --disable-pip-version-check --quiet install --only-binary :all: --require-hashes \
+    -r requirements/rml.txt
+  touch "$rml/.ready"
+fi
+
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+for mapping in src/homeostat/cases/*/mapping.rml.ttl; do
+  folder=$(dirname "$mapping") plant=$(basename "$(dirname "$mapping")")
+  # An empty cell makes no statement; no other text counts as empty.
+  printf '[CONFIGURATION]\nna_values: ,\noutput_file: %s\noutput_format: N-TRIPLES\nlogging_level: WARNING\n' \
+    "$scratch/$plant.nt" >"$scratch/$plant.ini"
+  printf 'number_of_processes: 1\n[plant]\nmappings: mapping.rml.ttl\n' >>"$scratch/$plant.ini"
+  (cd "$folder" && "$rml/bin/python" -m morph_kgc "$scratch/$plant.ini")
+  target=$folder/plant.ttl
+  if [[ -n $out ]]; then target=$out/$plant.ttl; fi
+  PYTHONPATH=src "$python" -m homeostat.knowledge.build "$folder" --triples "$scratch/$plant.nt" --out "$target"
+done
