@@ -7,7 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import assert_never
 
+import numpy as np
+
 from homeostat.agents.crew import Crew, NoAdmissiblePlan, Proposer, Situation
+from homeostat.agents.grounding import Context
 from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.assurance.fallback import ValidatedFallback, choose
 from homeostat.assurance.gate import Gate, Refused
@@ -25,6 +28,7 @@ from homeostat.trace.decisions import (
     FallbackArmed,
     FellBack,
     LeftAsIs,
+    Noticed,
     ReleasedActions,
     StateEntered,
 )
@@ -107,12 +111,15 @@ class Supervisor:
         """Find out what is wrong, and recover if anything is; the plant runs on meanwhile."""
         self._clock.start()
         try:
+            self._trace.record(Noticed(tuple(s.rule for s in self._crew.monitoring.symptoms)), self._seen_s)
             diagnosis = await asyncio.to_thread(self._crew.monitoring.diagnose)
             if diagnosis.faulty:
                 self._trace.record(Diagnosed.of(diagnosis), diagnosis.at_s)
                 self._crew.monitoring.follow(await self.recover(diagnosis))
         finally:
             self._clock.stop()
+            for retrieved in self._crew.grounding.drain():
+                self._trace.record(retrieved, self._seen_s)
 
     async def recover(self, diagnosis: Diagnosis) -> Outcome:
         """Release a validated action set within the time that physics leaves, leave the plant alone, or hand over."""
@@ -184,7 +191,13 @@ class Supervisor:
         self._seen_s = fresh[-1].at_s
         self._crew.simulation.observe(fresh)
         idle = await self._crew.simulation.roll_out(diagnosis, idle_actions(self._state))
-        return Situation(fresh[-1], diagnosis, self._state), idle
+        context = self._context(diagnosis)
+        return Situation(fresh[-1], diagnosis, self._state, context), idle
+
+    def _context(self, diagnosis: Diagnosis) -> Context:
+        """What the graph says about the most probable fault and the modules that it touches."""
+        fault = next(f.fault for h in diagnosis.hypotheses for f in h.faults)
+        return self._crew.grounding.context(fault)
 
     async def _arm_fallback(self, diagnosis: Diagnosis) -> ValidatedFallback:
         """Validate the safe-state strategies on the twin and have the best one ready."""
@@ -198,7 +211,7 @@ class Supervisor:
         first = float("inf")
         for limit in self._limits.hard:
             margins = limit.formula.margins(idle.trajectory.signals, idle.trajectory.dt_s)
-            broken = (margins < 0.0).any(axis=0).nonzero()[0]
+            broken = np.flatnonzero((margins < 0.0).any(axis=0))
             if broken.size:
                 first = min(first, float(broken[0]) * idle.trajectory.dt_s)
         return max(min(self._budget.latency_s, first - self._budget.reserve_s), 1.0)

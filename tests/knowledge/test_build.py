@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import subprocess
 from collections.abc import Mapping
 from pathlib import Path
@@ -28,6 +29,7 @@ from homeostat.knowledge.vocabulary import HS, PREFIXES, RDF, CPSMod, M
 from tests.knowledge.tables import CASES, SYSTEM, TABLES, Rows, Workbench, reactor, store_of
 
 MAPPINGS = sorted(CASES.glob("*/mapping.rml.ttl"))
+ENGINEERING = sorted(CASES.glob("cstr/engineering/*.csv"))
 MORPH = CASES.parents[2] / ".rml-venv" / "bin" / "python"
 
 
@@ -344,3 +346,16 @@ def test_an_operator_realises_its_equations_and_the_tree_points_at_tags_and_para
         "GROUP BY ?equation"
     )
     assert found and all(row.number("n") >= 1 for row in found)
+
+
+def test_the_guide_explains_every_column_and_no_other() -> None:
+    guide = (CASES.parents[2] / "docs" / "how-to" / "add-a-plant.md").read_text("utf-8")
+    explained: dict[str, set[str]] = {}
+    table = ""
+    for line in guide.splitlines():
+        if heading := re.match(r"### `(\w+)\.csv`:|\| column of `(\w+)\.csv` \|", line):
+            table = heading[1] or heading[2]
+        elif line.startswith("| `"):
+            explained.setdefault(table, set()).update(re.findall(r"`(\w+)`", line.split("|")[1]))
+    headers = {path.stem: set(path.read_text("utf-8").splitlines()[0].split(",")) for path in ENGINEERING}
+    assert explained == headers

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator, Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -30,7 +29,7 @@ TAGS = {
 }
 
 
-def limit(name: str, kind: LimitKind, text: str, hard: bool = False) -> Limit:
+def rule(name: str, kind: LimitKind, text: str, hard: bool = False) -> Limit:
     """A limit over the vessel's tags."""
     return Limit(name, kind, parse(text, TAGS), hard, "Test document 1", f"What {name} protects")
 
@@ -40,9 +39,9 @@ def criterion(name: str, text: str, hard: bool = False, owner: Owner = Owner.ACT
     return Criterion(name, owner, parse(text, TAGS), hard, "Test document 2", f"What {name} asks for")
 
 
-HOT = limit("LIM-HOT", LimitKind.INTERLOCK, "T <= 313", hard=True)
-COLD = limit("LIM-COLD", LimitKind.ENVELOPE, "T >= 298")
-FEED = limit("PRM-FEED", LimitKind.PERMISSIVE, "L <= 11")
+HOT = rule("LIM-HOT", LimitKind.INTERLOCK, "T <= 313", hard=True)
+COLD = rule("LIM-COLD", LimitKind.ENVELOPE, "T >= 298")
+FEED = rule("PRM-FEED", LimitKind.PERMISSIVE, "L <= 11")
 CALM = criterion("ACC-CALM", "always (T <= 312.9)", hard=True)
 LIMITS = Limits((HOT, COLD, FEED), (CALM,))
 NO_LIMITS = Limits((), ())
@@ -72,9 +71,7 @@ def reading(at_s: float = 100.0, bad: frozenset[str] = frozenset(), **changed: f
     return Snapshot(at_s, GOOD | {tag.replace("_", "."): value for tag, value in changed.items()}, bad)
 
 
-def rollout(
-    actions: ActionSet = ACTIONS, at: tuple[int, int] = (0, 0), dt_s: float = 5.0, **changed: float
-) -> Rollout:
+def rollout(actions: ActionSet = ACTIONS, at: tuple[int, int] = (0, 0), dt_s: float = 5.0, **changed: float) -> Rollout:
     """A rollout that keeps every rule but for the values ``changed``, which one member has at one sample."""
     signals = {tag: np.full((MEMBERS, SAMPLES), value) for tag, value in GOOD.items()}
     for tag, value in changed.items():
@@ -132,8 +129,3 @@ def command(tag: str, value: float | None, rate: float | None = None) -> Command
     """A command; a rate where the tag has a limit and none is given."""
     allowed = TAGS[tag].rate_limit if tag in TAGS else None
     return Command(tag, value, allowed if rate is None and value is not None else rate)
-
-
-def arguments(**given: Any) -> dict[str, Any]:
-    """Keyword arguments with dots for underscores."""
-    return {name.replace("_", "."): value for name, value in given.items()}

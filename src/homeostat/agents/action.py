@@ -23,7 +23,7 @@ from homeostat.twin.twin import Twin
 
 HOPELESS = 5.0
 """A search whose cost stays above this cannot be cured by refinement [production]."""
-CHANGE = 0.04
+CHANGE = 0.01
 """Production that a setpoint change over its whole range is worth [1]."""
 
 

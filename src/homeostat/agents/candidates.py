@@ -44,15 +44,12 @@ class SearchSpace:
         )
 
     def distance(self, point: Point) -> float:
-        """How far ``point`` is from the design, mean over the dimensions in their ranges [1]; a manual output is far."""
-        parts = []
+        """How far ``point`` is from the design: setpoints in their ranges, summed; a manual output counts as two."""
+        total = 0.0
         for r, v, d in zip(self.ranges, point, self.design, strict=True):
-            span = r.high - r.low
-            if v is None or span <= 0.0:
-                parts.append(0.0)
-            else:
-                parts.append(8.0 if d is None else abs(v - d) / span)
-        return sum(parts) / max(len(parts), 1)
+            if v is not None and r.high > r.low:
+                total += 2.0 if d is None else abs(v - d) / (r.high - r.low)
+        return total
 
     def first(self, present: Point, levels: int = 9, scattered: int = 24) -> list[Point]:
         """Sweeps of each setpoint from the design and the present point, and points scattered over the box."""

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from homeostat.agents.grounding import Context, Grounding
 from homeostat.domain.behaviour import State
-from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.diagnosis import Diagnosis, Symptom
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Advice, Finding, Outcome, Rollout, Verdict
@@ -27,6 +28,8 @@ class Situation:
     """What is believed to be wrong."""
     state: str
     """State of the supervisory state machine."""
+    context: Context
+    """What the graph says about it."""
 
 
 class Monitoring(Protocol):
@@ -34,6 +37,11 @@ class Monitoring(Protocol):
 
     def notices(self, snapshot: Snapshot) -> bool:
         """Take one more snapshot; whether something needs to be explained now."""
+        ...
+
+    @property
+    def symptoms(self) -> tuple[Symptom, ...]:
+        """The symptoms that are active now."""
         ...
 
     def diagnose(self) -> Diagnosis:
@@ -123,3 +131,5 @@ class Crew:
     """Judges."""
     reprompting: Reprompting
     """Advises."""
+    grounding: Grounding
+    """Asks the knowledge graph for all of them."""

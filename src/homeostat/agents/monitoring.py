@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from homeostat.agents.features import FeatureFilter
+from homeostat.agents.grounding import Grounding
 from homeostat.agents.symptoms import SymptomWatch
 from homeostat.domain.baseline import Baseline
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
@@ -42,6 +43,7 @@ class Monitoring:
     def __init__(
         self,
         twin: Twin,
+        grounding: Grounding,
         description: PlantDescription,
         baselines: Mapping[str, Baseline],
         started: Formula,
@@ -49,6 +51,7 @@ class Monitoring:
     ) -> None:
         """``started`` holds once the plant has left start-up."""
         self._twin = twin
+        self._grounding = grounding
         self._started_formula = started
         self._settings = settings or MonitoringSettings()
         self._filters = [FeatureFilter(f) for f in description.features]
@@ -74,6 +77,11 @@ class Monitoring:
         self._at_s = snapshot.at_s
         self._symptoms = self._update(snapshot)
         return not self._stopped and self._attention(snapshot.at_s)
+
+    @property
+    def symptoms(self) -> tuple[Symptom, ...]:
+        """The symptoms that are active now."""
+        return self._symptoms
 
     def diagnose(self) -> Diagnosis:
         """What is believed now; not faulty where evidence is missing or nothing is the best explanation."""
@@ -142,11 +150,10 @@ class Monitoring:
         return bool(fresh) and at_s >= self._quiet_until_s
 
     def _explain(self, symptoms: tuple[Symptom, ...]) -> tuple[Hypothesis, ...]:
-        """Candidate faults from the graph's symptom rules, explained by the twin."""
-        indicated = {s.rule for s in symptoms}
-        candidates = [f for w in self._watches if w.rule.name in indicated for f in w.rule.faults]
-        candidates += [f.fault for f in self._known]
-        ordered = list(dict.fromkeys(candidates))
+        """Candidate faults from the graph, and those believed before, explained by the twin."""
+        indicated = [s.rule for s in symptoms]
+        candidates = self._grounding.candidate_faults(indicated) if indicated else ()
+        ordered = list(dict.fromkeys([*candidates, *(f.fault for f in self._known)]))
         return self._twin.explain(ordered, self._known) if ordered else ()
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:

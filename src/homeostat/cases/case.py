@@ -11,11 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from homeostat.cases.graph import open_graph, read_description
 from homeostat.domain.baseline import Baseline
 from homeostat.domain.formula import Formula
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.production import Production
 from homeostat.domain.tag import near_matches
+from homeostat.knowledge.store import GraphStore
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Row
 from homeostat.twin.twin import TwinSettings
@@ -49,6 +51,10 @@ class Case:
     """Name of the folder."""
     title: str
     """In the engineer's words."""
+    graph: GraphStore
+    """The knowledge graph."""
+    namespace: str
+    """Where the plant's things live in it."""
     description: PlantDescription
     """What the graph says."""
     model: ProcessModel
@@ -99,17 +105,18 @@ def load_case(name: str, learned: bool = True) -> Case:
     Raises:
         CaseError: the case is unknown, or its graph, tables and model disagree.
     """
-    from homeostat.cases.graph import read_description
-
     folder = case_folder(name)
     settings = tomllib.loads((folder / "case.toml").read_text(encoding="utf-8"))
     module, _, attribute = settings["model"].partition(":")
     model: ProcessModel = getattr(importlib.import_module(module), attribute)()
-    description = read_description(folder, settings["system"], model)
+    graph = open_graph(folder / "plant.ttl")
+    description = read_description(graph, settings["system"], model)
     started = next(t.guard for t in description.machine.transitions if t.name == settings["run"]["started_by"])
     return Case(
         name=name,
         title=settings["title"],
+        graph=graph,
+        namespace=settings["system"].rpartition("#")[0] + "#",
         description=description,
         model=model,
         baselines=read_baselines(folder / "baseline.csv") if learned else {},

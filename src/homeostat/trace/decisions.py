@@ -123,3 +123,31 @@ class FellBack:
     """What was written."""
     reason: str
     """Why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Noticed:
+    """Monitoring saw something that needs an explanation; thinking begins."""
+
+    kind: ClassVar[str] = "noticed"
+    symptoms: tuple[str, ...]
+    """Names of the symptom rules that are active; empty for a scheduled review."""
+
+
+@dataclass(frozen=True, slots=True)
+class Retrieved:
+    """The graph answered a question."""
+
+    kind: ClassVar[str] = "retrieved"
+    question: str
+    """Name of the query template."""
+    form: str
+    """SELECT, CONSTRUCT, ASK or DESCRIBE."""
+    about: tuple[str, ...]
+    """What was asked about."""
+    query_sha256: str
+    """Hash of the bound query, and name of its file in the run directory."""
+    answer: str
+    """The answer in short: names, yes or no, or the number of triples."""
+    answer_sha256: str
+    """Hash of the subgraph, and name of its file; empty for answers that are not graphs."""

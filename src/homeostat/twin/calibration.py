@@ -75,9 +75,9 @@ def calibrate(
 
     predicted = np.concatenate([in_blocks(run.predicted[:, :, j]) for j in range(len(variables))], axis=1)
     seen = np.concatenate([in_blocks(window.readings[v][None, 1:])[0] for v in variables])
-    sd = np.concatenate([np.full(blocks, np.hypot(n / np.sqrt(BLOCK_S), e)) for n, e in errors.values()])
-    response = (predicted[1:] - predicted[0]).T / sd[:, None]
-    surprise = (seen - predicted[0]) / sd
+    spread = np.concatenate([np.full(blocks, np.hypot(n / np.sqrt(BLOCK_S), e)) for n, e in errors.values()])
+    response = (predicted[1:] - predicted[0]).T / spread[:, None]
+    surprise = (seen - predicted[0]) / spread
     # Posterior of the standard-normal coefficients z: precision I + H'H.
     precision = np.eye(response.shape[1]) + response.T @ response
     z = np.linalg.solve(precision, response.T @ surprise)[:count]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -22,6 +23,10 @@ LEAST_PROBABILITY = 0.03
 """Faults below this are dropped."""
 LAGS_S = (2, 4, 6, 9, 13, 18, 25, 35, 50, 70, 100, 140, 190, 250, 320, 400, 490, 590)
 """Onsets that are tried first, seconds before the last reading."""
+
+
+FaultSet: TypeAlias = tuple[FaultState, ...]
+"""Faults that are assumed to be present together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,10 +84,10 @@ class Explainer:
     def singles(self, names: Sequence[str], onsets_s: Sequence[float]) -> list[Scored]:
         """Every named fault over a grid of severities and onsets, refined twice around its best."""
         found: list[Scored] = []
-        grid = [(f,) for name in names for f in self._grid(name, onsets_s)]
+        grid: list[FaultSet] = [(f,) for name in names for f in self._grid(name, onsets_s)]
         best = self._best_per_fault(grid, lambda s: s[0].fault)
         for scale in (1.0, 0.35):
-            finer = [(f,) for s in best.values() for f in self._around(s.faults[0], scale)]
+            finer: list[FaultSet] = [(f,) for s in best.values() for f in self._around(s.faults[0], scale)]
             for name, scored in self._best_per_fault(finer, lambda s: s[0].fault, found).items():
                 if scored.score > best[name].score:
                     best[name] = scored
@@ -91,10 +96,10 @@ class Explainer:
     def pairs(self, first: FaultState, names: Sequence[str], onsets_s: Sequence[float]) -> list[Scored]:
         """``first`` together with every other named fault, refined around the best."""
         others = [n for n in names if n != first.fault]
-        grid = [(first, f) for name in others for f in self._grid(name, onsets_s, severities=5)]
+        grid: list[FaultSet] = [(first, f) for name in others for f in self._grid(name, onsets_s, severities=5)]
         best = self._best_per_fault(grid, lambda s: s[1].fault)
         leader = max(best.values(), key=lambda s: s.score)
-        finer = [(a, b) for b in self._around(leader.faults[1], 0.7) for a in (first,)]
+        finer: list[FaultSet] = [(first, b) for b in self._around(leader.faults[1], 0.7)]
         found: list[Scored] = []
         self._best_per_fault(finer, lambda s: s[1].fault, found)
         best_second = max([leader, *found], key=lambda s: s.score).faults[1]
@@ -102,7 +107,10 @@ class Explainer:
         self._best_per_fault([(a, best_second) for a in self._around(first, 0.7)], lambda s: s[0].fault, again)
         return [*found, *again, leader]
 
-    def _best_per_fault(self, sets, key, keep=None):  # type: ignore[no-untyped-def]
+    def _best_per_fault(
+        self, sets: Sequence[FaultSet], key: Callable[[FaultSet], str], keep: list[Scored] | None = None
+    ) -> dict[str, Scored]:
+        """The best of ``sets`` for each name that ``key`` gives; every scored set is appended to ``keep``."""
         scores = self.score(sets)
         best: dict[str, Scored] = {}
         for faults, score in zip(sets, scores.tolist(), strict=True):

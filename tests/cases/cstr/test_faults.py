@@ -97,7 +97,7 @@ def test_a_fault_that_began_before_the_run_acts_from_the_start(fault: str) -> No
     assert not np.array_equal(result.record[0, 0], HEALTHY.record[0, 0])
 
 
-@pytest.mark.parametrize("pair", itertools.combinations(FAULTS, 2), ids="+".join)
+@pytest.mark.parametrize("pair", list(itertools.combinations(FAULTS, 2)), ids="+".join)
 def test_faults_superpose(pair: tuple[str, str]) -> None:
     """Both effects at once; capacities multiply, and a cooling valve that is stuck both ways is open."""
     result = faulty(**{f: SEVERITY[f] for f in pair})

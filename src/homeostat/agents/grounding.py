@@ -1,0 +1,107 @@
+"""Grounding: what agents ask the knowledge graph, by name, with every question and answer kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from pyoxigraph import NamedNode, Triple
+
+from homeostat.knowledge import questions
+from homeostat.knowledge.query import template
+from homeostat.knowledge.store import GraphStore
+from homeostat.knowledge.turtle import write_turtle
+from homeostat.trace.archive import Archive, NoArchive
+from homeostat.trace.decisions import Retrieved
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """What a proposer is shown of the graph, in Turtle."""
+
+    fault: str
+    """Everything stated about the most probable fault."""
+    machine: str
+    """The state machine with its setpoint ranges."""
+    modules: str
+    """The modules that the fault touches: operators, flows, components, tags, loops, limits."""
+
+
+class Grounding:
+    """Questions to one plant's graph; identical questions are asked once, but every use is recorded."""
+
+    def __init__(
+        self, store: GraphStore, namespace: str, modules_of: Mapping[str, str], archive: Archive | None = None
+    ) -> None:
+        """Ask ``store`` about one plant.
+
+        ``namespace``: where the plant's things live; a thing is ``namespace`` + kind + ``_`` + name.
+        ``modules_of``: fault -> module that it touches.
+        """
+        self._store = store
+        self._modules_of = dict(modules_of)
+        self._namespace = namespace
+        self._archive = archive or NoArchive()
+        self._pending: list[Retrieved] = []
+        self._graphs: dict[tuple[str, tuple[str, ...]], str] = {}
+
+    def candidate_faults(self, symptoms: Sequence[str]) -> tuple[str, ...]:
+        """Names of the faults that the named symptoms indicate, those with most symptoms first (SELECT)."""
+        nodes = self._nodes("symptom", symptoms)
+        found = questions.candidate_faults(self._store, nodes)
+        ranked = sorted(found, key=lambda c: (-len(c.symptoms), c.fault.value))
+        names = tuple(self._name("fault", c.fault) for c in ranked)
+        self._note("candidate_faults", symptoms, {"symptoms": nodes}, ", ".join(names))
+        return names
+
+    def allows(self, states: Sequence[str], faults: Sequence[str]) -> bool:
+        """Whether the machine may pass through ``states`` while ``faults`` are present (ASK per step)."""
+        path, present = self._nodes("state", states), self._nodes("fault", faults)
+        machine = NamedNode(self._namespace + "machine")
+        answer = questions.is_admissible_path(self._store, machine, path, present)
+        step: dict[str, NamedNode | tuple[NamedNode, ...]]
+        step = {"machine": machine, "source": path[-2], "target": path[-1], "faults": present}
+        self._note("is_admissible_step", (*states, *faults), step, "yes" if answer else "no")
+        return answer
+
+    def context(self, fault: str) -> Context:
+        """What a proposer is shown about ``fault`` (DESCRIBE and two CONSTRUCTs)."""
+        modules = (self._modules_of[fault],)
+        (node,) = self._nodes("fault", [fault])
+        machine = NamedNode(self._namespace + "machine")
+        parts = self._nodes("equipment", modules)
+        return Context(
+            self._graph("describe_fault", (fault,), {"fault": node}),
+            self._graph("planning_context", ("machine",), {"machine": machine}),
+            self._graph("recovery_context", modules, {"modules": parts}),
+        )
+
+    def drain(self) -> tuple[Retrieved, ...]:
+        """What was asked since the last call, in order."""
+        pending, self._pending = tuple(self._pending), []
+        return pending
+
+    def _graph(self, question: str, about: tuple[str, ...], arguments: dict[str, NamedNode | tuple[NamedNode, ...]]) -> str:
+        key = (question, about)
+        if key not in self._graphs:
+            triples: tuple[Triple, ...] = template(question).construct(self._store, **arguments)
+            prefix = self._namespace.rstrip("#").rpartition(":")[2]
+            self._graphs[key] = write_turtle(triples, prefix, self._namespace).decode("utf-8")
+        text = self._graphs[key]
+        self._note(question, about, arguments, f"{text.count(chr(10))} lines", text)
+        return text
+
+    def _note(
+        self, question: str, about: Sequence[str], arguments: dict[str, NamedNode | tuple[NamedNode, ...]],
+        answer: str, graph: str = "",
+    ) -> None:  # fmt: skip
+        asked = template(question)
+        query = self._archive.store_query(asked.bind(arguments))
+        kept = self._archive.store_subgraph(graph).sha256 if graph else ""
+        self._pending.append(Retrieved(question, asked.form.value, tuple(about), query.sha256, answer, kept))
+
+    def _nodes(self, kind: str, names: Sequence[str]) -> tuple[NamedNode, ...]:
+        return tuple(NamedNode(f"{self._namespace}{kind}_{name}") for name in names)
+
+    def _name(self, kind: str, node: NamedNode) -> str:
+        return node.value.removeprefix(f"{self._namespace}{kind}_")

@@ -1,0 +1,328 @@
+"""Every check under the same attack; see `tests.safety.boundary`."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from homeostat.assurance.checks import judge, judge_safety, permissive_findings
+from homeostat.assurance.gate import Gate, Refused
+from homeostat.domain.limits import LimitKind, Limits
+from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import Approve, Rollout
+from tests.safety.boundary import BoundaryAttack
+from tests.safety.world import (
+    ACTIONS,
+    CALM,
+    COLD,
+    DRAIN,
+    FEED,
+    HOT,
+    LIMITS,
+    MEMBERS,
+    NO_LIMITS,
+    RUNNING,
+    SAMPLES,
+    TAGS,
+    Bench,
+    Says,
+    criterion,
+    reading,
+    rollout,
+    rule,
+)
+
+ONLY_HOT, ONLY_COLD, ONLY_FEED = Limits((HOT,), ()), Limits((COLD,), ()), Limits((FEED,), ())
+ONLY_CALM = Limits((), (CALM,))
+
+
+def approves(actions: ActionSet, tried: Rollout, limits: Limits) -> bool:
+    verdict = judge(actions, tried, limits, RUNNING, TAGS)
+    if isinstance(verdict, Approve):
+        assert verdict.digest == actions.digest and verdict.min_margin >= 0.0
+        return True
+    assert verdict.violated
+    return False
+
+
+class OnRollout(BoundaryAttack):
+    """One member of the rollout has the value at one sample: the first, the last, or one between."""
+
+    tag: str
+    limits: Limits
+    at = ((0, 0), (1, SAMPLES // 2), (MEMBERS - 1, SAMPLES - 1))
+
+    def allows(self, value: float) -> bool:
+        judged = {approves(ACTIONS, rollout(at=at, **{self.tag: value}), self.limits) for at in self.at}
+        assert len(judged) == 1, f"{value!r} is judged differently in different places"
+        return judged.pop()
+
+
+class TestInterlock(OnRollout):
+    tag, limits, limit, at_most = "T", ONLY_HOT, 313.0, True
+
+
+class TestEnvelope(OnRollout):
+    tag, limits, limit, at_most = "T", ONLY_COLD, 298.0, False
+
+
+class TestCriterion(OnRollout):
+    tag, limits, limit, at_most = "T", ONLY_CALM, 312.9, True
+
+
+class TestLimitAtZero(OnRollout):
+    """Where the limit is zero there are denormal numbers on both sides of it."""
+
+    tag, limit, at_most = "L", 0.0, False
+    limits = Limits((rule("LIM-DRY", LimitKind.INTERLOCK, "L >= 0"),), ())
+
+
+class TestAllLimitsTogether(OnRollout):
+    """The strictest of several rules on one tag decides."""
+
+    tag, limits, limit, at_most = (
+        "T",
+        Limits((HOT, rule("LIM-HOTTER", LimitKind.INTERLOCK, "T <= 320")), (CALM,)),
+        312.9,
+        True,
+    )
+
+
+class TestPermissiveOnRollout(OnRollout):
+    """A permissive is judged at the moment of release."""
+
+    tag, limits, limit, at_most = "L", ONLY_FEED, 11.0, True
+    at = ((0, 0), (1, 0), (MEMBERS - 1, 0))
+
+
+class TestTarget(OnRollout):
+    """The target state is judged at the end."""
+
+    tag, limits, limit, at_most = "F_sp", NO_LIMITS, 0.01, False
+    at = ((0, SAMPLES - 1), (1, SAMPLES - 1), (MEMBERS - 1, SAMPLES - 1))
+
+
+class TestFallbackOnRollout(OnRollout):
+    """A fallback is judged by what protects the plant: here the hard criterion is the strictest."""
+
+    tag, limits, limit, at_most = "T", LIMITS, 312.9, True
+
+    def allows(self, value: float) -> bool:
+        verdicts = [judge_safety(ACTIONS, rollout(at=at, T=value), self.limits) for at in self.at]
+        return all(isinstance(v, Approve) for v in verdicts)
+
+
+class TestFallbackHardLimit(TestFallbackOnRollout):
+    limits, limit, at_most = ONLY_HOT, 313.0, True
+
+
+class OnCommand(BoundaryAttack):
+    """The value is commanded."""
+
+    tag = "T.sp"
+    slack = 1e-9 * 312.0
+
+    def allows(self, value: float) -> bool:
+        try:
+            actions = ActionSet((Command(self.tag, value, 0.001),), "running")
+        except ValueError as refused:
+            assert "must be finite" in str(refused)
+            return False
+        return approves(actions, rollout(actions), NO_LIMITS)
+
+
+class TestHighSetpoint(OnCommand):
+    limit, at_most, lowest = 312.0, True, 298.0
+
+
+class TestLowSetpoint(OnCommand):
+    limit, at_most = 298.0, False
+
+    def expected(self, value: float) -> bool:
+        return super().expected(value) and value <= 312.0
+
+
+class TestLowSetpointAtZero(OnCommand):
+    tag, limit, at_most, slack = "F.sp", 0.0, False, 1e-9
+
+    def expected(self, value: float) -> bool:
+        return super().expected(value) and value <= 0.05 + 1e-9
+
+
+class TestHighManualOutput(OnCommand):
+    tag, limit, at_most, slack, lowest = "V.man", 1.0, True, 1e-9, 0.0
+
+
+class TestRate(BoundaryAttack):
+    """The rate of a command; one that is not positive cannot be commanded."""
+
+    limit, at_most, lowest = 0.5, True, 5e-324
+
+    def allows(self, value: float) -> bool:
+        try:
+            actions = ActionSet((Command("T.sp", 305.0, value),), "running")
+        except ValueError as refused:
+            assert "must be finite and > 0" in str(refused)
+            return False
+        return approves(actions, rollout(actions), NO_LIMITS)
+
+    @pytest.mark.parametrize("value", [0.0, -0.0, -5e-324, -1.0])
+    def test_a_rate_that_is_not_positive_is_no_command(self, value: float) -> None:
+        assert self.allows(value) is False
+
+    def test_a_step_is_faster_than_any_limit(self) -> None:
+        step = ActionSet((Command("T.sp", 305.0, None),), "running")
+        assert not approves(step, rollout(step), NO_LIMITS)
+
+    def test_a_tag_without_rate_limit_may_step(self) -> None:
+        step = ActionSet((Command("L.sp", 9.0, None),), "running")
+        assert approves(step, rollout(step), NO_LIMITS)
+
+
+class TestPermissiveOnSnapshot(BoundaryAttack):
+    limit, at_most = 11.0, True
+
+    def allows(self, value: float) -> bool:
+        (found,) = permissive_findings(reading(L=value), ACTIONS, LIMITS)
+        return found.satisfied
+
+
+class TestPermissiveOnCommand(BoundaryAttack):
+    """The permissive reads a tag that the release itself sets: the commanded value counts, not the present one."""
+
+    limit, at_most = 0.04, True
+    limits = Limits((rule("PRM-LOAD", LimitKind.PERMISSIVE, "F.sp <= 0.04"),), ())
+
+    def allows(self, value: float) -> bool:
+        try:
+            actions = ActionSet((Command("F.sp", value, None),), "running")
+        except ValueError:
+            return False
+        on_snapshot = [f.satisfied for f in permissive_findings(reading(F_sp=0.05), actions, self.limits)]
+        on_snapshot += [f.satisfied for f in permissive_findings(reading(F_sp=0.01), actions, self.limits)]
+        assert len(set(on_snapshot)) == 1
+        return on_snapshot[0]
+
+
+class TestPermissiveOnRolloutOfCommand(TestPermissiveOnCommand):
+    def allows(self, value: float) -> bool:
+        try:
+            actions = ActionSet((Command("F.sp", value, 0.001),), "running")
+        except ValueError:
+            return False
+        verdict = judge(actions, rollout(actions, F_sp=0.05), self.limits, RUNNING, TAGS)
+        return all(f.satisfied for f in verdict.findings if f.criterion == "PRM-LOAD")
+
+
+class TestGateAtRelease(BoundaryAttack):
+    """The whole gate: what passes is written, what does not leaves no trace on the plant."""
+
+    limit, at_most = 11.0, True
+
+    def snapshot(self, value: float) -> Snapshot:
+        return reading(L=value)
+
+    def allows(self, value: float) -> bool:
+        plant = Bench(self.snapshot(value))
+        gate = Gate(plant, LIMITS, DRAIN, Says())
+        try:
+            asyncio.run(gate.release(ACTIONS, Approve(ACTIONS.digest, ()), 0.0))
+        except Refused:
+            assert plant.written == []
+            return False
+        assert plant.written == [ACTIONS.commands]
+        return True
+
+
+class OnWatch(BoundaryAttack):
+    """Readings that stay at the value are watched."""
+
+    limits = LIMITS
+    tag = "T"
+
+    def watching(self) -> Gate:
+        return Gate(Bench(), self.limits, DRAIN, Says())
+
+    def allows(self, value: float) -> bool:
+        gate = self.watching()
+        seen = {gate.watch(reading(at_s, **{self.tag: value})) is None for at_s in (1.0, 2.0, 3.0)}
+        assert len(seen) == 1
+        return seen.pop()
+
+
+class TestWatchHigh(OnWatch):
+    limit, at_most = 313.0, True
+
+
+class TestWatchLow(OnWatch):
+    tag, limit, at_most = "L", 2.0, False
+    limits = Limits((rule("LIM-LOW", LimitKind.INTERLOCK, "L >= 2", hard=True),), ())
+
+
+class TestWatchSecondLimit(OnWatch):
+    """A limit is watched wherever it stands in the table, soft ones between them or not."""
+
+    tag, limit, at_most = "L", 11.0, True
+    limits = Limits((HOT, COLD, rule("LIM-HIGH", LimitKind.INTERLOCK, "L <= 11", hard=True)), ())
+
+
+class TestWatchWithInstrumentError(OnWatch):
+    """The transmitter reads 2 K too high for sure: what it shows may be 2 K above the limit."""
+
+    limit, at_most = 315.0, True
+
+    def watching(self) -> Gate:
+        gate = super().watching()
+        gate.correct(({"T": 2.0},))
+        return gate
+
+    def expected(self, value: float) -> bool:
+        return value - 2.0 <= 313.0
+
+
+class TestWatchWithPossibleInstrumentError(TestWatchWithInstrumentError):
+    """It may read too high or be right: the reading itself counts as well."""
+
+    limit = 313.0
+
+    def watching(self) -> Gate:
+        gate = super(TestWatchWithInstrumentError, self).watching()
+        gate.correct(({"T": 2.0}, {}))
+        return gate
+
+    def expected(self, value: float) -> bool:
+        return value <= 313.0
+
+
+class TestWatchWithLowInstrument(TestWatchWithInstrumentError):
+    """It reads 2 K too low: the limit comes 2 K earlier."""
+
+    limit = 311.0
+
+    def watching(self) -> Gate:
+        gate = super(TestWatchWithInstrumentError, self).watching()
+        gate.correct(({}, {"T": -2.0}))
+        return gate
+
+    def expected(self, value: float) -> bool:
+        return value + 2.0 <= 313.0
+
+
+def test_soft_rules_do_not_count_for_a_fallback() -> None:
+    soft = Limits((COLD, FEED), (criterion("ACC-SOFT", "always (T >= 300)"),))
+    assert isinstance(judge_safety(ACTIONS, rollout(T=290.0, L=12.0), soft), Approve)
+    assert not isinstance(
+        judge_safety(ACTIONS, rollout(T=290.0), Limits((), (criterion("H", "always (T >= 300)", True),))), Approve
+    )
+
+
+def test_soft_limits_are_not_watched() -> None:
+    gate = Gate(Bench(), Limits((COLD, FEED), ()), DRAIN, Says())
+    assert gate.watch(reading(T=200.0, L=13.0)) is None
+
+
+def test_a_permissive_does_not_bind_after_the_release() -> None:
+    late = rollout(at=(1, 1), L=12.0)
+    assert approves(ACTIONS, late, ONLY_FEED)
