@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import assert_never
@@ -39,8 +40,12 @@ TOLERANCE = 0.3
 """A recovered plant is left alone while soft criteria are missed by no more than this many scales [1]."""
 
 
-GAIN = 0.02
+GAIN = 0.01
 """A plant that may be left alone is only touched for at least this much more production [1]."""
+
+
+CALM_S = 300.0
+"""Nothing is improved while the last release is younger than this: its transient is still under way [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +95,7 @@ class Supervisor:
         self._production = production
         self._fallbacks, self._budget, self._trace = tuple(fallbacks), budget, trace
         self._state = machine.initial.name
-        self._recovered = False
+        self._released_s = math.inf
         self._seen_s = 0.0
 
     async def supervise(self) -> None:
@@ -131,7 +136,7 @@ class Supervisor:
             self._trace.record(_armed(fallback, limit_s), self._seen_s)
             verdict = self._crew.validation.judge(idle_actions(self._state), idle, self._machine.state(self._state))
             fine = isinstance(verdict, Approve) or self._good_enough(verdict)
-            if fine and not self._recovered:
+            if fine and self._seen_s - self._released_s < CALM_S:
                 return self._leave_alone(verdict)
             try:
                 async with asyncio.timeout(limit_s):
@@ -216,6 +221,11 @@ class Supervisor:
                 first = min(first, float(broken[0]) * idle.trajectory.dt_s)
         return max(min(self._budget.latency_s, first - self._budget.reserve_s), 1.0)
 
+    @property
+    def _recovered(self) -> bool:
+        """Whether something was released before."""
+        return math.isfinite(self._released_s)
+
     def _good_enough(self, verdict: Revise) -> bool:
         """Whether a recovered plant may be left alone although a soft criterion is missed by a little."""
         scale = self._crew.reprompting.relative
@@ -250,7 +260,7 @@ class Supervisor:
 
     def _note_release(self, found: Approved, released: Released) -> None:
         self._state = found.actions.target
-        self._recovered = True
+        self._released_s = released.at_s
         self._seen_s = max(self._seen_s, released.at_s)
         event = ReleasedActions(
             found.proposer, found.actions.commands, found.actions.digest, found.actions.target, found.approval.min_margin

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeAlias
@@ -231,6 +233,29 @@ class GraphStoreContract:
             answers = [future.result() for future in asked]
         assert [len(answer) for answer in answers] == [12] * 24
         assert all(answers[n] == answers[n % 3] for n in range(24))
+
+    def test_an_error_may_be_let_go_of_in_another_thread(
+        self, store: GraphStore, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        store.load(plant(1), RdfFormat.N_TRIPLES)
+
+        def failures() -> list[StoreError]:
+            kept = []
+            for ask, query in ((store.ask, "SELECT * { ?s ?p ?o }"), (store.select, "DESCRIBE ?s { ?s ?p ?o }")):
+                try:
+                    ask(query)
+                except StoreError as error:
+                    kept.append(error)
+            return kept
+
+        lost: list[object] = []
+        monkeypatch.setattr(sys, "unraisablehook", lost.append)
+        with ThreadPoolExecutor(1) as other:
+            errors = other.submit(failures).result()
+            assert len(errors) == 2
+            errors.clear()
+            gc.collect()
+        assert lost == []
 
     def test_a_large_answer_is_complete(self, store: GraphStore) -> None:
         data = plant(20)

@@ -360,6 +360,10 @@ def test_what_is_said_to_be_impossible_never_happens(text: str, seed: int) -> No
         ("x == 9", False, True),
         ("x / z.sp <= 3", True, False),
         ("1 / x <= 0", True, True),
+        ("abs(x) >= 0", True, False),
+        ("abs(x) <= 3", True, False),
+        ("abs(z.sp) >= 1", True, False),
+        ("abs(-(z.sp)) >= 1.001", True, True),
     ],
 )
 def test_what_can_be_proven_is(text: str, hold: bool, fail: bool) -> None:

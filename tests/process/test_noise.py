@@ -48,7 +48,9 @@ def test_the_bits_are_those_of_splitmix64(seed: int, second: int, channel: int) 
     assert uniform(seed, second, channel) == ((mix(seed, second, channel) >> 12) + 0.5) / 2.0**52
     with np.errstate(over="ignore"):
         assert uniform.py_func(np.int64(seed), second, channel) == uniform(seed, second, channel)
-        assert normal.py_func(np.int64(seed), second, channel) == pytest.approx(normal(seed, second, channel), rel=1e-14)
+        assert normal.py_func(np.int64(seed), second, channel) == pytest.approx(
+            normal(seed, second, channel), rel=1e-14
+        )
 
 
 def test_splitmix64_has_its_published_first_values() -> None:

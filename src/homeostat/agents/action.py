@@ -23,8 +23,12 @@ from homeostat.twin.twin import Twin
 
 HOPELESS = 5.0
 """A search whose cost stays above this cannot be cured by refinement [production]."""
-CHANGE = 0.01
+CHANGE = 0.03
 """Production that a setpoint change over its whole range is worth [1]."""
+
+
+APART = 0.25
+"""Points closer than this, summed over the ranges, lie in one basin [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +37,10 @@ class SearchSettings:
 
     slack: float = 0.08
     """Margin that is kept on the search's own rollouts, in scales of the criterion's unit [1]."""
-    coarse: tuple[float, ...] = (0.12, 0.05)
+    coarse: tuple[float, ...] = (0.1, 0.05, 0.025)
     """Step of each refinement on few members, as a fraction of each range [1]."""
     bases: int = 3
-    """Points that each of these starts from."""
+    """Points that each of these starts from, well apart from each other."""
     finalists: int = 12
     """Points that are tried again on as many members as validation uses."""
     fine: tuple[float, ...] = (0.02, 0.008)
@@ -80,7 +84,7 @@ class SearchAction:
         present = present_point(space.state, situation.snapshot.values)
         self._evaluate(space.first(present), space, few, required, tried)
         for fraction in settings.coarse:
-            bases = self._best(tried, space, settings.bases)
+            bases = self._apart(tried, space, settings.bases)
             before = tried[bases[0]]
             self._evaluate([p for b in bases for p in space.around(b, fraction)], space, few, required, tried)
             if before > HOPELESS and min(tried.values()) > 0.9 * before:
@@ -92,6 +96,16 @@ class SearchAction:
             (base,) = self._best(sure, space, 1)
             self._evaluate(space.around(base, fraction), space, many, required, sure)
         return space.actions(self._best(sure, space, 1)[0])
+
+    def _apart(self, tried: Mapping[Point, float], space: SearchSpace, count: int) -> list[Point]:
+        """The best points that are apart from each other: the best one's surroundings may be a trap."""
+        chosen: list[Point] = []
+        for point in self._best(tried, space, len(tried)):
+            if all(space.gap(point, other) > APART for other in chosen):
+                chosen.append(point)
+                if len(chosen) == count:
+                    break
+        return chosen
 
     def _best(self, tried: Mapping[Point, float], space: SearchSpace, count: int) -> list[Point]:
         return sorted(tried, key=lambda p: (tried[p], space.distance(p)))[:count]

@@ -45,13 +45,19 @@ class SearchSpace:
 
     def distance(self, point: Point) -> float:
         """How far ``point`` is from the design: setpoints in their ranges, summed; a manual output counts as two."""
+        return self.gap(point, self.design)
+
+    def gap(self, point: Point, other: Point) -> float:
+        """How far two points are apart: differences in the ranges, summed; manual against automatic counts as two."""
         total = 0.0
-        for r, v, d in zip(self.ranges, point, self.design, strict=True):
-            if v is not None and r.high > r.low:
-                total += 2.0 if d is None else abs(v - d) / (r.high - r.low)
+        for r, v, w in zip(self.ranges, point, other, strict=True):
+            if v is None or w is None:
+                total += 0.0 if v is w else 2.0
+            elif r.high > r.low:
+                total += abs(v - w) / (r.high - r.low)
         return total
 
-    def first(self, present: Point, levels: int = 9, scattered: int = 24) -> list[Point]:
+    def first(self, present: Point, levels: int = 13, scattered: int = 24) -> list[Point]:
         """Sweeps of each setpoint from the design and the present point, and points scattered over the box."""
         points = [self.design, present]
         for k, r in enumerate(self.ranges):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from pyoxigraph import QuerySolutions, Triple
+from pyoxigraph import QueryResultsFormat, QuerySolutions, Triple, parse_query_results
 
 from .store import Row
 
@@ -13,6 +13,12 @@ def rows(solutions: QuerySolutions) -> tuple[Row, ...]:
     """Solutions as rows, in the order given."""
     names = tuple(variable.value for variable in solutions.variables)
     return tuple(Row(names, tuple(solution)) for solution in solutions)
+
+
+def results(body: bytes) -> tuple[Row, ...] | bool:
+    """What a document of SPARQL JSON results says; SyntaxError or ValueError where it is none."""
+    parsed = parse_query_results(body, QueryResultsFormat.JSON)
+    return rows(parsed) if isinstance(parsed, QuerySolutions) else bool(parsed)
 
 
 def graph(triples: Iterable[Triple]) -> tuple[Triple, ...]:

@@ -89,20 +89,21 @@ class EmbeddedStore:
     def _answer(self, query: str, form: type[_Answer], read: Callable[[_Answer], _T]) -> _T:
         def run() -> _T:
             answer = self._store.query(query, default_graph=self._default_graphs)
-            if not isinstance(answer, form):
-                raise QueryRejected(
-                    f"a {_FORM[type(answer)]} query came where {_FORM[form]} is needed: {answers.one_line(query, 80)}"
-                )
-            return read(answer)
+            if isinstance(answer, form):
+                return read(answer)
+            came = _FORM[type(answer)]
+            del answer  # see _guard
+            raise QueryRejected(f"a {came} query came where {_FORM[form]} is needed: {answers.one_line(query, 80)}")
 
         return self._guard("query", run)
 
     def _guard(self, what: str, action: Callable[[], _T]) -> _T:
+        # An answer must be let go of in the thread that got it. A traceback would hold it, and may die in another one.
         try:
             return action()
         except (SyntaxError, ValueError) as error:
             message = f"store {self._place} rejected the {what}: {answers.one_line(error)}; correct the {what}"
-            raise QueryRejected(message) from error
+            raise QueryRejected(message) from error.with_traceback(None)
         except (OSError, RuntimeError) as error:
             message = f"store {self._place} failed: {answers.one_line(error)}; check its folder and the disk"
-            raise StoreUnavailable(message) from error
+            raise StoreUnavailable(message) from error.with_traceback(None)

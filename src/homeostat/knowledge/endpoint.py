@@ -9,11 +9,9 @@ from urllib.parse import quote, urlencode, urlsplit
 from pyoxigraph import (
     NamedNode,
     QueryResultsFormat,
-    QuerySolutions,
     RdfFormat,
     Triple,
     parse,
-    parse_query_results,
 )
 
 from . import answers
@@ -94,7 +92,7 @@ class SparqlEndpoint:
         try:
             return answers.graph(quad.triple for quad in parse(reply.body, format=RdfFormat.N_TRIPLES))
         except (SyntaxError, ValueError) as error:
-            raise self._garbled(error) from error
+            raise self._garbled(error) from error.with_traceback(None)
 
     def ask(self, query: str) -> bool:
         """The answer of an ASK query."""
@@ -128,10 +126,10 @@ class SparqlEndpoint:
     def _results(self, query: str, form: str) -> tuple[Row, ...] | bool:
         reply = self._query(query, _RESULTS, form)
         try:
-            parsed = parse_query_results(reply.body, QueryResultsFormat.JSON)
-            return answers.rows(parsed) if isinstance(parsed, QuerySolutions) else bool(parsed)
+            return answers.results(reply.body)
         except (SyntaxError, ValueError) as error:
-            raise self._garbled(error) from error
+            # The traceback would hold the answer, which must be let go of in the thread that got it.
+            raise self._garbled(error) from error.with_traceback(None)
 
     def _query(self, query: str, accept: str, form: str) -> Reply:
         fields = [("query", query), *(("default-graph-uri", graph.value) for graph in self.default_graphs)]

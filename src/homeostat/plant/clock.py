@@ -14,12 +14,14 @@ class ThinkingClock:
         if not (math.isfinite(scale) and scale >= 0.0):
             raise ValueError(f"thinking scale {scale!r} must be finite and >= 0 process seconds per second")
         self._scale = scale
+        self._owed = 0.0
         self._since: float | None = None
         self.total_s = 0.0
         """Wall-clock seconds of thinking so far."""
 
     def start(self) -> None:
-        """Thinking begins."""
+        """Thinking begins; where it had begun already, it goes on."""
+        self._settle()
         self._since = time.monotonic()
 
     def stop(self) -> None:
@@ -32,8 +34,6 @@ class ThinkingClock:
         self._settle()
         owed, self._owed = self._owed, 0.0
         return owed
-
-    _owed = 0.0
 
     def _settle(self) -> None:
         if self._since is not None:

@@ -51,7 +51,7 @@ class SimulatedPlant:
         self._variables = dict(variables)
         self._clock = clock
         self._end_s = configuration.end_s
-        self._parameters = configuration.parameters.reshape(1, -1)
+        self._parameters = np.array(configuration.parameters, dtype=np.float64, ndmin=2)
         self._state = model.initial_state(configuration.parameters).reshape(1, -1)
         self._severity, self._onset = fault_tables(model, configuration.faults)
         self._ramp = InputRamp(model.inputs, configuration.inputs)

@@ -121,10 +121,8 @@ def test_onsets_are_each_faults_own() -> None:
 def test_a_stuck_valve_moves_against_its_command() -> None:
     """The symptom that is natural for it: the command is the controller's, not the fault's."""
     result = faulty(cool_stuck_closed=0.7)
-    assert result.of("V2_cmd")[-1] > 0.9 and result.of("V2_pos")[-1] == pytest.approx(0.3)
-    manual = run(
-        batch(STEPS, x=STEADY, start_s=START_S, faults={"cool_stuck_open": (0.8, 0.0)}, u=inputs(V2_man=0.1))
-    )
+    assert result.of("V2_cmd")[-1] > 0.75 and result.of("V2_pos")[-1] == pytest.approx(0.3)
+    manual = run(batch(STEPS, x=STEADY, start_s=START_S, faults={"cool_stuck_open": (0.8, 0.0)}, u=inputs(V2_man=0.1)))
     assert manual.of("V2_cmd")[-1] == 0.1 and manual.of("V2_pos")[-1] == pytest.approx(0.8)
 
 
@@ -135,6 +133,7 @@ def test_fouling_takes_at_most_95_percent() -> None:
 
 def test_the_consequences_without_intervention() -> None:
     """Noise-free peaks of the published model that do not depend on its level trim or its species balances."""
+
     def worst(fault: str, name: str) -> float:
         whole = run(batch(5000, x=STEADY, start_s=START_S, faults={fault: (SEVERITY[fault], START_S)}))
         return float(whole.of(name).max())

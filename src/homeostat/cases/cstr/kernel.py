@@ -269,8 +269,9 @@ def step(
 
 @compiled
 def physical(x: Row) -> bool:
-    """Whether volume and temperature are finite and possible."""
-    return bool(0.0 <= x[S.V] < 1e6 and 0.0 < x[S.T] < 1e6)
+    """Whether volume and temperature are possible and the concentrations finite."""
+    matter = x[S.CA] + x[S.CB] + x[S.CC] + x[S.CD]
+    return bool(0.0 <= x[S.V] < 1e6 and 0.0 < x[S.T] < 1e6 and math.isfinite(matter))
 
 
 @compiled

@@ -1,0 +1,65 @@
+"""The choice of the fallback: the least harmful known strategy, always one."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from homeostat.assurance.fallback import ValidatedFallback, choose
+from homeostat.domain.limits import Limits
+from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
+from homeostat.domain.verdict import Approve, Revise
+from tests.safety.world import COLD, DRAIN, LIMITS, VENT, broken_down, rollout
+
+
+def strategy(name: str) -> FallbackStrategy:
+    return FallbackStrategy(name, ActionSet((Command("L.sp", float(len(name)), None),), "still"))
+
+
+def chosen(*hot: tuple[FallbackStrategy, float]) -> ValidatedFallback:
+    return choose([(s, rollout(s.actions, T=value)) for s, value in hot], LIMITS)
+
+
+def test_the_strategy_with_most_distance_is_chosen() -> None:
+    assert chosen((DRAIN, 310.0), (VENT, 306.0)).strategy == VENT
+    assert chosen((DRAIN, 306.0), (VENT, 310.0)).strategy == DRAIN
+
+
+def test_of_equals_the_first_in_the_table_is_chosen() -> None:
+    assert chosen((DRAIN, 308.0), (VENT, 308.0)).strategy == DRAIN
+    assert chosen((VENT, 308.0), (DRAIN, 308.0)).strategy == VENT
+
+
+def test_an_approved_strategy_beats_a_refused_one() -> None:
+    best = chosen((DRAIN, 330.0), (VENT, 312.8))
+    assert best.strategy == VENT and isinstance(best.verdict, Approve)
+
+
+def test_without_an_approved_one_the_least_harmful_is_chosen_and_says_so() -> None:
+    best = chosen((DRAIN, 330.0), (VENT, 320.0), (strategy("third"), 325.0))
+    assert best.strategy == VENT and isinstance(best.verdict, Revise)
+    assert min(f.margin for f in best.findings) == pytest.approx(-7.1)
+
+
+def test_a_strategy_whose_rollout_breaks_down_is_the_last_choice() -> None:
+    known = [(DRAIN, broken_down(DRAIN.actions)), (VENT, rollout(VENT.actions, T=350.0))]
+    assert choose(known, LIMITS).strategy == VENT
+    lost = choose(known[:1], LIMITS)
+    assert lost.strategy == DRAIN and [f.margin for f in lost.findings] == [-math.inf]
+
+
+def test_soft_limits_do_not_decide() -> None:
+    cold = [(DRAIN, rollout(DRAIN.actions, T=250.0)), (VENT, rollout(VENT.actions, T=312.0))]
+    assert choose(cold, LIMITS).strategy == DRAIN
+    assert choose(cold, Limits((COLD,), ())).strategy == DRAIN, "nothing is judged: table order"
+
+
+def test_the_rollout_must_be_of_the_strategy() -> None:
+    mixed_up = choose([(DRAIN, rollout(VENT.actions))], LIMITS)
+    assert isinstance(mixed_up.verdict, Revise)
+
+
+def test_there_must_be_a_strategy() -> None:
+    with pytest.raises(ValueError):
+        choose([], LIMITS)

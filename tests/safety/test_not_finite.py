@@ -1,0 +1,162 @@
+"""Readings and rollouts that say nothing: they never count as within limits."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+
+import numpy as np
+import pytest
+
+from homeostat.assurance.checks import judge, judge_safety, permissive_findings, unjudged, usable
+from homeostat.assurance.gate import Gate, Refused
+from homeostat.domain.limits import LimitKind, Limits
+from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.snapshot import Quality, Snapshot
+from homeostat.domain.verdict import Approve, Revise
+from tests.safety.world import (
+    ACTIONS,
+    COLD,
+    DRAIN,
+    FEED,
+    GOOD,
+    HOT,
+    LIMITS,
+    NO_LIMITS,
+    RUNNING,
+    TAGS,
+    Bench,
+    Says,
+    criterion,
+    reading,
+    rollout,
+    rule,
+)
+
+APPROVAL = Approve(ACTIONS.digest, ())
+WILD = [math.nan, math.inf, -math.inf]
+
+
+def without(tag: str) -> Snapshot:
+    return Snapshot(100.0, {t: v for t, v in GOOD.items() if t != tag})
+
+
+def blind_snapshots(tag: str) -> list[Snapshot]:
+    return [*(reading(**{tag: value}) for value in WILD), reading(bad=frozenset({tag})), without(tag)]
+
+
+@pytest.mark.parametrize("snapshot", blind_snapshots("T"))
+def test_a_hard_limit_without_reading_is_reported(snapshot: Snapshot) -> None:
+    gate = Gate(Bench(), LIMITS, DRAIN, Says())
+    assert gate.watch(snapshot) == "'T <= 313' cannot be judged without a usable value of 'T' (LIM-HOT)"
+
+
+@pytest.mark.parametrize("snapshot", blind_snapshots("T"))
+def test_a_reading_that_fails_later_is_reported_then(snapshot: Snapshot) -> None:
+    gate = Gate(Bench(), LIMITS, DRAIN, Says())
+    assert [gate.watch(s) is None for s in (reading(), snapshot, reading(), snapshot)] == [True, False, True, False]
+
+
+@pytest.mark.parametrize("tag", ["T", "L"])
+def test_nothing_is_released_on_a_reading_that_says_nothing(tag: str) -> None:
+    for snapshot in blind_snapshots(tag):
+        plant = Bench(snapshot)
+        with pytest.raises(Refused, match=f"cannot be judged without a usable value of '{tag}'"):
+            asyncio.run(Gate(plant, LIMITS, DRAIN, Says()).release(ACTIONS, APPROVAL, 0.0))
+        assert plant.written == []
+
+
+def test_the_fallback_needs_no_reading() -> None:
+    plant = Bench(Snapshot(100.0, {}))
+    gate = Gate(plant, LIMITS, DRAIN, Says())
+    asyncio.run(gate.fall_back(gate.watch(Snapshot(100.0, {})) or ""))
+    assert plant.written == [DRAIN.actions.commands] and gate.latched is not None and "'T'" in gate.latched
+
+
+@pytest.mark.parametrize("value", WILD)
+def test_tags_that_no_rule_reads_may_say_anything(value: float) -> None:
+    plant = Bench(reading(F=value, V_man=value))
+    gate = Gate(plant, Limits((HOT, FEED), ()), DRAIN, Says())
+    assert gate.watch(reading(F=value)) is None
+    asyncio.run(gate.release(ACTIONS, APPROVAL, 0.0))
+    assert plant.written == [ACTIONS.commands]
+    assert gate.watch(reading(T=320.0, F=value)) is None, "the filter went on"
+
+
+def test_a_filtered_value_is_not_poisoned_by_another_tag() -> None:
+    gate = Gate(Bench(), Limits((HOT,), ()), DRAIN, Says())
+    assert gate.watch(reading(F=math.nan)) is None
+    assert gate.watch(reading(F=0.03)) is None
+
+
+def test_soft_limits_without_reading_are_not_watched() -> None:
+    assert Gate(Bench(), Limits((COLD,), ()), DRAIN, Says()).watch(reading(T=math.nan)) is None
+
+
+@pytest.mark.parametrize("snapshot", blind_snapshots("L"))
+def test_a_permissive_without_reading_does_not_hold(snapshot: Snapshot) -> None:
+    (found,) = permissive_findings(snapshot, ACTIONS, LIMITS)
+    assert not found.satisfied and found.criterion == "PRM-FEED" and found.margin == -math.inf
+    assert "'L'" in found.message and "PRM-FEED" in found.message
+
+
+def test_a_commanded_tag_needs_no_reading() -> None:
+    limits = Limits((rule("PRM-LOAD", LimitKind.PERMISSIVE, "F.sp <= 0.04"),), ())
+    for snapshot in blind_snapshots("F_sp"):
+        (found,) = permissive_findings(snapshot, ACTIONS, limits)
+        assert found.satisfied and found.margin == pytest.approx(0.02)
+
+
+def test_a_tag_that_is_handed_back_to_automatic_has_no_value_after_the_release() -> None:
+    limits = Limits((rule("PRM-VALVE", LimitKind.PERMISSIVE, "V.man >= 0.5"),), ())
+    hand_back = ActionSet((Command("V.man", None, None),), "running")
+    (found,) = permissive_findings(reading(V_man=0.9), hand_back, limits)
+    assert not found.satisfied
+    (found,) = permissive_findings(reading(V_man=0.9), ActionSet((), "running"), limits)
+    assert found.satisfied
+
+
+def test_usable_readings_are_finite_and_not_marked() -> None:
+    snapshot = reading(T=math.nan, L=math.inf, F=-math.inf, bad=frozenset({"T.sp"}))
+    assert usable(snapshot) == {"F.sp": 0.03, "L.sp": 10.0}
+    assert snapshot.reading("T.sp").quality is Quality.BAD and snapshot.reading("L.sp").quality is Quality.GOOD
+
+
+def test_every_missing_tag_is_named() -> None:
+    both = rule("LIM-BOTH", LimitKind.INTERLOCK, "T <= 313 or L <= 2")
+    assert unjudged(both, {"T": 1.0, "L": 1.0}) is None
+    assert "of 'L' (" in str(unjudged(both, {"T": 1.0})) and "of 'L', 'T' (" in str(unjudged(both, {}))
+
+
+@pytest.mark.parametrize("value", WILD)
+@pytest.mark.parametrize("at", [(0, 0), (2, 11)])
+def test_a_rollout_that_is_not_finite_is_refused(value: float, at: tuple[int, int]) -> None:
+    """An infinite temperature is 'below 313 K' by an infinite margin if its sign is right; it must not count."""
+    verdict = judge(ACTIONS, rollout(at=at, T=value), LIMITS, RUNNING, TAGS)
+    assert isinstance(verdict, Revise) and "'T' is not finite" in verdict.violated[0].message
+    assert isinstance(judge_safety(ACTIONS, rollout(at=at, T=value), LIMITS), Revise)
+
+
+def test_a_rollout_may_be_undefined_where_nothing_is_judged() -> None:
+    assert math.isnan(GOOD["V.man"])
+    assert isinstance(judge(ACTIONS, rollout(F=math.nan), LIMITS, RUNNING, TAGS), Approve)
+    assert isinstance(judge_safety(ACTIONS, rollout(L=math.inf), Limits((HOT, FEED), ())), Approve)
+
+
+def test_the_target_is_among_what_is_judged() -> None:
+    tried = rollout(F_sp=math.inf)
+    assert isinstance(judge(ACTIONS, tried, NO_LIMITS, RUNNING, TAGS), Revise)
+
+
+def test_each_kind_of_rule_is_among_what_is_judged() -> None:
+    for limits in (Limits((HOT,), ()), Limits((COLD,), ()), Limits((), (criterion("C", "always (T <= 400)"),))):
+        assert isinstance(judge(ACTIONS, rollout(T=-math.inf), limits, RUNNING, TAGS), Revise)
+    assert isinstance(judge_safety(ACTIONS, rollout(T=-math.inf), Limits((HOT,), ())), Revise)
+    hard = Limits((), (criterion("C", "always (T <= 400)", hard=True),))
+    assert isinstance(judge_safety(ACTIONS, rollout(T=-math.inf), hard), Revise)
+
+
+def test_huge_finite_readings_do_not_overflow_into_silence() -> None:
+    gate = Gate(Bench(), LIMITS, DRAIN, Says())
+    with np.errstate(all="raise"):
+        assert gate.watch(reading(T=1e308)) is not None

@@ -1,0 +1,207 @@
+"""Paths through the state machine: what is enumerated is admissible, and what is not in the machine cannot be built."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from homeostat.cases.case import load_case
+from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
+from homeostat.domain.formula import parse
+from homeostat.domain.recovery import RecoveryPath
+from homeostat.domain.tag import Range, Role, Tag
+
+EVENTS = ("fault", "trip")
+COMPONENTS = ("pump", "valve", "vessel")
+GUARDS = tuple(parse(text) for text in ("true", "false", "x >= 0.5", "x <= 0.5 and y >= 0.5"))
+TRUE = GUARDS[0]
+BLOCKED = st.frozensets(st.sampled_from(COMPONENTS))
+VALUES = st.fixed_dictionaries({"x": st.floats(0.0, 1.0), "y": st.floats(0.0, 1.0)})
+
+
+def state(
+    name: str, risk: int = 0, initial: bool = False, target: bool = True, requires: frozenset[str] = frozenset()
+) -> State:
+    return State(name, name, risk, initial, target, TRUE, requires, ())
+
+
+@st.composite
+def machines(draw: st.DrawFn) -> StateMachine:
+    count = draw(st.integers(1, 5))
+    names = [f"s{k}" for k in range(count)]
+    states = tuple(
+        state(
+            name, draw(st.integers(0, 3)), k == 0, draw(st.booleans()), draw(st.frozensets(st.sampled_from(COMPONENTS)))
+        )
+        for k, name in enumerate(names)
+    )
+    ends = draw(st.lists(st.tuples(st.sampled_from(names), st.sampled_from(names)), max_size=10))
+    transitions = tuple(
+        Transition(f"t{k}", source, target, draw(st.sampled_from(EVENTS)), draw(st.sampled_from(GUARDS)))
+        for k, (source, target) in enumerate(ends)
+    )
+    return StateMachine("drawn", states, transitions)
+
+
+def admissible(
+    machine: StateMachine, path: tuple[Transition, ...], start: str, values: dict[str, float], blocked: frozenset[str]
+) -> bool:
+    """The definition, written down a second time."""
+    states = [start, *(t.target for t in path)]
+    joined = all(t.source == before for t, before in zip(path, states, strict=False))
+    # A first step may stay where the plant is: new setpoints in the same state.
+    visited = states[1:] if states[1] == start else states
+    return (
+        joined
+        and len(set(visited)) == len(visited)
+        and all(t.event == "fault" and t.guard.holds(values) for t in path)
+        and all(not machine.state(t.target).requires & blocked for t in path)
+        and machine.state(states[-1]).recovery_target
+    )
+
+
+@settings(max_examples=150, deadline=None)
+@given(machines(), VALUES, BLOCKED, st.integers(1, 3))
+def test_exactly_the_admissible_paths_are_enumerated(
+    machine: StateMachine, values: dict[str, float], blocked: frozenset[str], longest: int
+) -> None:
+    start = machine.initial.name
+    found = machine.paths(start, values, "fault", blocked, longest)
+    every = {
+        path
+        for length in range(1, longest + 1)
+        for path in itertools.product(machine.transitions, repeat=length)
+        if admissible(machine, path, start, values, blocked)
+    }
+    assert set(found) == every and len(found) == len(every)
+    ranks = [(max(machine.state(t.target).risk for t in path), len(path)) for path in found]
+    assert ranks == sorted(ranks), "least risk first, then the shortest"
+    for path in found:
+        assert RecoveryPath(machine, path).target == path[-1].target
+
+
+@settings(max_examples=100, deadline=None)
+@given(machines(), st.data())
+def test_a_path_that_is_not_in_the_machine_cannot_be_built(machine: StateMachine, data: st.DataObject) -> None:
+    some = st.lists(st.sampled_from(machine.transitions), max_size=4) if machine.transitions else st.just([])
+    steps = data.draw(some)
+    connected = all(a.target == b.source for a, b in itertools.pairwise(steps))
+    if steps and connected:
+        path = RecoveryPath(machine, tuple(steps))
+        assert path.states == (steps[0].source, *(t.target for t in steps)) and path.target == steps[-1].target
+    else:
+        with pytest.raises(ValueError):
+            RecoveryPath(machine, tuple(steps))
+    for k, step in enumerate(steps):
+        forged = [
+            replace(step, guard=parse("x >= -1")),
+            replace(step, source="elsewhere"),
+            replace(step, target="elsewhere"),
+            replace(step, event="forged"),
+            replace(step, name="forged"),
+        ]
+        for false_step in forged:
+            with pytest.raises(ValueError):
+                RecoveryPath(machine, (*steps[:k], false_step, *steps[k + 1 :]))
+
+
+def test_the_messages_name_the_mistake() -> None:
+    machine = StateMachine(
+        "m",
+        (state("a", initial=True), state("b")),
+        (t := Transition("t", "a", "b", "fault", TRUE), replace(t, name="u")),
+    )
+    with pytest.raises(ValueError, match=r"^a recovery path through 'm' needs at least one transition$"):
+        RecoveryPath(machine, ())
+    with pytest.raises(ValueError, match=r"^transition 'forged' is not in state machine 'm'$"):
+        RecoveryPath(machine, (replace(t, name="forged"),))
+    with pytest.raises(ValueError, match=r"^'t' ends in 'b', but 'u' leaves 'a'$"):
+        RecoveryPath(machine, machine.transitions)
+    with pytest.raises(ValueError, match=r"^state machine 'm' has no state 'c'$"):
+        machine.state("c")
+
+
+def test_an_open_transition_leaves_the_state_and_its_guard_holds() -> None:
+    there, wet = Transition("t", "a", "b", "fault", parse("x >= 0.5")), Transition("u", "b", "a", "fault", TRUE)
+    machine = StateMachine("m", (state("a", initial=True), state("b")), (there, wet))
+    assert machine.open_from("a", {"x": 0.5}) == (there,) and machine.open_from("a", {"x": 0.4999}) == ()
+    assert machine.open_from("b", {"x": 0.0}) == (wet,)
+
+
+@pytest.mark.parametrize(
+    ("states", "transitions", "message"),
+    [
+        ((state("a", initial=True), state("a")), (), "state names are not unique"),
+        ((state("a"),), (), "exactly one state must be initial"),
+        ((state("a", initial=True), state("b", initial=True)), (), "exactly one state must be initial"),
+        ((state("a", initial=True),), (Transition("t", "a", "z", "e", TRUE),), "'t' joins unknown state 'z'"),
+        ((state("a", initial=True),), (Transition("t", "z", "a", "e", TRUE),), "'t' joins unknown state 'z'"),
+        ((state("a", initial=True),), (Transition("t", "a", "a", "e", TRUE),) * 2, "transition names are not unique"),
+    ],
+)
+def test_a_broken_machine_cannot_be_built(
+    states: tuple[State, ...], transitions: tuple[Transition, ...], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        StateMachine("m", states, transitions)
+
+
+@pytest.mark.parametrize("low", [math.nan, math.inf, -math.inf, 2.0])
+def test_a_setpoint_range_that_admits_anything_cannot_be_built(low: float) -> None:
+    with pytest.raises(ValueError, match="must be finite, low <= high"):
+        SetpointRange("T.sp", low, 1.0, None)
+    with pytest.raises(ValueError, match="must be finite, low <= high"):
+        SetpointRange("T.sp", 1.0 if math.isfinite(low) else 0.0, -low, None)
+
+
+def test_a_setpoint_range_may_be_one_value() -> None:
+    assert SetpointRange("T.sp", 310.0, 310.0, 310.0).low == 310.0
+
+
+@pytest.mark.parametrize("limit", [math.nan, math.inf, -math.inf])
+def test_a_rate_limit_that_limits_nothing_cannot_be_built(limit: float) -> None:
+    with pytest.raises(ValueError, match=r"rate limit .* must be finite"):
+        Tag("T.sp", Role.SP, "K", Range(0.0, 1.0), 1.0, rate_limit=limit)
+
+
+@pytest.mark.parametrize("scale", [math.nan, math.inf, 0.0, -1.0])
+def test_a_scale_is_positive(scale: float) -> None:
+    with pytest.raises(ValueError, match=r"scale .* must be finite and > 0 K"):
+        Tag("T", Role.PV, "K", Range(0.0, 1.0), scale)
+
+
+@pytest.mark.parametrize(("low", "high"), [(1.0, 1.0), (2.0, 1.0), (math.nan, 1.0), (0.0, math.nan), (-math.inf, 0.0)])
+def test_a_range_has_two_finite_ends(low: float, high: float) -> None:
+    with pytest.raises(ValueError, match="must be finite with low < high"):
+        Range(low, high)
+
+
+@given(st.floats())
+def test_a_range_contains_what_lies_between_its_ends(value: float) -> None:
+    inside = Range(-1.0, 2.0)
+    assert inside.contains(value) == (-1.0 <= value <= 2.0)
+    if not math.isnan(value):
+        assert inside.contains(inside.clip(value)) and (inside.clip(value) == value) == inside.contains(value)
+
+
+STARTS = st.sampled_from(["normal", "compensated", "reduced_load", "holding"])
+REACTOR = load_case("cstr").description.machine
+
+
+@settings(max_examples=40, deadline=None)
+@given(STARTS, st.floats(290.0, 330.0), st.floats(0.0, 12.0), st.frozensets(st.sampled_from(["V1", "V2", "R1", "P1"])))
+def test_the_reactor_s_paths_are_admissible(start: str, hot: float, level: float, blocked: frozenset[str]) -> None:
+    for path in REACTOR.paths(start, {"T1": hot, "L1": level}, "fault_diagnosed", blocked):
+        assert admissible_in_plant(REACTOR, path, start, {"T1": hot, "L1": level}, blocked)
+
+
+def admissible_in_plant(
+    machine: StateMachine, path: tuple[Transition, ...], start: str, values: dict[str, float], blocked: frozenset[str]
+) -> bool:
+    renamed = tuple(replace(t, event="fault") for t in path)
+    return all(t.event == "fault_diagnosed" for t in path) and admissible(machine, renamed, start, values, blocked)
