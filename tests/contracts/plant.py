@@ -6,6 +6,7 @@ import asyncio
 import math
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TypeAlias
 
 import pytest
@@ -113,7 +114,7 @@ class PlantContract:
             for _ in range(12):
                 path.append((await self.next(plant, before)).values[handles.setpoint])
                 before = (await plant.since(before.at_s))[0]
-            steps = [b - a for a, b in zip(path, path[1:], strict=False)]
+            steps = [b - a for a, b in pairwise(path)]
             direction = math.copysign(1.0, handles.move)
             assert all(-1e-9 <= s * direction <= handles.rate * (1.0 + 1e-9) for s in steps), path
             assert path[-1] == start + handles.move and path[1] != path[-1]

@@ -173,6 +173,13 @@ def test_an_answer_of_the_greatest_length_is_read() -> None:
         assert store.ask("ASK {}") is True
 
 
+def test_a_graph_that_is_sent_twice_over_is_one_graph() -> None:
+    lines = b"<urn:b> <urn:p> <urn:x> .\n<urn:a> <urn:p> <urn:x> .\n"
+    with endpoint(send(200, "application/n-triples", lines * 2)) as store:
+        subjects = [str(triple.subject) for triple in store.construct("CONSTRUCT WHERE { ?s ?p ?o }")]
+    assert subjects == ["<urn:a>", "<urn:b>"]
+
+
 def test_a_redirect_to_another_host_is_refused_and_not_visited() -> None:
     visited = threading.Event()
 

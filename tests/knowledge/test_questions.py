@@ -47,7 +47,7 @@ p:leak a DIN17359:Fault ; hs:affects p:module, p:valve ; hs:disables p:valve .
 p:end a DIN17359:Fault ; hs:disables p:stop .
 p:drop a DIN17359:Symptom ; DIN17359:SymptomIndicatesFault p:clog, p:leak .
 p:noise a DIN17359:Symptom . p:leak DIN17359:FaultIsDescribedBySymptom p:noise .
-p:other a DIN17359:Symptom .
+p:other a DIN17359:Symptom . p:bare DIN17359:FaultIsDescribedBySymptom p:faint .
 p:elsewhere a VDI2206:Module ; VDI2206:ModuleConsistsOfComponent p:hand_valve .
 """
 
@@ -103,6 +103,7 @@ def test_candidate_faults_gather_what_symptoms_say(store: EmbeddedStore) -> None
     assert questions.candidate_faults(store, [p("noise")]) == (
         CandidateFault(p("leak"), (p("noise"),), None, (p("module"), p("valve")), (p("valve"),)),
     )
+    assert questions.candidate_faults(store, [p("faint")]) == (CandidateFault(p("bare"), (p("faint"),), None, (), ()),)
     assert questions.candidate_faults(store, [p("other")]) == questions.candidate_faults(store, []) == ()
 
 

@@ -1,51 +1,23 @@
-"""The simulated plant: the contract, and that it runs on while agents think."""
+"""The simulated plant: the contract, and what is its own."""
 
 from __future__ import annotations
 
 import asyncio
 import math
-import time
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from homeostat.cases.cstr.layout import P
 from homeostat.domain.diagnosis import FaultState
-from homeostat.domain.ports import Clock
 from homeostat.domain.recovery import Command
-from homeostat.domain.snapshot import Snapshot
 from homeostat.plant.clock import DeclaredClock, ThinkingClock
 from homeostat.plant.simulated import PlantConfiguration, SimulatedPlant
 from homeostat.process.batch import ProcessError
 from tests.cases.cstr import reactor
 from tests.cases.cstr.reactor import MODEL, VARIABLES
 from tests.contracts.plant import Handles, Open, PlantContract, equal, take
-
-
-def plant(
-    end_s: float = 600.0, seed: int = 3, clock: Clock | None = None, faults: tuple[FaultState, ...] = (),
-    noise: float = 1.0, **changes: float,
-) -> SimulatedPlant:  # fmt: skip
-    """A reactor at its start."""
-    configuration = PlantConfiguration(reactor.parameters(**changes), reactor.inputs(), faults, end_s, seed, noise)
-    return SimulatedPlant(MODEL, VARIABLES, configuration, clock or DeclaredClock(0.0))
-
-
-async def everything(subject: SimulatedPlant) -> list[Snapshot]:
-    """Every snapshot until the end of the run."""
-    return [s async for s in subject.snapshots()]
-
-
-def same(a: list[Snapshot], b: list[Snapshot]) -> bool:
-    """The same times and values, bit for bit."""
-    return len(a) == len(b) and all(
-        x.at_s == y.at_s
-        and x.values.keys() == y.values.keys()
-        and all(equal(v, y.values[n]) for n, v in x.values.items())
-        for x, y in zip(a, b, strict=True)
-    )
+from tests.plant.reactor_plant import everything, plant, same
 
 
 class TestSimulatedReactor(PlantContract):
@@ -93,135 +65,6 @@ def test_injected_faults_act() -> None:
     faulty = asyncio.run(everything(plant(400.0, noise=0.0, faults=(FaultState("temp_bias", 5.0, 350.0),))))
     assert same(healthy[:349], faulty[:349])
     assert faulty[349].values["T1"] - healthy[349].values["T1"] == pytest.approx(5.0)
-
-
-# Time that passes while agents think.
-
-
-def test_the_plant_runs_on_by_exactly_the_declared_seconds() -> None:
-    async def story() -> None:
-        clock = DeclaredClock(7.0)
-        subject = plant(clock=clock)
-        await take(subject.snapshots(), 10)
-        for k in range(1, 4):
-            clock.start()
-            fresh = await subject.since(10.0 + 7.0 * (k - 1))
-            clock.stop()
-            assert [s.at_s for s in fresh] == [10.0 + 7.0 * (k - 1) + s for s in range(1, 8)]
-            assert (await subject.since(0.0))[-1].at_s == 10.0 + 7.0 * k
-
-    asyncio.run(story())
-
-
-@settings(deadline=None, max_examples=30)
-@given(st.floats(0.0, 3.0), st.integers(1, 30))
-def test_many_short_thoughts_cost_what_one_long_one_costs(cost_s: float, stretches: int) -> None:
-    """Whole seconds pass, never fewer than were owed, and rounding up is set off against the next stretch."""
-
-    async def story() -> None:
-        clock = DeclaredClock(cost_s)
-        subject = plant(clock=clock)
-        await take(subject.snapshots(), 1)
-        for k in range(1, stretches + 1):
-            clock.start()
-            clock.stop()
-            passed = (await subject.since(0.0))[-1].at_s - 1.0
-            assert k * cost_s - 1e-6 <= passed < k * cost_s + 1.0
-
-    asyncio.run(story())
-
-
-def test_the_plant_runs_on_by_wall_clock_time_times_the_scale() -> None:
-    async def story() -> None:
-        clock = ThinkingClock(1000.0)
-        subject = plant(end_s=5000.0, clock=clock)
-        await take(subject.snapshots(), 5)
-        clock.start()
-        await asyncio.to_thread(time.sleep, 0.03)
-        during = (await subject.since(5.0))[-1].at_s
-        assert during >= 5.0 + 30.0
-        await asyncio.to_thread(time.sleep, 0.01)
-        clock.stop()
-        after = (await subject.since(5.0))[-1].at_s
-        assert after >= during + 9.0
-        assert after - 5.0 == pytest.approx(1000.0 * clock.total_s, abs=1.0)
-        await asyncio.to_thread(time.sleep, 0.01)
-        assert (await subject.since(5.0))[-1].at_s == after, "it waits while nobody thinks and nobody looks"
-
-    asyncio.run(story())
-
-
-def test_time_is_charged_when_it_passed_and_not_to_the_next_recovery() -> None:
-    """Thinking that ends without another look at the plant is over before the next snapshot is taken."""
-
-    async def story() -> None:
-        clock = DeclaredClock(5.0)
-        subject = plant(clock=clock)
-        stream = subject.snapshots()
-        assert (await take(stream, 3))[-1].at_s == 3.0
-        clock.start()
-        clock.stop()
-        assert (await anext(stream)).at_s == 4.0
-        assert subject.truth().length == 8
-        assert (await subject.since(4.0))[-1].at_s == 8.0
-
-    asyncio.run(story())
-
-
-@settings(deadline=None, max_examples=30)
-@given(st.lists(st.tuples(st.integers(0, 12), st.sampled_from(["since", "write", "think", "truth"])), max_size=12))
-def test_every_second_is_told_exactly_once_whatever_happens_between(story: list[tuple[int, str]]) -> None:
-    async def act() -> list[Snapshot]:
-        clock = DeclaredClock(4.0)
-        subject = plant(end_s=60.0, clock=clock)
-        found = []
-        stream = subject.snapshots()
-        await subject.since(0.0)
-        for count, action in story:
-            found += [s for _ in range(count) if (s := await anext(stream, None)) is not None]
-            clock.start()
-            if action == "since":
-                await subject.since(found[-1].at_s if found else 0.0)
-            elif action == "write":
-                await subject.write((Command("T1.sp", 308.0, 0.5),))
-            elif action == "truth":
-                subject.truth()
-            clock.stop()
-        return found + [s async for s in stream]
-
-    assert [s.at_s for s in asyncio.run(act())] == [float(t) for t in range(1, 61)]
-
-
-def test_thinking_changes_when_the_agents_look_and_not_what_the_plant_does() -> None:
-    async def thoughtful() -> list[Snapshot]:
-        clock = DeclaredClock(11.0)
-        subject = plant(end_s=120.0, clock=clock)
-        stream = subject.snapshots()
-        found = await take(stream, 20)
-        clock.start()
-        await subject.since(20.0)
-        clock.stop()
-        return found + [s async for s in stream]
-
-    assert same(asyncio.run(thoughtful()), asyncio.run(everything(plant(end_s=120.0))))
-
-
-def test_the_end_comes_also_while_agents_think() -> None:
-    async def story() -> None:
-        clock = DeclaredClock(1000.0)
-        subject = plant(end_s=30.0, clock=clock)
-        stream = subject.snapshots()
-        assert len(await take(stream, 10)) == 10
-        clock.start()
-        fresh = await subject.since(10.0)
-        clock.stop()
-        assert [s.at_s for s in fresh] == [float(t) for t in range(11, 31)]
-        await subject.write((Command("T1.sp", 308.0, None),))
-        assert [s.at_s for s in await subject.since(30.0)] == [30.0]
-        assert [s.at_s async for s in stream] == [float(t) for t in range(11, 31)]
-        assert subject.truth().length == 30
-
-    asyncio.run(story())
 
 
 # since.

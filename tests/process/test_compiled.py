@@ -97,5 +97,6 @@ def test_compiling_leaves_numbas_settings_alone() -> None:
     def double(x: float) -> float:
         return 2.0 * x
 
-    assert numba.config.CACHE_DIR == before
+    after = numba.config.CACHE_DIR
+    assert after == before
     assert double(1.5) == 3.0

@@ -7,10 +7,10 @@ import math
 import pytest
 
 from homeostat.assurance.fallback import ValidatedFallback, choose
-from homeostat.domain.limits import Limits
+from homeostat.domain.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.verdict import Approve, Revise
-from tests.safety.world import COLD, DRAIN, LIMITS, VENT, broken_down, rollout
+from tests.safety.world import COLD, DRAIN, LIMITS, VENT, broken_down, rollout, rule
 
 
 def strategy(name: str) -> FallbackStrategy:
@@ -47,6 +47,18 @@ def test_a_strategy_whose_rollout_breaks_down_is_the_last_choice() -> None:
     assert choose(known, LIMITS).strategy == VENT
     lost = choose(known[:1], LIMITS)
     assert lost.strategy == DRAIN and [f.margin for f in lost.findings] == [-math.inf]
+
+
+def test_the_worst_margin_of_a_strategy_decides_not_its_best() -> None:
+    wet = Limits((*LIMITS.limits, rule("LIM-WET", LimitKind.INTERLOCK, "L <= 11", hard=True)), LIMITS.criteria)
+    even = (DRAIN, rollout(DRAIN.actions, T=308.0, L=7.0))
+    lopsided = (VENT, rollout(VENT.actions, T=280.0, L=10.0))
+    assert choose([lopsided, even], wet).strategy == DRAIN
+
+
+def test_where_nothing_is_judged_any_rollout_beats_a_breakdown() -> None:
+    known = [(DRAIN, broken_down(DRAIN.actions)), (VENT, rollout(VENT.actions))]
+    assert choose(known, Limits((COLD,), ())).strategy == VENT
 
 
 def test_soft_limits_do_not_decide() -> None:

@@ -100,11 +100,11 @@ def test_an_approval_can_be_used_again_only_for_the_same_set() -> None:
 
 
 def test_a_latched_gate_releases_nothing() -> None:
-    plant = Bench()
-    gate = Gate(plant, LIMITS, DRAIN, Says())
+    plant, rehearsal = Bench(), Says()
+    gate = Gate(plant, LIMITS, DRAIN, rehearsal)
     asyncio.run(gate.fall_back("T is too high"))
     assert "T is too high" in refused(plant, gate)
-    assert plant.written == [DRAIN.actions.commands]
+    assert plant.written == [DRAIN.actions.commands] and rehearsal.asked == []
 
 
 def test_the_permissive_is_judged_on_the_freshest_snapshot() -> None:

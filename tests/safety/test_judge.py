@@ -8,7 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from homeostat.assurance.checks import command_findings, judge, judge_safety, rollout_findings, target_finding, worst
+from homeostat.assurance.checks import (
+    command_findings,
+    judge,
+    judge_safety,
+    permissive_findings,
+    rollout_findings,
+    target_finding,
+    worst,
+)
 from homeostat.domain.formula import FormulaError
 from homeostat.domain.limits import LimitKind, Limits, Owner
 from homeostat.domain.recovery import ActionSet, Command
@@ -27,6 +35,7 @@ from tests.safety.world import (
     TAGS,
     broken_down,
     criterion,
+    reading,
     rollout,
     rule,
 )
@@ -135,6 +144,14 @@ def test_a_complaint_says_what_is_admitted() -> None:
     assert low.margin == -8.0
 
 
+def test_what_is_wrong_before_the_release_is_wrong_at_once_and_in_every_member() -> None:
+    bad = (Command("T.sp", 315.0, 1.0), Command("T", 0.0, None), Command("F.sp", None, None))
+    found = command_findings(ActionSet(bad, "running"), RUNNING, TAGS)
+    found += permissive_findings(reading(L=12.0), ACTIONS, LIMITS) + permissive_findings(reading(), ACTIONS, LIMITS)
+    assert len(found) == 6
+    assert {(f.at_s, f.member) for f in found} == {(0.0, 0)}
+
+
 # --- rollouts ---------------------------------------------------------------------------------------------------
 
 
@@ -212,6 +229,15 @@ def test_a_permissive_sees_the_commanded_value_at_once() -> None:
     assert isinstance(judge(ACTIONS, ramp, limits, RUNNING, TAGS), Approve)
     untouched = ActionSet((Command("T.sp", 305.0, 0.1),), "running")
     assert isinstance(judge(untouched, rollout(untouched), limits, RUNNING, TAGS), Revise)
+
+
+def test_a_tag_that_goes_back_to_automatic_is_judged_by_what_the_twin_says() -> None:
+    limits = Limits((rule("PRM-VALVE", LimitKind.PERMISSIVE, "V.man >= 0.5"),), ())
+    hand_back = ActionSet((Command("V.man", None, None),), "running")
+    for opening, approved in ((0.9, True), (0.1, False)):
+        tried = rollout(hand_back)
+        tried.trajectory.signals["V.man"][:] = opening
+        assert isinstance(judge(hand_back, tried, limits, RUNNING, TAGS), Approve) is approved
 
 
 def test_interlocks_see_the_ramp_and_not_the_commanded_value() -> None:

@@ -32,4 +32,4 @@ def choose(rollouts: Sequence[tuple[FallbackStrategy, Rollout]], limits: Limits)
     A fallback is chosen even if none is approved: it is the least harmful thing that is known.
     """
     judged = [ValidatedFallback(s, judge_safety(s.actions, r, limits)) for s, r in rollouts]
-    return max(judged, key=lambda v: min((f.margin for f in v.findings), default=-float("inf")))
+    return max(judged, key=lambda v: min((f.margin for f in v.findings), default=float("inf")))

@@ -21,7 +21,8 @@ from homeostat.plant.clock import DeclaredClock, ThinkingClock
 from homeostat.plant.simulated import PlantConfiguration, SimulatedPlant
 from homeostat.supervisor import Budget
 from homeostat.trace import MemoryTrace, Trace
-from homeostat.trace.decisions import Attempted, Diagnosed, FellBack, ReleasedActions, StateEntered
+from homeostat.trace.archive import Archive
+from homeostat.trace.decisions import Attempted, Diagnosed, FellBack, Noticed, ReleasedActions, StateEntered
 from homeostat.trace.events import Event
 
 
@@ -52,7 +53,8 @@ class RunResult:
     production_loss: float
     """Fraction of the fault-free production lost from the onset on [1]."""
     thinking_s: float
-    """Wall-clock seconds from the first noticed symptom to the first release, thinking only [s]."""
+    """Wall-clock seconds of thinking, from the notice that led to the first action until that action; all of it where
+    nothing was done [s]."""
     wall_s: float
     """Wall-clock seconds of the whole run [s]."""
     truth: Trajectory
@@ -77,22 +79,33 @@ class Recorder:
         self.started_s: float | None = None
         self.diagnosed: list[tuple[float, Diagnosed]] = []
         self.attempts: list[Attempted] = []
-        self.released: list[tuple[float, ReleasedActions, float]] = []
+        self.released: list[tuple[float, ReleasedActions]] = []
         self.fallbacks: list[tuple[float, FellBack]] = []
+        self._before_notice_s = 0.0
+        self.thinking_s: float | None = None
+        """Thinking from the notice that led to the first action until that action [s]; None while nothing was done."""
 
     def __call__(self, event: Event, at_s: float) -> None:
         """Take one event."""
         match event:
             case StateEntered() if self.started_s is None:
                 self.started_s = at_s
+            case Noticed():
+                self._before_notice_s = self._clock.total_s
             case Diagnosed():
                 self.diagnosed.append((at_s, event))
             case Attempted():
                 self.attempts.append(event)
             case ReleasedActions():
-                self.released.append((at_s, event, self._clock.total_s))
+                self.released.append((at_s, event))
+                self._acted()
             case FellBack():
                 self.fallbacks.append((at_s, event))
+                self._acted()
+
+    def _acted(self) -> None:
+        if self.thinking_s is None:
+            self.thinking_s = self._clock.total_s - self._before_notice_s
 
 
 def build_plant(case: Case, scenario: Scenario, clock: Clock) -> SimulatedPlant:
@@ -130,10 +143,11 @@ def run(
     clock: ThinkingClock | DeclaredClock | None = None,
     budget: Budget | None = None,
     watcher: Watcher | None = None,
+    archive: Archive | None = None,
 ) -> RunResult:
     """Run ``scenario`` to its end and score it; everything that happens goes to ``trace``.
 
-    ``watcher`` is shown every snapshot.
+    ``watcher`` is shown every snapshot; ``archive`` keeps what the graph was asked and answered.
     """
     begin = time.monotonic()
     clock = clock or ThinkingClock()
@@ -141,7 +155,7 @@ def run(
     recorder = Recorder(clock)
     trace.subscribe(recorder)
     plant = build_plant(case, scenario, clock)
-    supervisor = wire(case, WatchedPlant(plant, watcher), clock, trace, scenario.seed, budget)
+    supervisor = wire(case, WatchedPlant(plant, watcher), clock, trace, scenario.seed, budget, archive)
     asyncio.run(supervisor.supervise())
     truth = plant.truth()
     healthy = run_unattended(case, Scenario(case.name, (), scenario.seed, scenario.end_s))
@@ -173,6 +187,6 @@ def _score(
         min_margin=first[1].min_margin if first else None,
         exposures=exposures(truth, limits, started, detected),
         production_loss=production_loss(truth, healthy, case.delivered, onset if onset is not None else started),
-        thinking_s=first[2] if first else thinking_s, wall_s=wall_s, truth=truth, measured=readings,
+        thinking_s=thinking_s if seen.thinking_s is None else seen.thinking_s, wall_s=wall_s, truth=truth, measured=readings,
         reason=seen.fallbacks[0][1].reason if seen.fallbacks else "",
     )  # fmt: skip

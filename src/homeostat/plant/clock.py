@@ -16,8 +16,12 @@ class ThinkingClock:
         self._scale = scale
         self._owed = 0.0
         self._since: float | None = None
-        self.total_s = 0.0
+        self._settled_s = 0.0
+
+    @property
+    def total_s(self) -> float:
         """Wall-clock seconds of thinking so far."""
+        return self._settled_s + (0.0 if self._since is None else time.monotonic() - self._since)
 
     def start(self) -> None:
         """Thinking begins; where it had begun already, it goes on."""
@@ -38,7 +42,7 @@ class ThinkingClock:
     def _settle(self) -> None:
         if self._since is not None:
             now = time.monotonic()
-            self.total_s += now - self._since
+            self._settled_s += now - self._since
             self._owed += (now - self._since) * self._scale
             self._since = now
 
@@ -53,8 +57,12 @@ class DeclaredClock:
         self._cost_s = cost_s
         self._owed = 0.0
         self._since: float | None = None
-        self.total_s = 0.0
+        self._settled_s = 0.0
+
+    @property
+    def total_s(self) -> float:
         """Wall-clock seconds of thinking so far."""
+        return self._settled_s + (0.0 if self._since is None else time.monotonic() - self._since)
 
     def start(self) -> None:
         """Thinking begins; its cost is owed at once."""
@@ -64,7 +72,7 @@ class DeclaredClock:
     def stop(self) -> None:
         """Thinking ends."""
         if self._since is not None:
-            self.total_s += time.monotonic() - self._since
+            self._settled_s += time.monotonic() - self._since
             self._since = None
 
     def collect_s(self) -> float:
