@@ -15,6 +15,7 @@ from homeostat.agents.grounding import Context
 from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.assurance.fallback import ValidatedFallback, choose
 from homeostat.assurance.gate import Gate, Refused
+from homeostat.assurance.restraint import Restraint
 from homeostat.domain.behaviour import StateMachine
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.limits import Limits
@@ -22,7 +23,17 @@ from homeostat.domain.ports import Clock, Plant
 from homeostat.domain.production import Production
 from homeostat.domain.recovery import ActionSet, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Advice, Approve, HandedOver, LeftAlone, Outcome, Released, Revise, Rollout
+from homeostat.domain.verdict import (
+    Advice,
+    Approve,
+    HandedOver,
+    LeftAlone,
+    Outcome,
+    Released,
+    Revise,
+    Rollout,
+    RolloutResult,
+)
 from homeostat.trace.decisions import (
     Attempted,
     Diagnosed,
@@ -35,17 +46,12 @@ from homeostat.trace.decisions import (
 )
 from homeostat.trace.events import Trace
 
-
-TOLERANCE = 0.3
-"""A recovered plant is left alone while soft criteria are missed by no more than this many scales [1]."""
-
-
-GAIN = 0.01
-"""A plant that may be left alone is only touched for at least this much more production [1]."""
-
-
 CALM_S = 300.0
 """Nothing is improved while the last release is younger than this: its transient is still under way [s]."""
+
+
+SHORTEST_S = 1.0
+"""Thinking gets this much even where physics leaves less: the fallback is armed, and most proposals take less [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +98,7 @@ class Supervisor:
         """Wire the parts together; nothing happens before :meth:`supervise`."""
         self._plant, self._clock, self._crew, self._gate = plant, clock, crew, gate
         self._rehearsal, self._machine, self._limits = rehearsal, machine, limits
-        self._production = production
+        self._restraint = Restraint(limits, production, crew.reprompting.relative)
         self._fallbacks, self._budget, self._trace = tuple(fallbacks), budget, trace
         self._state = machine.initial.name
         self._released_s = math.inf
@@ -100,17 +106,25 @@ class Supervisor:
 
     async def supervise(self) -> None:
         """Watch the plant until it is shut off; act on what monitoring reports and on broken hard limits."""
-        async for snapshot in self._plant.snapshots():
-            self._seen_s = max(self._seen_s, snapshot.at_s)
-            self._enter_started(snapshot)
-            broken = self._gate.watch(snapshot) if self._state != self._machine.initial.name else None
-            noticed = self._crew.monitoring.notices(snapshot)
-            if self._gate.latched is not None:
-                continue
-            if broken is not None:
-                self._crew.monitoring.follow(await self._hand_over(broken))
-            elif noticed:
-                await self._attend()
+        try:
+            async for snapshot in self._plant.snapshots():
+                await self._take(snapshot)
+        except BaseException:  # a bug or a shutdown: make the plant safe, then let it be seen
+            await self._gate.fall_back("internal error")
+            raise
+
+    async def _take(self, snapshot: Snapshot) -> None:
+        """One snapshot: hard limits first, then monitoring."""
+        self._seen_s = max(self._seen_s, snapshot.at_s)
+        self._enter_started(snapshot)
+        broken = self._gate.watch(snapshot) if self._state != self._machine.initial.name else None
+        noticed = self._crew.monitoring.notices(snapshot)
+        if self._gate.latched is not None:
+            return
+        if broken is not None:
+            self._crew.monitoring.follow(await self._hand_over(broken))
+        elif noticed:
+            await self._attend()
 
     async def _attend(self) -> None:
         """Find out what is wrong, and recover if anything is; the plant runs on meanwhile."""
@@ -128,32 +142,26 @@ class Supervisor:
 
     async def recover(self, diagnosis: Diagnosis) -> Outcome:
         """Release a validated action set within the time that physics leaves, leave the plant alone, or hand over."""
+        situation, idle = await self._look(diagnosis)
+        self._gate.correct(self._crew.simulation.instrument_errors(diagnosis))
+        fallback = await self._arm_fallback(diagnosis)
+        limit_s = self._deadline_s(idle)
+        self._trace.record(_armed(fallback, limit_s), self._seen_s)
+        verdict = self._crew.validation.judge(idle_actions(self._state), idle, self._machine.state(self._state))
+        fine = self._restraint.fine(verdict, self._recovered)
+        if fine and self._seen_s - self._released_s < CALM_S:
+            return self._leave_alone(verdict)
         try:
-            situation, idle = await self._look(diagnosis)
-            self._gate.correct(self._crew.simulation.instrument_errors(diagnosis))
-            fallback = await self._arm_fallback(diagnosis)
-            limit_s = self._deadline_s(idle)
-            self._trace.record(_armed(fallback, limit_s), self._seen_s)
-            verdict = self._crew.validation.judge(idle_actions(self._state), idle, self._machine.state(self._state))
-            fine = isinstance(verdict, Approve) or self._good_enough(verdict)
-            if fine and self._seen_s - self._released_s < CALM_S:
-                return self._leave_alone(verdict)
-            try:
-                async with asyncio.timeout(limit_s):
-                    found = await self._ask_proposers(situation, idle if fine else None)
-            except (TimeoutError, NoAdmissiblePlan):
-                if fine or (self._recovered and self._harmless(verdict)):
-                    return self._leave_alone(verdict)
-                raise
+            async with asyncio.timeout(limit_s):
+                found = await self._ask_proposers(situation, idle if fine else None)
             self._rehearsal.prepare(diagnosis, self._machine.state(found.actions.target))
             released = await self._gate.release(found.actions, found.approval, self._seen_s)
-            self._note_release(found, released)
-            return released
         except (TimeoutError, NoAdmissiblePlan, Refused) as reason:
+            if fine or (self._recovered and self._restraint.harmless(verdict)):
+                return self._leave_alone(verdict)
             return await self._hand_over(str(reason) or f"no approved proposal within {limit_s:.1f} s")
-        except BaseException:  # a bug or a shutdown: make the plant safe, then let it be seen
-            await self._gate.fall_back("internal error")
-            raise
+        self._note_release(found, released)
+        return released
 
     async def deliberate(self, proposer: Proposer, situation: Situation, idle: Rollout | None = None) -> Approved:
         """Plan, act, simulate, validate and reprompt until a verdict approves.
@@ -169,7 +177,7 @@ class Supervisor:
             self._trace.record(Attempted.of(number, proposer.name, path, actions, rollout, verdict), self._seen_s)
             match verdict:
                 case Approve():
-                    if idle is not None and not self._gain(idle, rollout):
+                    if idle is not None and not self._restraint.gains(idle, rollout):
                         raise NoAdmissiblePlan(f"{proposer.name}: nothing better than leaving the plant alone")
                     return Approved(actions, verdict, proposer.name)
                 case Revise():
@@ -180,7 +188,7 @@ class Supervisor:
 
     async def _ask_proposers(self, situation: Situation, idle: Rollout | None) -> Approved:
         """Ask one proposer after the other; the last one's failure is everyone's."""
-        if idle is not None and not self._worthwhile(idle):
+        if idle is not None and not self._restraint.worthwhile(idle):
             raise NoAdmissiblePlan("the plant already produces what it can")
         reason = NoAdmissiblePlan("the crew has no proposer")
         for proposer in self._crew.proposers:
@@ -213,43 +221,25 @@ class Supervisor:
 
     def _deadline_s(self, idle: Rollout) -> float:
         """Thinking time: the configured one, or what is left before the first hard limit breaks without action."""
+        if idle.result is not RolloutResult.COMPLETED:
+            return SHORTEST_S
         first = float("inf")
         for limit in self._limits.hard:
             margins = limit.formula.margins(idle.trajectory.signals, idle.trajectory.dt_s)
             broken = np.flatnonzero((margins < 0.0).any(axis=0))
             if broken.size:
                 first = min(first, float(broken[0]) * idle.trajectory.dt_s)
-        return max(min(self._budget.latency_s, first - self._budget.reserve_s), 1.0)
+        return max(min(self._budget.latency_s, first - self._budget.reserve_s), SHORTEST_S)
 
     @property
     def _recovered(self) -> bool:
         """Whether something was released before."""
         return math.isfinite(self._released_s)
 
-    def _good_enough(self, verdict: Revise) -> bool:
-        """Whether a recovered plant may be left alone although a soft criterion is missed by a little."""
-        scale = self._crew.reprompting.relative
-        return self._recovered and self._harmless(verdict) and all(scale(f) > -TOLERANCE for f in verdict.violated)
-
-    def _harmless(self, verdict: Approve | Revise) -> bool:
-        """Whether everything that protects the plant holds without action."""
-        protecting = {c.name for c in self._limits.criteria if c.hard} | {x.name for x in self._limits.hard}
-        return all(f.satisfied for f in verdict.findings if f.criterion in protecting)
-
     def _leave_alone(self, verdict: Approve | Revise) -> LeftAlone:
         worst = min(f.margin for f in verdict.findings)
         self._trace.record(LeftAsIs(self._state, worst), self._seen_s)
         return LeftAlone(self._seen_s, worst)
-
-    def _rate(self, rollout: Rollout) -> float:
-        """Mean production of a rollout as a fraction of the design rate [1]."""
-        return float(rollout.trajectory.signals[self._production.throughput].mean()) / self._production.design_rate
-
-    def _worthwhile(self, idle: Rollout) -> bool:
-        return self._rate(idle) < 1.0 - GAIN
-
-    def _gain(self, idle: Rollout, better: Rollout) -> bool:
-        return self._rate(better) > self._rate(idle) + GAIN
 
     async def _hand_over(self, reason: str) -> HandedOver:
         """Let the fallback act and say why."""
@@ -263,7 +253,11 @@ class Supervisor:
         self._released_s = released.at_s
         self._seen_s = max(self._seen_s, released.at_s)
         event = ReleasedActions(
-            found.proposer, found.actions.commands, found.actions.digest, found.actions.target, found.approval.min_margin
+            found.proposer,
+            found.actions.commands,
+            found.actions.digest,
+            found.actions.target,
+            found.approval.min_margin,
         )
         self._trace.record(event, released.at_s)
         self._trace.record(StateEntered(self._state), released.at_s)

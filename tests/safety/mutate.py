@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import ast
-import copy
 import functools
 import importlib
 import os
@@ -81,8 +80,15 @@ class Mutant:
     """The line as it is."""
     change: str
     """What was changed, ``old -> new``."""
-    tree: ast.Module
-    """The changed module."""
+    place: int
+    """Position of the changed node among those of `code_of`."""
+    new: ast.AST
+    """What stands there now."""
+
+    def tree(self) -> ast.Module:
+        """The changed module."""
+        tree = ast.parse((SAFETY_LAYER / f"{self.module.rpartition('.')[2]}.py").read_text(encoding="utf-8"))
+        return replaced(tree, self.place, self.new)
 
     def __str__(self) -> str:
         return f"{self.module}:{self.line}: {self.change}    {self.source}"
@@ -148,33 +154,30 @@ def mutants(path: Path) -> list[Mutant]:
     text = path.read_text(encoding="utf-8")
     lines, original = text.splitlines(), ast.parse(text)
     found = []
-    for index, node in enumerate(code_of(original)):
+    for place, node in enumerate(code_of(original)):
         for change, new in changes(node):
-            tree = copy.deepcopy(original)
-            place = list(code_of(tree))[index]
             line = next(n.lineno for n in ast.walk(node) if hasattr(n, "lineno"))
-            changed = ast.fix_missing_locations(Replace(place, new).visit(tree))
-            found.append(Mutant(f"homeostat.assurance.{path.stem}", line, lines[line - 1].strip(), change, changed))
+            module = f"homeostat.assurance.{path.stem}"
+            found.append(Mutant(module, line, lines[line - 1].strip(), change, place, new))
     return sorted(found, key=lambda m: m.line)
 
 
-class Replace(ast.NodeTransformer):
-    """Puts one node in the place of another."""
+def replaced(tree: ast.Module, place: int, new: ast.AST) -> ast.Module:
+    """``tree`` with another node in one place."""
+    old = list(code_of(tree))[place]
 
-    def __init__(self, old: ast.AST, new: ast.AST) -> None:
-        self._old, self._new = old, copy.deepcopy(new)
+    class Replace(ast.NodeTransformer):
+        def visit(self, node: ast.AST) -> ast.AST:
+            return ast.copy_location(new, node) if node is old else super().visit(node)
 
-    def visit(self, node: ast.AST) -> ast.AST:
-        if node is self._old:
-            return ast.copy_location(self._new, node) if hasattr(node, "lineno") else self._new
-        return super().visit(node)
+    return ast.fix_missing_locations(Replace().visit(tree))
 
 
 def infect(mutant: Mutant) -> None:
     """Give the functions of the loaded module the mutant's code; whoever holds one of them runs it from now on."""
     changed = ModuleType(mutant.module)
     sys.modules[mutant.module], module = changed, sys.modules[mutant.module]
-    exec(compile(mutant.tree, f"<mutant of {mutant.module}>", "exec"), changed.__dict__)
+    exec(compile(mutant.tree(), f"<mutant of {mutant.module}>", "exec"), changed.__dict__)
     sys.modules[mutant.module] = module
     theirs = dict(functions(changed))
     for name, function in functions(module):

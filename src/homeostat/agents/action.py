@@ -20,7 +20,6 @@ from homeostat.domain.verdict import Advice
 from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Twin
 
-
 HOPELESS = 5.0
 """A search whose cost stays above this cannot be cured by refinement [production]."""
 CHANGE = 0.03
@@ -64,7 +63,9 @@ class SearchAction:
         """``scales``: unit -> what counts as one unit of margin in it."""
         self._twin = twin
         self._criteria: tuple[Criterion | Limit, ...] = (
-            *limits.criteria, *limits.of_kind(LimitKind.INTERLOCK), *limits.of_kind(LimitKind.ENVELOPE)
+            *limits.criteria,
+            *limits.of_kind(LimitKind.INTERLOCK),
+            *limits.of_kind(LimitKind.ENVELOPE),
         )
         self._tags = tags
         self._production = production

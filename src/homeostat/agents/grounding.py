@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from pyoxigraph import NamedNode, Triple
 
@@ -13,6 +14,9 @@ from homeostat.knowledge.store import GraphStore
 from homeostat.knowledge.turtle import write_turtle
 from homeostat.trace.archive import Archive, NoArchive
 from homeostat.trace.decisions import Retrieved
+
+Arguments: TypeAlias = dict[str, NamedNode | tuple[NamedNode, ...]]
+"""Parameter of a template -> what it is bound to."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +63,7 @@ class Grounding:
         path, present = self._nodes("state", states), self._nodes("fault", faults)
         machine = NamedNode(self._namespace + "machine")
         answer = questions.is_admissible_path(self._store, machine, path, present)
-        step: dict[str, NamedNode | tuple[NamedNode, ...]]
+        step: Arguments
         step = {"machine": machine, "source": path[-2], "target": path[-1], "faults": present}
         self._note("is_admissible_step", (*states, *faults), step, "yes" if answer else "no")
         return answer
@@ -81,7 +85,7 @@ class Grounding:
         pending, self._pending = tuple(self._pending), []
         return pending
 
-    def _graph(self, question: str, about: tuple[str, ...], arguments: dict[str, NamedNode | tuple[NamedNode, ...]]) -> str:
+    def _graph(self, question: str, about: tuple[str, ...], arguments: Arguments) -> str:
         key = (question, about)
         if key not in self._graphs:
             triples: tuple[Triple, ...] = template(question).construct(self._store, **arguments)
@@ -92,7 +96,7 @@ class Grounding:
         return text
 
     def _note(
-        self, question: str, about: Sequence[str], arguments: dict[str, NamedNode | tuple[NamedNode, ...]],
+        self, question: str, about: Sequence[str], arguments: Arguments,
         answer: str, graph: str = "",
     ) -> None:  # fmt: skip
         asked = template(question)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.limits import Owner
+from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.verdict import Advice, Approve, Finding, Verdict
 
 CURABLE = 0.5

@@ -15,7 +15,7 @@ from homeostat.domain.recovery import Command
 from homeostat.plant.simulated import fault_tables
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.schedule import InputRamp
-from homeostat.process.types import Cube, Row
+from homeostat.process.types import Cube, Row, Table
 
 STRIDE_S = 5
 """The true plant is sampled this often [s]."""
@@ -63,7 +63,10 @@ def best_constant(
     return BestConstant(found, float(loss[best]), int(np.isfinite(loss).sum()), len(points))
 
 
-def _batch(case: Case, scenario: Scenario, states: Cube, inputs: Cube, start_s: float, steps: int, stride: int) -> Batch:
+def _batch(
+    case: Case, scenario: Scenario, states: Table, inputs: Cube, start_s: float, steps: int, stride: int
+) -> Batch:
+    """Members of the true plant, all with the scenario's own noise."""
     members = len(states)
     severity, onset = fault_tables(case.model, scenario.faults)
     return Batch(
@@ -82,14 +85,15 @@ def _state_at(case: Case, scenario: Scenario, at_s: float) -> tuple[Row, float]:
     result = simulate(case.model.kernel, _batch(case, scenario, state, inputs, 0.0, int(at_s), 1))
     truth = case.model.truth(result.record, inputs)
     onset = int(scenario.onset_s or at_s) - 1
-    return result.state[0], float(sum(truth[_variable(case, d)][0, -1] - truth[_variable(case, d)][0, onset] for d in case.delivered))
+    parts = [truth[_variable(case, d)][0] for d in case.delivered]
+    return result.state[0], float(sum(p[-1] - p[onset] for p in parts))
 
 
 def _variable(case: Case, name: str) -> str:
     return case.description.variables.get(name, name)
 
 
-def _schedule(case: Case, point: Mapping[str, float], state: Row, steps: int) -> Cube:
+def _schedule(case: Case, point: Mapping[str, float], state: Row, steps: int) -> Table:
     ramp = InputRamp(case.model.inputs, case.start)
     tags = case.description.tags_by_name
     ramp.command(tuple(Command(t, v, tags[t].rate_limit) for t, v in point.items()), case.description.variables, {})

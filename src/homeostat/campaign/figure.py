@@ -20,6 +20,8 @@ BEFORE_S: Final = 300.0
 """How much of a run is shown before the onset [s]."""
 _RISK: Final = ("#eef3ee", "#e3ecf6", "#f6ecd2", "#f3dcc4", "#ecc9c1", "#ddb3b3")
 """Backgrounds of the states by their risk, calm ones first."""
+_CHARACTER: Final = 0.0085
+"""Width of a character in the band of states, as part of the picture [1]."""
 _ENDINGS: Final = {
     OutcomeKind.RECOVERED: "recovered",
     OutcomeKind.HANDED_OVER: "handed over to the operator",
@@ -42,8 +44,9 @@ def draw(case: Case, run: RunResult, milestones: Milestones) -> bytes:
     ).tolist()
     figure.subplots_adjust(left=0.085, right=0.9, top=0.935, bottom=0.075)
     axes[0].set_xlim(first_s, run.scenario.end_s)
+    started_s = milestones.states[0].at_s if milestones.states else run.scenario.end_s
     for panel, axis in zip(case.panels, axes[1:-1], strict=True):
-        draw_panel(axis, panel, case.description, run)
+        draw_panel(axis, panel, case.description, run, started_s)
     draw_marks(axes[0], axes[1:-1], run, milestones)
     _draw_states(axes[-1], case.description.machine, milestones, run.scenario.end_s)
     _caption(axes[0], case, run, first_s)
@@ -72,10 +75,12 @@ def _draw_states(axis: Axes, machine: StateMachine, milestones: Milestones, end_
             continue
         risk = known[name].risk if name in known else len(_RISK) - 1
         label = known[name].label if name in known else "Safe state (fallback)"
+        room = (right - left) / (end_s - first_s) / _CHARACTER
+        words = label if len(label) < room else name
         axis.axvspan(left, right, color=_RISK[min(risk, len(_RISK) - 1)], linewidth=0)
         axis.axvline(left, color="#8a8a8a", linewidth=0.6)
-        if right - left > 0.012 * len(label) * (end_s - first_s):
-            axis.text((left + right) / 2, 0.46, label, ha="center", va="center", fontsize=8.5, color="#303030")
+        if len(words) < room:
+            axis.text((left + right) / 2, 0.46, words, ha="center", va="center", fontsize=8.5, color="#303030")
     axis.set_ylim(0.0, 1.0)
     axis.set_yticks([])
     axis.set_ylabel("State", rotation=0, ha="right", va="center", fontsize=9)
@@ -94,5 +99,5 @@ def _caption(axis: Axes, case: Case, run: RunResult, first_s: float) -> None:
     title = f"{case.name}, {what}, seed {run.scenario.seed}: {_ENDINGS[run.outcome]}"
     figure.text(0.085, 0.978, title, fontsize=12, fontweight="bold", va="center")
     shown = f"Shown: {first_s:g} s to {run.scenario.end_s:g} s."
-    reading = "Solid: true value. Pale: measured. Dashed: setpoint. Dotted: command. Red: limit."
+    reading = "Solid: true value. Pale: measured. Dashed: setpoint. Dotted: command. Red: limit (pale: not in force)."
     figure.text(0.085, 0.953, f"{shown} {reading}", fontsize=8.5, color="#555555", va="center")

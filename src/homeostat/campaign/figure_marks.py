@@ -41,7 +41,10 @@ def draw_marks(strip: Axes, panels: Sequence[Axes], run: RunResult, milestones: 
     strip.set_ylim(0.0, _ROWS)
     strip.axis("off")
     first_s, last_s = strip.get_xlim()
-    for row, mark in enumerate(explained(run, milestones)):
+    marks = explained(run, milestones)
+    if not marks:
+        strip.text(first_s, 1.0, "Nothing was reported and nothing was done.", fontsize=9, color=_ONSET, va="center")
+    for row, mark in enumerate(marks):
         for axis in panels:
             axis.axvline(mark.at_s, color=mark.colour, linewidth=1.3, linestyle=mark.dashes, zorder=5)
         height = _ROWS - 0.5 - row % _ROWS

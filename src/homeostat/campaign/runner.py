@@ -187,6 +187,7 @@ def _score(
         min_margin=first[1].min_margin if first else None,
         exposures=exposures(truth, limits, started, detected),
         production_loss=production_loss(truth, healthy, case.delivered, onset if onset is not None else started),
-        thinking_s=thinking_s if seen.thinking_s is None else seen.thinking_s, wall_s=wall_s, truth=truth, measured=readings,
+        thinking_s=thinking_s if seen.thinking_s is None else seen.thinking_s,
+        wall_s=wall_s, truth=truth, measured=readings,
         reason=seen.fallbacks[0][1].reason if seen.fallbacks else "",
     )  # fmt: skip

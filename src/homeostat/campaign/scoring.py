@@ -60,10 +60,8 @@ def exposures(truth: Trajectory, limits: Limits, started_s: float, detected_s: f
 def inside_at_end(truth: Trajectory, limits: Limits) -> bool:
     """Whether the plant kept its hard limits over the last :data:`CALM_S` seconds."""
     rows = int(CALM_S / truth.dt_s)
-    for limit in limits.hard:
-        if (limit.formula.margins(truth.signals, truth.dt_s)[..., -rows:] < 0.0).any():
-            return False
-    return True
+    margins = (limit.formula.margins(truth.signals, truth.dt_s) for limit in limits.hard)
+    return all((m[..., -rows:] >= 0.0).all() for m in margins)
 
 
 def production_loss(

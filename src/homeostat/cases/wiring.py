@@ -64,6 +64,15 @@ def wire(
     )
     gate = Gate(plant, d.limits, d.fallback_strategies[0], rehearsal)
     return Supervisor(
-        plant, clock, crew, gate, rehearsal, d.machine, d.limits, case.production, d.fallback_strategies,
-        budget or Budget(), trace,
+        plant,
+        clock,
+        crew,
+        gate,
+        rehearsal,
+        d.machine,
+        d.limits,
+        case.production,
+        d.fallback_strategies,
+        budget or Budget(),
+        trace,
     )

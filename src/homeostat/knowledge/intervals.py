@@ -138,7 +138,7 @@ def _all(operands: tuple[Logic, ...], ranges: Intervals) -> Interval:
     high = -math.inf if narrowed is None else min(margin(operand, narrowed)[1] for operand in operands)
     low = min(margin(operand, ranges)[0] for operand in operands)
     # Outside the narrowed ranges the margin is negative, by an unknown amount: only the sign is kept.
-    return (low, high if high >= 0.0 else max(low, -_LEAST))
+    return (low, high if high >= 0.0 else -_LEAST)
 
 
 def _narrowed(operands: tuple[Logic, ...], ranges: Intervals) -> Intervals | None:

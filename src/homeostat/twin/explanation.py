@@ -63,9 +63,7 @@ class Explainer:
     def score(self, sets: Sequence[tuple[FaultState, ...]]) -> Row:
         """Log posterior of each fault set up to a constant [nats], shape (len(sets),)."""
         members = np.tile(self._mean, (len(sets), 1))
-        run = replay(
-            self._model, self._window, members, fault_columns(self._model, list(sets)), self._variables
-        )
+        run = replay(self._model, self._window, members, fault_columns(self._model, list(sets)), self._variables)
         # Residual = constant model error + white noise, both normal; the constant part is integrated out.
         # The loss is bounded: one wild reading, or a second fault, must not decide everything.
         misfit = np.clip((run.predicted - self._seen) / self._noise, -12.0, 12.0)

@@ -28,7 +28,7 @@ class TwinSettings:
     """What a case says about its twin."""
 
     errors: Mapping[str, tuple[float, float]]
-    """Variable -> (noise per reading, model error), standard deviations in its unit: what explanations are judged by."""
+    """Variable -> (noise per reading, model error), standard deviations in its unit."""
     corrected: tuple[str, ...]
     """Variables whose last readings correct the state."""
     initial: Mapping[str, float]
@@ -52,9 +52,7 @@ class TwinSettings:
 class Twin:
     """Follows the plant, learns its parameters while it is healthy, explains faults, and rolls actions out."""
 
-    def __init__(
-        self, model: ProcessModel, description: PlantDescription, settings: TwinSettings, seed: int
-    ) -> None:
+    def __init__(self, model: ProcessModel, description: PlantDescription, settings: TwinSettings, seed: int) -> None:
         """``seed`` seeds the parameter draws and the noise of the rollouts."""
         self._model = model
         self._description = description

@@ -1,0 +1,161 @@
+"""Agents that follow a script: real implementations of the roles whose answers a test decides."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable, Mapping, Sequence
+
+from homeostat.agents.crew import NoAdmissiblePlan, Situation
+from homeostat.agents.grounding import Context
+from homeostat.domain.behaviour import State, StateMachine
+from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
+from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import Advice, Finding, Outcome, Rollout, Verdict
+from homeostat.trace.decisions import Retrieved
+
+SYMPTOM = Symptom("S-HOT", 0.0, 2.0, 1.0, 2.0)
+
+
+def diagnosis(at_s: float, fault: str = "runaway", severity: float = 1.0) -> Diagnosis:
+    """One sure hypothesis with one symptom."""
+    return Diagnosis(at_s, (SYMPTOM,), (Hypothesis((FaultState(fault, severity, at_s),), 1.0),))
+
+
+class ScriptedMonitoring:
+    """Implements `homeostat.agents.crew.Monitoring`: notices at the given times, and remembers what was done."""
+
+    def __init__(
+        self, *notice_s: float, answer: Callable[[float], Diagnosis] = diagnosis, bug: Exception | None = None
+    ) -> None:
+        """``bug`` is raised by `diagnose`."""
+        self._notice_s = set(notice_s)
+        self._answer = answer
+        self._bug = bug
+        self._at_s = 0.0
+        self.seen: list[float] = []
+        self.outcomes: list[Outcome] = []
+        self.diagnosed: list[float] = []
+
+    def notices(self, snapshot: Snapshot) -> bool:
+        self._at_s = snapshot.at_s
+        self.seen.append(snapshot.at_s)
+        return snapshot.at_s in self._notice_s
+
+    @property
+    def symptoms(self) -> tuple[Symptom, ...]:
+        return (SYMPTOM,) if self._at_s in self._notice_s else ()
+
+    def diagnose(self) -> Diagnosis:
+        self.diagnosed.append(self._at_s)
+        if self._bug is not None:
+            raise self._bug
+        return self._answer(self._at_s)
+
+    def follow(self, outcome: Outcome) -> None:
+        self.outcomes.append(outcome)
+
+
+class ScriptedPlanning:
+    """Implements `homeostat.agents.crew.Planning`: one path after the other, the last one for ever."""
+
+    def __init__(self, machine: StateMachine, *paths: Sequence[str] | Exception, delay_s: float = 0.0) -> None:
+        """``paths``: names of transitions, or what to raise; `NoAdmissiblePlan` where there is none."""
+        self._machine = machine
+        self._paths = list(paths)
+        self._delay_s = delay_s
+        self.asked: list[tuple[Situation, Advice]] = []
+
+    async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath:
+        self.asked.append((situation, advice))
+        await asyncio.sleep(self._delay_s)
+        if not self._paths:
+            raise NoAdmissiblePlan("the script has no path")
+        answer = self._paths[min(len(self.asked), len(self._paths)) - 1]
+        if isinstance(answer, Exception):
+            raise answer
+        by_name = {t.name: t for t in self._machine.transitions}
+        return RecoveryPath(self._machine, tuple(by_name[name] for name in answer))
+
+
+class ScriptedAction:
+    """Implements `homeostat.agents.crew.Action`: one answer after the other, the last one for ever."""
+
+    def __init__(self, *answers: ActionSet | Exception, delay_s: float = 0.0, thread_s: float = 0.0) -> None:
+        """``delay_s``: thinking that can be interrupted; ``thread_s``: in a thread, which cannot."""
+        self._answers = list(answers)
+        self._delay_s, self._thread_s = delay_s, thread_s
+        self.asked: list[tuple[Situation, RecoveryPath, Advice]] = []
+
+    async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet:
+        self.asked.append((situation, path, advice))
+        await asyncio.sleep(self._delay_s)
+        if self._thread_s:
+            await asyncio.to_thread(time.sleep, self._thread_s)
+        answer = self._answers[min(len(self.asked), len(self._answers)) - 1]
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+
+class ScriptedSimulation:
+    """Implements `homeostat.agents.crew.Simulation`: a function says what an action set does."""
+
+    def __init__(self, answer: Callable[[ActionSet], Rollout], errors: tuple[Mapping[str, float], ...] = ({},)) -> None:
+        self._answer = answer
+        self._errors = errors
+        self.observed: list[Snapshot] = []
+        self.tried: list[ActionSet] = []
+
+    def observe(self, snapshots: tuple[Snapshot, ...]) -> None:
+        self.observed += snapshots
+
+    def instrument_errors(self, diagnosis: Diagnosis) -> tuple[Mapping[str, float], ...]:
+        return self._errors
+
+    async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet) -> Rollout:
+        self.tried.append(actions)
+        return self._answer(actions)
+
+
+class ScriptedValidation:
+    """Implements `homeostat.agents.crew.Validation`: a function judges."""
+
+    def __init__(self, answer: Callable[[ActionSet, Rollout, State], Verdict]) -> None:
+        self._answer = answer
+
+    def judge(self, actions: ActionSet, rollout: Rollout, target: State) -> Verdict:
+        return self._answer(actions, rollout, target)
+
+
+class ScriptedReprompting:
+    """Implements `homeostat.agents.crew.Reprompting`: hands the findings on and asks for another path each time."""
+
+    def __init__(self, bug: Exception | None = None) -> None:
+        self._bug = bug
+
+    def advise(self, path: RecoveryPath, verdict: Verdict, before: Advice) -> Advice:
+        if self._bug is not None:
+            raise self._bug
+        violated = tuple(f for f in verdict.findings if not f.satisfied)
+        return Advice(findings=violated, tries=before.tries + 1)
+
+    def relative(self, finding: Finding) -> float:
+        return finding.margin
+
+
+class NoGraph:
+    """Stands where the knowledge graph is not asked: no context, nothing retrieved."""
+
+    def context(self, fault: str) -> Context:
+        return Context(fault, "", "")
+
+    def candidate_faults(self, symptoms: Sequence[str]) -> tuple[str, ...]:
+        return ()
+
+    def allows(self, states: Sequence[str], faults: Sequence[str]) -> bool:
+        return True
+
+    def drain(self) -> tuple[Retrieved, ...]:
+        return ()
