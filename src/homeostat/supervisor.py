@@ -117,11 +117,11 @@ class Supervisor:
         """One snapshot: hard limits first, then monitoring."""
         self._seen_s = max(self._seen_s, snapshot.at_s)
         self._enter_started(snapshot)
-        broken = self._gate.watch(snapshot) if self._state != self._machine.initial.name else None
+        broken = self._gate.watch(snapshot)
         noticed = self._crew.monitoring.notices(snapshot)
         if self._gate.latched is not None:
             return
-        if broken is not None:
+        if broken is not None and self._state != self._machine.initial.name:
             self._crew.monitoring.follow(await self._hand_over(broken))
         elif noticed:
             await self._attend()

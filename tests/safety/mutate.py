@@ -26,7 +26,9 @@ from _pytest.runner import runtestprotocol
 
 REPO = Path(__file__).resolve().parents[2]
 SAFETY_LAYER = REPO / "src" / "homeostat" / "assurance"
-TESTS = ("test_judge.py", "test_gate.py", "test_not_finite.py", "test_fallback.py", "test_boundaries.py")
+TESTS = tuple(
+    f"test_{name}.py" for name in ("judge", "gate", "not_finite", "fallback", "restraint", "boundaries")
+)  # fmt: skip
 LIMIT_S = 20.0
 """A mutant that keeps the tests busy for longer counts as noticed [s]."""
 
@@ -179,6 +181,8 @@ def infect(mutant: Mutant) -> None:
     sys.modules[mutant.module], module = changed, sys.modules[mutant.module]
     exec(compile(mutant.tree(), f"<mutant of {mutant.module}>", "exec"), changed.__dict__)
     sys.modules[mutant.module] = module
+    constants = {name: value for name, value in vars(changed).items() if isinstance(value, int | float)}
+    vars(module).update(constants)
     theirs = dict(functions(changed))
     for name, function in functions(module):
         function.__code__, function.__defaults__ = theirs[name].__code__, theirs[name].__defaults__

@@ -32,9 +32,9 @@ class Restraint:
         return recovered and len(missed) == len(verdict.violated) and all(missed)
 
     def harmless(self, verdict: Verdict) -> bool:
-        """Whether everything that protects the plant holds."""
-        judged = [f for f in verdict.findings if f.criterion in self._protecting]
-        return bool(judged) and all(f.satisfied for f in judged)
+        """Whether everything that protects the plant was judged and holds."""
+        holds = {f.criterion for f in verdict.findings if f.satisfied}
+        return bool(self._protecting) and self._protecting <= holds
 
     def worthwhile(self, idle: Rollout) -> bool:
         """Whether there is production to win back."""

@@ -51,6 +51,17 @@ class RunDirectory:
         self.path = path
         """The directory."""
 
+    @classmethod
+    def next_free(cls, root: Path, stem: str) -> Self:
+        """A directory of its own: the first of ``root/stem``, ``root/stem-2``, ``root/stem-3``, ... that is free."""
+        for number in itertools.count(1):
+            path = root / (stem if number == 1 else f"{stem}-{number}")
+            with contextlib.suppress(FileExistsError):
+                root.mkdir(parents=True, exist_ok=True)
+                path.mkdir()  # fails where another process has just taken the name
+                return cls(path)
+        raise AssertionError("counting never ends")
+
     def store_query(self, text: str) -> StoredFile:
         """Keep a question; the file's name is relative to the run directory."""
         return self._store_text(QUERIES, text, ".rq")
@@ -86,9 +97,3 @@ class RunDirectory:
     def _store_text(self, folder: str, text: str, suffix: str) -> StoredFile:
         stored = write_text(self.path / folder, text, suffix)
         return describe(self.path / folder / stored.name, self.path)
-
-
-def next_free(root: Path, stem: str) -> Path:
-    """The first of ``root/stem``, ``root/stem-2``, ``root/stem-3``, ... that does not exist yet."""
-    names = itertools.chain([stem], (f"{stem}-{n}" for n in itertools.count(2)))
-    return next(path for name in names if not (path := root / name).exists())

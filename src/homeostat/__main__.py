@@ -1,0 +1,10 @@
+"""``homeostat`` and ``python -m homeostat``."""
+
+from __future__ import annotations
+
+import sys
+
+from homeostat.cli.main import main
+
+if __name__ == "__main__":
+    sys.exit(main())

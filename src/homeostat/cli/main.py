@@ -1,0 +1,71 @@
+"""From the arguments to the exit status."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from io import TextIOWrapper
+
+from homeostat.cli.arguments import UsageError
+from homeostat.cli.parser import parser
+
+BAD_USAGE = 2
+"""The command cannot be carried out as it was given."""
+INTERRUPTED = 130
+"""Stopped by Ctrl-C, as a shell reports it."""
+NOBODY_READS = 141
+"""Whoever read the output has gone, as a shell reports it."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Carry a command out; the exit status. A mistake in the command is one line on standard error, a bug a traceback.
+
+    ``arguments`` are the process's own where None.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # a terminal without Unicode must not stop a run
+    options = parser().parse_args(arguments)
+    try:
+        status: int = options.carry_out(options)
+        sys.stdout.flush()
+        return status
+    except KeyboardInterrupt:
+        return _fail("interrupted", INTERRUPTED)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
+        return NOBODY_READS
+    except (UsageError, OSError) as error:
+        return _fail(_words(error), BAD_USAGE)
+    except Exception as error:
+        if isinstance(error, _refusals()):
+            return _fail(_words(error), BAD_USAGE)
+        raise
+
+
+def _fail(message: str, status: int) -> int:
+    print(f"homeostat: {' '.join(message.split())}", file=sys.stderr)
+    return status
+
+
+def _words(error: Exception) -> str:
+    if isinstance(error, OSError) and error.filename is not None and error.strerror:
+        return f"{os.fspath(error.filename)!r} cannot be used: {error.strerror}"
+    return str(error)
+
+
+def _refusals() -> tuple[type[Exception], ...]:
+    """Exceptions that say what is wrong with what was asked for, not with the program."""
+    from homeostat.campaign.recall import RecallError
+    from homeostat.campaign.recording import RunDirectoryError
+    from homeostat.campaign.result import ResultError
+    from homeostat.campaign.scenario import ScenarioError
+    from homeostat.cases.case import CaseError
+    from homeostat.knowledge.graph_error import GraphError
+    from homeostat.knowledge.store import StoreError
+    from homeostat.trace import BrokenChain
+
+    return (
+        BrokenChain, CaseError, GraphError, RecallError, ResultError, RunDirectoryError, ScenarioError, StoreError,
+    )  # fmt: skip

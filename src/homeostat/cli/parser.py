@@ -1,0 +1,42 @@
+"""Every command with its arguments."""
+
+from __future__ import annotations
+
+from homeostat import __version__
+from homeostat.cli import cases, graph_check, graph_export, graph_query, replay, run, trace_verify
+from homeostat.cli.arguments import Parser
+
+ENDING = """\
+exit status:
+  0  done; a run: the plant recovered, or was rightly left alone
+  1  a problem was found (graph check, trace verify, replay)
+  2  the command cannot be carried out as given; one line on standard error says why
+  3  a run: handed over to the operator, or the fault was not noticed
+  130  interrupted with Ctrl-C; the trace of the run is closed
+"""
+
+
+def parser() -> Parser:
+    """The parser of the whole command line; a parsed command has its function in ``carry_out``."""
+    import argparse
+
+    top = Parser(
+        prog="homeostat",
+        description="Closed-loop fault recovery for process plants: propose, try on the twin, judge, release.",
+        epilog=ENDING,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    top.add_argument("--version", action="version", version=f"homeostat {__version__}")
+    commands = top.add_subparsers(metavar="COMMAND", required=True)
+    run.configure(commands)
+    replay.configure(commands)
+    cases.configure(commands)
+    traces = commands.add_parser("trace", help="work with recorded runs").add_subparsers(metavar="WHAT", required=True)
+    trace_verify.configure(traces)
+    graphs = commands.add_parser("graph", help="work with a plant's knowledge graph")
+    questions = graphs.add_subparsers(metavar="WHAT", required=True)
+    graph_check.configure(questions)
+    graph_query.configure(questions)
+    graph_export.configure(questions)
+    return top

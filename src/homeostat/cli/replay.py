@@ -1,0 +1,78 @@
+"""``homeostat replay``: a recorded run told again."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from homeostat.cli.arguments import UsageError
+
+if TYPE_CHECKING:
+    from homeostat.cli.arguments import Commands
+
+
+def configure(commands: Commands) -> None:
+    """Declare the command."""
+    command = commands.add_parser(
+        "replay",
+        help="show a recorded run again",
+        description="Show a recorded run again, from its journal, with the lines that the run showed.",
+        epilog="Exit status 1 where the record is incomplete or was altered; what can be shown is shown before.",
+        allow_abbrev=False,
+    )
+    command.add_argument("run", type=Path, metavar="RUN", help="run directory")
+    command.add_argument("--json", action="store_true", help="print the result as the run did with --json")
+    command.set_defaults(carry_out=carry_out)
+
+
+def carry_out(options: argparse.Namespace) -> int:
+    """Show the run; 1 where its record is not whole."""
+    from homeostat.cli.trace_verify import run_directory
+    from homeostat.trace import verify
+
+    run_dir = run_directory(options.run)
+    report = verify(run_dir)
+    if options.json:
+        _print_result(run_dir)
+    else:
+        _tell(run_dir, report.intact)
+    if report.problem is not None:
+        print(f"homeostat: {str(run_dir)!r}: {report.problem}", file=sys.stderr)
+    return 0 if report.complete else 1
+
+
+def _print_result(run_dir: Path) -> None:
+    from homeostat.campaign.result import read_result
+
+    result = read_result(run_dir)
+    if result is None:
+        raise UsageError(f"run {str(run_dir)!r} has no result: it did not come to its end; replay it without --json")
+    print(result.to_json())
+
+
+def _tell(run_dir: Path, intact: bool) -> None:
+    from homeostat.campaign.recall import recall
+    from homeostat.campaign.result import read_result
+    from homeostat.cases.case import load_case
+    from homeostat.cli.story import Story
+    from homeostat.cli.summary import summary
+    from homeostat.trace import BrokenChain, RunStarted, read_events
+
+    story = None
+    plant = None
+    try:
+        for record in read_events(run_dir):
+            event = recall(record)
+            if isinstance(event, RunStarted):
+                plant = load_case(event.case).description
+                story = Story(plant)
+            if event is not None and story is not None:
+                for line in story.tell(event, record.at_s):
+                    print(line)
+    except BrokenChain:
+        return  # what follows cannot be trusted; the report says where
+    result = read_result(run_dir) if intact else None
+    if result is not None and story is not None and plant is not None:
+        print("", *summary(result, story, plant, run_dir), sep="\n")

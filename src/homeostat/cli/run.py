@@ -1,0 +1,120 @@
+"""``homeostat run``: one scenario from start to score, shown as it happens and kept."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from homeostat.cli.arguments import UsageError, number
+
+if TYPE_CHECKING:
+    from homeostat.campaign.recorded_run import Thinking
+    from homeostat.campaign.recording import RunDirectory
+    from homeostat.campaign.scenario import Scenario
+    from homeostat.cases.case import Case
+    from homeostat.cli.arguments import Commands
+    from homeostat.cli.views import View
+
+PROPOSERS = ("search",)
+"""Who may propose."""
+RUNS = Path("runs")
+"""Where runs are kept unless told otherwise."""
+HANDED_OVER = 3
+"""Exit status of a run that did not end well."""
+
+
+def configure(commands: Commands) -> None:
+    """Declare the command."""
+    command = commands.add_parser(
+        "run",
+        help="run one scenario and keep it",
+        description="Run one scenario of a plant: with a fault or without, from start-up to the end, with its score.",
+        epilog="'homeostat cases' lists the plants and their faults.",
+        allow_abbrev=False,
+    )
+    command.add_argument("case", metavar="CASE", help="name of the plant")
+    command.add_argument("--fault", default="none", metavar="F", help="fault; several joined by '+' (default: none)")
+    command.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the plant and its noise (default: 1)")
+    command.add_argument("--onset", type=number(), metavar="S", help="when the fault begins [s of process time]")
+    command.add_argument("--severity", type=number(), metavar="X", help="size of the fault, in its unit")
+    command.add_argument("--end", type=number(), metavar="S", help="when the run ends [s of process time]")
+    command.add_argument("--proposer", default="search", metavar="P", help="who proposes: search (default: search)")
+    command.add_argument("--out", type=Path, metavar="DIR", help="new or empty directory to keep the run in")
+    command.add_argument("--json", action="store_true", help="print the result as one JSON object and nothing else")
+    thinking = command.add_mutually_exclusive_group()
+    thinking.add_argument(
+        "--thinking-scale", type=number(0.0, 1000.0), default=1.0, metavar="K",
+        help="process seconds per second of thinking (default: 1; 0: the plant waits)",
+    )  # fmt: skip
+    thinking.add_argument(
+        "--thinking-declared", type=number(0.0, 3600.0), metavar="S",
+        help="process seconds that each thought takes, whatever it took: equal seeds give equal runs",
+    )  # fmt: skip
+    command.set_defaults(carry_out=carry_out)
+
+
+def carry_out(options: argparse.Namespace) -> int:
+    """Check everything, run, show, keep; 0 where the run ended well, 3 where it did not."""
+    if options.proposer not in PROPOSERS:
+        raise UsageError(f"unknown proposer {options.proposer!r}; available: {', '.join(PROPOSERS)}")
+
+    from homeostat.campaign.recorded_run import Thinking
+    from homeostat.campaign.recording import RunDirectory
+    from homeostat.campaign.scenario import scenario
+    from homeostat.cases.case import load_case
+
+    case = load_case(options.case)
+    chosen = scenario(case, options.fault, options.seed, options.onset, options.severity, options.end)
+    thinking = Thinking(options.thinking_scale, options.thinking_declared)
+    if options.out is not None:
+        directory = RunDirectory(options.out)
+    else:
+        directory = RunDirectory.next_free(RUNS, f"{case.name}-{chosen.fault}-{chosen.seed}")
+    return _run(case, chosen, directory, thinking, options.proposer, options.json)
+
+
+def _run(
+    case: Case, chosen: Scenario, directory: RunDirectory, thinking: Thinking, proposer: str, as_json: bool
+) -> int:
+    from homeostat.campaign.recorded_run import record_run
+    from homeostat.cli.story import Story
+    from homeostat.cli.summary import summary
+    from homeostat.domain.snapshot import Snapshot
+    from homeostat.trace import Event
+
+    story, view = Story(case.description), _view(case, chosen, as_json)
+
+    def on_event(event: Event, at_s: float) -> None:
+        for line in story.tell(event, at_s):
+            view.show(line)
+
+    def on_snapshot(snapshot: Snapshot) -> None:
+        for line in story.pass_time(snapshot.at_s):
+            view.show(line)
+        view.progress(snapshot.at_s, snapshot.values, story.phase, story.state)
+
+    try:
+        with directory:
+            result = record_run(case, chosen, directory, thinking, proposer, on_event, on_snapshot)
+    finally:
+        view.close()
+    if as_json:
+        print(result.to_json())
+    else:
+        print("", *summary(result, story, case.description, directory.path), sep="\n")
+    return 0 if result.good else HANDED_OVER
+
+
+def _view(case: Case, chosen: Scenario, as_json: bool) -> View:
+    """A terminal is shown the run live; a pipe gets lines; with JSON, standard output stays free."""
+    from homeostat.cli.views import PlainView, SilentView
+
+    stream = sys.stderr if as_json else sys.stdout
+    if stream.isatty():
+        from homeostat.cli.terminal import TerminalView
+
+        first = dict.fromkeys(panel.tags[0] for panel in case.panels)
+        return TerminalView(stream, chosen.end_s, [case.description.tag(tag) for tag in list(first)[:2]])
+    return SilentView() if as_json else PlainView(stream)

@@ -1,0 +1,157 @@
+"""A run told line by line: live from its trace, or again from its journal; both give the same lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+
+from homeostat.campaign.belief import merge
+from homeostat.cli.wording import beliefs, commands, quantity, worst
+from homeostat.domain.plant_description import PlantDescription
+from homeostat.trace import Event, RunFinished, RunStarted
+from homeostat.trace.decisions import (
+    Attempted,
+    Diagnosed,
+    FallbackArmed,
+    FellBack,
+    LeftAsIs,
+    ReleasedActions,
+    StateEntered,
+)
+
+
+class Tone(StrEnum):
+    """What a line is to the operator."""
+
+    PLAIN = "plain"
+    GOOD = "good"
+    WARNING = "warning"
+    BAD = "bad"
+    MUTED = "muted"
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One line of the story."""
+
+    at_s: float
+    """Process time [s]."""
+    label: str
+    """What kind of line it is, one word."""
+    text: str
+    """What happened."""
+    tone: Tone = Tone.PLAIN
+    """What it is to the operator."""
+
+    def __str__(self) -> str:
+        """The line without colour."""
+        return f"{self.at_s:7.0f} s  {self.label:<9} {self.text}"
+
+
+@dataclass(frozen=True, slots=True)
+class Onset:
+    """When an injected fault begins: ground truth that the story tells and the system does not know."""
+
+    at_s: float
+    """Process time [s]."""
+    fault: str
+    """Name of the fault."""
+    severity: float
+    """Severity in the fault's unit."""
+
+
+class Story:
+    """Turns events into lines."""
+
+    def __init__(self, plant: PlantDescription) -> None:
+        """``plant`` knows the operator's words and the units."""
+        self._plant = plant
+        self._scales = plant.scales
+        self._coming: list[Onset] = []
+        self._reports = 0
+        self.faults: tuple[Onset, ...] = ()
+        """The injected faults."""
+        self.phase = "starting"
+        """What the system is doing, one word."""
+        self.state = plant.machine.initial.name
+        """State of the supervisory state machine."""
+        self.reason = ""
+        """Why the first fallback acted; empty where none did."""
+
+    def pass_time(self, at_s: float) -> Iterator[Line]:
+        """The onsets that lie before ``at_s`` [s] and were not told yet."""
+        while self._coming and self._coming[0].at_s <= at_s:
+            onset = self._coming.pop(0)
+            fault = self._plant.fault(onset.fault)
+            size = quantity(onset.severity, fault.severity_unit)
+            yield Line(onset.at_s, "onset", f"{fault.label}: {fault.name} {size} (ground truth)", Tone.WARNING)
+
+    def tell(self, event: Event, at_s: float) -> Iterator[Line]:
+        """The lines of one event, with what happened in the plant before it."""
+        yield from self.pass_time(at_s)
+        match event:
+            case RunStarted():
+                yield self._begin(event)
+            case Diagnosed():
+                yield from self._report(event, at_s)
+            case FallbackArmed() if not event.approved or self._reports == 1:
+                yield self._arm(event, at_s)
+            case Attempted():
+                yield self._attempt(event, at_s)
+            case ReleasedActions():
+                self.phase = "watching"
+                yield Line(at_s, "released", commands(event.commands, self._plant), Tone.GOOD)
+            case LeftAsIs():
+                self.phase = "watching"
+                yield Line(at_s, "kept", f"no change needed in {event.state!r}", Tone.MUTED)
+            case StateEntered():
+                self.phase = "watching"
+                self.state = event.state
+                label = self._plant.machine.state(event.state).label
+                yield Line(at_s, "state", f"{label} ({event.state})", Tone.MUTED)
+            case FellBack():
+                self.phase, self.state = "handed over", event.strategy
+                self.reason = self.reason or event.reason
+                text = f"{event.strategy!r}: {commands(event.commands, self._plant)}, because {event.reason}"
+                yield Line(at_s, "fallback", text, Tone.BAD)
+            case RunFinished():
+                yield Line(at_s, "end", event.outcome.replace("_", " "), Tone.MUTED)
+            case _:
+                pass  # an event that is not for the operator
+
+    def _begin(self, event: RunStarted) -> Line:
+        chosen = {setting.name: setting.value for setting in event.configuration}
+        self.faults = tuple(
+            Onset(float(chosen[f"onset_s {name}"]), name, float(chosen[f"severity {name}"])) for name in event.faults
+        )
+        self._coming = sorted(self.faults, key=lambda onset: onset.at_s)
+        what = " + ".join(event.faults) or "no fault"
+        return Line(0.0, "run", f"{event.case}, {what}, seed {event.seed}, {float(chosen['end_s']):g} s")
+
+    def _report(self, event: Diagnosed, at_s: float) -> Iterator[Line]:
+        self._reports += 1
+        self.phase = "thinking"
+        believed = beliefs(merge(event.hypotheses), self._plant)
+        if self._reports > 1:
+            yield Line(at_s, "review", believed)
+            return
+        rules = {rule.name: rule.description for rule in self._plant.symptom_rules}
+        seen = "; ".join(f"{rules.get(s.rule, s.rule)} ({s.rule}, {s.severity:.1f} times its threshold)"
+                         for s in event.symptoms)  # fmt: skip
+        yield Line(at_s, "noticed", seen, Tone.WARNING)
+        yield Line(at_s, "believed", believed)
+
+    def _arm(self, event: FallbackArmed, at_s: float) -> Line:
+        text = f"fallback {event.strategy!r}"
+        if not event.approved:
+            text += f" is the best there is, {worst(event.findings, self._scales)}"
+        tone = Tone.MUTED if event.approved else Tone.WARNING
+        return Line(at_s, "ready", f"{text}; {event.deadline_s:.0f} s to find something better", tone)
+
+    def _attempt(self, event: Attempted, at_s: float) -> Line:
+        verdict = "approved" if event.approved else "refused"
+        path = " > ".join(event.path)
+        margin = worst(event.findings, self._scales)
+        text = f"{event.number} by {event.proposer}, {path}: {commands(event.commands, self._plant)}; {verdict}, {margin}"
+        return Line(at_s, "attempt", text, Tone.PLAIN if event.approved else Tone.MUTED)

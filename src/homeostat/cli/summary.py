@@ -1,0 +1,79 @@
+"""The end of a run in a few lines for the operator."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from homeostat.campaign.recording import FIGURE
+from homeostat.campaign.result import Result
+from homeostat.campaign.scoring import OutcomeKind
+from homeostat.cli.story import Onset, Story
+from homeostat.cli.wording import beliefs, commands, quantity
+from homeostat.domain.plant_description import PlantDescription
+
+HEADLINES: Final = {
+    OutcomeKind.RECOVERED: "Recovered: the plant runs on inside its limits.",
+    OutcomeKind.HANDED_OVER: "Handed over: the operator must act.",
+    OutcomeKind.NO_ACTION: "Left alone: no action was needed.",
+    OutcomeKind.NOT_DETECTED: "Not noticed: a fault was there and nothing was reported.",
+}
+
+
+def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path) -> Iterator[str]:
+    """The lines, the headline first. ``story`` has been told to its end; the run is kept in ``run_dir``."""
+    yield HEADLINES[result.outcome]
+    yield _row("Fault", "; ".join(_injected(onset, plant) for onset in story.faults) or "none")
+    yield _row("Noticed", _noticed(result, plant))
+    yield _row("Done", _done(result, plant))
+    if story.reason:
+        yield _row("Why", story.reason)
+    yield _row("Limits", _outside(result))
+    if result.production_loss is not None:
+        since = "the onset" if result.onset_s is not None else "the start"
+        yield _row("Production", f"{100 * result.production_loss:.1f} % lost since {since}")
+    yield _row("Thinking", f"{result.thinking_s:.1f} s, {result.attempts} {_plural('attempt', result.attempts)}")
+    yield _row("Trace", str(run_dir))
+    yield _row("Figure", str(run_dir / FIGURE))
+
+
+def _row(name: str, text: str) -> str:
+    return f"  {name:<11} {text}"
+
+
+def _injected(onset: Onset, plant: PlantDescription) -> str:
+    fault = plant.fault(onset.fault)
+    return f"{fault.label} ({fault.name} {quantity(onset.severity, fault.severity_unit)}) from {onset.at_s:g} s"
+
+
+def _noticed(result: Result, plant: PlantDescription) -> str:
+    if result.detected_s is None:
+        return "nothing"
+    text = f"at {result.detected_s:.0f} s"
+    if result.onset_s is not None:
+        text += f", {result.detected_s - result.onset_s:.0f} s after the onset"
+    return f"{text}; believed {beliefs(result.hypotheses, plant)}"
+
+
+def _done(result: Result, plant: PlantDescription) -> str:
+    if not result.actions:
+        return "nothing"
+    who = {"fallback": "the fallback", "search": "the search", "language": "the language model"}
+    text = f"by {who.get(result.actor, result.actor)}: {commands(result.actions, plant)}"
+    if result.released_s is None:
+        return text
+    return f"{text} (first release at {result.released_s:.0f} s)"
+
+
+def _outside(result: Result) -> str:
+    parts = [
+        f"{e.limit} broken for {e.total_s:g} s, {e.from_detection_s:g} s of them after the fault was noticed"
+        for e in result.limit_exposure_s
+        if e.total_s > 0.0
+    ]
+    return "; ".join(parts) or "all kept, 0 s outside"
+
+
+def _plural(word: str, count: int) -> str:
+    return word if count == 1 else f"{word}s"

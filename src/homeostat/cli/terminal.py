@@ -1,0 +1,65 @@
+"""A run on a terminal: coloured lines above, the plant as it is now in the last line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final, TextIO, final
+
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
+
+from homeostat.cli.story import Line, Tone
+from homeostat.domain.tag import Tag
+
+_STYLES: Final = {
+    Tone.PLAIN: "",
+    Tone.GOOD: "bold green",
+    Tone.WARNING: "yellow",
+    Tone.BAD: "bold red",
+    Tone.MUTED: "dim",
+}
+_BAR: Final = 24
+"""Width of the bar in characters."""
+
+
+@final
+class TerminalView:
+    """Implements `homeostat.cli.views.View` with rich; honours NO_COLOR."""
+
+    def __init__(self, stream: TextIO, end_s: float, tags: Sequence[Tag]) -> None:
+        """``tags`` are shown while the run goes on, which ends at ``end_s`` [s]."""
+        self._console = Console(file=stream, highlight=False)
+        self._end_s, self._tags = end_s, tuple(tags)
+        self._now: tuple[float, Mapping[str, float], str, str] = (0.0, {}, "starting", "")
+        self._live = Live(self, console=self._console, refresh_per_second=8, transient=True)
+        self._live.start()
+
+    def show(self, line: Line) -> None:
+        """Print the line above the status."""
+        text = Text(f"{line.at_s:7.0f} s  ", style="dim")
+        text.append(f"{line.label:<9} ", style="bold")
+        text.append(line.text, style=_STYLES[line.tone])
+        self._console.print(text, soft_wrap=True)
+
+    def progress(self, at_s: float, values: Mapping[str, float], phase: str, state: str) -> None:
+        """Remember the plant for the next refresh."""
+        self._now = (at_s, values, phase, state)
+
+    def close(self) -> None:
+        """Take the status away."""
+        self._live.stop()
+
+    def __rich__(self) -> Text:
+        """The status line."""
+        at_s, values, phase, state = self._now
+        done = round(_BAR * at_s / self._end_s)
+        text = Text(f"{at_s:7.0f} s  ", style="dim", no_wrap=True, overflow="ellipsis")
+        text.append("━" * done, style="cyan")
+        text.append("━" * (_BAR - done), style="dim")
+        text.append(f"  {phase:<11}", style="bold")
+        for tag in self._tags:
+            if tag.name in values:
+                text.append(f"  {tag.name} {values[tag.name]:7.2f} {tag.unit}")
+        text.append(f"  {state}")
+        return text
