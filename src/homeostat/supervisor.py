@@ -21,7 +21,7 @@ from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.limits import Limits
 from homeostat.domain.ports import Clock, Plant
 from homeostat.domain.production import Production
-from homeostat.domain.recovery import ActionSet, FallbackStrategy
+from homeostat.domain.recovery import ActionSet, FallbackStrategy, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import (
     Advice,
@@ -171,6 +171,8 @@ class Supervisor:
         advice = Advice()
         for number in range(1, self._budget.attempts + 1):
             path = advice.keep_path or await proposer.planning.plan(situation, advice)
+            if not self._open(path, situation):
+                raise NoAdmissiblePlan(f"{proposer.name}: {' > '.join(path.states)} is not open from {situation.state!r}")
             actions = await proposer.action.act(situation, path, advice)
             rollout = await self._crew.simulation.roll_out(situation.diagnosis, actions)
             verdict = self._crew.validation.judge(actions, rollout, self._machine.state(path.target))
@@ -185,6 +187,16 @@ class Supervisor:
                 case _:
                     assert_never(verdict)
         raise NoAdmissiblePlan(f"{proposer.name}: no proposal was approved in {self._budget.attempts} attempts")
+
+    def _open(self, path: RecoveryPath, situation: Situation) -> bool:
+        """Whether the machine lets the plant take ``path`` now, which no proposer is trusted with."""
+        values = situation.snapshot.values
+        return (
+            path.machine == self._machine
+            and path.states[0] == situation.state
+            and self._machine.state(path.target).recovery_target
+            and all(t.guard.holds(values) for t in path.transitions)
+        )
 
     async def _ask_proposers(self, situation: Situation, idle: Rollout | None) -> Approved:
         """Ask one proposer after the other; the last one's failure is everyone's."""

@@ -14,13 +14,17 @@ from homeostat.trace.decisions import (
     FallbackArmed,
     FellBack,
     LeftAsIs,
+    Noticed,
     ReleasedActions,
+    Retrieved,
     StateEntered,
 )
 
 EVENTS: Final[tuple[type[Event], ...]] = (
     RunStarted,
     RunFinished,
+    Noticed,
+    Retrieved,
     Diagnosed,
     FallbackArmed,
     Attempted,

@@ -65,7 +65,7 @@ def record_run(
     journal.subscribe(subscriber)
     journal.record(_started(scenario, thinking, proposer), 0.0)
     try:
-        done = run(case, scenario, journal, thinking.clock(), watcher=seen)
+        done = run(case, scenario, journal, thinking.clock(), watcher=seen, archive=directory)
         journal.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
         result = result_of(done, directory.path)
         _store(case, directory, done, milestones, result)

@@ -50,6 +50,7 @@ class RunDirectory:
             raise
         self.path = path
         """The directory."""
+        self._texts: dict[str, StoredFile] = {}
 
     @classmethod
     def next_free(cls, root: Path, stem: str) -> Self:
@@ -95,5 +96,8 @@ class RunDirectory:
         self.journal.__exit__(kind, error, traceback)
 
     def _store_text(self, folder: str, text: str, suffix: str) -> StoredFile:
-        stored = write_text(self.path / folder, text, suffix)
-        return describe(self.path / folder / stored.name, self.path)
+        key = f"{folder}{suffix}\n{text}"
+        if key not in self._texts:  # agents ask the same again, and writing waits for the disk while they think
+            stored = write_text(self.path / folder, text, suffix)
+            self._texts[key] = describe(self.path / folder / stored.name, self.path)
+        return self._texts[key]

@@ -110,7 +110,7 @@ def load_case(name: str, learned: bool = True) -> Case:
     module, _, attribute = settings["model"].partition(":")
     model: ProcessModel = getattr(importlib.import_module(module), attribute)()
     graph = open_graph(folder / "plant.ttl")
-    description = read_description(graph, settings["system"], model)
+    description = read_description(graph, settings["system"], model, settings["twin"]["horizon_s"])
     started = next(t.guard for t in description.machine.transitions if t.name == settings["run"]["started_by"])
     return Case(
         name=name,

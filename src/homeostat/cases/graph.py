@@ -7,6 +7,7 @@ from pathlib import Path
 from pyoxigraph import NamedNode, RdfFormat
 
 from homeostat.domain.plant_description import PlantDescription
+from homeostat.knowledge.consistency import ModelInterface, refuse_inconsistent
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.embedded import EmbeddedStore
 from homeostat.knowledge.store import GraphStore
@@ -20,6 +21,22 @@ def open_graph(path: Path) -> EmbeddedStore:
     return store
 
 
-def read_description(store: GraphStore, system: str, model: ProcessModel) -> PlantDescription:
-    """The plant as its graph describes it; ``model`` must offer what the graph names."""
-    return read_plant(store, NamedNode(system))
+def read_description(store: GraphStore, system: str, model: ProcessModel, horizon_s: float) -> PlantDescription:
+    """The plant as its graph describes it.
+
+    Raises:
+        GraphError: the graph is incomplete, or it and ``model`` do not fit; ``horizon_s`` is a rollout's length [s].
+    """
+    plant = read_plant(store, NamedNode(system))
+    refuse_inconsistent(plant, interface(model, horizon_s))
+    return plant
+
+
+def interface(model: ProcessModel, horizon_s: float) -> ModelInterface:
+    """What ``model`` offers to a graph."""
+    return ModelInterface(
+        parameters=frozenset(model.parameters),
+        variables=frozenset(model.variables),
+        faults=frozenset(model.faults),
+        horizon_s=horizon_s,
+    )

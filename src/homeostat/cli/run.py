@@ -36,7 +36,9 @@ def configure(commands: Commands) -> None:
     )
     command.add_argument("case", metavar="CASE", help="name of the plant")
     command.add_argument("--fault", default="none", metavar="F", help="fault; several joined by '+' (default: none)")
-    command.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the plant and its noise (default: 1)")
+    command.add_argument(
+        "--seed", type=int, default=1, metavar="N", help="seed of the plant and its noise (default: 1)"
+    )
     command.add_argument("--onset", type=number(), metavar="S", help="when the fault begins [s of process time]")
     command.add_argument("--severity", type=number(), metavar="X", help="size of the fault, in its unit")
     command.add_argument("--end", type=number(), metavar="S", help="when the run ends [s of process time]")
@@ -91,7 +93,7 @@ def _run(
             view.show(line)
 
     def on_snapshot(snapshot: Snapshot) -> None:
-        for line in story.pass_time(snapshot.at_s):
+        for line in story.watch(snapshot.at_s):
             view.show(line)
         view.progress(snapshot.at_s, snapshot.values, story.phase, story.state)
 

@@ -16,7 +16,9 @@ from homeostat.trace.decisions import (
     FallbackArmed,
     FellBack,
     LeftAsIs,
+    Noticed,
     ReleasedActions,
+    Retrieved,
     StateEntered,
 )
 
@@ -70,6 +72,7 @@ class Story:
         self._scales = plant.scales
         self._coming: list[Onset] = []
         self._reports = 0
+        self._acted = False
         self.faults: tuple[Onset, ...] = ()
         """The injected faults."""
         self.phase = "starting"
@@ -79,8 +82,12 @@ class Story:
         self.reason = ""
         """Why the first fallback acted; empty where none did."""
 
-    def pass_time(self, at_s: float) -> Iterator[Line]:
-        """The onsets that lie before ``at_s`` [s] and were not told yet."""
+    def watch(self, at_s: float) -> Iterator[Line]:
+        """The plant was seen at ``at_s`` [s]: nobody is thinking."""
+        self.phase = "starting" if self.state == self._plant.machine.initial.name else "watching"
+        yield from self._pass_time(at_s)
+
+    def _pass_time(self, at_s: float) -> Iterator[Line]:
         while self._coming and self._coming[0].at_s <= at_s:
             onset = self._coming.pop(0)
             fault = self._plant.fault(onset.fault)
@@ -89,10 +96,15 @@ class Story:
 
     def tell(self, event: Event, at_s: float) -> Iterator[Line]:
         """The lines of one event, with what happened in the plant before it."""
-        yield from self.pass_time(at_s)
+        yield from self._pass_time(at_s)
         match event:
             case RunStarted():
                 yield self._begin(event)
+            case Noticed():
+                self.phase = "thinking"
+            case Retrieved() if not self._acted:
+                about = ", ".join(event.about)
+                yield Line(at_s, "asked", f"the graph: {event.question} ({about}): {event.answer}", Tone.MUTED)
             case Diagnosed():
                 yield from self._report(event, at_s)
             case FallbackArmed() if not event.approved or self._reports == 1:
@@ -100,18 +112,16 @@ class Story:
             case Attempted():
                 yield self._attempt(event, at_s)
             case ReleasedActions():
-                self.phase = "watching"
+                self._acted = True
                 yield Line(at_s, "released", commands(event.commands, self._plant), Tone.GOOD)
             case LeftAsIs():
-                self.phase = "watching"
                 yield Line(at_s, "kept", f"no change needed in {event.state!r}", Tone.MUTED)
             case StateEntered():
-                self.phase = "watching"
                 self.state = event.state
                 label = self._plant.machine.state(event.state).label
                 yield Line(at_s, "state", f"{label} ({event.state})", Tone.MUTED)
             case FellBack():
-                self.phase, self.state = "handed over", event.strategy
+                self._acted, self.state = True, event.strategy
                 self.reason = self.reason or event.reason
                 text = f"{event.strategy!r}: {commands(event.commands, self._plant)}, because {event.reason}"
                 yield Line(at_s, "fallback", text, Tone.BAD)
@@ -131,7 +141,6 @@ class Story:
 
     def _report(self, event: Diagnosed, at_s: float) -> Iterator[Line]:
         self._reports += 1
-        self.phase = "thinking"
         believed = beliefs(merge(event.hypotheses), self._plant)
         if self._reports > 1:
             yield Line(at_s, "review", believed)
@@ -153,5 +162,7 @@ class Story:
         verdict = "approved" if event.approved else "refused"
         path = " > ".join(event.path)
         margin = worst(event.findings, self._scales)
-        text = f"{event.number} by {event.proposer}, {path}: {commands(event.commands, self._plant)}; {verdict}, {margin}"
+        text = (
+            f"{event.number} by {event.proposer}, {path}: {commands(event.commands, self._plant)}; {verdict}, {margin}"
+        )
         return Line(at_s, "attempt", text, Tone.PLAIN if event.approved else Tone.MUTED)

@@ -27,6 +27,8 @@ class ProcessModel(Protocol):
     """Names of the input columns; NaN in a manual output means automatic."""
     faults: tuple[str, ...]
     """Names of the fault columns."""
+    variables: tuple[str, ...]
+    """Names of everything that a tag may be bound to."""
     kernel: Kernel
     """Compiled code that advances the states."""
 

@@ -27,6 +27,7 @@ _READ = {
     "V1_travel": S.V1_travel, "P1_travel": S.P1_travel, "V2_travel": S.V2_travel,
     "V1_rate": S.V1_rate, "P1_rate": S.P1_rate, "V2_rate": S.V2_rate,
 }  # fmt: skip
+_DERIVED = ("T1_err", "L1_err", "V1_rate", "P1_rate", "V2_rate")
 _TRAVEL = {"V1": S.V1_travel, "P1": S.P1_travel, "V2": S.V2_travel}
 
 
@@ -37,6 +38,7 @@ class CstrModel:
     parameters: tuple[str, ...] = Parameter._fields
     inputs: tuple[str, ...] = Input._fields
     faults: tuple[str, ...] = FaultSlot._fields
+    variables: tuple[str, ...] = (*_READ, *Input._fields, *_DERIVED)
     kernel: Kernel = staticmethod(advance)
 
     def initial_state(self, parameters: Row) -> Row:

@@ -1,0 +1,51 @@
+"""``homeostat graph export``: a plant's graph in one of the RDF formats."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from homeostat.cli.arguments import Commands
+
+FORMATS = ("turtle", "nt", "trig", "jsonld")
+"""Names of the formats, the default first."""
+
+
+def configure(commands: Commands) -> None:
+    """Declare the command."""
+    command = commands.add_parser(
+        "export",
+        help="write a plant's graph as Turtle or another RDF format",
+        description="Write a plant's graph, without the ontologies, to standard output or to a file.",
+        allow_abbrev=False,
+    )
+    command.add_argument("case", metavar="CASE", help="name of the plant")
+    command.add_argument("--format", choices=FORMATS, default=FORMATS[0], help="default: turtle")
+    command.add_argument("--out", type=Path, metavar="FILE", help="file to write; it is replaced as a whole")
+    command.add_argument("--graph", type=Path, metavar="FILE", help="Turtle file to export instead of the plant's own")
+    command.set_defaults(carry_out=carry_out)
+
+
+def carry_out(options: argparse.Namespace) -> int:
+    """Write the graph."""
+    from pyoxigraph import RdfFormat, serialize
+
+    from homeostat.cases.graph import open_graph
+    from homeostat.cli.graphs import place
+    from homeostat.trace.files import write_whole
+
+    formats = dict(
+        zip(FORMATS, (RdfFormat.TURTLE, RdfFormat.N_TRIPLES, RdfFormat.TRIG, RdfFormat.JSON_LD), strict=True)
+    )
+    where = place(options.case, options.graph)
+    triples = open_graph(where.path).construct("CONSTRUCT { ?s ?p ?o } WHERE { ?s ?p ?o }")
+    written = serialize(triples, format=formats[options.format], prefixes=where.prefixes) or b""
+    if options.out is None:
+        sys.stdout.flush()
+        sys.stdout.buffer.write(written)
+    else:
+        write_whole(options.out, written)
+    return 0

@@ -1,0 +1,113 @@
+"""``homeostat graph query``: a question in SPARQL to a plant's graph."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from homeostat.cli.arguments import UsageError
+
+if TYPE_CHECKING:
+    from homeostat.cli.arguments import Commands
+    from homeostat.cli.graphs import Place
+    from homeostat.knowledge.store import GraphStore, Term
+
+_FORM: Final = re.compile(
+    r"(?:\s|\#[^\n]*(?:\n|$)|(?:prefix\s*[^\s:]*:\s*|base\s*)<[^<>]*>)*(select|ask|construct|describe)\b", re.IGNORECASE
+)
+"""What stands before the word that says which form a query has."""
+
+
+def configure(commands: Commands) -> None:
+    """Declare the command."""
+    command = commands.add_parser(
+        "query",
+        help="ask a plant's graph in SPARQL",
+        description="Ask a plant's graph, together with the ontologies, or a SPARQL endpoint. SELECT is answered by a "
+        "table, CONSTRUCT and DESCRIBE by Turtle, ASK by yes or no.",
+        epilog="example: homeostat graph query cstr -e 'SELECT ?f ?l { ?f a hs:FaultMode ; rdfs:label ?l }'; "
+        "the project's prefixes need not be declared.",
+        allow_abbrev=False,
+    )
+    command.add_argument("case", metavar="CASE", help="name of the plant")
+    question = command.add_mutually_exclusive_group(required=True)
+    question.add_argument("file", nargs="?", type=Path, metavar="FILE.rq", help="file with the query")
+    question.add_argument("-e", "--expression", metavar="SPARQL", help="the query itself")
+    target = command.add_mutually_exclusive_group()
+    target.add_argument("--graph", type=Path, metavar="FILE", help="Turtle file to ask instead of the plant's own")
+    target.add_argument("--endpoint", metavar="URL", help="SPARQL query service to ask instead")
+    command.set_defaults(carry_out=carry_out)
+
+
+def carry_out(options: argparse.Namespace) -> int:
+    """Print the answer."""
+    text = options.expression if options.file is None else _read(options.file)
+    found = _FORM.match(text)
+    if found is None:
+        raise UsageError("only SELECT, ASK, CONSTRUCT and DESCRIBE can be asked; this query starts with none of them")
+    from homeostat.cli.graphs import place, with_ontology
+
+    where = place(options.case, options.graph)
+    store = with_ontology(where) if options.endpoint is None else _endpoint(options.endpoint)
+    _answer(store, _with_prefixes(text, where), found[1].lower(), where)
+    return 0
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise UsageError(f"query file {str(path)!r} is not UTF-8 text") from None
+
+
+def _endpoint(url: str) -> GraphStore:
+    from homeostat.knowledge.endpoint import SparqlEndpoint
+
+    try:
+        return SparqlEndpoint(url, url, url, url)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+
+
+def _with_prefixes(text: str, where: Place) -> str:
+    """The query after the project's prefixes; those that it declares itself come later and count."""
+    return "".join(f"PREFIX {name}: <{iri}>\n" for name, iri in where.prefixes.items()) + text
+
+
+def _answer(store: GraphStore, query: str, form: str, where: Place) -> None:
+    from homeostat.cli.table import table
+
+    if form == "ask":
+        print("yes" if store.ask(query) else "no")
+    elif form == "select":
+        rows = store.select(query)
+        if not rows:
+            print("no solution")
+            return
+        cells = [[_cell(term, where) for term in row.terms] for row in rows]
+        for line in table([f"?{name}" for name in rows[0].variables], cells):
+            print(line)
+    else:
+        from pyoxigraph import RdfFormat, serialize
+
+        turtle = serialize(store.construct(query), format=RdfFormat.TURTLE, prefixes=where.prefixes)
+        sys.stdout.flush()
+        sys.stdout.buffer.write(turtle or b"")
+
+
+def _cell(term: Term | None, where: Place) -> str:
+    """A term as a reader wants it: names with prefixes, texts and numbers as they are."""
+    from pyoxigraph import Literal, NamedNode
+
+    if term is None:
+        return ""
+    if isinstance(term, Literal):
+        return term.value
+    if isinstance(term, NamedNode):
+        for name, iri in where.prefixes.items():
+            if term.value.startswith(iri):
+                return f"{name}:{term.value.removeprefix(iri)}"
+    return str(term)
