@@ -51,7 +51,7 @@ CALM_S = 300.0
 
 
 SHORTEST_S = 1.0
-"""Thinking gets this much even where physics leaves less: the fallback is armed, and most proposals take less [s]."""
+"""Thinking gets this much process time even where physics leaves less: the fallback is armed meanwhile [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +60,10 @@ class Budget:
 
     latency_s: float = 30.0
     """Longest thinking [s]; the time that physics leaves may be shorter."""
-    attempts: int = 8
+    attempts: int = 12
     """Most proposals per proposer."""
+    improvements: int = 2
+    """Most proposals where the plant may also be left alone."""
     reserve_s: float = 5.0
     """Process time that is kept for the fallback to act [s]."""
 
@@ -169,10 +171,11 @@ class Supervisor:
         Where the plant may also be left as it is (``idle`` is that rollout), only what produces clearly more will do.
         """
         advice = Advice()
-        for number in range(1, self._budget.attempts + 1):
+        most = self._budget.attempts if idle is None else self._budget.improvements
+        for number in range(1, most + 1):
             path = advice.keep_path or await proposer.planning.plan(situation, advice)
             if not self._open(path, situation):
-                raise NoAdmissiblePlan(f"{proposer.name}: {' > '.join(path.states)} is not open from {situation.state!r}")
+                raise NoAdmissiblePlan(f"{proposer.name}: {' > '.join(path.states)} is not open now")
             actions = await proposer.action.act(situation, path, advice)
             rollout = await self._crew.simulation.roll_out(situation.diagnosis, actions)
             verdict = self._crew.validation.judge(actions, rollout, self._machine.state(path.target))
@@ -186,7 +189,7 @@ class Supervisor:
                     advice = self._crew.reprompting.advise(path, verdict, advice)
                 case _:
                     assert_never(verdict)
-        raise NoAdmissiblePlan(f"{proposer.name}: no proposal was approved in {self._budget.attempts} attempts")
+        raise NoAdmissiblePlan(f"{proposer.name}: no proposal was approved in {most} attempts")
 
     def _open(self, path: RecoveryPath, situation: Situation) -> bool:
         """Whether the machine lets the plant take ``path`` now, which no proposer is trusted with."""
@@ -232,16 +235,21 @@ class Supervisor:
         return best
 
     def _deadline_s(self, idle: Rollout) -> float:
-        """Thinking time: the configured one, or what is left before the first hard limit breaks without action."""
+        """Thinking time [s]: the configured one, or what is left before the first hard limit breaks without action."""
+        left_s = max(self._first_broken_s(idle) - self._budget.reserve_s, SHORTEST_S)
+        return min(self._budget.latency_s, self._clock.wall_s(left_s))
+
+    def _first_broken_s(self, idle: Rollout) -> float:
+        """Process time until a hard limit breaks in any member; at once where the twin cannot say [s]."""
         if idle.result is not RolloutResult.COMPLETED:
-            return SHORTEST_S
-        first = float("inf")
+            return 0.0
+        first = math.inf
         for limit in self._limits.hard:
             margins = limit.formula.margins(idle.trajectory.signals, idle.trajectory.dt_s)
             broken = np.flatnonzero((margins < 0.0).any(axis=0))
             if broken.size:
                 first = min(first, float(broken[0]) * idle.trajectory.dt_s)
-        return max(min(self._budget.latency_s, first - self._budget.reserve_s), SHORTEST_S)
+        return first
 
     @property
     def _recovered(self) -> bool:

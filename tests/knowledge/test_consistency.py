@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from hypothesis import strategies as st
 
 from homeostat.cases.cstr.process import CstrModel
 from homeostat.domain.formula import parse
+from homeostat.domain.limits import Limits
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.knowledge.conformance import check_shapes
 from homeostat.knowledge.consistency import ModelInterface, inconsistencies, refuse_inconsistent
@@ -292,6 +294,27 @@ def test_refusing_names_the_first_and_counts_the_rest(plant: PlantDescription) -
     assert [item.code for item in inconsistencies(plant, other)] == [Code.MISSING_PARAMETER, Code.MISSING_FAULT]
     with pytest.raises(GraphError, match=r"^\[missing-parameter\] parameter 'Zx': .* \(and 1 more\)$"):
         refuse_inconsistent(plant, other)
+
+
+@pytest.mark.parametrize(
+    ("formula", "needs_s"),
+    [
+        ("always (T1 <= 310)", 0.0),
+        ("always[30,60] (T1 <= 310)", 60.0),
+        ("eventually[0,50] always[0,60] (T1 <= 310)", 110.0),
+        ("eventually[0,50] always (T1 <= 310)", 50.0),
+        ("always[0,20] (T1 <= 310) and always[0,70] (T1 >= 300)", 70.0),
+        ("always[0,70] (T1 <= 310) and always[0,20] (T1 >= 300)", 70.0),
+        ("(T1 <= 310) until[0,40] (T1 >= 300)", 40.0),
+        ("eventually (always[0,15] (T1 <= 310))", 15.0),
+    ],
+)
+def test_a_criterion_must_fit_into_the_rollout(plant: PlantDescription, formula: str, needs_s: float) -> None:
+    rule = replace(plant.limits.criteria[0], formula=parse(formula, {tag.name: tag for tag in plant.tags}))
+    described = replace(plant, limits=Limits(plant.limits.limits, (rule,)))
+    fits, short = (replace(MODEL, horizon_s=horizon) for horizon in (needs_s, math.nextafter(needs_s, -1.0)))
+    assert inconsistencies(described, fits) == ()
+    assert [item.code for item in inconsistencies(described, short)] == [Code.CRITERION_WINDOW_BEYOND_HORIZON]
 
 
 # ---------------------------------------------------------------- interval analysis is sound

@@ -12,7 +12,7 @@ CURABLE = 0.5
 """A violation of up to this many scales is worth another try on the same path."""
 STEP = 0.15
 """Least additional margin that is asked for, in scales [1]: asking for less gives the same proposal again."""
-TRIES = 3
+TRIES = 5
 """Attempts on one path before another one is asked for."""
 
 

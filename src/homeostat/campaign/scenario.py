@@ -68,8 +68,6 @@ def scenario(
         raise ScenarioError(f"onset {onset:g} s must lie in the run, 0 s to {end:g} s; choose an earlier onset")
     if severity is not None and len(names) != 1:
         raise ScenarioError(f"severity {severity:g} needs exactly one fault, {fault!r} names {len(names)}")
-    if len(set(names)) != len(names):
-        raise ScenarioError(f"{fault!r} names a fault twice; name each once")
     states = []
     for name in names:
         try:
@@ -82,4 +80,6 @@ def scenario(
             allowed = f"{mode.severity_range.low:g} to {mode.severity_range.high:g}{unit}"
             raise ScenarioError(f"severity {size:g} of {name!r} must lie in {allowed} ({mode.description})")
         states.append(FaultState(name, size, onset))
+    if len(set(names)) != len(names):
+        raise ScenarioError(f"{fault!r} names a fault twice; name each once")
     return Scenario(case.name, tuple(states), seed, end)

@@ -32,7 +32,7 @@ def carry_out(options: argparse.Namespace) -> int:
         print(f"{name}: {case.title}")
         rows = [
             (f.name, f"{f.severity_nominal:g}", f"{f.severity_range.low:g} to {f.severity_range.high:g}",
-             f.severity_unit, f.label)
+             "-" if f.severity_unit == "1" else f.severity_unit, f.label)
             for f in case.description.faults
         ]  # fmt: skip
         for line in table(("fault", "nominal", "range", "unit", "what it is"), rows):

@@ -31,11 +31,10 @@ def configure(commands: Commands) -> None:
 
 def carry_out(options: argparse.Namespace) -> int:
     """Print every problem; 1 where there is any."""
-    from homeostat.cases.graph import open_graph
-    from homeostat.cli.graphs import place
+    from homeostat.cli.graphs import opened, place
 
     where = place(options.case, options.graph)
-    store = open_graph(where.path)
+    store = opened(where)
     count = 0
     for problem in _problems(where, store):
         print(" ".join(problem.split()))
@@ -63,18 +62,12 @@ def _problems(where: Place, store: GraphStore) -> Iterator[str]:
 
 
 def _interface(where: Place) -> ModelInterface:
-    """What the case's process model offers."""
-    import numpy as np
+    """What the case's process model offers; a case whose own graph is wrong cannot be loaded as a whole."""
+    import importlib
 
-    from homeostat.cases.case import load_case
-    from homeostat.knowledge.consistency import ModelInterface
+    from homeostat.cases.graph import interface
+    from homeostat.process.model import ProcessModel
 
-    case = load_case(where.name)
-    model = case.model
-    readings = model.readings(np.zeros(len(model.states)), np.zeros(len(model.inputs)))
-    return ModelInterface(
-        parameters=frozenset(model.parameters),
-        variables=frozenset(readings) | frozenset(model.states) | frozenset(model.inputs),
-        faults=frozenset(model.faults),
-        horizon_s=float(case.twin.horizon_s),
-    )
+    module, _, attribute = where.model.partition(":")
+    model: ProcessModel = getattr(importlib.import_module(module), attribute)()
+    return interface(model, where.horizon_s)

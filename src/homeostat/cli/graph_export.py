@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from homeostat.cli.arguments import UsageError
+
 if TYPE_CHECKING:
     from homeostat.cli.arguments import Commands
 
@@ -33,19 +35,21 @@ def carry_out(options: argparse.Namespace) -> int:
     """Write the graph."""
     from pyoxigraph import RdfFormat, serialize
 
-    from homeostat.cases.graph import open_graph
-    from homeostat.cli.graphs import place
+    from homeostat.cli.graphs import opened, place
     from homeostat.trace.files import write_whole
 
     formats = dict(
         zip(FORMATS, (RdfFormat.TURTLE, RdfFormat.N_TRIPLES, RdfFormat.TRIG, RdfFormat.JSON_LD), strict=True)
     )
     where = place(options.case, options.graph)
-    triples = open_graph(where.path).construct("CONSTRUCT { ?s ?p ?o } WHERE { ?s ?p ?o }")
+    triples = opened(where).construct("CONSTRUCT { ?s ?p ?o } WHERE { ?s ?p ?o }")
     written = serialize(triples, format=formats[options.format], prefixes=where.prefixes) or b""
     if options.out is None:
         sys.stdout.flush()
         sys.stdout.buffer.write(written)
     else:
-        write_whole(options.out, written)
+        try:
+            write_whole(options.out, written)
+        except OSError as error:  # it names the temporary file
+            raise UsageError(f"{str(options.out)!r} cannot be written: {error.strerror}") from error
     return 0

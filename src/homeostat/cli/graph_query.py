@@ -49,10 +49,14 @@ def carry_out(options: argparse.Namespace) -> int:
     if found is None:
         raise UsageError("only SELECT, ASK, CONSTRUCT and DESCRIBE can be asked; this query starts with none of them")
     from homeostat.cli.graphs import place, with_ontology
+    from homeostat.knowledge.store import QueryRejected
 
     where = place(options.case, options.graph)
     store = with_ontology(where) if options.endpoint is None else _endpoint(options.endpoint)
-    _answer(store, _with_prefixes(text, where), found[1].lower(), where)
+    try:
+        _answer(store, _with_prefixes(text, where), found[1].lower(), where)
+    except QueryRejected as error:
+        raise UsageError(_in_own_lines(str(error), len(where.prefixes))) from error
     return 0
 
 
@@ -75,6 +79,11 @@ def _endpoint(url: str) -> GraphStore:
 def _with_prefixes(text: str, where: Place) -> str:
     """The query after the project's prefixes; those that it declares itself come later and count."""
     return "".join(f"PREFIX {name}: <{iri}>\n" for name, iri in where.prefixes.items()) + text
+
+
+def _in_own_lines(message: str, added: int) -> str:
+    """A parser's message with the line counted from the query's own first line."""
+    return re.sub(r"\bat (\d+):(?=\d)", lambda found: f"at {int(found[1]) - added}:", message)
 
 
 def _answer(store: GraphStore, query: str, form: str, where: Place) -> None:

@@ -10,7 +10,9 @@ from typing import Final
 from pyoxigraph import NamedNode, RdfFormat
 
 from homeostat.cases.case import case_folder
+from homeostat.cli.arguments import UsageError
 from homeostat.knowledge.embedded import EmbeddedStore
+from homeostat.knowledge.store import QueryRejected
 from homeostat.knowledge.tbox import ONTOLOGY_GRAPH, load_ontology
 from homeostat.knowledge.vocabulary import PREFIXES
 
@@ -30,6 +32,10 @@ class Place:
     """File of the graph, in Turtle."""
     system: NamedNode
     """The plant in it."""
+    model: str
+    """The case's process model, as ``module:class``."""
+    horizon_s: float
+    """Length of a rollout [s]."""
 
     @property
     def prefixes(self) -> dict[str, str]:
@@ -41,7 +47,21 @@ def place(case: str, file: Path | None) -> Place:
     """The graph of ``case``, or ``file`` in its stead; CaseError where there is no such case."""
     folder = case_folder(case)
     settings = tomllib.loads((folder / "case.toml").read_text(encoding="utf-8"))
-    return Place(case, folder, file or folder / GRAPH, NamedNode(settings["system"]))
+    return Place(
+        name=case,
+        folder=folder,
+        path=file or folder / GRAPH,
+        system=NamedNode(settings["system"]),
+        model=settings["model"],
+        horizon_s=float(settings["twin"]["horizon_s"]),
+    )
+
+
+def opened(where: Place) -> EmbeddedStore:
+    """The graph alone."""
+    store = EmbeddedStore()
+    _load(store, where, None)
+    return store
 
 
 def with_ontology(where: Place) -> EmbeddedStore:
@@ -49,5 +69,12 @@ def with_ontology(where: Place) -> EmbeddedStore:
     store = EmbeddedStore()
     load_ontology(store)
     graph = NamedNode(where.system.value.rpartition("#")[0])
-    store.load(where.path.read_bytes(), RdfFormat.TURTLE, graph)
+    _load(store, where, graph)
     return store.seeing(graph, ONTOLOGY_GRAPH)
+
+
+def _load(store: EmbeddedStore, where: Place, graph: NamedNode | None) -> None:
+    try:
+        store.load(where.path.read_bytes(), RdfFormat.TURTLE, graph)
+    except QueryRejected as error:
+        raise UsageError(f"{str(where.path)!r} is no Turtle: {error}") from error

@@ -72,6 +72,7 @@ class Story:
         self._scales = plant.scales
         self._coming: list[Onset] = []
         self._reports = 0
+        self._notices = 0
         self._acted = False
         self.faults: tuple[Onset, ...] = ()
         """The injected faults."""
@@ -102,7 +103,8 @@ class Story:
                 yield self._begin(event)
             case Noticed():
                 self.phase = "thinking"
-            case Retrieved() if not self._acted:
+                self._notices += 1
+            case Retrieved() if self._notices <= 1 and event.form != "ASK":
                 about = ", ".join(event.about)
                 yield Line(at_s, "asked", f"the graph: {event.question} ({about}): {event.answer}", Tone.MUTED)
             case Diagnosed():
@@ -115,7 +117,7 @@ class Story:
                 self._acted = True
                 yield Line(at_s, "released", commands(event.commands, self._plant), Tone.GOOD)
             case LeftAsIs():
-                yield Line(at_s, "kept", f"no change needed in {event.state!r}", Tone.MUTED)
+                yield Line(at_s, "kept", f"as it is, in {event.state!r}", Tone.MUTED)
             case StateEntered():
                 self.state = event.state
                 label = self._plant.machine.state(event.state).label
@@ -160,9 +162,8 @@ class Story:
 
     def _attempt(self, event: Attempted, at_s: float) -> Line:
         verdict = "approved" if event.approved else "refused"
-        path = " > ".join(event.path)
-        margin = worst(event.findings, self._scales)
-        text = (
-            f"{event.number} by {event.proposer}, {path}: {commands(event.commands, self._plant)}; {verdict}, {margin}"
-        )
+        text = f"{event.number} by {event.proposer}, {' > '.join(event.path)}"
+        if not self._acted:  # a review's proposal is told in full only where it is released
+            text += f": {commands(event.commands, self._plant)}"
+        text += f"; {verdict}, {worst(event.findings, self._scales)}"
         return Line(at_s, "attempt", text, Tone.PLAIN if event.approved else Tone.MUTED)

@@ -41,6 +41,10 @@ class Clock(Protocol):
         """Process seconds that thinking took since the last call [s]; 0 outside thinking."""
         ...
 
+    def wall_s(self, process_s: float) -> float:
+        """How long may be thought while ``process_s`` pass, in wall-clock seconds [s]."""
+        ...
+
 
 class Rehearsal(Protocol):
     """Repeats the rollout of an action set from a fresh snapshot and judges it."""

@@ -39,6 +39,10 @@ class ThinkingClock:
         owed, self._owed = self._owed, 0.0
         return owed
 
+    def wall_s(self, process_s: float) -> float:
+        """How long may be thought while ``process_s`` pass [s]; without limit where the plant stops meanwhile."""
+        return process_s / self._scale if self._scale else math.inf
+
     def _settle(self) -> None:
         if self._since is not None:
             now = time.monotonic()
@@ -79,3 +83,7 @@ class DeclaredClock:
         """Process seconds owed since the last call [s]."""
         owed, self._owed = self._owed, 0.0
         return owed
+
+    def wall_s(self, process_s: float) -> float:
+        """How long may be thought while ``process_s`` pass [s]: the same, as if the clock were a real one."""
+        return process_s

@@ -1,0 +1,46 @@
+"""A twin that has followed a reactor: readings of a plant that nobody touches, for faults of known size and onset."""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+
+from homeostat.cases.case import Case, load_case
+from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.snapshot import Snapshot
+from homeostat.plant.clock import DeclaredClock
+from homeostat.plant.simulated import PlantConfiguration, SimulatedPlant
+from homeostat.twin.twin import Twin
+
+HEALTHY_S = 1400
+"""Until here every plant is healthy, and the twin learns its parameters [s]."""
+LEARN_S = 600
+
+
+@functools.cache
+def reactor() -> Case:
+    return load_case("cstr")
+
+
+@functools.lru_cache(maxsize=64)
+def readings(seed: int, end_s: int, faults: tuple[FaultState, ...] = ()) -> tuple[Snapshot, ...]:
+    """Every snapshot of an unattended run."""
+    case = reactor()
+    configuration = PlantConfiguration(case.true_parameters(seed), case.start, faults, float(end_s), seed * 7919 + 13)
+    plant = SimulatedPlant(case.model, case.description.variables, configuration, DeclaredClock(0.0))
+
+    async def watch() -> tuple[Snapshot, ...]:
+        return tuple([snapshot async for snapshot in plant.snapshots()])
+
+    return asyncio.run(watch())
+
+
+def follow(snapshots: tuple[Snapshot, ...], seed: int = 0, learn: bool = True) -> Twin:
+    """A twin that has seen ``snapshots`` and learned the plant's parameters while it was healthy."""
+    case = reactor()
+    twin = Twin(case.model, case.description, case.twin, seed)
+    for snapshot in snapshots:
+        twin.observe(snapshot)
+        if learn and snapshot.at_s == HEALTHY_S:
+            twin.calibrate(LEARN_S)
+    return twin
