@@ -11,7 +11,7 @@ SEED := 1
 
 ## demo: a stuck cooling valve on the reactor, from the alarm to the released recovery
 demo: $(VENV)/.base
-	$(BIN)/homeostat run cstr --fault cool_stuck_closed --seed $(SEED) --out runs/demo
+	$(BIN)/homeostat run cstr --fault cool_stuck_closed --seed $(SEED)
 
 ## test: every test, on two processes
 test: $(VENV)/.dev

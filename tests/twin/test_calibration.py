@@ -1,0 +1,120 @@
+"""Calibration: what a healthy stretch teaches agrees with the truth as often as it claims."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+
+from homeostat.domain.diagnosis import Hypothesis
+from homeostat.domain.recovery import ActionSet
+from homeostat.twin.calibration import Belief, calibrate, prior
+from homeostat.twin.history import History
+from tests.twin.followed import HEALTHY_S, LEARN_S, follow, reactor, readings
+
+SEEDS = range(8)
+
+
+@functools.cache
+def before() -> Belief:
+    case = reactor()
+    return prior(case.model, case.description.parameters)
+
+
+@functools.cache
+def after(seed: int) -> Belief:
+    case = reactor()
+    history = History(case.description.variables, case.model.inputs)
+    for snapshot in readings(seed, HEALTHY_S):
+        history.append(snapshot)
+    return calibrate(case.model, history.window(LEARN_S), before(), dict(case.twin.errors), dict(case.twin.initial))
+
+
+def deviation(belief: Belief) -> np.ndarray:
+    return np.sqrt((belief.root**2).sum(axis=1))
+
+
+UNCERTAIN = deviation(before()) > 0.0
+
+
+def scores(seed: int) -> np.ndarray:
+    """Truth minus expectation in posterior standard deviations, uncertain parameters only."""
+    belief = after(seed)
+    return ((reactor().true_parameters(seed) - belief.mean) / deviation(belief).clip(1e-12))[UNCERTAIN]
+
+
+def test_the_prior_is_what_the_tables_say() -> None:
+    by_symbol = {p.symbol: p for p in reactor().description.parameters}
+    names = reactor().model.parameters
+    assert before().mean.tolist() == [by_symbol[name].value for name in names]
+    assert deviation(before()) == pytest.approx([by_symbol[name].sd for name in names])
+
+
+def test_the_truth_lies_where_the_posterior_says() -> None:
+    """Under a correct posterior the scores are standard normal: 68 % within one deviation, 95 % within two."""
+    z = np.concatenate([scores(seed) for seed in SEEDS])
+    assert z.size > 200
+    assert 0.55 <= np.mean(np.abs(z) < 1.0) <= 0.85
+    assert np.mean(np.abs(z) < 2.0) >= 0.9 and np.abs(z).max() < 4.5
+    assert 0.7 <= z.std() <= 1.3
+
+
+def test_the_same_holds_for_what_was_really_learned() -> None:
+    learned = [(scores(s), (deviation(after(s)) / deviation(before()).clip(1e-12))[UNCERTAIN] < 0.8) for s in SEEDS]
+    z = np.concatenate([score[known] for score, known in learned])
+    assert z.size >= 5 * len(SEEDS), "a healthy stretch says something about at least five parameters"
+    assert np.mean(np.abs(z) < 2.0) >= 0.85
+
+
+@pytest.mark.parametrize("symbol", ["bias_ZT1", "bias_ZTP", "bias_ZT2", "Cv_V1", "K_P1", "T_coolant", "F3_max"])
+def test_a_parameter_that_shows_is_found(symbol: str) -> None:
+    """Over plants that differ, the estimate follows the truth far better than the tables do."""
+    k = reactor().model.parameters.index(symbol)
+    truth = np.array([reactor().true_parameters(seed)[k] for seed in SEEDS])
+    found = np.array([after(seed).mean[k] for seed in SEEDS])
+    table = before().mean[k]
+    assert np.sqrt(np.mean((found - truth) ** 2)) < 0.6 * np.sqrt(np.mean((table - truth) ** 2))
+
+
+def test_learning_never_makes_more_uncertain() -> None:
+    for seed in SEEDS:
+        assert (deviation(after(seed)) <= deviation(before()) * (1.0 + 1e-6) + 1e-12).all()
+        assert (after(seed).mean[~UNCERTAIN] == before().mean[~UNCERTAIN]).all()
+
+
+def test_draws_follow_the_belief() -> None:
+    belief = after(0)
+    draws = belief.draws(4000, np.random.default_rng(1))
+    assert draws.shape == (4000, len(reactor().model.parameters))
+    assert (draws[0] == belief.mean).all(), "the first draw is the expectation"
+    spread = deviation(belief)
+    assert np.abs(draws.mean(axis=0) - belief.mean)[UNCERTAIN] == pytest.approx(0.0, abs=float((spread * 0.1).max()))
+    assert draws.std(axis=0)[UNCERTAIN] == pytest.approx(spread[UNCERTAIN], rel=0.1)
+    assert (draws[:, ~UNCERTAIN] == belief.mean[~UNCERTAIN]).all()
+    assert (belief.draws(5, np.random.default_rng(3)) == belief.draws(5, np.random.default_rng(3))).all()
+
+
+def test_a_stretch_that_is_too_short_to_compare_teaches_nothing() -> None:
+    case = reactor()
+    history = History(case.description.variables, case.model.inputs)
+    for snapshot in readings(0, HEALTHY_S)[-40:]:
+        history.append(snapshot)
+    same = calibrate(case.model, history.window(40), before(), dict(case.twin.errors), dict(case.twin.initial))
+    assert same.mean == pytest.approx(before().mean)
+    assert deviation(same) == pytest.approx(deviation(before()), rel=1e-6, abs=1e-9)
+
+
+def test_a_twin_that_learned_predicts_better() -> None:
+    """A quarter of an hour ahead, without action: the cooling command of the learned twin is nearer to the plant's."""
+    idle, nothing = ActionSet((), "normal"), (Hypothesis((), 1.0),)
+    wins = 0
+    for seed in range(4):
+        seen = readings(seed, HEALTHY_S + 900)
+        truth = np.mean([s.values["V2.cmd"] for s in seen[HEALTHY_S:]])
+        learned, fresh = (
+            follow(seen[:HEALTHY_S], seed, learn).roll_out(idle, nothing).trajectory.signals["V2.cmd"].mean()
+            for learn in (True, False)
+        )
+        wins += abs(learned - truth) < abs(fresh - truth)
+    assert wins >= 3
