@@ -290,6 +290,8 @@ def test_every_code_is_met_by_some_test() -> None:
 
 def test_refusing_names_the_first_and_counts_the_rest(plant: PlantDescription) -> None:
     refuse_inconsistent(plant, MODEL)
+    with pytest.raises(GraphError, match=r"^\[missing-parameter\] parameter 'Zx': [^()]*$"):
+        refuse_inconsistent(plant, replace(MODEL, parameters=MODEL.parameters | {"Zx"}))
     other = ModelInterface(MODEL.parameters | {"Zx"}, MODEL.variables, MODEL.faults | {"gremlin"}, MODEL.horizon_s)
     assert [item.code for item in inconsistencies(plant, other)] == [Code.MISSING_PARAMETER, Code.MISSING_FAULT]
     with pytest.raises(GraphError, match=r"^\[missing-parameter\] parameter 'Zx': .* \(and 1 more\)$"):

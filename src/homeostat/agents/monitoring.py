@@ -126,12 +126,16 @@ class Monitoring:
             assert value is not None
             watch.update(value, snapshot.at_s)
         active = tuple(w.active for w in self._watches if w.active is not None)
-        if not self._centred and not active:
-            self._learn({k: v for k, v in values.items() if v is not None})
+        if not self._centred and not self._known:
+            self._learn({k: v for k, v in values.items() if v is not None}, healthy=not active)
         return active
 
-    def _learn(self, values: Mapping[str, float]) -> None:
-        """Accumulate means while healthy; after ``centre_s`` use them and calibrate the twin."""
+    def _learn(self, values: Mapping[str, float], healthy: bool) -> None:
+        """Accumulate means over an unbroken healthy stretch; after ``centre_s`` use them and calibrate the twin."""
+        if not healthy:
+            self._sums = dict.fromkeys(self._sums, 0.0)
+            self._counted = 0
+            return
         for name, value in values.items():
             self._sums[name] += value
         self._counted += 1

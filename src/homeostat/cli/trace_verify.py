@@ -34,7 +34,7 @@ def carry_out(options: argparse.Namespace) -> int:
     if report.complete:
         print(f"{run_dir}: complete and unaltered, {report.lines} events")
         return 0
-    print(f"{run_dir}: {'incomplete' if report.intact else 'ALTERED'}: {report.problem}")
+    print(f"{run_dir}: {'' if report.intact else 'ALTERED: '}{report.problem}")
     return 1
 
 

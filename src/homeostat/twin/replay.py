@@ -67,9 +67,7 @@ def replay(
         return result.record, result.state
 
     shown, _ = run(states, inputs, window.start_s, 1)
-    # A jump within the settling rows must not be smeared over the start, so the first reading decides then.
-    anchor = {v: first[v] for v in variables}
-    model.correct(states, {v: anchor[v] - shown[:, 0, j] for j, v in enumerate(variables)})
+    model.correct(states, {v: first[v] - shown[:, 0, j] for j, v in enumerate(variables)})
     if offset is not None:
         states = states + offset
     predicted, end = run(states, inputs, window.start_s, window.length - 1)

@@ -1,0 +1,72 @@
+"""Features on line: a filtered residual, and a balance over a window."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from homeostat.agents.features import FeatureFilter
+from homeostat.domain.diagnosis import Feature
+from homeostat.domain.formula import parse_expression
+from homeostat.domain.snapshot import Snapshot
+
+
+def residual(filter_s: float = 0.0) -> FeatureFilter:
+    return FeatureFilter(Feature("F", parse_expression("a - b"), None, 0.0, filter_s, "K", "C"))
+
+
+def balance(window_s: float, filter_s: float = 0.0) -> FeatureFilter:
+    return FeatureFilter(
+        Feature("F", parse_expression("a - b"), parse_expression("stored"), window_s, filter_s, "L", "C")
+    )
+
+
+def shown(feature: FeatureFilter, *rows: tuple[float, ...]) -> list[float | None]:
+    names = ("a", "b", "stored")
+    return [feature.update(Snapshot(float(k), dict(zip(names, row, strict=False)))) for k, row in enumerate(rows)]
+
+
+def test_without_filter_a_residual_is_itself() -> None:
+    assert shown(residual(), (3.0, 1.0), (5.0, 7.0)) == [2.0, -2.0]
+
+
+def test_the_filter_starts_at_the_first_value_and_follows_exponentially() -> None:
+    """After n seconds of a unit step, 1 - exp(-n / filter)."""
+    values = shown(residual(4.0), (0.0, 0.0), *[(1.0, 0.0)] * 8)
+    assert values == pytest.approx([0.0, *(1.0 - math.exp(-n / 4.0) for n in range(1, 9))])
+
+
+def test_a_balance_says_nothing_until_its_window_is_full() -> None:
+    values = shown(balance(3.0), *[(1.0, 1.0, 5.0)] * 5)
+    assert values == [None, None, None, 0.0, 0.0]
+
+
+@given(st.lists(st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)), min_size=6, max_size=20))
+def test_a_balance_that_closes_is_zero(flows: list[tuple[float, float]]) -> None:
+    """What is stored grows by what came in a second before: nothing is unexplained."""
+    stored, rows = 10.0, []
+    for inflow, outflow in flows:
+        rows.append((inflow, outflow, stored))
+        stored += inflow - outflow
+    assert [v for v in shown(balance(4.0), *rows) if v is not None] == pytest.approx([0.0] * (len(rows) - 4), abs=1e-9)
+
+
+@pytest.mark.parametrize("loss", [0.05, -0.05])
+def test_what_is_lost_in_a_window_is_the_feature(loss: float) -> None:
+    rows = [(0.3, 0.3, 10.0 - loss * k) for k in range(30)]
+    assert shown(balance(20.0), *rows)[-1] == pytest.approx(-20.0 * loss)
+
+
+def test_an_old_loss_leaves_the_window() -> None:
+    rows = [(0.0, 0.0, 10.0)] * 5 + [(0.0, 0.0, 9.0)] * 10
+    values = shown(balance(4.0), *rows)
+    assert -1.0 in values and values[-1] == 0.0
+
+
+@pytest.mark.parametrize("value", [math.nan])
+def test_a_reading_that_says_nothing_is_loud(value: float) -> None:
+    with pytest.raises(ValueError, match="not a number"):
+        shown(residual(), (value, 1.0))

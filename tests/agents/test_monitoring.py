@@ -1,0 +1,251 @@
+"""Monitoring: when it asks for attention, what it believes, and when it keeps quiet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import pytest
+
+from homeostat.agents.monitoring import Monitoring, MonitoringSettings
+from homeostat.domain.baseline import Baseline
+from homeostat.domain.diagnosis import Diagnosis, Direction, FaultState, Feature, Hypothesis, SymptomRule
+from homeostat.domain.formula import parse, parse_expression
+from homeostat.domain.recovery import ActionSet
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import HandedOver, LeftAlone, Released
+from tests.agents.scripted import NoGraph
+from tests.twin.followed import reactor
+
+SETTINGS = MonitoringSettings(
+    settle_s=5.0, centre_s=20.0, sure=0.75, evidence_s=6.0, transient_s=40.0, review_s=100.0, repeat_s=15.0
+)
+RELEASED = ActionSet((), "reduced")
+SURE = (Hypothesis((FaultState("hot", 1.0, 30.0),), 0.9),)
+UNSURE = (Hypothesis((FaultState("hot", 1.0, 30.0),), 0.5), Hypothesis((FaultState("wet", 1.0, 30.0),), 0.5))
+NOTHING = (Hypothesis((), 0.9), Hypothesis((FaultState("hot", 1.0, 30.0),), 0.1))
+
+
+@dataclass
+class ScriptedTwin:
+    """What monitoring asks a twin: explanations come from the script."""
+
+    answer: Callable[[float], tuple[Hypothesis, ...]]
+    at_s: float = 0.0
+    asked: list[tuple[tuple[str, ...], tuple[FaultState, ...]]] = field(default_factory=list)
+    learned: list[tuple[float, int]] = field(default_factory=list)
+    sharpened: list[tuple[float, int, tuple[FaultState, ...]]] = field(default_factory=list)
+
+    def observe(self, snapshot: Snapshot) -> None:
+        self.at_s = snapshot.at_s
+
+    def explain(self, candidates: Sequence[str], known: Sequence[FaultState]) -> tuple[Hypothesis, ...]:
+        self.asked.append((tuple(candidates), tuple(known)))
+        return self.answer(self.at_s)
+
+    def calibrate(self, seconds: int) -> None:
+        self.learned.append((self.at_s, seconds))
+
+    def recalibrate(self, seconds: int, faults: Sequence[FaultState]) -> None:
+        self.sharpened.append((self.at_s, seconds, tuple(faults)))
+
+
+class OneSymptomEach(NoGraph):
+    """A graph in which S-X indicates ``hot`` and ``wet``, S-Y indicates ``wet``."""
+
+    def candidate_faults(self, symptoms: Sequence[str]) -> tuple[str, ...]:
+        assert symptoms
+        return ("hot", "wet") if "S-X" in symptoms else ("wet",)
+
+
+class Scene:
+    """A plant with two signals, watched second by second."""
+
+    def __init__(self, answer: Callable[[float], tuple[Hypothesis, ...]] = lambda at_s: SURE) -> None:
+        features = tuple(Feature(f"F-{n.upper()}", parse_expression(n), None, 0.0, 0.0, "K", "C") for n in ("x", "y"))
+        rules = tuple(SymptomRule(f"S-{n}", f"F-{n}", Direction.HIGH, 5.0, 0.5, 2.0, (), "") for n in ("X", "Y"))
+        baselines = {f"F-{n}": Baseline(f"F-{n}", 0.0, 0.1, 0.1, 0, 0, 0, 0, 0) for n in ("X", "Y")}
+        description = replace(reactor().description, features=features, symptom_rules=rules)
+        self.twin = ScriptedTwin(answer)
+        self.monitoring = Monitoring(
+            self.twin,
+            OneSymptomEach(),
+            description,
+            baselines,
+            parse("on >= 1"),
+            SETTINGS,  # type: ignore[arg-type]
+        )
+        self.at_s = 0.0
+
+    def watch(self, seconds: int, x: float = 0.0, y: float = 0.0, on: float = 1.0) -> list[float]:
+        """The times at which monitoring asks for attention."""
+        asked = []
+        for _ in range(seconds):
+            self.at_s += 1.0
+            if self.monitoring.notices(Snapshot(self.at_s, {"x": x, "y": y, "on": on})):
+                asked.append(self.at_s)
+        return asked
+
+    def until_attention(self, seconds: int, **values: float) -> float | None:
+        for _ in range(seconds):
+            if asked := self.watch(1, **values):
+                return asked[0]
+        return None
+
+
+def healthy() -> Scene:
+    scene = Scene()
+    assert scene.watch(30) == []
+    return scene
+
+
+def test_a_healthy_plant_needs_no_attention() -> None:
+    scene = healthy()
+    assert scene.watch(1000) == [] and scene.twin.asked == [] and scene.monitoring.symptoms == ()
+
+
+def test_nothing_is_judged_before_the_plant_has_started_and_settled() -> None:
+    scene = Scene()
+    assert scene.watch(50, x=9.0, on=0.0) == []
+    assert scene.watch(5, x=9.0) == [] and scene.monitoring.symptoms == ()
+    assert scene.until_attention(10, x=9.0) == 50.0 + 1.0 + 5.0 + 2.0, "started, settled, on-delay"
+
+
+def test_a_symptom_asks_for_attention_and_names_itself() -> None:
+    scene = healthy()
+    assert scene.until_attention(10, x=2.0) == 33.0
+    assert [s.rule for s in scene.monitoring.symptoms] == ["S-X"]
+
+
+def test_a_diagnosis_says_what_was_seen_and_what_explains_it() -> None:
+    scene = healthy()
+    scene.until_attention(10, x=2.0)
+    diagnosis = scene.monitoring.diagnose()
+    assert diagnosis.faulty and diagnosis.at_s == 33.0 and diagnosis.hypotheses == SURE
+    assert [s.rule for s in diagnosis.symptoms] == ["S-X"]
+    assert scene.twin.asked == [(("hot", "wet"), ())]
+
+
+def test_the_healthy_stretch_is_learned_once() -> None:
+    scene = healthy()
+    scene.watch(500)
+    assert scene.twin.learned == [(25.0, 20)], "five seconds to settle (from second 1 on), then twenty"
+
+
+def test_a_faulty_stretch_is_not_learned() -> None:
+    scene = Scene()
+    scene.watch(10)
+    scene.watch(300, x=2.0)
+    assert scene.twin.learned == []
+
+
+def test_unsure_evidence_is_gathered_for_a_while_and_then_used() -> None:
+    scene = Scene(lambda at_s: UNSURE)
+    scene.watch(30)
+    first = scene.until_attention(10, x=2.0)
+    assert first is not None and not scene.monitoring.diagnose().faulty
+    again = scene.until_attention(20, x=2.0)
+    assert again == first + SETTINGS.evidence_s
+    assert scene.monitoring.diagnose().hypotheses == UNSURE
+
+
+def test_nothing_as_the_best_explanation_is_not_a_fault() -> None:
+    scene = Scene(lambda at_s: NOTHING)
+    scene.watch(30)
+    first = scene.until_attention(10, x=2.0)
+    assert first is not None and scene.monitoring.diagnose() == Diagnosis(first, (), ())
+    assert scene.until_attention(60, x=2.0) == first + SETTINGS.repeat_s, "what nothing explains is looked at again"
+
+
+def test_a_symptom_that_was_diagnosed_is_not_reported_again() -> None:
+    scene = healthy()
+    scene.until_attention(10, x=2.0)
+    scene.monitoring.diagnose()
+    assert scene.until_attention(int(SETTINGS.review_s) - 5, x=2.0) is None
+
+
+def test_another_symptom_is_news() -> None:
+    scene = healthy()
+    scene.until_attention(10, x=2.0)
+    scene.monitoring.diagnose()
+    assert scene.until_attention(10, x=2.0, y=2.0) is not None
+    scene.monitoring.diagnose()
+    candidates, known = scene.twin.asked[-1]
+    assert set(candidates) == {"hot", "wet"} and known == SURE[0].faults
+
+
+def recovered() -> tuple[Scene, float]:
+    scene = healthy()
+    at_s = scene.until_attention(10, x=2.0)
+    assert at_s is not None
+    scene.monitoring.diagnose()
+    scene.monitoring.follow(Released(RELEASED, at_s))
+    return scene, at_s
+
+
+def test_the_transient_after_a_release_is_expected() -> None:
+    scene, released_s = recovered()
+    assert scene.until_attention(int(SETTINGS.transient_s) - 1, x=2.0, y=2.0) is None
+    assert scene.until_attention(5, x=2.0, y=2.0) == released_s + SETTINGS.transient_s
+
+
+def test_a_release_is_reviewed_even_if_all_is_quiet() -> None:
+    scene, released_s = recovered()
+    assert scene.watch(350) == [released_s + 100.0 * k for k in (1, 2, 3)]
+
+
+def test_a_review_asks_about_what_was_believed() -> None:
+    scene, _ = recovered()
+    scene.until_attention(150)
+    diagnosis = scene.monitoring.diagnose()
+    assert scene.twin.asked[-1] == (("hot",), SURE[0].faults)
+    assert diagnosis.faulty and [s.rule for s in diagnosis.symptoms] == ["S-X"], "the last symptoms are remembered"
+
+
+def test_a_review_sharpens_the_twin_only_where_one_explanation_is_left() -> None:
+    scene, released_s = recovered()
+    scene.until_attention(150)
+    scene.monitoring.diagnose()
+    seconds = int(SETTINGS.review_s) - 60
+    expected = [(released_s + SETTINGS.review_s, seconds, SURE[0].faults)] if seconds >= SETTINGS.review_s / 2 else []
+    assert scene.twin.sharpened == expected
+    doubtful = Scene(lambda at_s: UNSURE)
+    doubtful.watch(30)
+    doubtful.monitoring.follow(Released(RELEASED, 30.0))
+    doubtful.until_attention(150, x=2.0)
+    doubtful.monitoring.diagnose()
+    assert doubtful.twin.sharpened == []
+
+
+def test_what_was_left_alone_is_reviewed() -> None:
+    scene = healthy()
+    at_s = scene.until_attention(10, x=2.0)
+    assert at_s is not None
+    scene.monitoring.diagnose()
+    scene.monitoring.follow(LeftAlone(at_s, 1.0))
+    assert scene.until_attention(150, x=2.0) == at_s + SETTINGS.review_s
+
+
+def test_after_a_hand_over_there_is_nothing_to_ask_for() -> None:
+    scene, _ = recovered()
+    scene.monitoring.follow(HandedOver("no plan", scene.at_s))
+    assert scene.watch(500, x=9.0, y=9.0) == []
+    assert {s.rule for s in scene.monitoring.symptoms} == {"S-X", "S-Y"}, "it still sees"
+
+
+def test_the_twin_sees_every_snapshot() -> None:
+    scene = healthy()
+    assert scene.twin.at_s == 30.0
+    scene.watch(1, on=0.0)
+    assert scene.twin.at_s == 31.0
+
+
+@pytest.mark.parametrize("probability", [0.5, 0.51])
+def test_nothing_must_be_more_likely_than_not(probability: float) -> None:
+    fault = Hypothesis((FaultState("hot", 1.0, 30.0),), 1.0 - probability)
+    scene = Scene(lambda at_s: (Hypothesis((), probability), fault))
+    scene.watch(30)
+    scene.until_attention(10, x=2.0)
+    assert not scene.monitoring.diagnose().faulty, "evidence is gathered first"
+    scene.until_attention(20, x=2.0)
+    assert scene.monitoring.diagnose().faulty is (probability <= 0.5)
