@@ -18,7 +18,7 @@ from tests.agents.scripted import NoGraph
 from tests.twin.followed import reactor
 
 SETTINGS = MonitoringSettings(
-    settle_s=5.0, centre_s=20.0, sure=0.75, evidence_s=6.0, transient_s=40.0, review_s=100.0, repeat_s=15.0
+    settle_s=5.0, centre_s=20.0, sure=0.75, evidence_s=6.0, transient_s=40.0, review_s=200.0, repeat_s=15.0
 )
 RELEASED = ActionSet((), "reduced")
 SURE = (Hypothesis((FaultState("hot", 1.0, 30.0),), 0.9),)
@@ -191,12 +191,12 @@ def test_the_transient_after_a_release_is_expected() -> None:
 
 def test_a_release_is_reviewed_even_if_all_is_quiet() -> None:
     scene, released_s = recovered()
-    assert scene.watch(350) == [released_s + 100.0 * k for k in (1, 2, 3)]
+    assert scene.watch(650) == [released_s + SETTINGS.review_s * k for k in (1, 2, 3)]
 
 
 def test_a_review_asks_about_what_was_believed() -> None:
     scene, _ = recovered()
-    scene.until_attention(150)
+    scene.until_attention(250)
     diagnosis = scene.monitoring.diagnose()
     assert scene.twin.asked[-1] == (("hot",), SURE[0].faults)
     assert diagnosis.faulty and [s.rule for s in diagnosis.symptoms] == ["S-X"], "the last symptoms are remembered"
@@ -204,15 +204,15 @@ def test_a_review_asks_about_what_was_believed() -> None:
 
 def test_a_review_sharpens_the_twin_only_where_one_explanation_is_left() -> None:
     scene, released_s = recovered()
-    scene.until_attention(150)
+    scene.until_attention(250)
     scene.monitoring.diagnose()
-    seconds = int(SETTINGS.review_s) - 60
-    expected = [(released_s + SETTINGS.review_s, seconds, SURE[0].faults)] if seconds >= SETTINGS.review_s / 2 else []
-    assert scene.twin.sharpened == expected
+    minute = 60
+    learned = int(SETTINGS.review_s) - minute
+    assert scene.twin.sharpened == [(released_s + SETTINGS.review_s, learned, SURE[0].faults)]
     doubtful = Scene(lambda at_s: UNSURE)
     doubtful.watch(30)
     doubtful.monitoring.follow(Released(RELEASED, 30.0))
-    doubtful.until_attention(150, x=2.0)
+    doubtful.until_attention(250, x=2.0)
     doubtful.monitoring.diagnose()
     assert doubtful.twin.sharpened == []
 
@@ -223,7 +223,7 @@ def test_what_was_left_alone_is_reviewed() -> None:
     assert at_s is not None
     scene.monitoring.diagnose()
     scene.monitoring.follow(LeftAlone(at_s, 1.0))
-    assert scene.until_attention(150, x=2.0) == at_s + SETTINGS.review_s
+    assert scene.until_attention(250, x=2.0) == at_s + SETTINGS.review_s
 
 
 def test_after_a_hand_over_there_is_nothing_to_ask_for() -> None:

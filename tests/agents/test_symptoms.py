@@ -94,9 +94,10 @@ def test_the_plant_s_own_mean_replaces_the_design_s() -> None:
     assert active(one, 20.9, 21.0) == [False, True]
 
 
-@pytest.mark.parametrize(
-    ("mean", "taken"), [(30.0, True), (30.001, False), (-10.0, True), (-10.001, False), (1e9, False), (math.nan, False)]
-)
+PLAUSIBLE = [(30.0, True), (30.001, False), (-10.0, True), (-10.001, False), (1e9, False), (math.nan, False)]
+
+
+@pytest.mark.parametrize(("mean", "taken"), PLAUSIBLE)
 def test_an_implausible_mean_is_refused(mean: float, taken: bool) -> None:
     """A plant that was never healthy must not make its fault the reference: 4 total deviations of 5 are the limit."""
     one = watch()

@@ -1,0 +1,271 @@
+"""Every agent against the contract of its role: the ones that act, and the scripted ones that tests drive."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+
+import pytest
+
+from homeostat.agents.action import SearchAction, SearchSettings
+from homeostat.agents.crew import Action, Monitoring, Planning, Reprompting, Simulation, Situation, Validation
+from homeostat.agents.grounding import Context, Grounding
+from homeostat.agents.monitoring import Monitoring as TwinMonitoring
+from homeostat.agents.planning import SearchPlanning
+from homeostat.agents.reprompting import MarginReprompting
+from homeostat.agents.simulation import TwinSimulation
+from homeostat.agents.validation import LimitValidation
+from homeostat.cases.wiring import modules_of_faults
+from homeostat.domain.behaviour import State, StateMachine
+from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
+from homeostat.domain.limits import Limits
+from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.tag import Tag
+from homeostat.domain.verdict import Rollout
+from tests.agents.scripted import (
+    ScriptedAction,
+    ScriptedMonitoring,
+    ScriptedPlanning,
+    ScriptedReprompting,
+    ScriptedSimulation,
+    ScriptedValidation,
+)
+from tests.agents.scripted import diagnosis as runaway
+from tests.contracts.action import ActionContract
+from tests.contracts.monitoring import MonitoringContract
+from tests.contracts.planning import PlanningContract
+from tests.contracts.reprompting import RepromptingContract
+from tests.contracts.simulation import SimulationContract
+from tests.contracts.validation import ValidationContract
+from tests.safety.world import ACTIONS, LIMITS, RUNNING, TAGS, reading, rollout
+from tests.supervisor.line import HALF, MACHINE, LineTwin, feed
+from tests.twin.followed import follow, reactor, readings
+
+STUCK = FaultState("cool_stuck_closed", 0.7, 1450.0)
+NOW_S = 1460
+BELIEF = Diagnosis(float(NOW_S), (), (Hypothesis((STUCK,), 0.9), Hypothesis((), 0.1)))
+NO_CONTEXT = Context("", "", "")
+
+
+@functools.cache
+def stuck() -> tuple[Snapshot, ...]:
+    """A reactor whose cooling valve sticks at 1450 s."""
+    return readings(3, NOW_S + 5, (STUCK,))
+
+
+@functools.cache
+def grounding() -> Grounding:
+    case = reactor()
+    return Grounding(case.graph, case.namespace, modules_of_faults(case.description))
+
+
+def now() -> Situation:
+    return Situation(stuck()[NOW_S - 1], BELIEF, "normal", NO_CONTEXT)
+
+
+def on_the_line() -> Situation:
+    return Situation(reading(50.0), runaway(50.0), "running", NO_CONTEXT)
+
+
+QUICK = SearchSettings(coarse=(0.1,), finalists=3, fine=(0.05,))
+
+
+def search(settings: SearchSettings | None = None) -> SearchAction:
+    """A search on a twin that has followed the stuck valve up to now."""
+    d, case = reactor().description, reactor()
+    return SearchAction(follow(stuck()[:NOW_S]), d.limits, d.tags_by_name, case.production, d.scales, settings)
+
+
+class TestSearchPlanning(PlanningContract):
+    @pytest.fixture
+    def machine(self) -> StateMachine:
+        return reactor().description.machine
+
+    @pytest.fixture
+    def planning(self, machine: StateMachine) -> Planning:
+        return SearchPlanning(machine, grounding())
+
+    @pytest.fixture
+    def situation(self) -> Situation:
+        return now()
+
+
+class TestScriptedPlanning(PlanningContract):
+    @pytest.fixture
+    def machine(self) -> StateMachine:
+        return MACHINE
+
+    @pytest.fixture
+    def planning(self) -> Planning:
+        return ScriptedPlanning(MACHINE, ("reduce",))
+
+    @pytest.fixture
+    def situation(self) -> Situation:
+        return on_the_line()
+
+
+class TestSearchAction(ActionContract):
+    @pytest.fixture
+    def action(self) -> Action:
+        return search(QUICK)
+
+    @pytest.fixture
+    def situation(self) -> Situation:
+        return now()
+
+    @pytest.fixture
+    def path(self) -> RecoveryPath:
+        machine = reactor().description.machine
+        return RecoveryPath(machine, (next(t for t in machine.transitions if t.name == "t_reduce"),))
+
+    @pytest.fixture
+    def tags(self) -> Mapping[str, Tag]:
+        return reactor().description.tags_by_name
+
+
+class TestScriptedAction(ActionContract):
+    @pytest.fixture
+    def action(self) -> Action:
+        return ScriptedAction(feed(HALF, "reduced"))
+
+    @pytest.fixture
+    def situation(self) -> Situation:
+        return on_the_line()
+
+    @pytest.fixture
+    def path(self) -> RecoveryPath:
+        return RecoveryPath(MACHINE, (next(t for t in MACHINE.transitions if t.name == "reduce"),))
+
+    @pytest.fixture
+    def tags(self) -> Mapping[str, Tag]:
+        return TAGS
+
+
+class TestTwinSimulation(SimulationContract):
+    @pytest.fixture
+    def simulation(self) -> Simulation:
+        return TwinSimulation(follow(stuck()[:NOW_S]), reactor().description.tags_by_name)
+
+    @pytest.fixture
+    def diagnosis(self) -> Diagnosis:
+        return BELIEF
+
+    @pytest.fixture
+    def actions(self) -> ActionSet:
+        return ActionSet((), "normal")
+
+    @pytest.fixture
+    def limits(self) -> Limits:
+        return reactor().description.limits
+
+    @pytest.fixture
+    def fresh(self) -> tuple[Snapshot, ...]:
+        return stuck()[NOW_S:]
+
+
+class TestSimulationOnTheLine(SimulationContract):
+    """The straight-line twin that the supervisor's tests use, behind the same simulation agent."""
+
+    @pytest.fixture
+    def simulation(self) -> Simulation:
+        twin = LineTwin()
+        twin.observe(reading(50.0))
+        return TwinSimulation(twin, TAGS)  # type: ignore[arg-type]
+
+    @pytest.fixture
+    def diagnosis(self) -> Diagnosis:
+        return runaway(50.0)
+
+    @pytest.fixture
+    def actions(self) -> ActionSet:
+        return feed(HALF)
+
+    @pytest.fixture
+    def limits(self) -> Limits:
+        return LIMITS
+
+    @pytest.fixture
+    def fresh(self) -> tuple[Snapshot, ...]:
+        return tuple(reading(50.0 + k) for k in range(1, 4))
+
+
+class TestScriptedSimulation(TestSimulationOnTheLine):
+    @pytest.fixture
+    def simulation(self) -> Simulation:
+        twin = LineTwin()
+        scripted = ScriptedSimulation(lambda actions: twin.roll_out(actions, ()))
+
+        def observe(snapshots: tuple[Snapshot, ...]) -> None:
+            for snapshot in snapshots:
+                twin.observe(snapshot)
+
+        scripted.observe = observe  # type: ignore[method-assign]
+        scripted.observe((reading(50.0),))
+        return scripted
+
+
+class TestLimitValidation(ValidationContract):
+    @pytest.fixture
+    def validation(self) -> Validation:
+        return LimitValidation(LIMITS, TAGS)
+
+    @pytest.fixture
+    def actions(self) -> ActionSet:
+        return ACTIONS
+
+    @pytest.fixture
+    def target(self) -> State:
+        return RUNNING
+
+    @pytest.fixture
+    def good(self) -> Rollout:
+        return rollout()
+
+    @pytest.fixture
+    def bad(self) -> Rollout:
+        return rollout(T=314.0)
+
+
+class TestScriptedValidation(TestLimitValidation):
+    @pytest.fixture
+    def validation(self) -> Validation:
+        return ScriptedValidation(LimitValidation(LIMITS, TAGS).judge)
+
+
+class TestMarginReprompting(RepromptingContract):
+    @pytest.fixture
+    def reprompting(self) -> Reprompting:
+        return MarginReprompting({"K": 2.0, "1": 1.0})
+
+    @pytest.fixture
+    def path(self) -> RecoveryPath:
+        return RecoveryPath(MACHINE, (next(t for t in MACHINE.transitions if t.name == "reduce"),))
+
+
+class TestScriptedReprompting(TestMarginReprompting):
+    @pytest.fixture
+    def reprompting(self) -> Reprompting:
+        return ScriptedReprompting()
+
+
+class TestTwinMonitoring(MonitoringContract):
+    @pytest.fixture
+    def snapshots(self) -> tuple[Snapshot, ...]:
+        return stuck()
+
+    @pytest.fixture
+    def monitoring(self) -> Monitoring:
+        case = reactor()
+        twin = follow(())
+        return TwinMonitoring(twin, grounding(), case.description, case.baselines, case.started)
+
+
+class TestScriptedMonitoring(MonitoringContract):
+    @pytest.fixture
+    def snapshots(self) -> tuple[Snapshot, ...]:
+        return tuple(reading(float(k)) for k in range(1, 60))
+
+    @pytest.fixture
+    def monitoring(self) -> Monitoring:
+        return ScriptedMonitoring(50.0)
