@@ -42,9 +42,10 @@ lock: $(VENV)/.dev
 	$(COMPILE) --upgrade --python-version 3.11 requirements/build.in -o requirements/build.txt
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt pyproject.toml -o requirements/base.txt
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt --extra dev pyproject.toml -o requirements/dev.txt
+	$(COMPILE) --upgrade --python-version 3.11 requirements/rml.in -o requirements/rml.txt
 
 clean:
-	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) .rml-venv build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 
 $(VENV)/.build: requirements/build.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Homeostat needs Python 3.11 or newer; $(PYTHON) is %d.%d. Name another one: make PYTHON=/path/to/python3.12" % sys.version_info[:2])'

@@ -154,7 +154,7 @@ class Supervisor:
         if fine and self._seen_s - self._released_s < CALM_S:
             return self._leave_alone(verdict)
         try:
-            async with asyncio.timeout(limit_s):
+            async with asyncio.timeout(self._clock.wall_s(limit_s)):
                 found = await self._ask_proposers(situation, idle if fine else None)
             self._rehearsal.prepare(diagnosis, self._machine.state(found.actions.target))
             released = await self._gate.release(found.actions, found.approval, self._seen_s)
@@ -237,7 +237,7 @@ class Supervisor:
     def _deadline_s(self, idle: Rollout) -> float:
         """Thinking time [s]: the configured one, or what is left before the first hard limit breaks without action."""
         left_s = max(self._first_broken_s(idle) - self._budget.reserve_s, SHORTEST_S)
-        return min(self._budget.latency_s, self._clock.wall_s(left_s))
+        return min(self._budget.latency_s, left_s)
 
     def _first_broken_s(self, idle: Rollout) -> float:
         """Process time until a hard limit breaks in any member; at once where the twin cannot say [s]."""

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
 
 import pytest
 
-from homeostat.agents.action import SearchAction, SearchSettings
 from homeostat.agents.crew import Action, Monitoring, Planning, Reprompting, Simulation, Situation, Validation
-from homeostat.agents.grounding import Context, Grounding
 from homeostat.agents.monitoring import Monitoring as TwinMonitoring
 from homeostat.agents.planning import SearchPlanning
 from homeostat.agents.reprompting import MarginReprompting
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
-from homeostat.cases.wiring import modules_of_faults
 from homeostat.domain.behaviour import State, StateMachine
-from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
+from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.limits import Limits
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
@@ -32,6 +28,7 @@ from tests.agents.scripted import (
     ScriptedValidation,
 )
 from tests.agents.scripted import diagnosis as runaway
+from tests.agents.stuck_valve import BELIEF, NO_CONTEXT, NOW_S, QUICK, grounding, now, search, stuck
 from tests.contracts.action import ActionContract
 from tests.contracts.monitoring import MonitoringContract
 from tests.contracts.planning import PlanningContract
@@ -40,41 +37,11 @@ from tests.contracts.simulation import SimulationContract
 from tests.contracts.validation import ValidationContract
 from tests.safety.world import ACTIONS, LIMITS, RUNNING, TAGS, reading, rollout
 from tests.supervisor.line import HALF, MACHINE, LineTwin, feed
-from tests.twin.followed import follow, reactor, readings
-
-STUCK = FaultState("cool_stuck_closed", 0.7, 1450.0)
-NOW_S = 1460
-BELIEF = Diagnosis(float(NOW_S), (), (Hypothesis((STUCK,), 0.9), Hypothesis((), 0.1)))
-NO_CONTEXT = Context("", "", "")
-
-
-@functools.cache
-def stuck() -> tuple[Snapshot, ...]:
-    """A reactor whose cooling valve sticks at 1450 s."""
-    return readings(3, NOW_S + 5, (STUCK,))
-
-
-@functools.cache
-def grounding() -> Grounding:
-    case = reactor()
-    return Grounding(case.graph, case.namespace, modules_of_faults(case.description))
-
-
-def now() -> Situation:
-    return Situation(stuck()[NOW_S - 1], BELIEF, "normal", NO_CONTEXT)
+from tests.twin.followed import follow, reactor
 
 
 def on_the_line() -> Situation:
     return Situation(reading(50.0), runaway(50.0), "running", NO_CONTEXT)
-
-
-QUICK = SearchSettings(coarse=(0.1,), finalists=3, fine=(0.05,))
-
-
-def search(settings: SearchSettings | None = None) -> SearchAction:
-    """A search on a twin that has followed the stuck valve up to now."""
-    d, case = reactor().description, reactor()
-    return SearchAction(follow(stuck()[:NOW_S]), d.limits, d.tags_by_name, case.production, d.scales, settings)
 
 
 class TestSearchPlanning(PlanningContract):

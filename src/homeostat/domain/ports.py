@@ -42,7 +42,7 @@ class Clock(Protocol):
         ...
 
     def wall_s(self, process_s: float) -> float:
-        """How long may be thought while ``process_s`` pass, in wall-clock seconds [s]."""
+        """Wall-clock seconds after which thinking that may take ``process_s`` is cut off [s]."""
         ...
 
 

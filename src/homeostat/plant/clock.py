@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 import time
 
+PATIENCE_S = 600.0
+"""Where the time that thinking costs is declared, it is cut off only after this much wall-clock time [s]."""
+
 
 class ThinkingClock:
     """Wall-clock seconds of thinking times a scale are process seconds."""
@@ -40,8 +43,8 @@ class ThinkingClock:
         return owed
 
     def wall_s(self, process_s: float) -> float:
-        """How long may be thought while ``process_s`` pass [s]; without limit where the plant stops meanwhile."""
-        return process_s / self._scale if self._scale else math.inf
+        """Wall-clock seconds in which ``process_s`` pass [s]; where the process is slow, not longer than that."""
+        return process_s / max(self._scale, 1.0)
 
     def _settle(self) -> None:
         if self._since is not None:
@@ -85,5 +88,5 @@ class DeclaredClock:
         return owed
 
     def wall_s(self, process_s: float) -> float:
-        """How long may be thought while ``process_s`` pass [s]: the same, as if the clock were a real one."""
-        return process_s
+        """The same on every machine, however slow [s]: so long that only what never ends is cut off."""
+        return max(process_s, PATIENCE_S)

@@ -1,0 +1,43 @@
+"""A reactor whose cooling valve has just stuck: what agents are asked about."""
+
+from __future__ import annotations
+
+import functools
+
+from homeostat.agents.action import SearchAction, SearchSettings
+from homeostat.agents.crew import Situation
+from homeostat.agents.grounding import Context, Grounding
+from homeostat.cases.wiring import modules_of_faults
+from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
+from homeostat.domain.snapshot import Snapshot
+from tests.twin.followed import follow, reactor, readings
+
+STUCK = FaultState("cool_stuck_closed", 0.7, 1450.0)
+NOW_S = 1460
+BELIEF = Diagnosis(float(NOW_S), (), (Hypothesis((STUCK,), 0.9), Hypothesis((), 0.1)))
+NO_CONTEXT = Context("", "", "")
+
+
+@functools.cache
+def stuck() -> tuple[Snapshot, ...]:
+    """A reactor whose cooling valve sticks at 1450 s."""
+    return readings(3, NOW_S + 5, (STUCK,))
+
+
+@functools.cache
+def grounding() -> Grounding:
+    case = reactor()
+    return Grounding(case.graph, case.namespace, modules_of_faults(case.description))
+
+
+def now() -> Situation:
+    return Situation(stuck()[NOW_S - 1], BELIEF, "normal", NO_CONTEXT)
+
+
+QUICK = SearchSettings(coarse=(0.1,), finalists=3, fine=(0.05,))
+
+
+def search(settings: SearchSettings | None = None) -> SearchAction:
+    """A search on a twin that has followed the stuck valve up to now."""
+    d, case = reactor().description, reactor()
+    return SearchAction(follow(stuck()[:NOW_S]), d.limits, d.tags_by_name, case.production, d.scales, settings)

@@ -1,0 +1,144 @@
+"""The graph commands, on the plant's own graph, on files and on a SPARQL endpoint."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from pyoxigraph import RdfFormat, Triple, parse
+
+from homeostat.cases.case import case_folder
+from tests.cli.command import homeostat, refused
+from tests.knowledge.servers import free_port, oxigraph_server
+
+PLANT = case_folder("cstr") / "plant.ttl"
+FAULTS = "SELECT ?fault ?label { ?fault a DIN17359:Fault ; rdfs:label ?label } ORDER BY ?fault"
+
+
+def test_the_graph_of_the_plant_has_no_problem(tmp_path: Path) -> None:
+    done = homeostat("graph", "check", "cstr", cwd=tmp_path)
+    assert (done.status, done.out, done.err) == (0, f"{PLANT}: no problem\n", "")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('"T1 <= 313"', '"T1 <= 500"', ["[limit-never-broken] limit 'LIM-T-HIGH'", "[limit-outside-range]"]),
+        ("hs:priorProbability", "hs:priorProbabilty", ["fault_leak: a fault needs one prior", "[missing-value] fault"]),
+        ('hs:sha256 "', 'hs:sha256 "0', ["[stale-graph] table 'engineering/faults.csv'", "make graph"]),
+    ],
+    ids=["consistency", "shape", "tables"],
+)
+def test_every_problem_is_a_line(tmp_path: Path, old: str, new: str, words: list[str]) -> None:
+    text = PLANT.read_text()
+    assert old in text
+    (tmp_path / "plant.ttl").write_text(text.replace(old, new))
+    done = homeostat("graph", "check", "cstr", "--graph", "plant.ttl", cwd=tmp_path)
+    *problems, last = done.out.splitlines()
+    assert (done.status, done.err) == (1, "")
+    assert last == f"plant.ttl: {len(problems)} problem{'s' if len(problems) > 1 else ''}"
+    for word in words:
+        assert any(word in problem for problem in problems)
+
+
+def test_a_graph_without_the_plant_is_a_problem(tmp_path: Path) -> None:
+    (tmp_path / "other.ttl").write_text("<urn:a> <urn:b> <urn:c> .")
+    done = homeostat("graph", "check", "cstr", "--graph", "other.ttl", cwd=tmp_path)
+    assert (done.status, done.err) == (1, "") and done.out.splitlines()[-1] == "other.ttl: 1 problem"
+
+
+@pytest.mark.parametrize("command", [("check",), ("export",), ("query", "-e", "ASK {}")], ids=lambda c: c[0])
+def test_a_graph_that_cannot_be_read_is_refused(tmp_path: Path, command: tuple[str, ...]) -> None:
+    (tmp_path / "broken.ttl").write_text("this is : no Turtle")
+    (tmp_path / "binary.ttl").write_bytes(bytes(range(256)))
+    name, *rest = command
+    for graph in ("missing.ttl", "broken.ttl", "binary.ttl", "."):
+        refused(homeostat("graph", name, "cstr", *rest, "--graph", graph, cwd=tmp_path), f"'{graph}'")
+    refused(homeostat("graph", name, "ctsr", *rest, cwd=tmp_path), "'cstr'")
+
+
+def test_select_is_a_table(tmp_path: Path) -> None:
+    (tmp_path / "faults.rq").write_text(FAULTS)
+    done = homeostat("graph", "query", "cstr", "faults.rq", cwd=tmp_path)
+    head, rule, *rows = done.out.splitlines()
+    assert done.status == 0 and head.split() == ["?fault", "?label"] and set(rule) == {"-", " "}
+    assert len(rows) == 9 and rows[0].split(maxsplit=1)[0] == "cstr:fault_cool_stuck_closed"
+    assert homeostat("graph", "query", "cstr", "-e", FAULTS, cwd=tmp_path).out == done.out
+
+
+def test_what_does_not_print_is_escaped(tmp_path: Path) -> None:
+    query = 'SELECT ("a\\u001B[31m\\nb" AS ?x) {}'
+    done = homeostat("graph", "query", "cstr", "-e", query, cwd=tmp_path)
+    assert done.status == 0 and done.out.splitlines()[-1] == "a\\x1b[31m\\nb"
+
+
+def test_the_other_forms(tmp_path: Path) -> None:
+    ask = "# with a comment\nPREFIX x: <urn:x#>\nask { cstr:fault_leak a DIN17359:Fault }"
+    assert homeostat("graph", "query", "cstr", "-e", ask, cwd=tmp_path).out == "yes\n"
+    assert homeostat("graph", "query", "cstr", "-e", "ASK { cstr:fault_x ?p ?o }", cwd=tmp_path).out == "no\n"
+    described = homeostat("graph", "query", "cstr", "-e", "DESCRIBE cstr:fault_leak", cwd=tmp_path)
+    assert described.status == 0 and len(triples(described.out.encode())) > 5
+    subclasses = "CONSTRUCT { ?a rdfs:subClassOf ?b } WHERE { ?a rdfs:subClassOf ?b }"  # the ontologies are there too
+    assert len(triples(homeostat("graph", "query", "cstr", "-e", subclasses, cwd=tmp_path).out.encode())) > 5
+    assert homeostat("graph", "query", "cstr", "-e", "SELECT ?s { ?s a hs:No }", cwd=tmp_path).out == "no solution\n"
+
+
+@pytest.mark.parametrize(
+    ("query", "words"),
+    [
+        ("SELECT ?x {", "at 1:"),
+        ("ASK {\n?x ?y", "at 2:"),
+        ("DROP ALL", "only SELECT"),
+        ("INSERT DATA { <urn:a> <urn:b> 1 }", "only SELECT"),
+        ("", "only SELECT"),
+        ("# SELECT", "only SELECT"),
+    ],
+)
+def test_a_query_that_cannot_be_asked(tmp_path: Path, query: str, words: str) -> None:
+    refused(homeostat("graph", "query", "cstr", "-e", query, cwd=tmp_path), words)
+
+
+def test_a_query_file_that_cannot_be_read(tmp_path: Path) -> None:
+    (tmp_path / "latin.rq").write_bytes(b"ASK { ?s ?p '\xe9' }")
+    refused(homeostat("graph", "query", "cstr", "latin.rq", cwd=tmp_path), "'latin.rq'", "UTF-8")
+    refused(homeostat("graph", "query", "cstr", "missing.rq", cwd=tmp_path), "'missing.rq'")
+    refused(homeostat("graph", "query", "cstr", cwd=tmp_path), "FILE.rq", "-e")
+
+
+def test_an_endpoint(tmp_path: Path) -> None:
+    with oxigraph_server() as address:
+        arguments = ("graph", "query", "cstr", "--endpoint", f"{address}/query", "-e")
+        done = homeostat(*arguments, "ASK { ?s ?p ?o }", cwd=tmp_path)
+        assert (done.status, done.out, done.err) == (0, "no\n", "")
+        refused(homeostat(*arguments, "ASK {", cwd=tmp_path), address)
+    refused(homeostat(*arguments, "ASK {}", cwd=tmp_path), address, "check that the server runs")
+
+
+@pytest.mark.parametrize("url", ["ftp://localhost/query", "localhost:7878", "http://user:secret@localhost/query"])
+def test_an_address_that_is_none(tmp_path: Path, url: str) -> None:
+    refused(homeostat("graph", "query", "cstr", "--endpoint", url, "-e", "ASK {}", cwd=tmp_path), "http(s)")
+
+
+def test_a_store_that_is_down(tmp_path: Path) -> None:
+    address = f"http://127.0.0.1:{free_port()}/query"
+    refused(homeostat("graph", "query", "cstr", "--endpoint", address, "-e", "ASK {}", cwd=tmp_path), address)
+
+
+def triples(text: bytes, format: RdfFormat = RdfFormat.TURTLE) -> set[Triple]:
+    return {quad.triple for quad in parse(text, format=format)}
+
+
+def test_every_format_says_the_same(tmp_path: Path) -> None:
+    own = triples(PLANT.read_bytes())
+    for name, format in [("turtle", RdfFormat.TURTLE), ("nt", RdfFormat.N_TRIPLES), ("trig", RdfFormat.TRIG)]:
+        done = homeostat("graph", "export", "cstr", "--format", name, cwd=tmp_path)
+        assert done.status == 0 and triples(done.out.encode(), format) == own
+    done = homeostat("graph", "export", "cstr", "--format", "jsonld", "--out", "plant.jsonld", cwd=tmp_path)
+    assert (done.status, done.out, done.err) == (0, "", "")
+    assert triples((tmp_path / "plant.jsonld").read_bytes(), RdfFormat.JSON_LD) == own
+
+
+def test_an_export_that_cannot_be_written(tmp_path: Path) -> None:
+    refused(homeostat("graph", "export", "cstr", "--out", "none/plant.ttl", cwd=tmp_path), "'none/plant.ttl'")
+    refused(homeostat("graph", "export", "cstr", "--format", "xml", cwd=tmp_path), "'xml'", "turtle")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,62 @@
+"""Help answers at once: nothing that takes long to import is on its way."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from homeostat import __version__
+from tests.cli.command import COMMAND, environment, homeostat, refused
+
+HEAVY = {"numpy", "numba", "pyoxigraph", "pyarrow", "matplotlib", "rich", "rdflib", "pyshacl", "lark", "asyncio"}
+PROBE = """
+import sys
+from homeostat.cli.main import main
+try:
+    main(sys.argv[1:])
+except SystemExit as end:
+    assert end.code == 0, end.code
+print(*sorted(name.partition(".")[0] for name in sys.modules), file=sys.stderr)
+"""
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        (), ("run",), ("replay",), ("cases",), ("trace",), ("trace", "verify"), ("graph",), ("graph", "check"),
+        ("graph", "query"), ("graph", "export"),
+    ],
+    ids=" ".join,
+)  # fmt: skip
+def test_help_imports_nothing_heavy(command: tuple[str, ...]) -> None:
+    arguments = [sys.executable, "-c", PROBE, *command, "--help"]
+    done = subprocess.run(arguments, env=environment(), capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.startswith(f"usage: {' '.join(('homeostat', *command))} ")
+    assert not HEAVY & set(done.stderr.split())
+
+
+def test_help_takes_less_than_300_ms_of_computing() -> None:
+    def spent_s() -> float:
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return used.ru_utime + used.ru_stime
+
+    took = []
+    for _ in range(3):
+        before = spent_s()
+        subprocess.run([*COMMAND, "--help"], env=environment(), stdout=subprocess.DEVNULL, check=True, timeout=60)
+        took.append(spent_s() - before)
+    assert min(took) < 0.3
+
+
+def test_version(tmp_path: Path) -> None:
+    done = homeostat("--version", cwd=tmp_path)
+    assert (done.status, done.out, done.err) == (0, f"homeostat {__version__}\n", "")
+
+
+@pytest.mark.parametrize("words", [(), ("rnu",), ("graph",), ("trace", "check"), ("run",), ("replay",)], ids=" ".join)
+def test_an_incomplete_command_is_refused(tmp_path: Path, words: tuple[str, ...]) -> None:
+    refused(homeostat(*words, cwd=tmp_path), "--help")

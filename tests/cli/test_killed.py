@@ -1,0 +1,75 @@
+"""A run that is stopped, gently or not, leaves a record that verifies."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+from homeostat.trace import read_events, verify
+from tests.cli.command import COMMAND, LIMIT_S, environment, homeostat
+
+LONG = ("run", "cstr", "--fault", "cool_stuck_closed", "--onset", "700", "--end", "86400", "--out", "run")
+
+
+def interruptible() -> None:
+    """A shell's background jobs ignore Ctrl-C, and so do their children unless told otherwise."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def stopped(folder: Path, how: signal.Signals, kinds: int, delay_s: float) -> tuple[int, str, str]:
+    """Start a long run, stop it ``delay_s`` after ``kinds`` events are in its journal; status, output, errors."""
+    journal = folder / "run" / "events.jsonl"
+    process = subprocess.Popen(
+        [*COMMAND, *LONG], cwd=folder, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        preexec_fn=interruptible,
+    )  # fmt: skip
+    try:
+        deadline = time.monotonic() + LIMIT_S
+        while process.poll() is None and time.monotonic() < deadline:
+            if journal.exists() and journal.read_bytes().count(b"\n") >= kinds:
+                break
+            time.sleep(0.002)
+        time.sleep(delay_s)
+    finally:
+        process.send_signal(how)
+        out, err = process.communicate(timeout=LIMIT_S)
+    return process.returncode, out, err
+
+
+@pytest.mark.parametrize(("events", "delay_s"), [(1, 0.0), (2, 0.1), (8, 0.2)])
+def test_killed_at_any_moment(tmp_path: Path, events: int, delay_s: float) -> None:
+    status, _, _ = stopped(tmp_path, signal.SIGKILL, events, delay_s)
+    assert status == -signal.SIGKILL
+    whole = (tmp_path / "run" / "events.jsonl").read_bytes().count(b"\n")
+    report = verify(tmp_path / "run")
+    assert whole >= events and (report.lines, report.intact, report.complete) == (whole, True, False)
+    checked = homeostat("trace", "verify", "run", cwd=tmp_path)
+    assert (checked.status, checked.err) == (1, "")
+    assert f"verifies up to line {whole}" in checked.out and checked.out.count("\n") == 1
+
+
+def test_ctrl_c_closes_the_trace(tmp_path: Path) -> None:
+    status, out, err = stopped(tmp_path, signal.SIGINT, 2, 0.05)
+    assert (status, err) == (130, "homeostat: interrupted\n")
+    assert out.splitlines()[-1].endswith("end       interrupted")
+    assert verify(tmp_path / "run").complete
+    last = list(read_events(tmp_path / "run"))[-1]
+    assert (last.kind, last.fields["outcome"]) == ("run-finished", "interrupted")
+    again = homeostat("replay", "run", cwd=tmp_path)
+    assert (again.status, again.out, again.err) == (0, out, "")
+    without = homeostat("replay", "run", "--json", cwd=tmp_path)
+    assert (without.status, without.out) == (2, "") and "no result" in without.err
+
+
+def test_a_reader_that_goes_away_does_not_stop_the_run(tmp_path: Path) -> None:
+    arguments = [*COMMAND, "run", "cstr", "--end", "700", "--out", "run"]
+    process = subprocess.Popen(arguments, cwd=tmp_path, env=environment(), stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert "cstr" in process.stdout.readline()
+    process.stdout.close()
+    assert process.wait(LIMIT_S) == 141
+    assert verify(tmp_path / "run").complete

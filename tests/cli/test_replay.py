@@ -1,0 +1,103 @@
+"""Recorded runs: shown again, verified, and caught when they were altered."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from homeostat.campaign.recall import EVENTS, recall
+from homeostat.trace import decisions as decision_events
+from homeostat.trace import read_events
+from tests.cli.command import Done, homeostat, refused
+
+
+def test_a_replay_shows_what_the_run_showed(recovered: Done) -> None:
+    again = homeostat("replay", "run", cwd=recovered.cwd)
+    assert (again.status, again.out, again.err) == (0, recovered.out, "")
+
+
+def test_a_replay_as_json(recovered_json: Done) -> None:
+    again = homeostat("replay", "run", "--json", cwd=recovered_json.cwd)
+    assert (again.status, again.out, again.err) == (0, recovered_json.out, "")
+
+
+def test_a_complete_run_verifies(recovered: Done, record: Path) -> None:
+    done = homeostat("trace", "verify", "run", cwd=recovered.cwd)
+    lines = (record / "events.jsonl").read_bytes().count(b"\n")
+    assert (done.status, done.out, done.err) == (0, f"run: complete and unaltered, {lines} events\n", "")
+
+
+def flip(path: Path) -> None:
+    """Change one byte in the middle of a file."""
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+
+
+def cut(path: Path) -> None:
+    """Take the last line of a file away."""
+    path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:-1]))
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "words"),
+    [
+        ("events.jsonl", flip, "ALTERED: line "),
+        ("events.jsonl", cut, "ALTERED: the journal ends"),
+        ("events.jsonl", Path.unlink, "ALTERED: 'run' holds no events.jsonl"),
+        ("manifest.json", flip, "ALTERED: manifest.json was altered"),
+        ("manifest.json", Path.unlink, "incomplete run"),
+        ("trajectory.parquet", flip, "ALTERED: file 'trajectory.parquet' was altered"),
+        ("result.json", Path.unlink, "ALTERED: file 'result.json' is missing"),
+    ],
+    ids=lambda value: getattr(value, "__name__", value),
+)
+def test_an_altered_run_is_caught(
+    tmp_path: Path, record: Path, name: str, change: Callable[[Path], None], words: str
+) -> None:
+    shutil.copytree(record, tmp_path / "run")
+    change(tmp_path / "run" / name)
+    done = homeostat("trace", "verify", "run", cwd=tmp_path)
+    assert (done.status, done.err) == (1, "")
+    assert done.out.startswith("run: ") and words in done.out and done.out.count("\n") == 1
+
+
+def test_a_replay_of_an_altered_run_says_so(tmp_path: Path, recovered: Done, record: Path) -> None:
+    shutil.copytree(record, tmp_path / "run")
+    flip(tmp_path / "run" / "events.jsonl")
+    done = homeostat("replay", "run", cwd=tmp_path)
+    assert done.status == 1 and done.err.count("\n") == 1 and "altered" in done.err
+    assert recovered.out.startswith(done.out) and "Recovered" not in done.out
+
+
+@pytest.mark.parametrize("command", [("replay",), ("trace", "verify")], ids=" ".join)
+@pytest.mark.parametrize("place", ["missing", "file", "empty"])
+def test_what_is_no_run_is_refused(tmp_path: Path, command: tuple[str, ...], place: str) -> None:
+    (tmp_path / "file").touch()
+    (tmp_path / "empty").mkdir()
+    refused(homeostat(*command, place, cwd=tmp_path), f"'{place}'", "directory")
+
+
+def test_a_result_that_is_none_is_refused(tmp_path: Path, record: Path) -> None:
+    shutil.copytree(record, tmp_path / "run")
+    (tmp_path / "run" / "result.json").write_text('{"case": 1}')
+    refused(homeostat("replay", "run", "--json", cwd=tmp_path), "result.json", "verify")
+
+
+def test_every_event_of_a_run_is_recalled(record: Path) -> None:
+    known = {event.kind for event in EVENTS}
+    records = list(read_events(record))
+    assert {r.kind for r in records} <= known
+    events = [recall(r) for r in records]
+    assert [e.kind for e in events if e is not None] == [r.kind for r in records]
+
+
+def test_every_decision_can_be_recalled() -> None:
+    declared = [
+        item for item in vars(decision_events).values()
+        if isinstance(item, type) and item.__module__ == decision_events.__name__
+    ]  # fmt: skip
+    assert declared and set(declared) <= set(EVENTS)

@@ -1,0 +1,156 @@
+"""Runs: what they print, what they keep, how they exit."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from homeostat.cases.case import load_case
+from homeostat.trace import read_events, verify
+from homeostat.trace.artifacts import read_parquet
+from tests.cli.command import Done, homeostat
+
+KEYS = (
+    "case", "fault", "seed", "outcome", "actor", "onset_s", "detected_s", "released_s", "attempts", "hypotheses",
+    "actions", "min_margin", "limit_exposure_s", "production_loss", "thinking_s", "wall_s", "trace",
+)  # fmt: skip
+
+
+def strict(text: str) -> dict[str, Any]:
+    """The one JSON object that is the whole of ``text``; no NaN, no infinity."""
+
+    def refuse(name: str) -> None:
+        raise ValueError(f"{name} is not JSON")
+
+    content = json.loads(text, parse_constant=refuse)
+    assert isinstance(content, dict)
+    return content
+
+
+def is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def test_a_recovery_as_json(recovered_json: Done) -> None:
+    assert (recovered_json.status, recovered_json.err) == (0, "")
+    result = strict(recovered_json.out)
+    assert tuple(result) == KEYS
+    assert (result["case"], result["fault"], result["seed"]) == ("cstr", "cool_stuck_closed", 1)
+    assert (result["outcome"], result["actor"], result["trace"]) == ("recovered", "search", "run")
+    assert 900.0 == result["onset_s"] <= result["detected_s"] <= result["released_s"] <= 960.0
+    assert isinstance(result["attempts"], int) and result["attempts"] >= 1
+    for name in ("min_margin", "production_loss", "thinking_s", "wall_s"):
+        assert is_number(result[name])
+    assert result["min_margin"] >= 0.0 and 0.0 < result["thinking_s"] < result["wall_s"]
+
+
+def test_beliefs_and_actions_as_json(recovered_json: Done) -> None:
+    result = strict(recovered_json.out)
+    beliefs = result["hypotheses"]
+    assert all(tuple(b) == ("fault", "probability", "severity") for b in beliefs)
+    assert len({b["fault"] for b in beliefs}) == len(beliefs)
+    assert [b["probability"] for b in beliefs] == sorted((b["probability"] for b in beliefs), reverse=True)
+    assert 0.9 < sum(b["probability"] for b in beliefs) <= 1.0 + 1e-9
+    assert beliefs[0]["fault"] == "cool_stuck_closed" and beliefs[0]["severity"] == pytest.approx(0.7, abs=0.05)
+    assert all(tuple(a) == ("tag", "value", "rate") for a in result["actions"])
+    plant = load_case("cstr").description
+    for action in result["actions"]:
+        tag = plant.tag(action["tag"])
+        assert action["value"] is None or tag.range.contains(action["value"])
+        assert action["rate"] is None or is_number(action["rate"])
+    assert result["limit_exposure_s"].keys() == {"LIM-T-HIGH", "LIM-T-LOW", "LIM-L-HIGH", "LIM-L-LOW"}
+    assert all(e == {"from_detection": 0.0, "total": 0.0} for e in result["limit_exposure_s"].values())
+
+
+def test_a_handed_over_run_as_json(handed_over: Done) -> None:
+    result = strict(handed_over.out)
+    assert (handed_over.status, handed_over.err) == (3, "")
+    assert (result["outcome"], result["actor"], result["released_s"]) == ("handed_over", "fallback", None)
+    assert result["min_margin"] is None and is_number(result["detected_s"]) and result["actions"]
+    assert result["trace"] == "runs/cstr-leak-2"
+    assert verify(handed_over.cwd / "runs" / "cstr-leak-2").complete
+
+
+def test_a_fault_that_is_not_noticed(tmp_path: Path) -> None:
+    arguments = ("run", "cstr", "--fault", "leak", "--onset", "699.9", "--end", "700", "--json", "--out", "a/b")
+    done = homeostat(*arguments, cwd=tmp_path)
+    result = strict(done.out)
+    assert (done.status, result["outcome"], result["actor"]) == (3, "not_detected", "none")
+    assert result["detected_s"] is None and result["hypotheses"] == [] and result["actions"] == []
+    assert result["production_loss"] is None  # nothing would have been made in a tenth of a second
+    assert all(e == {"from_detection": None, "total": 0.0} for e in result["limit_exposure_s"].values())
+    assert verify(tmp_path / "a" / "b").complete
+
+
+def test_runs_without_fault_get_directories_of_their_own(tmp_path: Path) -> None:
+    plain = homeostat("run", "cstr", "--end", "700", cwd=tmp_path)
+    assert plain.status == 0 and "Left alone" in plain.out and plain.err == ""
+    again = homeostat("run", "cstr", "--end", "700", "--json", cwd=tmp_path)
+    result = strict(again.out)
+    assert again.status == 0 and result["trace"] == "runs/cstr-none-1-2"
+    assert (result["outcome"], result["fault"], result["onset_s"]) == ("no_action", "none", None)
+    assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == ["cstr-none-1", "cstr-none-1-2"]
+
+
+def test_several_faults(tmp_path: Path) -> None:
+    arguments = ("run", "cstr", "--fault", "inlet_stuck_open+leak", "--onset", "900", "--end", "1000", "--json")
+    done = homeostat(*arguments, cwd=tmp_path)
+    result = strict(done.out)
+    assert done.status in (0, 3) and result["fault"] == "inlet_stuck_open+leak"
+    for belief in result["hypotheses"]:
+        several = "+" in belief["fault"]
+        assert isinstance(belief["severity"], dict) == several
+        assert not several or belief["severity"].keys() == set(belief["fault"].split("+"))
+
+
+def test_the_lines_of_a_run(recovered: Done) -> None:
+    assert (recovered.status, recovered.err) == (0, "")
+    assert "\x1b" not in recovered.out and "\r" not in recovered.out
+    lines, summary = recovered.out.split("\n\n")
+    labels = [line.split()[2] for line in lines.splitlines()]
+    assert labels[:4] == ["run", "state", "onset", "noticed"] and labels[-1] == "end"
+    assert labels.index("noticed") < labels.index("attempt") < labels.index("released")
+    assert "900 s  onset     Cooling valve stuck towards closed: cool_stuck_closed 0.7 (ground truth)" in lines
+    assert "worst margin +" in lines and "L/s" in lines
+    assert summary.startswith("Recovered") and "run/figure.png" in summary
+    assert [line.split()[0] for line in summary.splitlines()[1:]] == [
+        "Fault", "Noticed", "Done", "Limits", "Production", "Thinking", "Trace", "Figure",
+    ]  # fmt: skip
+
+
+def test_what_a_run_keeps(record: Path) -> None:
+    names = {path.relative_to(record).as_posix() for path in record.rglob("*") if path.is_file()}
+    assert names >= {"events.jsonl", "manifest.json", "trajectory.parquet", "figure.png", "result.json"}
+    assert verify(record).complete
+    assert tuple(strict((record / "result.json").read_text())) == KEYS
+    png = (record / "figure.png").read_bytes()
+    width, height = (int.from_bytes(png[at : at + 4]) for at in (16, 20))
+    assert png.startswith(b"\x89PNG") and width > 900 and height > 700
+    for event in read_events(record):
+        if event.kind == "retrieved":
+            assert f"queries/{event.fields['query_sha256']}.rq" in names
+            if event.fields["answer_sha256"]:
+                assert f"subgraphs/{event.fields['answer_sha256']}.ttl" in names
+
+
+def test_the_trajectory_of_a_run(record: Path) -> None:
+    stored = read_parquet(record / "trajectory.parquet")
+    tags = load_case("cstr").description.tags
+    assert set(stored.columns) == {f"{what} {tag.name}" for what in ("measured", "true") for tag in tags}
+    assert all(stored.units[f"true {tag.name}"] == stored.units[f"measured {tag.name}"] == tag.unit for tag in tags)
+    assert stored.times_s.tolist() == [float(t) for t in range(1, 1301)]
+    settled = slice(700, 890)
+    noise = stored.columns["measured T1"][settled] - stored.columns["true T1"][settled]
+    assert 0.1 < np.std(noise) < 2.0 and abs(np.mean(noise)) < 0.5
+
+
+def test_equal_seeds_give_equal_journals(recovered: Done, recovered_json: Done) -> None:
+    first, second = ([r.timeless() for r in read_events(done.cwd / "run")] for done in (recovered, recovered_json))
+    assert first == second and len(first) > 10
+    paths = [done.cwd / "run" / "trajectory.parquet" for done in (recovered, recovered_json)]
+    assert paths[0].read_bytes() == paths[1].read_bytes()
