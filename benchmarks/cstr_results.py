@@ -161,13 +161,13 @@ def thinking() -> list[Sequence[object]]:
     return found
 
 
-def page(seeds: int, healthy: int, few: int, workers: int) -> str:
+def page(seeds: int, healthy: int, few: int, per_pair: int, workers: int) -> str:
     """The results page."""
     speed = thinking()
     main = measure_all("main", [(f, s, True) for f in MAIN for s in range(1, seeds + 1)], workers)
     other = measure_all("other", [(f, s, False) for f in OTHER for s in range(1, few + 1)], workers)
     names = ["+".join(p) for p in combinations((*MAIN, *OTHER), 2)]
-    pairs = measure_all("pairs", [(n, s, False) for n in names for s in (1, 2)], workers)
+    pairs = measure_all("pairs", [(n, s, False) for n in names for s in range(1, per_pair + 1)], workers)
     quiet = measure_all("healthy", [("none", s, False) for s in range(1, healthy + 1)], workers)
     alarms = sum(r.attempts > 0 or r.actor != "none" or r.delay_s is not None for r in quiet)
     engine = subprocess.run(
@@ -177,7 +177,7 @@ def page(seeds: int, healthy: int, few: int, workers: int) -> str:
                "worst exposure [s]", "without action [s]", "limits exceeded longer than without action")  # fmt: skip
     return f"""# The reactor: what was measured
 
-Made by `make results` ({seeds} seeds per main fault, {few} per other fault, 2 per pair, {healthy} fault-free), Python
+Made by `make results` ({seeds} seeds per main fault, {few} per other fault, {per_pair} per pair, {healthy} fault-free), Python
 {
         sys.version.split()[0]
     }, 2 cores. Each seed is another plant: its parameters, calibration errors and disturbances are drawn from
@@ -241,11 +241,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--healthy", type=int, default=100)
-    parser.add_argument("--few", type=int, default=10)
+    parser.add_argument("--few", type=int, default=5)
+    parser.add_argument("--per-pair", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
     PAGE.parent.mkdir(parents=True, exist_ok=True)
-    PAGE.write_text(page(options.seeds, options.healthy, options.few, options.workers), encoding="utf-8")
+    PAGE.write_text(page(options.seeds, options.healthy, options.few, options.per_pair, options.workers), encoding="utf-8")
 
 
 if __name__ == "__main__":

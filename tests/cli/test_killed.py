@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -15,17 +16,21 @@ from tests.cli.command import COMMAND, LIMIT_S, environment, homeostat
 LONG = ("run", "cstr", "--fault", "cool_stuck_closed", "--onset", "700", "--end", "86400", "--out", "run")
 
 
-def interruptible() -> None:
-    """A shell's background jobs ignore Ctrl-C, and so do their children unless told otherwise."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+INTERRUPTIBLE = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from homeostat.__main__ import main
+sys.exit(main(sys.argv[1:]))
+"""
+"""The command where the tests run as a shell's background job, whose children ignore Ctrl-C."""
 
 
 def stopped(folder: Path, how: signal.Signals, kinds: int, delay_s: float) -> tuple[int, str, str]:
     """Start a long run, stop it ``delay_s`` after ``kinds`` events are in its journal; status, output, errors."""
     journal = folder / "run" / "events.jsonl"
     process = subprocess.Popen(
-        [*COMMAND, *LONG], cwd=folder, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        preexec_fn=interruptible,
+        [sys.executable, "-c", INTERRUPTIBLE, *LONG], cwd=folder, env=environment(), stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     try:
         deadline = time.monotonic() + LIMIT_S

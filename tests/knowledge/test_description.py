@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import time
 
 import pytest
 from pyoxigraph import NamedNode, RdfFormat
@@ -227,13 +226,3 @@ def test_a_number_that_is_none_is_refused_whoever_wrote_the_graph(value: str) ->
     )
     with pytest.raises(GraphError, match="sigma"):
         symptom_rules(store, SYSTEM)
-
-
-def test_opening_a_plant_is_fast() -> None:
-    text = reactor()
-    best = float("inf")
-    for _ in range(5):
-        start = time.perf_counter()
-        read_plant(store_of(text), SYSTEM)
-        best = min(best, time.perf_counter() - start)
-    assert best < 0.150, f"graph to description took {best * 1e3:.0f} ms; the command line does it at every start"

@@ -73,11 +73,11 @@ def _draw_limits(axis: Axes, panel: Panel, plant: PlantDescription, truth: Traje
     for limit in plant.limits.limits:
         if limit.name not in panel.limits:
             continue
-        for threshold in _thresholds(limit, panel.tags):
+        for threshold in thresholds(limit, panel.tags):
             value, upper = threshold.value, threshold.upper
             axis.axhline(value, color=_LIMIT, linewidth=1.0, alpha=0.3, zorder=2)
-            in_force = _in_force(limit, threshold.node, truth) & (truth.times_s > started_s)
-            line = np.where(in_force, value, np.nan)
+            binding = in_force(limit, threshold.node, truth) & (truth.times_s > started_s)
+            line = np.where(binding, value, np.nan)
             axis.plot(truth.times_s, line, color=_LIMIT, linewidth=1.3, zorder=2)
             words = f"{limit.description}, {value:g}{'' if unit == '1' else ' ' + unit}"
             axis.annotate(
@@ -99,7 +99,8 @@ class Threshold:
     """Whether the tag must stay below it."""
 
 
-def _thresholds(limit: Limit, tags: tuple[str, ...]) -> list[Threshold]:
+def thresholds(limit: Limit, tags: tuple[str, ...]) -> list[Threshold]:
+    """What the limit compares one of ``tags`` with."""
     found = []
     for node, _ in walk(limit.formula.root):
         if isinstance(node, Comparison):
@@ -111,7 +112,7 @@ def _thresholds(limit: Limit, tags: tuple[str, ...]) -> list[Threshold]:
     return found
 
 
-def _in_force(limit: Limit, comparison: Comparison, truth: Trajectory) -> NDArray[np.bool_]:
+def in_force(limit: Limit, comparison: Comparison, truth: Trajectory) -> NDArray[np.bool_]:
     """When the comparison must hold, shape (times,): always, or while no alternative of an ``or`` does."""
     root = limit.formula.root
     others = [o for o in root.operands if o != comparison] if isinstance(root, Or) else []
