@@ -28,7 +28,8 @@ from homeostat.campaign.scoring import exposures
 from homeostat.cases.case import Case, load_case
 from homeostat.plant.clock import DeclaredClock, ThinkingClock
 
-PAGE = Path(__file__).parent.parent / "docs" / "results" / "cstr.md"
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "results" / "cstr.md"
 CACHE = Path("runs") / "results"
 MAIN = ("fouling", "pump_degrade", "cool_stuck_closed")
 OTHER = ("cool_stuck_open", "outlet_block", "inlet_stuck_open", "temp_bias", "level_bias", "leak")
@@ -171,13 +172,15 @@ def page(seeds: int, healthy: int, few: int, per_pair: int, workers: int) -> str
     quiet = measure_all("healthy", [("none", s, False) for s in range(1, healthy + 1)], workers)
     alarms = sum(r.attempts > 0 or r.actor != "none" or r.delay_s is not None for r in quiet)
     engine = subprocess.run(
-        [sys.executable, str(Path(__file__).parent / "engine.py")], capture_output=True, text=True, check=True
+        [sys.executable, "-m", "benchmarks.engine"], capture_output=True, text=True, check=True, cwd=ROOT
     ).stdout
     columns = ("fault", "recovered", "no action", "handed over", "not detected", "delay [s], median",
                "worst exposure [s]", "without action [s]", "limits exceeded longer than without action")  # fmt: skip
     return f"""# The reactor: what was measured
 
-Made by `make results` ({seeds} seeds per main fault, {few} per other fault, {per_pair} per pair, {healthy} fault-free), Python
+Made by `make results` ({seeds} seeds per main fault, {few} per other fault, {per_pair} per pair, {
+        healthy
+    } fault-free), Python
 {
         sys.version.split()[0]
     }, 2 cores. Each seed is another plant: its parameters, calibration errors and disturbances are drawn from
@@ -185,7 +188,7 @@ the stated uncertainty. Faults begin at 2000 s, runs end at 6000 s. One delibera
 
 ## Engine and accuracy
 
-`python benchmarks/engine.py`:
+`python -m benchmarks.engine`:
 
 ```text
 {engine.strip()}
@@ -246,7 +249,9 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
     PAGE.parent.mkdir(parents=True, exist_ok=True)
-    PAGE.write_text(page(options.seeds, options.healthy, options.few, options.per_pair, options.workers), encoding="utf-8")
+    PAGE.write_text(
+        page(options.seeds, options.healthy, options.few, options.per_pair, options.workers), encoding="utf-8"
+    )
 
 
 if __name__ == "__main__":
