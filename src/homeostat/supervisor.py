@@ -111,8 +111,8 @@ class Supervisor:
         try:
             async for snapshot in self._plant.snapshots():
                 await self._take(snapshot)
-        except BaseException:  # a bug or a shutdown: make the plant safe, then let it be seen
-            await self._gate.fall_back("internal error")
+        except BaseException as error:  # a bug or a shutdown: make the plant safe, then let it be seen
+            await self._hand_over(f"internal error ({type(error).__name__})")
             raise
 
     async def _take(self, snapshot: Snapshot) -> None:

@@ -259,6 +259,8 @@ def test_a_bug_makes_the_plant_safe_and_is_seen(role: str) -> None:
         run(stage)
     assert safe(stage), "the fallback acted"
     assert stage.trace.of(ReleasedActions) == ()
+    (fell,) = stage.trace.of(FellBack)
+    assert fell.reason == "internal error (Bug)" and fell.commands == stage.plant.written[-1][1]
 
 
 def test_a_bug_while_watching_makes_the_plant_safe_and_is_seen() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import time
 from dataclasses import dataclass
 
@@ -174,7 +175,7 @@ def _score(
     detected = reports[0] if reports else None
     kind = outcome(
         bool(scenario.faults), detected is not None, len(seen.released), len(seen.fallbacks),
-        inside_at_end(truth, limits),
+        inside_at_end(truth, limits, math.inf if seen.started_s is None else seen.started_s),
     )  # fmt: skip
     first = seen.released[0] if seen.released else None
     believed = [e for t, e in seen.diagnosed if first is None or t <= first[0]]

@@ -57,11 +57,11 @@ def exposures(truth: Trajectory, limits: Limits, started_s: float, detected_s: f
     return tuple(result)
 
 
-def inside_at_end(truth: Trajectory, limits: Limits) -> bool:
-    """Whether the plant kept its hard limits over the last :data:`CALM_S` seconds."""
-    rows = int(CALM_S / truth.dt_s)
+def inside_at_end(truth: Trajectory, limits: Limits, started_s: float = 0.0) -> bool:
+    """Whether the plant kept its hard limits over the last :data:`CALM_S` seconds, start-up left out."""
+    judged = truth.times_s > max(started_s, float(truth.times_s[-1]) - CALM_S)
     margins = (limit.formula.margins(truth.signals, truth.dt_s) for limit in limits.hard)
-    return all((m[..., -rows:] >= 0.0).all() for m in margins)
+    return all((np.broadcast_to(m, (1, judged.size))[:, judged] >= 0.0).all() for m in margins)
 
 
 def production_loss(

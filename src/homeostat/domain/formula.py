@@ -58,11 +58,11 @@ class Formula:
     unit: str = ""
     """Unit of the margins: that of the tags when all comparisons share one; ``1`` when they mix units (each margin is
     then divided by the largest scale of its tags); empty when the formula was parsed without tags."""
+    tags: frozenset[str] = field(init=False, repr=False, compare=False)
+    """Names of the tags it reads; found once, because limits are judged every second."""
 
-    @property
-    def tags(self) -> frozenset[str]:
-        """Names of the tags it reads."""
-        return tags_of(self.root)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "tags", tags_of(self.root))
 
     @property
     def horizon_s(self) -> float:
