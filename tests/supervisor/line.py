@@ -5,6 +5,7 @@ dT/dt = ``heating`` (F.sp / 0.03 - 0.5) 2 [K/s]: full feed heats at ``heating``,
 
 from __future__ import annotations
 
+import asyncio
 import math
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -211,3 +212,22 @@ class Stage:
     def kinds(self) -> list[str]:
         """The kinds of events in the trace, in order."""
         return [entry.event.kind for entry in self.trace.entries]
+
+
+GOOD, BAD = feed(HALF, "reduced"), feed(FULL, "reduced")
+"""Half feed holds the temperature; full feed runs through the limit within the horizon."""
+
+
+def run(stage: Stage) -> Stage:
+    asyncio.run(stage.supervisor().supervise())
+    return stage
+
+
+def monitoring(stage: Stage) -> ScriptedMonitoring:
+    assert isinstance(stage.monitoring, ScriptedMonitoring)
+    return stage.monitoring
+
+
+def safe(stage: Stage) -> bool:
+    """The fallback has acted and nothing was written after it."""
+    return stage.gate.latched is not None and stage.plant.written[-1][1] == stage.gate.armed.actions.commands

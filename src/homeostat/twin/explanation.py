@@ -105,6 +105,13 @@ class Explainer:
         self._best_per_fault([(a, best_second) for a in self._around(first, 0.7)], lambda s: s[0].fault, again)
         return [*found, *again, leader]
 
+    def variations(self, faults: FaultSet) -> list[Scored]:
+        """``faults`` together, with each one's size and onset varied in turn."""
+        sets: list[FaultSet] = [faults]
+        for k, fault in enumerate(faults):
+            sets += [(*faults[:k], near, *faults[k + 1 :]) for near in self._around(fault, 0.35)]
+        return [Scored(s, score) for s, score in zip(sets, self.score(sets).tolist(), strict=True)]
+
     def _best_per_fault(
         self, sets: Sequence[FaultSet], key: Callable[[FaultSet], str], keep: list[Scored] | None = None
     ) -> dict[str, Scored]:
@@ -194,6 +201,10 @@ def explain(
     none = float(whole.score([()])[0])
     scored = whole.singles(candidates, sorted({*lags, *(f.onset_s for f in known)}))
     best = max(scored, key=lambda s: s.score)
+    if len(known) > 1:
+        # Several faults were found together before: later they are one explanation among the others.
+        scored += whole.variations(tuple(known))
+        return hypotheses(scored, none)
     doubles = recent.pairs(best.faults[0], every, [end_s - lag for lag in LAGS_S[:12:2]])
     gain = max(d.score for d in doubles) - float(recent.score([best.faults])[0])
     if gain > SECOND_FAULT_NATS:
