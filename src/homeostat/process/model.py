@@ -55,12 +55,10 @@ class ProcessModel(Protocol):
         """Move states in place by what the instruments say beyond the model: variable -> shape (members,)."""
         ...
 
-    def resume_control(
-        self, states: Table, before: Mapping[str, float], now: Mapping[str, float], parameters: Table
-    ) -> None:
+    def resume_control(self, states: Table, readings: Mapping[str, Row], parameters: Table) -> None:
         """Set the controllers' memory in place so that their outputs go on without a bump.
 
-        ``now`` are the last readings; its commands were computed from the readings ``before``, one second earlier.
+        ``readings`` are the last ones (variable -> shape (n,), n >= 2): a command in row k was computed from row k - 1.
         """
         ...
 

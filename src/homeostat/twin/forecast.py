@@ -66,7 +66,7 @@ def synchronise(
         v: np.mean(window.readings[v][-rows:] - run.predicted[:, -rows:, j], axis=1) for j, v in enumerate(variables)
     }
     model.correct(states, residuals)
-    model.resume_control(states, window.at(-2), window.at(-1), parameters)
+    model.resume_control(states, window.readings, parameters)
     seeds = np.random.default_rng(noise_seed).integers(1, 2**62, size=len(sets), dtype=np.int64)
     weights = np.repeat([h.probability for h in hypotheses], count) / count
     return Ensemble(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from homeostat.cases.cstr.kernel import NORMAL, advance, measure
 from homeostat.cases.cstr.layout import FaultSlot, Input, P, Parameter, S, State, U
 from homeostat.process.batch import Kernel
+from homeostat.process.equipment import pid_integral
 from homeostat.process.types import Cube, Row, Table
 
 _TRUE = {
@@ -90,23 +92,26 @@ class CstrModel:
         states[:, S.T] += residuals["T1"]
         states[:, S.V] = np.maximum(states[:, S.V] + residuals["L1"], 0.0)
 
-    def resume_control(
-        self, states: Table, before: Mapping[str, float], now: Mapping[str, float], parameters: Table
-    ) -> None:
-        """Integral terms that gave the present commands: I = output - Kp e (level: minus the feed-forward), + Ki e."""
-        p = parameters
+    def resume_control(self, states: Table, readings: Mapping[str, Row], parameters: Table) -> None:
+        """Integral terms behind the present commands, I = output - Kp e (level: minus the feed-forward).
+
+        Where a command is at its limit it does not tell the integral; it is followed from where it last did.
+        """
+        p, r = parameters[0], readings
         for name, i in _READ.items():
             if not name.endswith("_travel"):
-                states[:, i] = now[name]
-        error = before["F1_sp"] - before["F1"]
-        states[:, S.flow_integral] = now["V1_cmd"] - p[:, P.Kp_flow] * error + p[:, P.Ki_flow] * error
-        error = before["L1"] - before["L1_sp"]
-        forward = np.clip(before["F1"] / p[:, P.feedforward_P1], 0.0, 1.0)
-        trim = now["P1_cmd"] - forward - p[:, P.Kp_level] * error + p[:, P.Ki_level] * error
-        states[:, S.level_integral] = np.clip(trim, p[:, P.trim_low], 1.0)
-        error = before["T1"] - before["T1_sp"]
-        cooling = now["V2_cmd"] - p[:, P.Kp_temperature] * error + p[:, P.Ki_temperature] * error
-        states[:, S.temperature_integral] = np.clip(cooling, 0.0, 1.0)
+                states[:, i] = r[name][-1]
+        feed = r["F1_sp"][:-1] - r["F1"][:-1]
+        states[:, S.flow_integral] = r["V1_cmd"][-1] - p[P.Kp_flow] * feed[-1] + p[P.Ki_flow] * feed[-1]
+        forward = np.clip(r["F1"][:-1] / p[P.feedforward_P1], 0.0, 1.0)
+        states[:, S.level_integral] = _follow_integral(
+            r["L1"][:-1] - r["L1_sp"][:-1], r["P1_cmd"][1:] - forward, _free(r["P1_cmd"][1:]), r["P1_man"][1:],
+            (p[P.Kp_level], p[P.Ki_level], p[P.trim_low]),
+        )  # fmt: skip
+        states[:, S.temperature_integral] = _follow_integral(
+            r["T1"][:-1] - r["T1_sp"][:-1], r["V2_cmd"][1:], _free(r["V2_cmd"][1:]), r["V2_man"][1:],
+            (p[P.Kp_temperature], p[P.Ki_temperature], 0.0),
+        )  # fmt: skip
 
     def shown_and_true(
         self, states: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
@@ -126,3 +131,22 @@ class CstrModel:
         replay[:, U.V2_man] = readings["V2_cmd"]
         replay[:, U.T2_in] = readings["T2"]
         return replay
+
+
+def _free(command: Row) -> NDArray[np.bool_]:
+    """Rows in which a command is inside its limits."""
+    return np.asarray((command > 0.0) & (command < 1.0))
+
+
+def _follow_integral(
+    error: Row, output: Row, known: NDArray[np.bool_], manual: Row, tuning: tuple[float, float, float]
+) -> float:
+    """The integral term after the last row; ``tuning`` is Kp, Ki and the lower limit of Kp e + I (the upper is 1)."""
+    gain, reset, low = tuning
+    integral = float(np.clip(output[0] - gain * error[0], low, 1.0))
+    for e, u, k, m in zip(error.tolist(), output.tolist(), known.tolist(), manual.tolist(), strict=True):
+        if not math.isnan(m):
+            continue
+        before = u - gain * e if k else integral
+        integral = float(pid_integral(e, before, gain, reset, low, 1.0, 1.0))
+    return min(max(integral, low), 1.0)
