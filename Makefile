@@ -41,7 +41,8 @@ format: $(VENV)/.dev
 lock: $(VENV)/.dev
 	$(COMPILE) --upgrade --python-version 3.11 requirements/build.in -o requirements/build.txt
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt pyproject.toml -o requirements/base.txt
-	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt --extra dev pyproject.toml -o requirements/dev.txt
+	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt --extra llm pyproject.toml -o requirements/llm.txt
+	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/llm.txt --extra llm --extra dev pyproject.toml -o requirements/dev.txt
 	$(COMPILE) --upgrade --python-version 3.11 requirements/rml.in -o requirements/rml.txt
 
 clean:
