@@ -43,12 +43,12 @@ def test_components_and_tags(plant: PlantDescription) -> None:
         (row["id"], row["kind"], row["part_of"], row["label"]) for row in table("equipment")
     }
     assert {
-        (t.name, str(t.role), t.unit, t.range.low, t.range.high, t.scale, t.rate_limit, t.description)
+        (t.name, str(t.role), t.unit, t.range.low, t.range.high, t.scale, t.rate_limit, t.increment, t.description)
         for t in plant.tags
     } == {
         (
             row["tag"], row["role"], row["unit"], float(row["low"]), float(row["high"]), float(row["scale"]),
-            number(row["rate_limit"]), row["description"],
+            number(row["rate_limit"]), number(row["increment"]), row["description"],
         )
         for row in table("signals")
     }  # fmt: skip

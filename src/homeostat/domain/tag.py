@@ -67,12 +67,16 @@ class Tag:
     """What it is, in the words of the signal list."""
     rate_limit: float | None = None
     """Fastest admissible ramp for SP and MV tags, in unit per second; None where no limit applies."""
+    increment: float | None = None
+    """Step in which SP and MV tags are set by hand, in the unit; None where any value may be set."""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.scale) and self.scale > 0):
             raise ValueError(f"tag {self.name!r}: scale {self.scale!r} must be finite and > 0 {self.unit}")
         if self.rate_limit is not None and not math.isfinite(self.rate_limit):
             raise ValueError(f"tag {self.name!r}: rate limit {self.rate_limit!r} must be finite, in {self.unit}/s")
+        if self.increment is not None and not (math.isfinite(self.increment) and self.increment > 0):
+            raise ValueError(f"tag {self.name!r}: increment {self.increment!r} must be finite and > 0 {self.unit}")
 
 
 def near_matches(name: str, known: Iterable[str]) -> str:

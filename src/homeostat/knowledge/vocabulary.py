@@ -226,6 +226,7 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     rangeHigh: NamedNode
     scale: NamedNode
     rateLimit: NamedNode
+    increment: NamedNode
     noiseSd: NamedNode
     biasSd: NamedNode
     samplePeriod: NamedNode

@@ -41,4 +41,5 @@ def _tag(entry: Entry) -> Tag:
         scale=entry.number("scale"),
         description=entry.words("description"),
         rate_limit=entry.optional_number("rate_limit"),
+        increment=entry.optional_number("increment"),
     )
