@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import assert_never
 
 import numpy as np
 
 from homeostat.agents.crew import Crew, NoAdmissiblePlan, Proposer, Situation
-from homeostat.agents.grounding import Context
 from homeostat.agents.rehearsal import TwinRehearsal
+from homeostat.assurance.checks import repetition_finding
 from homeostat.assurance.fallback import ValidatedFallback, choose
 from homeostat.assurance.gate import Gate, Refused
 from homeostat.assurance.restraint import Restraint
+from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.behaviour import StateMachine
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.limits import Limits
@@ -24,7 +26,6 @@ from homeostat.domain.production import Production
 from homeostat.domain.recovery import ActionSet, FallbackStrategy, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import (
-    Advice,
     Approve,
     HandedOver,
     LeftAlone,
@@ -39,6 +40,7 @@ from homeostat.trace.decisions import (
     Diagnosed,
     FallbackArmed,
     FellBack,
+    GaveUp,
     LeftAsIs,
     Noticed,
     ReleasedActions,
@@ -52,6 +54,8 @@ CALM_S = 300.0
 
 SHORTEST_S = 1.0
 """Thinking gets this much process time even where physics leaves less: the fallback is armed meanwhile [s]."""
+RECENT = 300
+"""Snapshots that proposers may look back on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,12 +64,12 @@ class Budget:
 
     latency_s: float = 30.0
     """Longest thinking [s]; the time that physics leaves may be shorter."""
-    attempts: int = 12
-    """Most proposals per proposer."""
     improvements: int = 2
     """Most proposals where the plant may also be left alone."""
     reserve_s: float = 5.0
     """Process time that is kept for the fallback to act [s]."""
+    last_s: float = 4.0
+    """Wall-clock time that is kept for the last proposer, which has never failed to answer in less [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,17 +98,22 @@ class Supervisor:
         limits: Limits,
         production: Production,
         fallbacks: Sequence[FallbackStrategy],
+        scales: Mapping[str, float],
         budget: Budget,
         trace: Trace,
     ) -> None:
-        """Wire the parts together; nothing happens before :meth:`supervise`."""
+        """Wire the parts together; nothing happens before :meth:`supervise`.
+
+        ``scales``: unit -> what counts as one unit of margin in it.
+        """
         self._plant, self._clock, self._crew, self._gate = plant, clock, crew, gate
         self._rehearsal, self._machine, self._limits = rehearsal, machine, limits
-        self._restraint = Restraint(limits, production, crew.reprompting.relative)
+        self._restraint = Restraint(limits, production, scales)
         self._fallbacks, self._budget, self._trace = tuple(fallbacks), budget, trace
         self._state = machine.initial.name
         self._released_s = math.inf
         self._seen_s = 0.0
+        self._recent: deque[Snapshot] = deque(maxlen=RECENT)
 
     async def supervise(self) -> None:
         """Watch the plant until it is shut off; act on what monitoring reports and on broken hard limits."""
@@ -117,7 +126,7 @@ class Supervisor:
 
     async def _take(self, snapshot: Snapshot) -> None:
         """One snapshot: hard limits first, then monitoring."""
-        self._seen_s = max(self._seen_s, snapshot.at_s)
+        self._remember((snapshot,))
         self._enter_started(snapshot)
         broken = self._gate.watch(snapshot)
         noticed = self._crew.monitoring.notices(snapshot)
@@ -144,7 +153,7 @@ class Supervisor:
 
     async def recover(self, diagnosis: Diagnosis) -> Outcome:
         """Release a validated action set within the time that physics leaves, leave the plant alone, or hand over."""
-        situation, idle = await self._look(diagnosis)
+        idle = await self._look(diagnosis)
         self._gate.correct(self._crew.simulation.instrument_errors(diagnosis))
         fallback = await self._arm_fallback(diagnosis)
         limit_s = self._deadline_s(idle)
@@ -153,9 +162,10 @@ class Supervisor:
         fine = self._restraint.fine(verdict, self._recovered)
         if fine and self._seen_s - self._released_s < CALM_S:
             return self._leave_alone(verdict)
+        recent = tuple(self._recent)
+        situation = Situation(recent[-1], diagnosis, self._state, recent, verdict.findings, limit_s)
         try:
-            async with asyncio.timeout(self._clock.wall_s(limit_s)):
-                found = await self._ask_proposers(situation, idle if fine else None)
+            found = await self._ask_proposers(situation, idle if fine else None)
             self._rehearsal.prepare(diagnosis, self._machine.state(found.actions.target))
             released = await self._gate.release(found.actions, found.approval, self._seen_s)
         except (TimeoutError, NoAdmissiblePlan, Refused) as reason:
@@ -171,25 +181,41 @@ class Supervisor:
         Where the plant may also be left as it is (``idle`` is that rollout), only what produces clearly more will do.
         """
         advice = Advice()
-        most = self._budget.attempts if idle is None else self._budget.improvements
+        most = proposer.attempts if idle is None else self._budget.improvements
         for number in range(1, most + 1):
-            path = advice.keep_path or await proposer.planning.plan(situation, advice)
-            if not self._open(path, situation):
-                raise NoAdmissiblePlan(f"{proposer.name}: {' > '.join(path.states)} is not open now")
-            actions = await proposer.action.act(situation, path, advice)
-            rollout = await self._crew.simulation.roll_out(situation.diagnosis, actions)
-            verdict = self._crew.validation.judge(actions, rollout, self._machine.state(path.target))
-            self._trace.record(Attempted.of(number, proposer.name, path, actions, rollout, verdict), self._seen_s)
-            match verdict:
-                case Approve():
+            attempt, rollout = await self._attempt(number, proposer, situation, advice)
+            self._trace.record(Attempted.of(proposer.name, attempt), self._seen_s)
+            match attempt.verdict:
+                case Approve() as approval:
+                    assert attempt.actions is not None and rollout is not None  # nothing else is approved
                     if idle is not None and not self._restraint.gains(idle, rollout):
                         raise NoAdmissiblePlan(f"{proposer.name}: nothing better than leaving the plant alone")
-                    return Approved(actions, verdict, proposer.name)
+                    return Approved(attempt.actions, approval, proposer.name)
                 case Revise():
-                    advice = self._crew.reprompting.advise(path, verdict, advice)
+                    after = await proposer.reprompting.advise(situation, attempt, advice)
+                    advice = replace(after, attempts=(*advice.attempts, attempt))
                 case _:
-                    assert_never(verdict)
+                    assert_never(attempt.verdict)
         raise NoAdmissiblePlan(f"{proposer.name}: no proposal was approved in {most} attempts")
+
+    async def _attempt(
+        self, number: int, proposer: Proposer, situation: Situation, advice: Advice
+    ) -> tuple[Attempt, Rollout | None]:
+        """One proposal as far as it gets, and its rollout where it gets that far."""
+        path = advice.keep_path or await proposer.planning.plan(situation, advice)
+        if isinstance(path, Revise):
+            return Attempt(number, None, None, path), None
+        if not self._open(path, situation):
+            raise NoAdmissiblePlan(f"{proposer.name}: {' > '.join(path.states)} is not open now")
+        actions = await proposer.action.act(situation, path, advice)
+        if isinstance(actions, Revise):
+            return Attempt(number, path, None, actions), None
+        for before in advice.attempts:
+            if before.actions is not None and before.actions.digest == actions.digest:
+                return Attempt(number, path, actions, Revise((repetition_finding(before.number),))), None
+        rollout = await self._crew.simulation.roll_out(situation.diagnosis, actions)
+        verdict = self._crew.validation.judge(actions, rollout, self._machine.state(path.target))
+        return Attempt(number, path, actions, verdict, len(rollout.weights)), rollout
 
     def _open(self, path: RecoveryPath, situation: Situation) -> bool:
         """Whether the machine lets the plant take ``path`` now, which no proposer is trusted with."""
@@ -202,30 +228,39 @@ class Supervisor:
         )
 
     async def _ask_proposers(self, situation: Situation, idle: Rollout | None) -> Approved:
-        """Ask one proposer after the other; the last one's failure is everyone's."""
+        """Ask one proposer after the other, each within its time; the last one's failure is everyone's."""
         if idle is not None and not self._restraint.worthwhile(idle):
             raise NoAdmissiblePlan("the plant already produces what it can")
-        reason = NoAdmissiblePlan("the crew has no proposer")
+        loop = asyncio.get_running_loop()
+        end = loop.time() + self._clock.wall_s(situation.deadline_s)
+        reason: NoAdmissiblePlan | TimeoutError = NoAdmissiblePlan("the crew has no proposer")
         for proposer in self._crew.proposers:
+            last = proposer is self._crew.proposers[-1]
             try:
-                return await self.deliberate(proposer, situation, idle)
+                async with asyncio.timeout_at(end if last else end - self._budget.last_s):
+                    return await self.deliberate(proposer, situation, idle)
+            except TimeoutError as late:
+                reason = late
+                text = f"{proposer.name}: no approved proposal in the time that was left for it"
+                self._trace.record(GaveUp(proposer.name, text), self._seen_s)
             except NoAdmissiblePlan as failed:
                 reason = failed
+                self._trace.record(GaveUp(proposer.name, str(failed)), self._seen_s)
         raise reason
 
-    async def _look(self, diagnosis: Diagnosis) -> tuple[Situation, Rollout]:
-        """A fresh look at the plant, and what happens if nothing is done."""
+    async def _look(self, diagnosis: Diagnosis) -> Rollout:
+        """Take a fresh look at the plant; what happens if nothing is done."""
         fresh = await self._plant.since(self._seen_s)
-        self._seen_s = fresh[-1].at_s
+        self._remember(fresh)
         self._crew.simulation.observe(fresh)
-        idle = await self._crew.simulation.roll_out(diagnosis, idle_actions(self._state))
-        context = self._context(diagnosis)
-        return Situation(fresh[-1], diagnosis, self._state, context), idle
+        return await self._crew.simulation.roll_out(diagnosis, idle_actions(self._state))
 
-    def _context(self, diagnosis: Diagnosis) -> Context:
-        """What the graph says about the most probable fault and the modules that it touches."""
-        fault = next(f.fault for h in diagnosis.hypotheses for f in h.faults)
-        return self._crew.grounding.context(fault)
+    def _remember(self, snapshots: Sequence[Snapshot]) -> None:
+        """Keep what was seen, each second once."""
+        for snapshot in snapshots:
+            if not self._recent or snapshot.at_s > self._recent[-1].at_s:
+                self._recent.append(snapshot)
+        self._seen_s = max(self._seen_s, snapshots[-1].at_s)
 
     async def _arm_fallback(self, diagnosis: Diagnosis) -> ValidatedFallback:
         """Validate the safe-state strategies on the twin and have the best one ready."""

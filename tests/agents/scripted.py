@@ -7,12 +7,12 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 
 from homeostat.agents.crew import NoAdmissiblePlan, Situation
-from homeostat.agents.grounding import Context
+from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.behaviour import State, StateMachine
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Advice, Finding, Outcome, Rollout, Verdict
+from homeostat.domain.verdict import Outcome, Revise, Rollout, Verdict
 from homeostat.trace.decisions import Retrieved
 
 SYMPTOM = Symptom("S-HOT", 0.0, 2.0, 1.0, 2.0)
@@ -60,14 +60,14 @@ class ScriptedMonitoring:
 class ScriptedPlanning:
     """Implements `homeostat.agents.crew.Planning`: one path after the other, the last one for ever."""
 
-    def __init__(self, machine: StateMachine, *paths: Sequence[str] | Exception, delay_s: float = 0.0) -> None:
+    def __init__(self, machine: StateMachine, *paths: Sequence[str] | Revise | Exception, delay_s: float = 0.0) -> None:
         """``paths``: names of transitions, or what to raise; `NoAdmissiblePlan` where there is none."""
         self._machine = machine
         self._paths = list(paths)
         self._delay_s = delay_s
         self.asked: list[tuple[Situation, Advice]] = []
 
-    async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath:
+    async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath | Revise:
         self.asked.append((situation, advice))
         await asyncio.sleep(self._delay_s)
         if not self._paths:
@@ -75,6 +75,8 @@ class ScriptedPlanning:
         answer = self._paths[min(len(self.asked), len(self._paths)) - 1]
         if isinstance(answer, Exception):
             raise answer
+        if isinstance(answer, Revise):
+            return answer
         by_name = {t.name: t for t in self._machine.transitions}
         return RecoveryPath(self._machine, tuple(by_name[name] for name in answer))
 
@@ -82,13 +84,13 @@ class ScriptedPlanning:
 class ScriptedAction:
     """Implements `homeostat.agents.crew.Action`: one answer after the other, the last one for ever."""
 
-    def __init__(self, *answers: ActionSet | Exception, delay_s: float = 0.0, thread_s: float = 0.0) -> None:
+    def __init__(self, *answers: ActionSet | Revise | Exception, delay_s: float = 0.0, thread_s: float = 0.0) -> None:
         """``delay_s``: thinking that can be interrupted; ``thread_s``: in a thread, which cannot."""
         self._answers = list(answers)
         self._delay_s, self._thread_s = delay_s, thread_s
         self.asked: list[tuple[Situation, RecoveryPath, Advice]] = []
 
-    async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet:
+    async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
         self.asked.append((situation, path, advice))
         await asyncio.sleep(self._delay_s)
         if self._thread_s:
@@ -118,6 +120,11 @@ class ScriptedSimulation:
         self.tried.append(actions)
         return self._answer(actions)
 
+    async def sensitivities(
+        self, diagnosis: Diagnosis, actions: ActionSet, target: State, criteria: Sequence[str]
+    ) -> tuple[Sensitivity, ...]:
+        return ()
+
 
 class ScriptedValidation:
     """Implements `homeostat.agents.crew.Validation`: a function judges."""
@@ -135,21 +142,15 @@ class ScriptedReprompting:
     def __init__(self, bug: Exception | None = None) -> None:
         self._bug = bug
 
-    def advise(self, path: RecoveryPath, verdict: Verdict, before: Advice) -> Advice:
+    async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
         if self._bug is not None:
             raise self._bug
-        violated = tuple(f for f in verdict.findings if not f.satisfied)
+        violated = tuple(f for f in attempt.verdict.findings if not f.satisfied)
         return Advice(findings=violated, tries=before.tries + 1)
-
-    def relative(self, finding: Finding) -> float:
-        return finding.margin
 
 
 class NoGraph:
     """Stands where the knowledge graph is not asked: no context, nothing retrieved."""
-
-    def context(self, fault: str) -> Context:
-        return Context(fault, "", "")
 
     def candidate_faults(self, symptoms: Sequence[str]) -> tuple[str, ...]:
         return ()

@@ -6,8 +6,7 @@ import functools
 
 from homeostat.agents.action import SearchAction, SearchSettings
 from homeostat.agents.crew import Situation
-from homeostat.agents.grounding import Context, Grounding
-from homeostat.cases.wiring import modules_of_faults
+from homeostat.agents.grounding import Grounding
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.snapshot import Snapshot
 from tests.twin.followed import follow, reactor, readings
@@ -15,7 +14,6 @@ from tests.twin.followed import follow, reactor, readings
 STUCK = FaultState("cool_stuck_closed", 0.7, 1450.0)
 NOW_S = 1460
 BELIEF = Diagnosis(float(NOW_S), (), (Hypothesis((STUCK,), 0.9), Hypothesis((), 0.1)))
-NO_CONTEXT = Context("", "", "")
 
 
 @functools.cache
@@ -27,11 +25,11 @@ def stuck() -> tuple[Snapshot, ...]:
 @functools.cache
 def grounding() -> Grounding:
     case = reactor()
-    return Grounding(case.graph, case.namespace, modules_of_faults(case.description))
+    return Grounding(case.graph, case.namespace)
 
 
 def now() -> Situation:
-    return Situation(stuck()[NOW_S - 1], BELIEF, "normal", NO_CONTEXT)
+    return Situation(stuck()[NOW_S - 1], BELIEF, "normal", stuck()[:NOW_S])
 
 
 QUICK = SearchSettings(coarse=(0.1,), finalists=3, fine=(0.05,))

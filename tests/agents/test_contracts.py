@@ -28,7 +28,7 @@ from tests.agents.scripted import (
     ScriptedValidation,
 )
 from tests.agents.scripted import diagnosis as runaway
-from tests.agents.stuck_valve import BELIEF, NO_CONTEXT, NOW_S, QUICK, grounding, now, search, stuck
+from tests.agents.stuck_valve import BELIEF, NOW_S, QUICK, grounding, now, search, stuck
 from tests.contracts.action import ActionContract
 from tests.contracts.monitoring import MonitoringContract
 from tests.contracts.planning import PlanningContract
@@ -41,7 +41,7 @@ from tests.twin.followed import follow, reactor
 
 
 def on_the_line() -> Situation:
-    return Situation(reading(50.0), runaway(50.0), "running", NO_CONTEXT)
+    return Situation(reading(50.0), runaway(50.0), "running")
 
 
 class TestSearchPlanning(PlanningContract):
@@ -112,7 +112,7 @@ class TestScriptedAction(ActionContract):
 class TestTwinSimulation(SimulationContract):
     @pytest.fixture
     def simulation(self) -> Simulation:
-        return TwinSimulation(follow(stuck()[:NOW_S]), reactor().description.tags_by_name)
+        return TwinSimulation(follow(stuck()[:NOW_S]), reactor().description.tags_by_name, reactor().description.limits)
 
     @pytest.fixture
     def diagnosis(self) -> Diagnosis:
@@ -138,7 +138,7 @@ class TestSimulationOnTheLine(SimulationContract):
     def simulation(self) -> Simulation:
         twin = LineTwin()
         twin.observe(reading(50.0))
-        return TwinSimulation(twin, TAGS)  # type: ignore[arg-type]
+        return TwinSimulation(twin, TAGS, LIMITS)  # type: ignore[arg-type]
 
     @pytest.fixture
     def diagnosis(self) -> Diagnosis:

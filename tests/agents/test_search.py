@@ -18,13 +18,14 @@ from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.agents.reprompting import CURABLE, TRIES, MarginReprompting
 from homeostat.agents.simulation import MOST, TwinSimulation, plausible
 from homeostat.assurance.checks import command_findings, judge
+from homeostat.domain.advice import Advice
 from homeostat.domain.behaviour import SetpointRange
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.limits import Owner
 from homeostat.domain.recovery import ActionSet, RecoveryPath
-from homeostat.domain.verdict import Advice, Approve, Revise
+from homeostat.domain.verdict import Approve, Revise
 from tests.agents.stuck_valve import BELIEF, NOW_S, QUICK, grounding, now, search, stuck
-from tests.contracts.reprompting import finding
+from tests.contracts.reprompting import advise, finding
 from tests.twin.followed import follow, reactor
 
 # --- planning ---------------------------------------------------------------------------------------------------
@@ -111,7 +112,7 @@ def test_the_search_finds_what_validation_approves() -> None:
     """A valve stuck at 30 %: less feed is needed, and most of the production can be kept."""
     d = reactor().description
     twin = follow(stuck()[:NOW_S])
-    rollout = asyncio.run(TwinSimulation(twin, d.tags_by_name).roll_out(BELIEF, found()))
+    rollout = asyncio.run(TwinSimulation(twin, d.tags_by_name, d.limits).roll_out(BELIEF, found()))
     verdict = judge(found(), rollout, d.limits, d.machine.state("reduced_load"), d.tags_by_name)
     assert isinstance(verdict, Approve), [f.message for f in verdict.violated]
     feed = found().command("F1.sp")
@@ -200,18 +201,18 @@ REPROMPTING = MarginReprompting({"K": 2.0})
 
 def test_a_small_violation_keeps_the_path_and_asks_for_more() -> None:
     verdict = Revise((finding(-0.1), finding(5.0, name="FINE")))
-    advice = REPROMPTING.advise(reduce(), verdict, Advice())
+    advice = advise(REPROMPTING, reduce(), verdict, Advice())
     assert advice.keep_path == reduce() and advice.tries == 1 and advice.refused_paths == ()
     ((name, wanted),) = advice.required
     assert name == "ACC-T-HIGH" and wanted > 0.1
-    again = REPROMPTING.advise(reduce(), verdict, advice)
+    again = advise(REPROMPTING, reduce(), verdict, advice)
     assert again.tries == 2 and dict(again.required)["ACC-T-HIGH"] > wanted, "each time it asks for more"
 
 
 def test_a_path_is_given_up_after_some_tries() -> None:
     advice, tries = Advice(), 0
     while advice.keep_path is not None or tries == 0:
-        advice = REPROMPTING.advise(reduce(), Revise((finding(-1e-9),)), advice)
+        advice = advise(REPROMPTING, reduce(), Revise((finding(-1e-9),)), advice)
         tries += 1
     assert tries == TRIES and advice.refused_paths == (reduce().states,) and advice.required == ()
 
@@ -221,18 +222,18 @@ EDGE = -CURABLE * 2.0
 
 @pytest.mark.parametrize(("margin", "kept"), [(EDGE, True), (math.nextafter(EDGE, -9.0), False), (-math.inf, False)])
 def test_a_large_violation_asks_for_another_path(margin: float, kept: bool) -> None:
-    advice = REPROMPTING.advise(reduce(), Revise((finding(margin),)), Advice())
+    advice = advise(REPROMPTING, reduce(), Revise((finding(margin),)), Advice())
     assert (advice.keep_path is not None) is kept
     assert advice.refused_paths == (() if kept else (reduce().states,))
 
 
 def test_what_only_planning_can_cure_asks_for_another_path() -> None:
-    advice = REPROMPTING.advise(reduce(), Revise((finding(-1e-6, Owner.PLANNING),)), Advice())
+    advice = advise(REPROMPTING, reduce(), Revise((finding(-1e-6, Owner.PLANNING),)), Advice())
     assert advice.keep_path is None and advice.refused_paths == (reduce().states,)
 
 
 def test_an_approval_needs_no_advice() -> None:
-    assert REPROMPTING.advise(reduce(), Approve("x", ()), Advice(tries=2)) == Advice()
+    assert advise(REPROMPTING, reduce(), Approve("x", ()), Advice(tries=2)) == Advice()
 
 
 @given(st.lists(st.floats(0.0, 1.0), max_size=30), st.floats(0.0, 0.2))

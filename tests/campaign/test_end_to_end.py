@@ -96,7 +96,7 @@ OTHERS = ("cool_stuck_open", "outlet_block", "inlet_stuck_open", "temp_bias", "l
 
 @pytest.mark.parametrize("fault", OTHERS)
 def test_acting_never_breaks_a_limit_for_longer_than_not_acting(fault: str) -> None:
-    result, _ = done(fault, 1, Budget(attempts=3))
+    result, _ = done(fault, 1)
     limits = reactor().description.limits
     alone = {e.limit: e.total_s for e in exposures(run_unattended(reactor(), short(fault, 1)), limits, 600.0, None)}
     acted = {e.limit: e.total_s for e in exposures(result.truth, limits, 600.0, None)}

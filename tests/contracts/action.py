@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 from homeostat.agents.crew import Action, Situation
 from homeostat.assurance.checks import command_findings
+from homeostat.domain.advice import Advice
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.tag import Tag
-from homeostat.domain.verdict import Advice
 
 
 class ActionContract:

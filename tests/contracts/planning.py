@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 
 from homeostat.agents.crew import NoAdmissiblePlan, Planning, Situation
+from homeostat.domain.advice import Advice
 from homeostat.domain.behaviour import StateMachine
 from homeostat.domain.recovery import RecoveryPath
-from homeostat.domain.verdict import Advice
 
 
 class PlanningContract:

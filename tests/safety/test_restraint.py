@@ -23,7 +23,7 @@ IDLE = ActionSet((), "running")
 
 
 def restraint(limits: Limits = LIMITS) -> Restraint:
-    return Restraint(limits, Production("F", 0.03), lambda finding: finding.margin / SCALE)
+    return Restraint(limits, Production("F", 0.03), {"K": SCALE, "1": SCALE})
 
 
 def finding(name: str, margin: float) -> Finding:
@@ -142,7 +142,7 @@ def constant(rate: float) -> Rollout:
 
 
 def test_the_edge_itself_is_not_worth_it() -> None:
-    edge = Restraint(LIMITS, Production("F", 1.0), lambda finding: finding.margin)
+    edge = Restraint(LIMITS, Production("F", 1.0), {})
     assert not edge.worthwhile(constant(1.0 - GAIN)) and edge.worthwhile(constant(math.nextafter(1.0 - GAIN, 0.0)))
     assert not edge.gains(constant(0.5), constant(0.5 + GAIN))
     assert edge.gains(constant(0.5), constant(math.nextafter(0.5 + GAIN, 1.0)))

@@ -175,6 +175,7 @@ class Stage:
     monitoring: Monitoring = field(default_factory=lambda: ScriptedMonitoring(50.0))
     clock: Clock = field(default_factory=lambda: DeclaredClock(1.0))
     reprompting: Reprompting = field(default_factory=ScriptedReprompting)
+    attempts: int = 12
     simulation: Simulation | None = None
     validation: Validation | None = None
     others: tuple[Proposer, ...] = ()
@@ -197,15 +198,14 @@ class Stage:
         assert self.planning is not None
         crew = Crew(
             self.monitoring,
-            (Proposer("scripted", self.planning, self.action), *self.others),
-            self.simulation or TwinSimulation(self.twin, TAGS),  # type: ignore[arg-type]
+            (Proposer("scripted", self.planning, self.action, self.reprompting, self.attempts), *self.others),
+            self.simulation or TwinSimulation(self.twin, TAGS, self.limits),  # type: ignore[arg-type]
             self.validation or LimitValidation(self.limits, TAGS),
-            self.reprompting,
             NoGraph(),  # type: ignore[arg-type]
         )
         return Supervisor(
             self.plant, self.clock, crew, self.gate, self.rehearsal, MACHINE, self.limits, Production("F", FULL),
-            (DRAIN, VENT), self.budget, self.trace,
+            (DRAIN, VENT), {"K": 2.0}, self.budget, self.trace,
         )  # fmt: skip
 
     @property

@@ -11,7 +11,6 @@ from homeostat.agents.crew import NoAdmissiblePlan, Proposer
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.verdict import Approve, HandedOver, LeftAlone, Released, RolloutResult
 from homeostat.plant.clock import DeclaredClock, ThinkingClock
-from homeostat.supervisor import Budget
 from homeostat.trace.decisions import Attempted, FellBack, ReleasedActions
 from tests.agents.scripted import (
     SYMPTOM,
@@ -60,7 +59,7 @@ def test_a_refused_proposal_is_reprompted_with_its_findings() -> None:
 
 @pytest.mark.parametrize("attempts", [1, 3])
 def test_what_is_never_approved_is_handed_over_within_the_attempts(attempts: int) -> None:
-    stage = run(Stage(ScriptedAction(BAD), start=305.0, budget=Budget(attempts=attempts)))
+    stage = run(Stage(ScriptedAction(BAD), start=305.0, attempts=attempts))
     (outcome,) = monitoring(stage).outcomes
     assert isinstance(outcome, HandedOver) and f"in {attempts} attempts" in outcome.reason
     assert len(stage.trace.of(Attempted)) == attempts
@@ -77,12 +76,12 @@ def test_after_a_hand_over_nothing_is_tried_again() -> None:
 
 def test_proposers_are_asked_in_their_order_and_the_next_one_only_if_needed() -> None:
     second = ScriptedAction(GOOD)
-    others = (Proposer("second", ScriptedPlanning(MACHINE, ("reduce",)), second),)
-    stage = run(Stage(ScriptedAction(BAD), others=others, start=305.0, budget=Budget(attempts=2)))
+    others = (Proposer("second", ScriptedPlanning(MACHINE, ("reduce",)), second, ScriptedReprompting()),)
+    stage = run(Stage(ScriptedAction(BAD), others=others, start=305.0, attempts=2))
     assert [a.proposer for a in stage.trace.of(Attempted)] == ["scripted", "scripted", "second"]
     assert stage.trace.of(ReleasedActions)[0].proposer == "second"
     unneeded = ScriptedAction(GOOD)
-    others = (Proposer("second", ScriptedPlanning(MACHINE, ("reduce",)), unneeded),)
+    others = (Proposer("second", ScriptedPlanning(MACHINE, ("reduce",)), unneeded, ScriptedReprompting()),)
     run(Stage(ScriptedAction(GOOD), others=others, start=305.0))
     assert unneeded.asked == []
 
@@ -269,7 +268,7 @@ def test_a_proposal_on_which_the_twin_breaks_down_is_only_refused() -> None:
 
 def test_a_recovered_plant_whose_twin_breaks_down_is_not_left_alone() -> None:
     watching = ScriptedMonitoring(20.0, 100.0)
-    stage = Stage(ScriptedAction(GOOD, BAD), start=305.0, monitoring=watching, budget=Budget(attempts=1))
+    stage = Stage(ScriptedAction(GOOD, BAD), start=305.0, monitoring=watching, attempts=1)
     broken_from = 60.0
     stage.twin.result = lambda actions: (
         RolloutResult.BROKE_DOWN

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from homeostat.agents.candidates import Point, SearchSpace, present_point
 from homeostat.agents.crew import Situation
 from homeostat.agents.simulation import plausible
+from homeostat.domain.advice import Advice
 from homeostat.domain.limits import Criterion, Limit, LimitKind, Limits
 from homeostat.domain.production import Production
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.tag import Tag
-from homeostat.domain.verdict import Advice
 from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Twin
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from homeostat.agents.grounding import Context, Grounding
+from homeostat.agents.grounding import Grounding
+from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.behaviour import State
 from homeostat.domain.diagnosis import Diagnosis, Symptom
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Advice, Finding, Outcome, Rollout, Verdict
+from homeostat.domain.verdict import Finding, Outcome, Revise, Rollout, Verdict
 
 
 class NoAdmissiblePlan(Exception):
@@ -28,8 +29,12 @@ class Situation:
     """What is believed to be wrong."""
     state: str
     """State of the supervisory state machine."""
-    context: Context
-    """What the graph says about it."""
+    recent: tuple[Snapshot, ...] = ()
+    """The last minutes, the oldest first."""
+    idle: tuple[Finding, ...] = ()
+    """Every check on what happens without action."""
+    deadline_s: float = 0.0
+    """Process time that is left for thinking [s]."""
 
 
 class Monitoring(Protocol):
@@ -56,16 +61,16 @@ class Monitoring(Protocol):
 class Planning(Protocol):
     """Proposes a path through the state machine."""
 
-    async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath:
-        """A path to try; NoAdmissiblePlan where none is left."""
+    async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath | Revise:
+        """A path to try, or why the answer is none; NoAdmissiblePlan where nothing is left."""
         ...
 
 
 class Action(Protocol):
     """Turns a path into commands."""
 
-    async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet:
-        """Commands that take the path."""
+    async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
+        """Commands that take the path, or why the answer has none; NoAdmissiblePlan where nothing is left."""
         ...
 
 
@@ -84,6 +89,12 @@ class Simulation(Protocol):
         """What ``actions`` would do from the present on, under every plausible hypothesis."""
         ...
 
+    async def sensitivities(
+        self, diagnosis: Diagnosis, actions: ActionSet, target: State, criteria: Sequence[str]
+    ) -> tuple[Sensitivity, ...]:
+        """How the margins of ``criteria`` change with each command that ``target`` leaves free."""
+        ...
+
 
 class Validation(Protocol):
     """Judges rollouts."""
@@ -96,12 +107,8 @@ class Validation(Protocol):
 class Reprompting(Protocol):
     """Says what the next attempt must cure, and who must cure it."""
 
-    def advise(self, path: RecoveryPath, verdict: Verdict, before: Advice) -> Advice:
-        """Advice for the next attempt."""
-        ...
-
-    def relative(self, finding: Finding) -> float:
-        """The finding's margin in scales of its unit [1]."""
+    async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
+        """Advice for the next attempt; NoAdmissiblePlan where another one is pointless."""
         ...
 
 
@@ -115,6 +122,10 @@ class Proposer:
     """Proposes paths."""
     action: Action
     """Proposes commands."""
+    reprompting: Reprompting
+    """Says what the next attempt must cure."""
+    attempts: int = 12
+    """Most proposals in one recovery."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +140,5 @@ class Crew:
     """Tries."""
     validation: Validation
     """Judges."""
-    reprompting: Reprompting
-    """Advises."""
     grounding: Grounding
     """Asks the knowledge graph for all of them."""

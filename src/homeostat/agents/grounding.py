@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 from pyoxigraph import NamedNode, Triple
 
 from homeostat.knowledge import questions
+from homeostat.knowledge.context import Excerpt, excerpt
 from homeostat.knowledge.query import template
 from homeostat.knowledge.store import GraphStore
 from homeostat.knowledge.turtle import write_turtle
@@ -19,35 +19,19 @@ Arguments: TypeAlias = dict[str, NamedNode | tuple[NamedNode, ...]]
 """Parameter of a template -> what it is bound to."""
 
 
-@dataclass(frozen=True, slots=True)
-class Context:
-    """What a proposer is shown of the graph, in Turtle."""
-
-    fault: str
-    """Everything stated about the most probable fault."""
-    machine: str
-    """The state machine with its setpoint ranges."""
-    modules: str
-    """The modules that the fault touches: operators, flows, components, tags, loops, limits."""
-
-
 class Grounding:
     """Questions to one plant's graph; identical questions are asked once, but every use is recorded."""
 
-    def __init__(
-        self, store: GraphStore, namespace: str, modules_of: Mapping[str, str], archive: Archive | None = None
-    ) -> None:
+    def __init__(self, store: GraphStore, namespace: str, archive: Archive | None = None) -> None:
         """Ask ``store`` about one plant.
 
         ``namespace``: where the plant's things live; a thing is ``namespace`` + kind + ``_`` + name.
-        ``modules_of``: fault -> module that it touches.
         """
         self._store = store
-        self._modules_of = dict(modules_of)
         self._namespace = namespace
         self._archive = archive or NoArchive()
         self._pending: list[Retrieved] = []
-        self._graphs: dict[tuple[str, tuple[str, ...]], str] = {}
+        self._graphs: dict[tuple[str, tuple[str, ...]], tuple[tuple[Triple, ...], str]] = {}
 
     def candidate_faults(self, symptoms: Sequence[str]) -> tuple[str, ...]:
         """Names of the faults that the named symptoms indicate, those with most symptoms first (SELECT)."""
@@ -68,32 +52,46 @@ class Grounding:
         self._note("is_admissible_step", (*states, *faults), step, "yes" if answer else "no")
         return answer
 
-    def context(self, fault: str) -> Context:
-        """What a proposer is shown about ``fault`` (DESCRIBE and two CONSTRUCTs)."""
-        modules = (self._modules_of[fault],)
-        (node,) = self._nodes("fault", [fault])
-        machine = NamedNode(self._namespace + "machine")
-        parts = self._nodes("equipment", modules)
-        return Context(
-            self._graph("describe_fault", (fault,), {"fault": node}),
-            self._graph("planning_context", ("machine",), {"machine": machine}),
-            self._graph("recovery_context", modules, {"modules": parts}),
-        )
+    def planning_excerpt(
+        self, state: str, event: str, faults: Sequence[str], budget: int, count: Callable[[str], int]
+    ) -> Excerpt:
+        """What planning is shown: what ``event`` can lead to from ``state``, and what ``faults`` block (CONSTRUCT)."""
+        (here,), present = self._nodes("state", [state]), self._nodes("fault", faults)
+        (trigger,) = self._nodes("event", [event])
+        bound: Arguments = {"here": here, "event": trigger, "faults": present}
+        return self._excerpt("planning_fragment", (state, *faults), bound, (here, *present), budget, count)
+
+    def action_excerpt(
+        self, target: str, tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int,
+        count: Callable[[str], int],
+    ) -> Excerpt:  # fmt: skip
+        """What acting is shown: from the setpoints of state ``target`` to what they move and what limits it.
+
+        ``tags`` may be commanded there; ``hard``: limits that are never left out before anything else is.
+        """
+        (state,), present = self._nodes("state", [target]), self._nodes("fault", faults)
+        seeds = (*present, *self._nodes("tag", tags), *self._nodes("limit", hard))
+        bound: Arguments = {"state": state, "faults": present}
+        return self._excerpt("action_fragment", (target, *faults), bound, seeds, budget, count)
 
     def drain(self) -> tuple[Retrieved, ...]:
         """What was asked since the last call, in order."""
         pending, self._pending = tuple(self._pending), []
         return pending
 
-    def _graph(self, question: str, about: tuple[str, ...], arguments: Arguments) -> str:
+    def _excerpt(
+        self, question: str, about: tuple[str, ...], arguments: Arguments, seeds: Sequence[NamedNode], budget: int,
+        count: Callable[[str], int],
+    ) -> Excerpt:  # fmt: skip
         key = (question, about)
         if key not in self._graphs:
-            triples: tuple[Triple, ...] = template(question).construct(self._store, **arguments)
+            triples = template(question).construct(self._store, **arguments)
             prefix = self._namespace.rstrip("#").rpartition(":")[2]
-            self._graphs[key] = write_turtle(triples, prefix, self._namespace).decode("utf-8")
-        text = self._graphs[key]
-        self._note(question, about, arguments, f"{text.count(chr(10))} lines", text)
-        return text
+            self._graphs[key] = triples, write_turtle(triples, prefix, self._namespace).decode("utf-8")
+        triples, text = self._graphs[key]
+        found = excerpt(triples, seeds, self._namespace, budget, count)
+        self._note(question, about, arguments, f"{len(triples)} triples; {found.shown} things shown", text)
+        return found
 
     def _note(
         self, question: str, about: Sequence[str], arguments: Arguments,

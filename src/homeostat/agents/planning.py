@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from homeostat.agents.crew import NoAdmissiblePlan, Situation
 from homeostat.agents.grounding import Grounding
+from homeostat.domain.advice import Advice
 from homeostat.domain.behaviour import StateMachine
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.recovery import RecoveryPath
-from homeostat.domain.verdict import Advice
 
 EVENT = "fault_diagnosed"
 PLAUSIBLE = 0.05

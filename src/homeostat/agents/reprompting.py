@@ -1,12 +1,14 @@
-"""Reprompting: from a verdict to typed advice."""
+"""Reprompting for a search: from a verdict to typed advice, by margins."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
+from homeostat.agents.crew import Situation
+from homeostat.assurance.checks import REPEATED
+from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.limits import Owner
-from homeostat.domain.recovery import RecoveryPath
-from homeostat.domain.verdict import Advice, Approve, Finding, Verdict
+from homeostat.domain.verdict import Approve
 
 CURABLE = 0.5
 """A violation of up to this many scales is worth another try on the same path."""
@@ -23,21 +25,20 @@ class MarginReprompting:
         """``scales``: unit -> what counts as one unit of margin in it."""
         self._scales = scales
 
-    def advise(self, path: RecoveryPath, verdict: Verdict, before: Advice) -> Advice:
+    async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
         """Ask for more margin where the path can be cured, for another path where it cannot."""
-        if isinstance(verdict, Approve):
+        if isinstance(attempt.verdict, Approve):
             return Advice()
-        violated = verdict.violated
+        violated = attempt.verdict.violated
+        if any(f.criterion == REPEATED for f in violated):
+            violated = before.findings  # what it violated the first time, asked for more strongly
         tries = before.tries + 1
-        hopeless = any(f.owner is Owner.PLANNING or self.relative(f) < -CURABLE for f in violated)
-        if hopeless or tries >= TRIES:
-            return Advice(findings=violated, refused_paths=(*before.refused_paths, path.states))
+        hopeless = any(f.owner is Owner.PLANNING or f.relative(self._scales) < -CURABLE for f in violated)
+        if attempt.path is None or hopeless or tries >= TRIES:
+            refused = () if attempt.path is None else (attempt.path.states,)
+            return Advice(findings=violated, refused_paths=(*before.refused_paths, *refused))
         wanted = dict(before.required)
         for f in violated:
             step = max(-1.3 * f.margin, STEP * self._scales.get(f.unit, 1.0))
             wanted[f.criterion] = wanted.get(f.criterion, 0.0) + step
-        return Advice(violated, path, tries, before.refused_paths, tuple(sorted(wanted.items())))
-
-    def relative(self, finding: Finding) -> float:
-        """The finding's margin in scales of its unit [1]."""
-        return finding.margin / self._scales.get(finding.unit, 1.0)
+        return Advice(violated, Owner.ACTION, attempt.path, tries, before.refused_paths, tuple(sorted(wanted.items())))

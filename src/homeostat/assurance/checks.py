@@ -16,6 +16,9 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, RolloutResult, Verdict
 
+REPEATED = "CHK-REPEATED"
+"""Name of the refusal of a proposal that was judged before."""
+
 
 def judge(actions: ActionSet, rollout: Rollout, limits: Limits, target: State, tags: Mapping[str, Tag]) -> Verdict:
     """Approve ``actions`` only if every check holds in every member of ``rollout``; default is to refuse."""
@@ -82,6 +85,11 @@ def worst(
     )
 
 
+def target_name(target: State) -> str:
+    """Name of the finding on whether ``target`` is reached."""
+    return f"TARGET-{target.name}"
+
+
 def target_finding(rollout: Rollout, target: State) -> Finding:
     """Whether every member has reached the target state at the end of the rollout."""
     last = {tag: values[:, -1:] for tag, values in rollout.trajectory.signals.items()}
@@ -89,7 +97,7 @@ def target_finding(rollout: Rollout, target: State) -> Finding:
     member = int(np.argmin(margins[:, 0]))
     end_s = (rollout.trajectory.length - 1) * rollout.trajectory.dt_s
     return _finding(
-        f"TARGET-{target.name}", Owner.PLANNING, target.settled_when, f"State {target.name!r} is reached",
+        target_name(target), Owner.PLANNING, target.settled_when, f"State {target.name!r} is reached",
         float(margins[member, 0]), end_s, member,
     )  # fmt: skip
 
@@ -117,6 +125,11 @@ def command_findings(actions: ActionSet, target: State, tags: Mapping[str, Tag])
             text = f"{c.tag!r} ramps at {rate:.6g} {tag.unit}/s; limit {tag.rate_limit:.6g} {tag.unit}/s"
             found.append(Finding("CHK-RATE", Owner.ACTION, tag.rate_limit - rate, f"{tag.unit}/s", 0.0, 0, text))
     return tuple(found)
+
+
+def repetition_finding(number: int) -> Finding:
+    """The refusal of an action set that was attempt ``number`` already: the same proposal gets the same verdict."""
+    return _refusal(REPEATED, f"this is attempt {number} again; propose something else")
 
 
 def permissive_findings(snapshot: Snapshot, actions: ActionSet, limits: Limits) -> tuple[Finding, ...]:

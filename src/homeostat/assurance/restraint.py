@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 
 from homeostat.domain.limits import Limits
 from homeostat.domain.production import Production
-from homeostat.domain.verdict import Approve, Finding, Rollout, Verdict
+from homeostat.domain.verdict import Approve, Rollout, Verdict
 
 TOLERANCE = 0.3
 """A recovered plant is left alone while soft criteria are missed by no more than this many scales [1]."""
@@ -17,18 +17,18 @@ GAIN = 0.01
 class Restraint:
     """Judges what happens without action, and whether an action is worth taking."""
 
-    def __init__(self, limits: Limits, production: Production, relative: Callable[[Finding], float]) -> None:
-        """``relative`` gives a finding's margin in scales of its unit."""
+    def __init__(self, limits: Limits, production: Production, scales: Mapping[str, float]) -> None:
+        """``scales``: unit -> what counts as one unit of margin in it."""
         self._protecting = {c.name for c in limits.criteria if c.hard} | {x.name for x in limits.hard}
         self._soft = {c.name for c in limits.criteria if not c.hard}
         self._production = production
-        self._relative = relative
+        self._scales = scales
 
     def fine(self, verdict: Verdict, recovered: bool) -> bool:
         """Whether the plant may be left alone: everything holds, or, once recovered, almost everything does."""
         if isinstance(verdict, Approve):
             return True
-        missed = [self._relative(f) > -TOLERANCE for f in verdict.violated if f.criterion in self._soft]
+        missed = [f.relative(self._scales) > -TOLERANCE for f in verdict.violated if f.criterion in self._soft]
         return recovered and len(missed) == len(verdict.violated) and all(missed)
 
     def harmless(self, verdict: Verdict) -> bool:

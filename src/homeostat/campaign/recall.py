@@ -8,11 +8,13 @@ from types import UnionType
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
 from homeostat.trace import Event, Record, RunFinished, RunStarted
+from homeostat.trace.calls import ModelCalled
 from homeostat.trace.decisions import (
     Attempted,
     Diagnosed,
     FallbackArmed,
     FellBack,
+    GaveUp,
     LeftAsIs,
     Noticed,
     ReleasedActions,
@@ -27,7 +29,9 @@ EVENTS: Final[tuple[type[Event], ...]] = (
     Retrieved,
     Diagnosed,
     FallbackArmed,
+    ModelCalled,
     Attempted,
+    GaveUp,
     LeftAsIs,
     ReleasedActions,
     StateEntered,

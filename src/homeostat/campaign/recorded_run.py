@@ -15,6 +15,7 @@ from homeostat.campaign.result import RESULT, Result, result_of
 from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import Scenario
 from homeostat.cases.case import Case
+from homeostat.cases.wiring import Language
 from homeostat.domain.snapshot import Snapshot
 from homeostat.plant.clock import DeclaredClock, ThinkingClock
 from homeostat.trace import RunFinished, RunStarted, Setting, Subscriber, Summary
@@ -54,8 +55,11 @@ def record_run(
     proposer: str,
     subscriber: Subscriber,
     watcher: Callable[[Snapshot], None],
+    language: Language | None = None,
 ) -> Result:
     """Run ``scenario``, keep everything in ``directory`` and close it; ``subscriber`` and ``watcher`` follow the run.
+
+    ``proposer`` is what was asked for; ``language`` proposes before the search does.
 
     A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other exception leaves it
     without manifest, which verifies as incomplete.
@@ -65,7 +69,7 @@ def record_run(
     journal.subscribe(subscriber)
     journal.record(_started(scenario, thinking, proposer), 0.0)
     try:
-        done = run(case, scenario, journal, thinking.clock(), watcher=seen, archive=directory)
+        done = run(case, scenario, journal, thinking.clock(), watcher=seen, archive=directory, language=language)
         journal.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
         result = result_of(done, directory.path)
         _store(case, directory, done, milestones, result)

@@ -22,6 +22,10 @@ QUERIES = "queries"
 """Folder of the questions that were put to the graph."""
 SUBGRAPHS = "subgraphs"
 """Folder of what the graph answered."""
+PROMPTS = "prompts"
+"""Folder of what language models were shown."""
+ANSWERS = "answers"
+"""Folder of what they were to answer in (JSON schemas), and answered."""
 
 
 class RunDirectoryError(ValueError):
@@ -70,6 +74,14 @@ class RunDirectory:
     def store_subgraph(self, text: str) -> StoredFile:
         """Keep an answer in Turtle; the file's name is relative to the run directory."""
         return self._store_text(SUBGRAPHS, text, ".ttl")
+
+    def store_prompt(self, text: str) -> StoredFile:
+        """Keep a prompt; the file's name is relative to the run directory."""
+        return self._store_text(PROMPTS, text, ".md")
+
+    def store_json(self, text: str) -> StoredFile:
+        """Keep a schema or an answer; the file's name is relative to the run directory."""
+        return self._store_text(ANSWERS, text, ".json")
 
     def store_trajectory(self, measured: Trajectory, truth: Trajectory, units: Mapping[str, str]) -> StoredFile:
         """Keep the columns ``measured TAG`` and ``true TAG`` of every tag in ``units`` (tag -> unit)."""

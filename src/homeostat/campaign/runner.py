@@ -13,7 +13,7 @@ from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_at_end, outcome, production_loss
 from homeostat.campaign.watched import WatchedPlant, Watcher
 from homeostat.cases.case import Case
-from homeostat.cases.wiring import wire
+from homeostat.cases.wiring import Language, wire
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.ports import Clock
 from homeostat.domain.recovery import Command
@@ -145,10 +145,12 @@ def run(
     budget: Budget | None = None,
     watcher: Watcher | None = None,
     archive: Archive | None = None,
+    language: Language | None = None,
 ) -> RunResult:
     """Run ``scenario`` to its end and score it; everything that happens goes to ``trace``.
 
-    ``watcher`` is shown every snapshot; ``archive`` keeps what the graph was asked and answered.
+    ``watcher`` is shown every snapshot; ``archive`` keeps what graph and models were asked and answered;
+    ``language`` proposes before the search does.
     """
     begin = time.monotonic()
     clock = clock or ThinkingClock()
@@ -156,7 +158,7 @@ def run(
     recorder = Recorder(clock)
     trace.subscribe(recorder)
     plant = build_plant(case, scenario, clock)
-    supervisor = wire(case, WatchedPlant(plant, watcher), clock, trace, scenario.seed, budget, archive)
+    supervisor = wire(case, WatchedPlant(plant, watcher), clock, trace, scenario.seed, budget, archive, language)
     asyncio.run(supervisor.supervise())
     truth = plant.truth()
     healthy = run_unattended(case, Scenario(case.name, (), scenario.seed, scenario.end_s))

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
 from homeostat.agents.action import SearchAction
-from homeostat.agents.crew import Crew, Proposer
+from homeostat.agents.crew import Crew, Proposer, Simulation
 from homeostat.agents.grounding import Grounding
+from homeostat.agents.language.proposer import language_proposer
 from homeostat.agents.monitoring import Monitoring
 from homeostat.agents.planning import SearchPlanning
 from homeostat.agents.rehearsal import TwinRehearsal
@@ -13,66 +18,71 @@ from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.assurance.gate import Gate
 from homeostat.cases.case import Case
-from homeostat.domain.plant_description import ComponentKind, PlantDescription
 from homeostat.domain.ports import Clock, Plant
+from homeostat.llm.address import KEY_VARIABLES
+from homeostat.llm.model import LanguageModel
+from homeostat.llm.recorded import RecordedModel
 from homeostat.supervisor import Budget, Supervisor
 from homeostat.trace import Trace
-from homeostat.trace.archive import Archive
+from homeostat.trace.archive import Archive, NoArchive
 from homeostat.twin.twin import Twin
-
-
-def modules_of_faults(description: PlantDescription) -> dict[str, str]:
-    """Fault -> module that its component is in."""
-    parent = {c.name: c.part_of for c in description.components}
-    kind = {c.name: c.kind for c in description.components}
-    found: dict[str, str] = {}
-    for fault in description.faults:
-        part: str | None = fault.component
-        while part is not None and kind[part] is not ComponentKind.MODULE:
-            part = parent[part]
-        found[fault.name] = part or description.name
-    return found
 
 
 def search_proposer(case: Case, twin: Twin, grounding: Grounding) -> Proposer:
     """The deterministic proposer that is always there."""
     d = case.description
     action = SearchAction(twin, d.limits, d.tags_by_name, case.production, d.scales)
-    return Proposer("search", SearchPlanning(d.machine, grounding), action)
+    return Proposer("search", SearchPlanning(d.machine, grounding), action, MarginReprompting(d.scales))
+
+
+@dataclass(frozen=True, slots=True)
+class Language:
+    """A language model that proposes before the search does."""
+
+    model: LanguageModel
+    """Who is asked; its calls go to the run's trace."""
+    notes: tuple[str, ...] = ()
+    """What operators wrote."""
+    file: Path | None = None
+    """File that every call is added to; None for none."""
+
+    def proposer(
+        self, case: Case, grounding: Grounding, simulation: Simulation, trace: Trace, archive: Archive
+    ) -> Proposer:
+        """The proposer; whatever keys the environment holds are struck out of what it records."""
+        secrets = tuple(value for name in KEY_VARIABLES if (value := os.environ.get(name)))
+        recorded = RecordedModel(self.model, trace, archive, secrets, self.file)
+        d = case.description
+        return language_proposer(recorded, d, grounding, simulation, case.production, self.notes)
 
 
 def wire(
     case: Case, plant: Plant, clock: Clock, trace: Trace, seed: int, budget: Budget | None = None,
-    archive: Archive | None = None,
+    archive: Archive | None = None, language: Language | None = None,
 ) -> Supervisor:  # fmt: skip
     """A supervisor for ``plant``; ``seed`` seeds the twin's draws and is the run's.
 
-    ``archive`` keeps what the graph was asked and answered.
+    ``archive`` keeps what graph and models were asked and answered; ``language`` proposes first where it is given.
     """
     d = case.description
     twin = Twin(case.model, d, case.twin, seed)
     tags = d.tags_by_name
-    grounding = Grounding(case.graph, case.namespace, modules_of_faults(d), archive)
+    archive = archive or NoArchive()
+    grounding = Grounding(case.graph, case.namespace, archive)
     rehearsal = TwinRehearsal(twin, d.limits, tags)
+    simulation = TwinSimulation(twin, tags, d.limits)
+    proposers = [search_proposer(case, twin, grounding)]
+    if language is not None:
+        proposers.insert(0, language.proposer(case, grounding, simulation, trace, archive))
     crew = Crew(
         monitoring=Monitoring(twin, grounding, d, case.baselines, case.started),
-        proposers=(search_proposer(case, twin, grounding),),
-        simulation=TwinSimulation(twin, tags),
+        proposers=tuple(proposers),
+        simulation=simulation,
         validation=LimitValidation(d.limits, tags),
-        reprompting=MarginReprompting(d.scales),
         grounding=grounding,
     )
     gate = Gate(plant, d.limits, d.fallback_strategies[0], rehearsal)
     return Supervisor(
-        plant,
-        clock,
-        crew,
-        gate,
-        rehearsal,
-        d.machine,
-        d.limits,
-        case.production,
-        d.fallback_strategies,
-        budget or Budget(),
-        trace,
-    )
+        plant, clock, crew, gate, rehearsal, d.machine, d.limits, case.production, d.fallback_strategies, d.scales,
+        budget or Budget(), trace,
+    )  # fmt: skip

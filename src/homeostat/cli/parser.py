@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from homeostat import __version__
-from homeostat.cli import cases, graph_check, graph_export, graph_query, replay, run, trace_verify
+from homeostat.cli import cases, graph_check, graph_export, graph_query, prompt, replay, run, trace_verify
 from homeostat.cli.arguments import Parser
 
 ENDING = """\
 exit status:
   0  done; a run: the plant recovered, or was rightly left alone
-  1  a problem was found (graph check, trace verify, replay)
+  1  a problem was found (graph check, trace verify, replay), or there was nothing to show (prompt)
   2  the command cannot be carried out as given; one line on standard error says why
   3  a run: handed over to the operator, or the fault was not noticed
   130  interrupted with Ctrl-C; the trace of the run is closed
@@ -31,6 +31,7 @@ def parser() -> Parser:
     commands = top.add_subparsers(metavar="COMMAND", required=True)
     run.configure(commands)
     replay.configure(commands)
+    prompt.configure(commands)
     cases.configure(commands)
     traces = commands.add_parser("trace", help="work with recorded runs").add_subparsers(metavar="WHAT", required=True)
     trace_verify.configure(traces)

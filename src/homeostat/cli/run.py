@@ -7,18 +7,18 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from homeostat.cli.arguments import UsageError, number
+from homeostat.cli import language
+from homeostat.cli.arguments import number
 
 if TYPE_CHECKING:
     from homeostat.campaign.recorded_run import Thinking
     from homeostat.campaign.recording import RunDirectory
     from homeostat.campaign.scenario import Scenario
     from homeostat.cases.case import Case
+    from homeostat.cases.wiring import Language
     from homeostat.cli.arguments import Commands
     from homeostat.cli.views import View
 
-PROPOSERS = ("search",)
-"""Who may propose."""
 RUNS = Path("runs")
 """Where runs are kept unless told otherwise."""
 HANDED_OVER = 3
@@ -42,7 +42,7 @@ def configure(commands: Commands) -> None:
     command.add_argument("--onset", type=number(), metavar="S", help="when the fault begins [s of process time]")
     command.add_argument("--severity", type=number(), metavar="X", help="size of the fault, in its unit")
     command.add_argument("--end", type=number(), metavar="S", help="when the run ends [s of process time]")
-    command.add_argument("--proposer", default="search", metavar="P", help="who proposes: search (default: search)")
+    language.configure(command)
     command.add_argument("--out", type=Path, metavar="DIR", help="new or empty directory to keep the run in")
     command.add_argument("--json", action="store_true", help="print the result as one JSON object and nothing else")
     thinking = command.add_mutually_exclusive_group()
@@ -59,8 +59,7 @@ def configure(commands: Commands) -> None:
 
 def carry_out(options: argparse.Namespace) -> int:
     """Check everything, run, show, keep; 0 where the run ended well, 3 where it did not."""
-    if options.proposer not in PROPOSERS:
-        raise UsageError(f"unknown proposer {options.proposer!r}; available: {', '.join(PROPOSERS)}")
+    speaker = language.speaker(options)
 
     from homeostat.campaign.recorded_run import Thinking
     from homeostat.campaign.recording import RunDirectory
@@ -74,12 +73,13 @@ def carry_out(options: argparse.Namespace) -> int:
         directory = RunDirectory(options.out)
     else:
         directory = RunDirectory.next_free(RUNS, f"{case.name}-{chosen.fault}-{chosen.seed}")
-    return _run(case, chosen, directory, thinking, options.proposer, options.json)
+    return _run(case, chosen, directory, thinking, options.proposer, speaker, options.json)
 
 
 def _run(
-    case: Case, chosen: Scenario, directory: RunDirectory, thinking: Thinking, proposer: str, as_json: bool
-) -> int:
+    case: Case, chosen: Scenario, directory: RunDirectory, thinking: Thinking, proposer: str,
+    speaker: Language | None, as_json: bool,
+) -> int:  # fmt: skip
     from homeostat.campaign.recorded_run import record_run
     from homeostat.cli.story import Story
     from homeostat.cli.summary import summary
@@ -99,7 +99,7 @@ def _run(
 
     try:
         with directory:
-            result = record_run(case, chosen, directory, thinking, proposer, on_event, on_snapshot)
+            result = record_run(case, chosen, directory, thinking, proposer, on_event, on_snapshot, speaker)
     finally:
         view.close()
     if as_json:

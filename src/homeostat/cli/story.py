@@ -10,11 +10,13 @@ from homeostat.campaign.belief import merge
 from homeostat.cli.wording import beliefs, commands, quantity, worst
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.trace import Event, RunFinished, RunStarted
+from homeostat.trace.calls import ModelCalled
 from homeostat.trace.decisions import (
     Attempted,
     Diagnosed,
     FallbackArmed,
     FellBack,
+    GaveUp,
     LeftAsIs,
     Noticed,
     ReleasedActions,
@@ -111,8 +113,12 @@ class Story:
                 yield from self._report(event, at_s)
             case FallbackArmed() if not event.approved or self._reports == 1:
                 yield self._arm(event, at_s)
+            case ModelCalled():
+                yield _call(event, at_s)
             case Attempted():
                 yield self._attempt(event, at_s)
+            case GaveUp() if not self._acted:
+                yield Line(at_s, "gave up", event.reason, Tone.MUTED)
             case ReleasedActions():
                 self._acted = True
                 yield Line(at_s, "released", commands(event.commands, self._plant), Tone.GOOD)
@@ -167,3 +173,12 @@ class Story:
             text += f": {commands(event.commands, self._plant)}"
         text += f"; {verdict}, {worst(event.findings, self._scales)}"
         return Line(at_s, "attempt", text, Tone.PLAIN if event.approved else Tone.MUTED)
+
+
+def _call(event: ModelCalled, at_s: float) -> Line:
+    """What a language model was asked; the operator sees who answered, and that it cost time."""
+    if event.failure:
+        return Line(at_s, "model", f"{event.agent}: {event.model}: {event.detail}", Tone.WARNING)
+    tokens = f", {event.input_tokens} tokens in, {event.output_tokens} out" if event.input_tokens else ""
+    text = f"{event.agent}: {event.served} answered in {event.wall_latency_s:.1f} s{tokens}"
+    return Line(at_s, "model", text, Tone.MUTED)

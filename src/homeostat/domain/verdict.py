@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TypeAlias
 
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.limits import Owner
-from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Trajectory
 
 
@@ -61,6 +62,10 @@ class Finding:
         """Whether the criterion holds in every member."""
         return self.margin >= 0.0
 
+    def relative(self, scales: Mapping[str, float]) -> float:
+        """The margin in scales of its unit [1]; ``scales``: unit -> what counts as one unit of margin in it."""
+        return self.margin / scales.get(self.unit, 1.0)
+
 
 @dataclass(frozen=True, slots=True)
 class Approve:
@@ -91,22 +96,6 @@ class Revise:
 
 
 Verdict: TypeAlias = Approve | Revise
-
-
-@dataclass(frozen=True, slots=True)
-class Advice:
-    """What reprompting says to the next attempt."""
-
-    findings: tuple[Finding, ...] = ()
-    """What the last attempt violated."""
-    keep_path: RecoveryPath | None = None
-    """The path to keep, where the action can be cured without another path."""
-    tries: int = 0
-    """Attempts on that path so far."""
-    refused_paths: tuple[tuple[str, ...], ...] = ()
-    """State sequences that were tried and cannot be cured."""
-    required: tuple[tuple[str, float], ...] = ()
-    """Criterion -> margin that the next proposal should show on its own rollouts, in the criterion's unit."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -299,11 +299,11 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     low: NamedNode
     high: NamedNode
     default: NamedNode
-    increment: NamedNode
     # faults, symptoms, recovery
     affects: NamedNode
     hasFault: NamedNode
     disables: NamedNode
+    isBlockedBy: NamedNode
     faultMode: NamedNode
     modelParameter: NamedNode
     priorProbability: NamedNode

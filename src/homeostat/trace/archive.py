@@ -1,4 +1,4 @@
-"""Where the texts behind a run's events go: questions to the graph, and its answers."""
+"""Where the texts behind a run's events go: questions to the graph and to models, and their answers."""
 
 from __future__ import annotations
 
@@ -19,6 +19,14 @@ class Archive(Protocol):
         """Keep an answer in Turtle."""
         ...
 
+    def store_prompt(self, text: str) -> StoredFile:
+        """Keep what a language model was shown."""
+        ...
+
+    def store_json(self, text: str) -> StoredFile:
+        """Keep a JSON schema, or what a language model answered."""
+        ...
+
 
 class NoArchive:
     """Keeps nothing but the hash: for runs without a directory."""
@@ -31,7 +39,15 @@ class NoArchive:
         """The hash of an answer."""
         return _described(text)
 
+    def store_prompt(self, text: str) -> StoredFile:
+        """The hash of a prompt."""
+        return _described(text)
+
+    def store_json(self, text: str) -> StoredFile:
+        """The hash of a schema or an answer."""
+        return _described(text)
+
 
 def _described(text: str) -> StoredFile:
-    content = text.encode("utf-8")
+    content = text.encode()
     return StoredFile(name="", size_bytes=len(content), sha256=hashlib.sha256(content).hexdigest())

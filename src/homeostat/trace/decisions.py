@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
+from homeostat.domain.advice import Attempt
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom
-from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
-from homeostat.domain.verdict import Approve, Finding, Rollout, Verdict
+from homeostat.domain.recovery import Command
+from homeostat.domain.verdict import Approve, Finding
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,28 +52,38 @@ class Attempted:
     proposer: str
     """Who proposed."""
     path: tuple[str, ...]
-    """States of the proposed path."""
+    """States of the proposed path; empty where there was none."""
     commands: tuple[Command, ...]
     """Proposed commands."""
     digest: str
-    """Digest of the action set."""
+    """Digest of the action set; empty where there was none."""
     approved: bool
     """Whether every check holds."""
     findings: tuple[Finding, ...]
     """Every check with its margin."""
     members: int
-    """Members of the rollout."""
+    """Members of the rollout; 0 where nothing was rolled out."""
 
     @classmethod
-    def of(
-        cls, number: int, proposer: str, path: RecoveryPath, actions: ActionSet, rollout: Rollout, verdict: Verdict
-    ) -> Self:
+    def of(cls, proposer: str, attempt: Attempt) -> Self:
         """The event of one attempt."""
-        approved = isinstance(verdict, Approve)
+        actions, verdict = attempt.actions, attempt.verdict
         return cls(
-            number, proposer, path.states, actions.commands, actions.digest, approved, verdict.findings,
-            len(rollout.weights),
+            attempt.number, proposer, attempt.path.states if attempt.path else (),
+            actions.commands if actions else (), actions.digest if actions else "",
+            isinstance(verdict, Approve), verdict.findings, attempt.members,
         )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class GaveUp:
+    """A proposer has nothing more to propose; the next one is asked, or nobody is left."""
+
+    kind: ClassVar[str] = "gave-up"
+    proposer: str
+    """Who gave up."""
+    reason: str
+    """Why."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,94 @@
+"""Action by a language model: it gives every free command of the target state a value inside its bounds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from homeostat.agents.crew import Situation
+from homeostat.agents.grounding import Grounding
+from homeostat.agents.language.answers import AnswerType, Unusable, action_set, action_type, bounds, free
+from homeostat.agents.language.feedback import feedback_text
+from homeostat.agents.language.prompt_files import fill, prompt_file
+from homeostat.agents.language.situation import situation_text
+from homeostat.agents.language.speaker import ask, question
+from homeostat.agents.planning import plausible_faults
+from homeostat.domain.advice import Advice
+from homeostat.domain.behaviour import SetpointRange, State
+from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.production import Production
+from homeostat.domain.quotation import quote
+from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.verdict import Revise
+from homeostat.llm.model import LanguageModel, Question
+from homeostat.llm.tokens import estimate
+
+BUDGET: Final = 900
+"""Tokens of the subgraph."""
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What action is asked."""
+
+    question: Question
+    """As the model sees it."""
+    kind: AnswerType
+    """Type of the answers."""
+    target: State
+    """State that the commands lead to."""
+
+
+class LanguageAction:
+    """Implements :class:`homeostat.agents.crew.Action` with a language model."""
+
+    def __init__(
+        self, model: LanguageModel, plant: PlantDescription, grounding: Grounding, production: Production,
+        notes: Sequence[str] = (),
+    ) -> None:  # fmt: skip
+        """``production`` names what there should be more of; ``notes`` are what operators wrote."""
+        self._model = model
+        self._plant = plant
+        self._grounding = grounding
+        self._production = production
+        self._notes = tuple(notes)
+
+    async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
+        """The commands that the model gives, with those that the state fixes."""
+        order = self.order(situation, path, advice)
+        answer = await ask(self._model, order.question, order.kind, situation)
+        if isinstance(answer, Unusable):
+            return Revise(answer.findings)
+        return action_set(answer, order.target, self._plant.tags_by_name)
+
+    def order(self, situation: Situation, path: RecoveryPath, advice: Advice) -> Order:
+        """What the model is asked."""
+        target = self._plant.machine.state(path.target)
+        faults = plausible_faults(situation.diagnosis)
+        commanded = [r.tag for r in free(target)]
+        hard = [limit.name for limit in self._plant.limits.hard]
+        shown = self._grounding.action_excerpt(target.name, commanded, faults, hard, BUDGET, estimate)
+        role = {"rules": prompt_file("rules"), "guide": prompt_file("guide"), "throughput": self._production.throughput}
+        values = {
+            "situation": situation_text(situation, self._plant, self._notes),
+            "target": target.name, "label": quote(target.label, 60),
+            "commands": "\n".join(self._describe(r, situation) for r in free(target)),
+            "turtle": shown.text, "omission": shown.omission, "feedback": feedback_text(advice, self._plant),
+        }  # fmt: skip
+        kind = action_type(target, self._plant.tags_by_name)
+        asked = question("action", situation, fill("action.system", role), fill("action.prompt", values), kind)
+        return Order(asked, kind, target)
+
+    def _describe(self, admitted: SetpointRange, situation: Situation) -> str:
+        tag = self._plant.tag(admitted.tag)
+        low, high = bounds(admitted, tag)
+        now = situation.snapshot.values.get(tag.name, math.nan)
+        unit = "" if tag.unit == "1" else f" {tag.unit}"
+        design = "automatic (null)" if admitted.design is None else f"{admitted.design:.6g}{unit}"
+        steps = "" if tag.increment is None else f" in steps of {tag.increment:g}"
+        ramp = "" if tag.rate_limit is None else f", ramps {tag.rate_limit:g}{unit}/s"
+        present = "automatic" if math.isnan(now) else f"{now:.6g}{unit}"
+        words = quote(tag.description, 60)
+        return f"- {tag.name} {words}: {low:g} to {high:g}{unit}{steps}{ramp}; now {present}, design {design}"

@@ -1,0 +1,150 @@
+"""Typed answers: a schema per question, made from the graph, and what an answer is taken for."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Final, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
+
+from homeostat.domain.behaviour import SetpointRange, State
+from homeostat.domain.limits import Owner
+from homeostat.domain.quotation import quoted
+from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.tag import Tag
+from homeostat.domain.verdict import Finding
+
+ANSWER: Final = "CHK-ANSWER"
+"""Name of the finding that an answer is not one of those that were asked for."""
+MOST_REASONING: Final = 400
+"""Longest reasoning [characters]."""
+MOST_ANSWER: Final = 20_000
+"""Longest answer that is read [characters]."""
+NONE: Final = "none"
+"""A planning model's answer that no path can help."""
+
+AnswerType: TypeAlias = type[BaseModel]
+_STRICT: Final = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+_Reasoning: TypeAlias = Annotated[str, Field(max_length=MOST_REASONING)]
+
+
+@dataclass(frozen=True, slots=True)
+class Unusable:
+    """An answer that is none of those that were asked for."""
+
+    findings: tuple[Finding, ...]
+    """What is wrong with it."""
+
+
+def planning_type(paths: Sequence[str]) -> AnswerType:
+    """The answers that name one of ``paths``, or that none of them can help."""
+    options: Any = Literal[(*paths, NONE)]
+    return create_model("Planning", __config__=_STRICT, reasoning=(_Reasoning, ...), path=(options, ...))
+
+
+def action_type(target: State, tags: Mapping[str, Tag]) -> AnswerType:
+    """The answers that give every command that ``target`` leaves free a value inside its bounds."""
+    fields: dict[str, Any] = {}
+    for k, r in enumerate(free(target)):
+        tag = tags[r.tag]
+        low, high = bounds(r, tag)
+        text = f"{quoted(tag.description, 60)} [{tag.unit}], increment {tag.increment or 'any'}"
+        if tag.rate_limit is not None:
+            text += f", ramps at {tag.rate_limit:g} {tag.unit}/s"
+        number = Annotated[float, Field(ge=low, le=high, multiple_of=tag.increment, strict=False)]
+        kind: Any = number if r.design is not None else number | None
+        if r.design is None:
+            text += "; null: automatic"
+        fields[f"command_{k}"] = (kind, Field(alias=r.tag, description=text))
+    commands = create_model("Commands", __config__=_STRICT, **fields)
+    return create_model("Action", __config__=_STRICT, reasoning=(_Reasoning, ...), commands=(commands, ...))
+
+
+def reprompting_type() -> AnswerType:
+    """The answers that name who should change something, and what."""
+    owners: Any = Literal[tuple(owner.value for owner in Owner)]
+    hint = Annotated[str, Field(max_length=200)]
+    return create_model("Reprompting", __config__=_STRICT, route=(owners, ...), hint=(hint, ...))
+
+
+def schema(kind: AnswerType) -> dict[str, object]:
+    """JSON schema of an answer, without references and titles, which some servers do not know."""
+    raw = kind.model_json_schema(by_alias=True)
+    resolved = _plain(raw, raw.get("$defs", {}))
+    assert isinstance(resolved, dict)
+    return resolved
+
+
+def read(kind: AnswerType, text: str) -> BaseModel | Unusable:
+    """``text`` as an answer, or what is wrong with it; never raises."""
+    if len(text) > MOST_ANSWER:
+        return unusable(f"the answer has {len(text)} characters; at most {MOST_ANSWER} are read")
+    try:
+        value = json.loads(_unfenced(text), object_pairs_hook=_unique, parse_constant=_refuse)
+        return kind.model_validate(value, by_alias=True)
+    except ValidationError as error:
+        wrong = [f"{'.'.join(map(str, e['loc'])) or 'answer'}: {e['msg']}" for e in error.errors(include_input=False)]
+        return unusable(*wrong[:4])
+    except (ValueError, RecursionError) as error:
+        return unusable(f"not a JSON object that can be read: {' '.join(str(error).split())[:120]}")
+
+
+def action_set(answer: BaseModel, target: State, tags: Mapping[str, Tag]) -> ActionSet:
+    """The commands of an answer of :func:`action_type`, with those that ``target`` fixes, at the tags' rate limits."""
+    given = answer.model_dump(by_alias=True)["commands"]
+    commands = []
+    for r in target.setpoints:
+        value = given.get(r.tag, r.design)
+        commands.append(Command(r.tag, value, None if value is None else tags[r.tag].rate_limit))
+    return ActionSet(tuple(commands), target.name)
+
+
+def free(target: State) -> tuple[SetpointRange, ...]:
+    """The commands that ``target`` leaves a choice about."""
+    return tuple(r for r in target.setpoints if r.high > r.low)
+
+
+def bounds(admitted: SetpointRange, tag: Tag) -> tuple[float, float]:
+    """Least and largest value that is admissible and a whole multiple of the tag's increment."""
+    if tag.increment is None:
+        return admitted.low, admitted.high
+    low, high = math.ceil(admitted.low / tag.increment - 1e-9), math.floor(admitted.high / tag.increment + 1e-9)
+    return round(low * tag.increment, 9), round(high * tag.increment, 9)
+
+
+def unusable(*reasons: str) -> Unusable:
+    """An answer that is wrong for ``reasons``."""
+    return Unusable(tuple(Finding(ANSWER, Owner.ACTION, -math.inf, "1", 0.0, 0, reason) for reason in reasons))
+
+
+def _unfenced(text: str) -> str:
+    """``text`` without the code fence that some models put around JSON."""
+    text = text.strip()
+    if text.startswith("```") and text.endswith("```"):
+        text = text[3:-3].removeprefix("json")
+    return text
+
+
+def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    """An object; one that gives a key twice says two things."""
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise ValueError("a key stands twice in one object")
+    return found
+
+
+def _refuse(name: str) -> float:
+    raise ValueError(f"{name} is no number")
+
+
+def _plain(node: object, definitions: Mapping[str, object]) -> object:
+    if isinstance(node, list):
+        return [_plain(item, definitions) for item in node]
+    if not isinstance(node, dict):
+        return node
+    if "$ref" in node:
+        return _plain(definitions[str(node["$ref"]).rpartition("/")[2]], definitions)
+    return {k: _plain(v, definitions) for k, v in node.items() if k not in ("title", "$defs")}

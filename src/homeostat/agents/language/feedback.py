@@ -1,0 +1,82 @@
+"""Feedback: what earlier attempts violated, and which command moves which margin how far."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from homeostat.agents.language.prompt_files import fill
+from homeostat.agents.language.situation import MOST_FINDINGS, margin_text, nearest, worst_first
+from homeostat.domain.advice import Advice, Attempt
+from homeostat.domain.limits import Criterion, Limit, Limits
+from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.quotation import quote
+from homeostat.domain.tag import Tag
+
+LEAST_EFFECT = 1e-3
+"""A change of margin per increment below this many scales is shown as none [1]."""
+
+
+def feedback_text(advice: Advice, plant: PlantDescription) -> str:
+    """A table of every earlier attempt, and the last one's violations with their sensitivities; empty before any."""
+    if not advice.attempts:
+        return ""
+    scales = plant.scales
+    violated = [
+        f"{margin_text(f)}: {_formula(f.criterion, plant.limits)}{_effects(f.criterion, f.unit, advice, plant)}"
+        for f in worst_first(advice.findings, scales)[:MOST_FINDINGS]
+    ]
+    values = {
+        "attempts": "\n".join(_attempt(attempt, scales) for attempt in advice.attempts),
+        "number": str(advice.attempts[-1].number),
+        "violated": "\n".join((*violated, *_near(advice, plant))) or "nothing that was judged",
+        "hint": f"Advice: {quote(advice.hint, 200)}" if advice.hint else "",
+    }
+    return fill("feedback", values)
+
+
+def _near(advice: Advice, plant: PlantDescription) -> list[str]:
+    """What the last attempt met only just, where a command moves it: curing one must not break the other."""
+    told = []
+    for f in nearest(advice.attempts[-1].verdict.findings, plant.scales):
+        effects = _effects(f.criterion, f.unit, advice, plant)
+        if any(s.criterion == f.criterion and s.slope for s in advice.sensitivities):
+            told.append(f"holds only just: {margin_text(f)}: {_formula(f.criterion, plant.limits)}{effects}")
+    return told
+
+
+def command_text(attempt: Attempt) -> str:
+    """The commands of an attempt: ``T1.sp=310 F1.sp=0.0255``."""
+    if attempt.actions is None:
+        return "no usable commands"
+    return " ".join(
+        f"{c.tag}={'auto' if c.value is None else format(c.value, '.6g')}" for c in attempt.actions.commands
+    )
+
+
+def _attempt(attempt: Attempt, scales: Mapping[str, float]) -> str:
+    path = " > ".join(attempt.path.states) if attempt.path else "no usable path"
+    worst = "; ".join(margin_text(f) for f in worst_first(attempt.verdict.findings, scales)[:3])
+    return f"{attempt.number}. {path}: {command_text(attempt)}: {worst}"
+
+
+def _formula(name: str, limits: Limits) -> str:
+    rules: tuple[Criterion | Limit, ...] = (*limits.criteria, *limits.limits)
+    return next((rule.formula.text for rule in rules if rule.name == name), "")
+
+
+def _effects(name: str, unit: str, advice: Advice, plant: PlantDescription) -> str:
+    """How one increment of each command changes the margin: ``; one step up: F1.sp +0.0005 -> -0.16 K``."""
+    shown = "" if unit == "1" else f" {unit}"
+    least = LEAST_EFFECT * plant.scales.get(unit, 1.0)
+    told = []
+    for s in advice.sensitivities:
+        if s.criterion == name:
+            step = _step(plant.tag(s.tag))
+            change = s.slope * step
+            effect = f"{change:+.3g}{shown}" if abs(change) >= least else "no change"
+            told.append(f"{s.tag} {step:+g} -> {effect}")
+    return f"; margin per step: {', '.join(told)}" if told else ""
+
+
+def _step(tag: Tag) -> float:
+    return tag.increment or tag.scale

@@ -1,0 +1,97 @@
+"""Planning by a language model: it names one of the paths that the machine, the guards and the faults leave open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from homeostat.agents.crew import NoAdmissiblePlan, Situation
+from homeostat.agents.grounding import Grounding
+from homeostat.agents.language.answers import NONE, AnswerType, Unusable, planning_type
+from homeostat.agents.language.feedback import feedback_text
+from homeostat.agents.language.prompt_files import fill, prompt_file
+from homeostat.agents.language.situation import situation_text
+from homeostat.agents.language.speaker import ask, question
+from homeostat.agents.planning import EVENT, plausible_faults
+from homeostat.domain.advice import Advice
+from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.quotation import quote
+from homeostat.domain.recovery import RecoveryPath
+from homeostat.domain.verdict import Revise
+from homeostat.llm.model import LanguageModel, Question
+from homeostat.llm.tokens import estimate
+
+BUDGET: Final = 900
+"""Tokens of the subgraph."""
+MOST_PATHS: Final = 24
+"""Most paths that are offered, those with least risk."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What planning is asked."""
+
+    question: Question
+    """As the model sees it."""
+    kind: AnswerType
+    """Type of the answers."""
+    paths: dict[str, RecoveryPath]
+    """The paths by how they are named."""
+
+
+class LanguagePlanning:
+    """Implements :class:`homeostat.agents.crew.Planning` with a language model."""
+
+    def __init__(
+        self, model: LanguageModel, plant: PlantDescription, grounding: Grounding, notes: Sequence[str] = ()
+    ) -> None:
+        """``notes`` are what operators wrote."""
+        self._model = model
+        self._plant = plant
+        self._grounding = grounding
+        self._notes = tuple(notes)
+
+    async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath | Revise:
+        """The path that the model names."""
+        choice = self.choice(situation, advice)
+        answer = await ask(self._model, choice.question, choice.kind, situation)
+        if isinstance(answer, Unusable):
+            return Revise(answer.findings)
+        named: str = answer.model_dump()["path"]
+        if named == NONE:
+            raise NoAdmissiblePlan(f"{self._model.name}: names no path")
+        return choice.paths[named]
+
+    def choice(self, situation: Situation, advice: Advice) -> Choice:
+        """What the model is asked; NoAdmissiblePlan where there is nothing to choose from."""
+        faults = plausible_faults(situation.diagnosis)
+        paths = self._open_paths(situation, advice, faults)
+        if not paths:
+            raise NoAdmissiblePlan(
+                f"no further path from {situation.state!r} is open with {', '.join(faults) or 'no fault'}"
+            )
+        shown = self._grounding.planning_excerpt(situation.state, EVENT, faults, BUDGET, estimate)
+        rules = {"rules": prompt_file("rules"), "guide": prompt_file("guide"), "none": NONE}
+        values = {
+            "situation": situation_text(situation, self._plant, self._notes),
+            "paths": "\n".join(f"- {name}: {self._describe(path)}" for name, path in paths.items()),
+            "turtle": shown.text, "omission": shown.omission, "feedback": feedback_text(advice, self._plant),
+        }  # fmt: skip
+        kind = planning_type(tuple(paths))
+        asked = question("planning", situation, fill("planning.system", rules), fill("planning.prompt", values), kind)
+        return Choice(asked, kind, paths)
+
+    def _open_paths(self, situation: Situation, advice: Advice, faults: Sequence[str]) -> dict[str, RecoveryPath]:
+        found: dict[str, RecoveryPath] = {}
+        machine = self._plant.machine
+        for transitions in machine.paths(situation.state, situation.snapshot.values, EVENT, blocked=()):
+            path = RecoveryPath(machine, transitions)
+            refused = path.states in advice.refused_paths
+            if not refused and len(found) < MOST_PATHS and self._grounding.allows(path.states, faults):
+                found[" > ".join(path.states)] = path
+        return found
+
+    def _describe(self, path: RecoveryPath) -> str:
+        target = self._plant.machine.state(path.target)
+        return f"risk {target.risk}, {quote(target.label, 60)}"

@@ -1,0 +1,34 @@
+"""Prompts as files: read, filled in, and known by their hash."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+from collections.abc import Mapping
+from importlib import resources
+from string import Template
+
+PROMPTS = resources.files(__package__).joinpath("prompts")
+"""Folder of the prompt files."""
+
+
+@functools.cache
+def prompt_file(name: str) -> str:
+    """Text of ``prompts/<name>.md``."""
+    return PROMPTS.joinpath(f"{name}.md").read_text("utf-8")
+
+
+def fill(name: str, values: Mapping[str, str]) -> str:
+    """``prompts/<name>.md`` with every ``$place`` filled in, empty lines left out.
+
+    What is filled in is not read again, so a value cannot open a place. Raises KeyError for a place without value.
+    """
+    text = Template(prompt_file(name)).substitute(values)
+    return "\n".join(line for line in text.splitlines() if line.strip())
+
+
+@functools.cache
+def template_sha256(agent: str) -> str:
+    """Hash over every file that the prompts of ``agent`` are made from."""
+    names = ("rules", "guide", "feedback", f"{agent}.system", f"{agent}.prompt")
+    return hashlib.sha256("\0".join(prompt_file(name) for name in names).encode()).hexdigest()

@@ -1,0 +1,33 @@
+"""The proposer that asks a language model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from homeostat.agents.crew import Proposer, Simulation
+from homeostat.agents.grounding import Grounding
+from homeostat.agents.language.action import LanguageAction
+from homeostat.agents.language.planning import LanguagePlanning
+from homeostat.agents.language.reprompting import TeachingReprompting
+from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.production import Production
+from homeostat.llm.model import LanguageModel
+
+NAME = "language"
+"""Who acts where a language model's proposal is released."""
+ATTEMPTS = 6
+"""Most proposals in one recovery: each costs an answer or two."""
+
+
+def language_proposer(
+    model: LanguageModel, plant: PlantDescription, grounding: Grounding, simulation: Simulation,
+    production: Production, notes: Sequence[str] = (),
+) -> Proposer:  # fmt: skip
+    """Planning, action and reprompting with ``model``; ``notes`` are what operators wrote."""
+    return Proposer(
+        NAME,
+        LanguagePlanning(model, plant, grounding, notes),
+        LanguageAction(model, plant, grounding, production, notes),
+        TeachingReprompting(model, plant, simulation),
+        ATTEMPTS,
+    )

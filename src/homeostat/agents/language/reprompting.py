@@ -1,0 +1,143 @@
+"""Reprompting that teaches: margins, sensitivities, every earlier attempt; a model's advice where no rule fits."""
+
+from __future__ import annotations
+
+import functools
+import tomllib
+from collections.abc import Sequence
+from typing import Final
+
+from homeostat.agents.crew import NoAdmissiblePlan, Simulation, Situation
+from homeostat.agents.language.answers import Unusable, reprompting_type
+from homeostat.agents.language.feedback import feedback_text
+from homeostat.agents.language.prompt_files import PROMPTS, fill, prompt_file
+from homeostat.agents.language.situation import MOST_FINDINGS, nearest, situation_text, worst_first
+from homeostat.agents.language.speaker import ask, question
+from homeostat.assurance.checks import REPEATED
+from homeostat.domain.advice import Advice, Attempt, Sensitivity
+from homeostat.domain.behaviour import State
+from homeostat.domain.limits import Owner
+from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.verdict import Approve, Finding
+from homeostat.llm.model import LanguageModel
+
+TRIES: Final = 4
+"""Attempts on one path before another one is asked for."""
+BENT: Final = 2.0
+"""Margins may turn out this many times as steep farther away as they are near the attempt."""
+MOST_REPEATS: Final = 2
+"""A model that says again what was refused this often has nothing more to say."""
+
+
+class TeachingReprompting:
+    """Implements :class:`homeostat.agents.crew.Reprompting` for a language model."""
+
+    def __init__(self, model: LanguageModel, plant: PlantDescription, simulation: Simulation) -> None:
+        """``simulation`` tells which command moves which margin; ``model`` is asked where no rule fits."""
+        self._model = model
+        self._plant = plant
+        self._simulation = simulation
+
+    async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
+        """What was violated, what would move it, and who should change something."""
+        if isinstance(attempt.verdict, Approve):
+            return Advice()
+        violated = attempt.verdict.violated
+        if any(f.criterion == REPEATED for f in violated):
+            return self._repeated(attempt, before)
+        slopes = await self._slopes(situation, attempt, violated)
+        hint = known_hint(violated)
+        route = self._route(attempt, violated, slopes, before)
+        if not hint and not any(s.slope for s in slopes):
+            route, hint = await self._asked(situation, attempt, before, violated, route)
+        return self._advice(attempt, before, violated, slopes, route, hint)
+
+    def _repeated(self, attempt: Attempt, before: Advice) -> Advice:
+        """The same feedback again, with the hint that it was the same proposal."""
+        repeats = sum(any(f.criterion == REPEATED for f in a.verdict.findings) for a in before.attempts) + 1
+        if repeats >= MOST_REPEATS:
+            raise NoAdmissiblePlan(f"{self._model.name}: repeats what was refused")
+        hint = known_hint(attempt.verdict.findings)
+        # Where the path was given up, the repetition came by another path and is no more use there.
+        route = before.route if before.keep_path == attempt.path else Owner.PLANNING
+        return self._advice(attempt, before, before.findings, before.sensitivities, route, hint)
+
+    def _advice(
+        self, attempt: Attempt, before: Advice, violated: tuple[Finding, ...], slopes: tuple[Sensitivity, ...],
+        route: Owner, hint: str,
+    ) -> Advice:  # fmt: skip
+        if route is Owner.ACTION and attempt.path is not None:
+            return Advice(
+                violated, route, attempt.path, before.tries + 1, before.refused_paths, sensitivities=slopes, hint=hint
+            )
+        refused = () if attempt.path is None else (attempt.path.states,)
+        return Advice(violated, Owner.PLANNING, refused_paths=(*before.refused_paths, *refused), hint=hint)
+
+    async def _slopes(
+        self, situation: Situation, attempt: Attempt, violated: Sequence[Finding]
+    ) -> tuple[Sensitivity, ...]:
+        if attempt.path is None or attempt.actions is None or attempt.members == 0:
+            return ()
+        target = self._plant.machine.state(attempt.path.target)
+        scales = self._plant.scales
+        near = nearest(attempt.verdict.findings, scales)
+        names = [f.criterion for f in (*worst_first(violated, scales)[:MOST_FINDINGS], *near)]
+        return await self._simulation.sensitivities(situation.diagnosis, attempt.actions, target, names)
+
+    def _route(
+        self, attempt: Attempt, violated: Sequence[Finding], slopes: Sequence[Sensitivity], before: Advice
+    ) -> Owner:
+        """Action keeps the path while it has tries left and every violation is within what its commands can move."""
+        if attempt.path is None:
+            return Owner.PLANNING
+        if before.tries + 1 >= TRIES or any(f.owner is Owner.PLANNING for f in violated):
+            return Owner.PLANNING
+        target = self._plant.machine.state(attempt.path.target)
+        reach = [reachable(f, slopes, target) for f in violated]
+        return Owner.ACTION if True in reach and False not in reach else Owner.PLANNING
+
+    async def _asked(
+        self, situation: Situation, attempt: Attempt, before: Advice, violated: tuple[Finding, ...], route: Owner
+    ) -> tuple[Owner, str]:
+        """The model's own advice; the rules' where it has none."""
+        told = Advice(violated, attempts=(*before.attempts, attempt))
+        values = {
+            "situation": situation_text(situation, self._plant), "feedback": feedback_text(told, self._plant),
+        }  # fmt: skip
+        system, kind = fill("reprompting.system", {"rules": prompt_file("rules")}), reprompting_type()
+        asked = question("reprompting", situation, system, fill("reprompting.prompt", values), kind)
+        try:
+            answer = await ask(self._model, asked, kind, situation)
+        except NoAdmissiblePlan:
+            return route, ""
+        if isinstance(answer, Unusable):
+            return route, ""
+        given = answer.model_dump()
+        return (Owner(given["route"]) if route is Owner.ACTION else route), given["hint"]
+
+
+def reachable(finding: Finding, slopes: Sequence[Sensitivity], target: State) -> bool | None:
+    """Whether the commands, moved through their ranges, could cure ``finding`` if margins were nearly straight lines.
+
+    None where its margin does not move at all near the attempt, which says nothing about what is farther away. A
+    refusal without margin can be cured by another answer.
+    """
+    if finding.criterion.startswith("CHK-"):
+        return True
+    widths = {r.tag: r.high - r.low for r in target.setpoints}
+    reach = sum(abs(s.slope) * widths[s.tag] for s in slopes if s.criterion == finding.criterion)
+    return BENT * reach >= -finding.margin if reach > 0.0 else None
+
+
+def known_hint(violated: Sequence[Finding]) -> str:
+    """What to say about the first violation that has a rule; empty where none has."""
+    for finding in violated:
+        for name, hint in _hints().items():
+            if finding.criterion == name or (name.endswith("-") and finding.criterion.startswith(name)):
+                return hint
+    return ""
+
+
+@functools.cache
+def _hints() -> dict[str, str]:
+    return tomllib.loads(PROMPTS.joinpath("hints.toml").read_text("utf-8"))

@@ -1,0 +1,139 @@
+"""Scripts: models that play a part by reading what a language model reads, for demonstrations and tests.
+
+They know nothing but the question: what they cannot find in prompt and schema, a language model could not either.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from homeostat.llm.model import Question
+
+_NUMBER: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_ATTEMPT: Final = re.compile(r"^\d+\. [^:]*: (?P<commands>[^:]*): ", re.MULTILINE)
+_COMMAND: Final = re.compile(rf"(?P<tag>\S+)=(?P<value>auto|{_NUMBER})")
+_VIOLATED: Final = re.compile(
+    rf"^(?:holds only just: )?(?P<name>\S+) (?P<margin>{_NUMBER})[^:]*: .*; margin per step: (?P<effects>.*)$",
+    re.MULTILINE,
+)
+_EFFECT: Final = re.compile(rf"(?P<tag>[^\s,]+) (?P<step>{_NUMBER}) -> (?P<change>{_NUMBER}|no change)")
+_PRESENT: Final = re.compile(rf"^- (?P<tag>\S+) «[^»]*»: .*; now (?P<value>automatic|{_NUMBER})", re.MULTILINE)
+ENOUGH: Final = 1.0
+"""A violated margin is made up for by this many times what is missing, because margins are not straight lines."""
+RESERVE: Final = 0.05
+"""Margin that is wanted beyond zero, in the margin's unit."""
+MOVES: Final = 201
+"""Values of each command that are looked at."""
+
+
+def reasonable(question: Question) -> str:
+    """Names the least risky path; starts from the present commands and moves one of them against what was violated."""
+    if question.agent == "planning":
+        return json.dumps({"reasoning": "the least risky path that is open", "path": _paths(question)[0]})
+    if question.agent == "reprompting":
+        return json.dumps({"route": "action", "hint": "move the command with the largest effect"})
+    limits = _commands(question)
+    values = _last(question) or _present(question)
+    values = {tag: _inside(values.get(tag), limits[tag]) for tag in limits}
+    move = _best_move(question, values, limits)
+    if move is not None:
+        values[move[0]] = move[1]
+    return json.dumps({"reasoning": "one move against what was violated", "commands": values})
+
+
+def stubborn(question: Question) -> str:
+    """Names the least risky path and the present commands, whatever it is told."""
+    if question.agent == "planning":
+        return json.dumps({"reasoning": "as always", "path": _paths(question)[0]})
+    if question.agent == "reprompting":
+        return json.dumps({"route": "action", "hint": "the same again"})
+    limits, values = _commands(question), _present(question)
+    commands = {tag: _inside(values.get(tag), limits[tag]) for tag in limits}
+    return json.dumps({"reasoning": "as always", "commands": commands})
+
+
+SCRIPTS: Final[Mapping[str, Callable[[Question], str]]] = {"reasonable": reasonable, "stubborn": stubborn}
+"""Name -> script."""
+
+
+def _paths(question: Question) -> list[str]:
+    schema: Any = question.schema
+    return list(schema["properties"]["path"]["enum"])
+
+
+def _commands(question: Question) -> dict[str, dict[str, Any]]:
+    """Tag -> its numeric schema, with ``automatic`` where null may be answered."""
+    schema: Any = question.schema
+    found = {}
+    for tag, node in schema["properties"]["commands"]["properties"].items():
+        options = node.get("anyOf", [node])
+        number = next(option for option in options if option["type"] == "number")
+        found[tag] = {**number, "automatic": len(options) > 1}
+    return found
+
+
+def _last(question: Question) -> dict[str, float | None]:
+    """The commands of the last attempt; empty where there is none."""
+    attempts = list(_ATTEMPT.finditer(question.prompt))
+    if not attempts:
+        return {}
+    pairs = _COMMAND.finditer(attempts[-1]["commands"])
+    return {p["tag"]: None if p["value"] == "auto" else float(p["value"]) for p in pairs}
+
+
+def _present(question: Question) -> dict[str, float | None]:
+    pairs = _PRESENT.finditer(question.prompt)
+    return {p["tag"]: None if p["value"] == "automatic" else float(p["value"]) for p in pairs}
+
+
+def _inside(value: float | None, limits: Mapping[str, Any]) -> float | None:
+    """``value`` as a whole multiple inside its bounds; null stays where it is allowed."""
+    if value is None:
+        return None if limits["automatic"] else float(limits["maximum"])
+    step = limits.get("multipleOf")
+    clipped = min(max(value, float(limits["minimum"])), float(limits["maximum"]))
+    return clipped if step is None else round(round(clipped / step) * step, 9)
+
+
+def _best_move(
+    question: Question, values: Mapping[str, float | None], limits: Mapping[str, Mapping[str, Any]]
+) -> tuple[str, float] | None:
+    """Tag and value of the one move after which, along straight lines, least is missing; None where none helps.
+
+    Of equal moves the one with the smallest share of its range counts.
+    """
+    violated = [_violation(found) for found in _VIOLATED.finditer(question.prompt)]
+    before = _missing(violated, "", 0.0)
+    found: list[tuple[float, float, str, float]] = []
+    for tag, limit in limits.items():
+        now = values.get(tag)
+        if now is None:
+            continue
+        width = limit["maximum"] - limit["minimum"]
+        for value in np.linspace(limit["minimum"], limit["maximum"], MOVES).tolist():
+            reached = _inside(value, limit)
+            assert reached is not None
+            found.append((_missing(violated, tag, reached - now), abs(reached - now) / width, tag, reached))
+    best = min(found, default=None)
+    return None if best is None or best[0] >= before - 1e-9 else (best[2], best[3])
+
+
+def _violation(found: re.Match[str]) -> tuple[float, dict[str, float]]:
+    """Margin that is wanted beyond the present one, and by how much one unit of each command changes it."""
+    slopes = {
+        e["tag"]: float(e["change"]) / float(e["step"])
+        for e in _EFFECT.finditer(found["effects"])
+        if e["change"] != "no change"
+    }
+    margin = float(found["margin"])
+    return RESERVE - (ENOUGH if margin < 0.0 else 1.0) * margin, slopes
+
+
+def _missing(violated: list[tuple[float, dict[str, float]]], tag: str, change: float) -> float:
+    """What is missing in all after ``tag`` was changed; nothing counts twice."""
+    return sum(max(wanted - slopes.get(tag, 0.0) * change, 0.0) for wanted, slopes in violated)

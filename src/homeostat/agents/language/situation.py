@@ -1,0 +1,120 @@
+"""The situation in words and numbers: what every prompt says about the plant now."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from homeostat.agents.crew import Situation
+from homeostat.domain.diagnosis import Hypothesis
+from homeostat.domain.plant_description import PlantDescription, Relation
+from homeostat.domain.quotation import quote
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import Finding
+
+SHOWN: Final = (Relation.MEASURES, Relation.SETS, Relation.DRIVES)
+"""Relations of the tags that are shown: readings, setpoints and commands."""
+MEAN_S: Final = 15
+"""Readings that a trend averages at either end."""
+TREND_S: Final = 60
+"""Time that a trend looks back [s]."""
+MOST_FINDINGS: Final = 6
+"""Most violated checks that are listed."""
+MOST_NEAR: Final = 4
+"""Most checks that hold only just that are listed."""
+NOTE_LIMIT: Final = 300
+"""Longest operator note that is shown [characters]."""
+
+
+def situation_text(situation: Situation, plant: PlantDescription, notes: Sequence[str] = ()) -> str:
+    """What is seen, what is believed, where the plant is going, and what happens without action."""
+    state = plant.machine.state(situation.state)
+    lines = [
+        f"State {situation.state} ({quote(state.label)}) at {situation.snapshot.at_s:.0f} s; "
+        f"{situation.deadline_s:.0f} s left to decide.",
+        _symptoms(situation, plant),
+        *_hypotheses(situation.diagnosis.hypotheses, plant),
+        f"Now (change per minute): {_tags(situation, plant)}.",
+        f"Without action: {_idle(situation.idle, plant.scales)}.",
+    ]
+    lines += [f"Operator's note: {quote(note, NOTE_LIMIT)}" for note in notes[:3]]
+    return "\n".join(line for line in lines if line)
+
+
+def worst_first(findings: Sequence[Finding], scales: Mapping[str, float]) -> list[Finding]:
+    """The violated findings, in scales of their units, worst first."""
+    return sorted((f for f in findings if not f.satisfied), key=lambda f: (f.relative(scales), f.criterion))
+
+
+def nearest(findings: Sequence[Finding], scales: Mapping[str, float]) -> list[Finding]:
+    """The findings that hold by less than one scale of their unit, nearest to violation first."""
+    close = [f for f in findings if f.satisfied and f.relative(scales) < 1.0]
+    return sorted(close, key=lambda f: (f.relative(scales), f.criterion))[:MOST_NEAR]
+
+
+def margin_text(finding: Finding) -> str:
+    """Name, signed margin with unit, and time of the worst point; the message where there is no margin."""
+    if math.isinf(finding.margin):
+        return f"{finding.criterion} {quote(finding.message, 160)}"
+    unit = "" if finding.unit == "1" else f" {finding.unit}"
+    return f"{finding.criterion} {finding.margin:+.3g}{unit} at {finding.at_s:.0f} s"
+
+
+def _symptoms(situation: Situation, plant: PlantDescription) -> str:
+    words = {rule.name: rule.description for rule in plant.symptom_rules}
+    seen = sorted(situation.diagnosis.symptoms, key=lambda s: -s.severity)[:MOST_FINDINGS]
+    told = [f"{s.rule} {quote(words.get(s.rule, ''), 60)} {s.severity:.1f}x threshold" for s in seen]
+    return f"Symptoms: {'; '.join(told)}." if told else ""
+
+
+def _hypotheses(hypotheses: Sequence[Hypothesis], plant: PlantDescription) -> list[str]:
+    """One line per combination of faults, with the range of what is believed about sizes."""
+    by_name: dict[str, list[Hypothesis]] = {}
+    for hypothesis in hypotheses:
+        by_name.setdefault(hypothesis.name, []).append(hypothesis)
+    ranked = sorted(by_name.values(), key=lambda group: -sum(h.probability for h in group))
+    lines = []
+    for group in ranked[:MOST_FINDINGS]:
+        told = []
+        for k, first in enumerate(group[0].faults):
+            fault = plant.fault(first.fault)
+            sizes = [h.faults[k].severity for h in group]
+            unit = "" if fault.severity_unit == "1" else f" {fault.severity_unit}"
+            size = f"{min(sizes):.3g}" if max(sizes) - min(sizes) < 1e-9 else f"{min(sizes):.3g} to {max(sizes):.3g}"
+            told.append(f"{first.fault} ({quote(fault.label, 60)}), severity {size}{unit}, since {first.onset_s:.0f} s")
+        lines.append(
+            f"Hypothesis p={sum(h.probability for h in group):.2f}: {' and '.join(told) or 'nothing is wrong'}."
+        )
+    return lines
+
+
+def _tags(situation: Situation, plant: PlantDescription) -> str:
+    told = []
+    for signal in plant.signals:
+        value = situation.snapshot.values.get(signal.tag.name, math.nan)
+        if signal.relation in SHOWN and math.isfinite(value):
+            unit = "" if signal.tag.unit == "1" else f" {signal.tag.unit}"
+            change = _trend(situation.recent, signal.tag.name)
+            moving = change is not None and abs(change) >= 0.05 * signal.tag.scale
+            told.append(f"{signal.tag.name} {value:.4g}{unit}" + (f" ({change:+.2g})" if moving else ""))
+    return ", ".join(told)
+
+
+def _trend(recent: Sequence[Snapshot], tag: str) -> float | None:
+    """Change per minute between two averages; None where the past is too short."""
+    if len(recent) < TREND_S + MEAN_S:
+        return None
+    values = [snapshot.values.get(tag, math.nan) for snapshot in recent[-TREND_S - MEAN_S :]]
+    change = float(np.mean(values[-MEAN_S:]) - np.mean(values[:MEAN_S])) * 60.0 / TREND_S
+    return change if math.isfinite(change) else None
+
+
+def _idle(findings: Sequence[Finding], scales: Mapping[str, float]) -> str:
+    violated = worst_first(findings, scales)
+    if not violated:
+        return "every criterion holds"
+    more = f"; and {len(violated) - MOST_FINDINGS} more" if len(violated) > MOST_FINDINGS else ""
+    return "; ".join(margin_text(f) for f in violated[:MOST_FINDINGS]) + more

@@ -1,0 +1,31 @@
+"""Asking: one question to the model, and its answer as one of the types that were asked for."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from pydantic import BaseModel
+
+from homeostat.agents.crew import NoAdmissiblePlan, Situation
+from homeostat.agents.language.answers import AnswerType, Unusable, read, schema, unusable
+from homeostat.agents.language.prompt_files import template_sha256
+from homeostat.llm.model import ANSWERED, LanguageModel, ModelError, Question
+
+MOST_S: Final = 20.0
+"""Longest time for one answer [s]."""
+
+
+async def ask(model: LanguageModel, question: Question, kind: AnswerType, situation: Situation) -> BaseModel | Unusable:
+    """The answer, or what is wrong with it; NoAdmissiblePlan where there is none and asking again will not help."""
+    try:
+        reply = await model.ask(question, max(min(MOST_S, situation.deadline_s), 1.0))
+    except ModelError as error:
+        if error.failure in ANSWERED:
+            return unusable(str(error))
+        raise NoAdmissiblePlan(f"{model.name}: {error}") from error
+    return read(kind, reply.answer)
+
+
+def question(agent: str, situation: Situation, system: str, prompt: str, kind: AnswerType) -> Question:
+    """What ``agent`` asks about ``situation``."""
+    return Question(agent, situation.snapshot.at_s, system, prompt, schema(kind), template_sha256(agent))

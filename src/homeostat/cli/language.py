@@ -1,0 +1,106 @@
+"""Options of commands that may ask a language model, and the model that they name."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from homeostat.cli.arguments import UsageError, number
+
+if TYPE_CHECKING:
+    from homeostat.cases.wiring import Language
+    from homeostat.llm.model import LanguageModel
+
+SEARCH = "search"
+"""The proposer that is always there."""
+REPLAY, SCRIPT = "replay:", "scripted:"
+FORMS = (
+    "search, openai:MODEL, anthropic:MODEL, ollama:MODEL, http://HOST:PORT/v1#MODEL, replay:FILE, "
+    "scripted:reasonable, scripted:stubborn"
+)
+
+
+def configure(command: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    command.add_argument(
+        "--proposer", default=SEARCH, metavar="P",
+        help=f"who proposes first: {FORMS} (default: search; it follows every other one)",
+    )  # fmt: skip
+    command.add_argument("--local-only", action="store_true", help="refuse any model that is not on this machine")
+    command.add_argument(
+        "--allow-host", action="append", default=[], metavar="HOST", help="with --local-only: a host to allow as well"
+    )
+    command.add_argument(
+        "--temperature", type=number(0.0, 2.0), default=0.0, metavar="X", help="temperature of the model (default: 0)"
+    )
+    command.add_argument("--model-seed", type=int, metavar="N", help="seed of the model's own sampling, if it has one")
+    command.add_argument(
+        "--note", action="append", default=[], metavar="TEXT", help="a note of the operator to the model"
+    )
+    command.add_argument("--record", type=Path, metavar="FILE", help="add every call of the model to FILE (JSON lines)")
+
+
+def speaker(options: argparse.Namespace) -> Language | None:
+    """The model that the options name, ready to be asked; None for the search. UsageError where there is none."""
+    if options.proposer == SEARCH:
+        if options.record is not None:
+            raise UsageError("--record keeps what a language model answers; name one with --proposer")
+        return None
+    from homeostat.cases.wiring import Language
+
+    if options.record is not None:
+        _try_to_write(options.record)
+    return Language(_model(options), tuple(options.note), options.record)
+
+
+def _model(options: argparse.Namespace) -> LanguageModel:
+    name: str = options.proposer
+    if name.startswith(REPLAY):
+        from homeostat.llm.calls import CallFileError, read_calls
+        from homeostat.llm.replay import ReplayModel
+
+        try:
+            return ReplayModel(name, read_calls(Path(name.removeprefix(REPLAY))))
+        except CallFileError as error:
+            raise UsageError(str(error)) from error
+    if name.startswith(SCRIPT):
+        return _scripted(name)
+    return _provider(options)
+
+
+def _scripted(name: str) -> LanguageModel:
+    from homeostat.agents.language.scripts import SCRIPTS
+    from homeostat.llm.scripted import ScriptedModel
+
+    script = SCRIPTS.get(name.removeprefix(SCRIPT))
+    if script is None:
+        raise UsageError(f"there is no script {name!r}; there are {', '.join(f'{SCRIPT}{s}' for s in SCRIPTS)}")
+    return ScriptedModel(name, script)
+
+
+def _provider(options: argparse.Namespace) -> LanguageModel:
+    from homeostat.llm.address import parse_address
+    from homeostat.llm.model import ModelError
+
+    try:
+        address = parse_address(options.proposer)
+    except ValueError as error:
+        raise UsageError(f"unknown proposer: {error}; or one of {FORMS}") from None
+    try:
+        from homeostat.llm.network import AddressPolicy
+        from homeostat.llm.patience import PatientModel
+        from homeostat.llm.providers import ProviderModel, Sampling
+    except ImportError as error:
+        raise UsageError(f"asking {address.text!r} needs {error.name!r}: pip install 'homeostat[llm]'") from error
+    policy = AddressPolicy(options.local_only, tuple(options.allow_host))
+    try:
+        return PatientModel(ProviderModel(address, policy, Sampling(options.temperature, options.model_seed)))
+    except ModelError as error:
+        raise UsageError(str(error)) from error
+
+
+def _try_to_write(path: Path) -> None:
+    """OSError where calls could not be added to ``path``; an empty file is left where there was none."""
+    with path.open("a", encoding="utf-8"):
+        pass

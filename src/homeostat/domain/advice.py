@@ -1,0 +1,61 @@
+"""What one attempt teaches the next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from homeostat.domain.limits import Owner
+from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.verdict import Finding, Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """One proposal, as far as it got, and the verdict on it."""
+
+    number: int
+    """Number of the attempt, from 1."""
+    path: RecoveryPath | None
+    """The path; None where planning's answer was none."""
+    actions: ActionSet | None
+    """The action set; None where there was no path, or action's answer was no action set."""
+    verdict: Verdict
+    """The judgement; a refusal where path or action set is missing or was proposed before."""
+    members: int = 0
+    """Members of the rollout; 0 where nothing was rolled out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sensitivity:
+    """How the margin of a criterion changes with one command, near the last attempt."""
+
+    criterion: str
+    """Name of the criterion or limit."""
+    tag: str
+    """Tag that is commanded."""
+    slope: float
+    """Change of the worst member's margin per unit of the tag, in the margin's unit per the tag's unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Advice:
+    """What reprompting says to the next attempt."""
+
+    findings: tuple[Finding, ...] = ()
+    """What the last attempt violated."""
+    route: Owner = Owner.PLANNING
+    """Who should change something: planning the path, or action the commands on the same path."""
+    keep_path: RecoveryPath | None = None
+    """The path to keep, where the route is action."""
+    tries: int = 0
+    """Attempts on that path so far."""
+    refused_paths: tuple[tuple[str, ...], ...] = ()
+    """State sequences that were tried and cannot be cured."""
+    required: tuple[tuple[str, float], ...] = ()
+    """Criterion -> margin that the next proposal should show on its own rollouts, in the criterion's unit."""
+    attempts: tuple[Attempt, ...] = ()
+    """Every earlier attempt, in order."""
+    sensitivities: tuple[Sensitivity, ...] = ()
+    """How the violated margins change with each command."""
+    hint: str = ""
+    """What to change, in one or two sentences; data, not an order."""

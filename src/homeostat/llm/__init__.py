@@ -1,0 +1,1 @@
+"""Language models: asking one, recording what it said, and what went wrong."""

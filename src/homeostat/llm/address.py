@@ -1,0 +1,58 @@
+"""Addresses of models, as the command line spells them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+from urllib.parse import urldefrag
+
+OPENAI, ANTHROPIC, OLLAMA, SERVER = "openai", "anthropic", "ollama", "server"
+_KNOWN: Final = {
+    OPENAI: ("https://api.openai.com/v1", "OPENAI_API_KEY"),
+    ANTHROPIC: ("https://api.anthropic.com", "ANTHROPIC_API_KEY"),
+    OLLAMA: ("http://127.0.0.1:11434/v1", "OLLAMA_API_KEY"),
+}
+"""Provider -> where it is, and the environment variable with its key."""
+SERVER_KEY: Final = "HOMEOSTAT_LLM_KEY"
+"""Environment variable with the key of a server that is given by its address."""
+KEY_VARIABLES: Final = (*(variable for _, variable in _KNOWN.values()), SERVER_KEY)
+"""Every environment variable that may hold a key."""
+
+
+@dataclass(frozen=True, slots=True)
+class ModelAddress:
+    """Which model, and where."""
+
+    text: str
+    """As it was given."""
+    provider: str
+    """``openai``, ``anthropic``, ``ollama``, or ``server`` for an OpenAI-compatible one."""
+    model: str
+    """Name that the server knows it by."""
+    url: str
+    """Base address of its interface."""
+    key_variable: str
+    """Environment variable that holds its key."""
+
+
+def parse_address(text: str) -> ModelAddress:
+    """The address in ``text``: ``openai:MODEL``, ``anthropic:MODEL``, ``ollama:MODEL`` or ``http://HOST:PORT/v1#MODEL``.
+
+    Raises ValueError, naming the forms, for anything else.
+
+    >>> parse_address("ollama:qwen3:8b").model
+    'qwen3:8b'
+    >>> parse_address("http://127.0.0.1:8000/v1#tiny").url
+    'http://127.0.0.1:8000/v1'
+    """
+    if text.startswith(("http://", "https://")):
+        url, model = urldefrag(text)
+        if not model:
+            raise ValueError(f"{text!r} names no model; add it after a '#': {text}#MODEL")
+        return ModelAddress(text, SERVER, model, url, SERVER_KEY)
+    provider, colon, model = text.partition(":")
+    if not colon or provider not in _KNOWN or not model:
+        forms = ", ".join(f"{name}:MODEL" for name in _KNOWN)
+        raise ValueError(f"{text!r} names no model; it must be {forms} or http://HOST:PORT/v1#MODEL")
+    url, variable = _KNOWN[provider]
+    return ModelAddress(text, provider, model, url, variable)

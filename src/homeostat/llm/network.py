@@ -1,0 +1,95 @@
+"""The way to a model server: which addresses may be reached, and how much may come back."""
+
+from __future__ import annotations
+
+import ipaddress
+import socket
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+from urllib.parse import urlsplit
+
+import httpx2
+
+from homeostat.llm.model import Failure, ModelError
+
+MOST_BYTES = 1_000_000
+"""Longest response that is read [bytes]; an answer has a few hundred."""
+
+
+@dataclass(frozen=True, slots=True)
+class AddressPolicy:
+    """Which hosts may be reached."""
+
+    local_only: bool = False
+    """Whether everything outside this machine is refused."""
+    allowed: tuple[str, ...] = ()
+    """Host names or addresses that may be reached all the same."""
+
+    def check(self, url: str) -> None:
+        """ModelError where ``url`` must not be reached."""
+        parts = urlsplit(url)
+        host = parts.hostname or ""
+        if parts.scheme not in ("http", "https") or not host:
+            raise ModelError(Failure.FORBIDDEN, f"{url!r} is not an http or https address")
+        if self.local_only and host not in self.allowed and not on_this_machine(host):
+            raise ModelError(
+                Failure.FORBIDDEN,
+                f"{host!r} is outside this machine, and only local models are allowed; or give --allow-host {host}",
+            )
+
+
+def on_this_machine(host: str) -> bool:
+    """Whether every address of ``host`` is a loopback one; False where it has none."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        pass
+    try:
+        found = socket.getaddrinfo(host, None, proto=socket.IPPROTO_TCP)
+    except OSError:
+        return False
+    return bool(found) and all(ipaddress.ip_address(str(entry[4][0])).is_loopback for entry in found)
+
+
+class GuardedTransport(httpx2.AsyncBaseTransport):
+    """Sends requests to allowed addresses only, and stops reading what is too long or packed."""
+
+    def __init__(self, policy: AddressPolicy) -> None:
+        """``policy`` is asked before every request, so a redirection cannot get around it."""
+        self._policy = policy
+        self._wire = httpx2.AsyncHTTPTransport(retries=0)
+
+    async def handle_async_request(self, request: httpx2.Request) -> httpx2.Response:
+        """Send ``request``; ModelError where its address is not allowed or the response is packed."""
+        self._policy.check(str(request.url))
+        # What is unpacked has no limit that could be seen beforehand, so nothing packed is asked for or accepted.
+        request.headers["Accept-Encoding"] = "identity"
+        response = await self._wire.handle_async_request(request)
+        if response.headers.get("Content-Encoding", "identity").lower() != "identity":
+            await response.aclose()
+            raise ModelError(Failure.MALFORMED, "the response is packed though that was ruled out")
+        assert isinstance(response.stream, httpx2.AsyncByteStream)
+        response.stream = _Bounded(response.stream)
+        return response
+
+    async def aclose(self) -> None:
+        """Close the connections."""
+        await self._wire.aclose()
+
+
+class _Bounded(httpx2.AsyncByteStream):
+    """A response body that ends with an error where it is too long."""
+
+    def __init__(self, stream: httpx2.AsyncByteStream) -> None:
+        self._stream = stream
+
+    async def __aiter__(self) -> AsyncIterator[bytes]:
+        count = 0
+        async for chunk in self._stream:
+            count += len(chunk)
+            if count > MOST_BYTES:
+                raise ModelError(Failure.MALFORMED, f"the response is longer than {MOST_BYTES} bytes")
+            yield chunk
+
+    async def aclose(self) -> None:
+        await self._stream.aclose()

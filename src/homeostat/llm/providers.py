@@ -1,0 +1,157 @@
+"""Models behind an HTTP interface, in the cloud or beside the plant, through one library."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import httpx2
+from anthropic import AsyncAnthropic
+from openai import AsyncOpenAI
+from pydantic_ai import direct
+from pydantic_ai.messages import ModelRequest, ModelResponse, SystemPromptPart, TextPart, ToolCallPart, UserPromptPart
+from pydantic_ai.models import Model, ModelRequestParameters
+from pydantic_ai.models.anthropic import AnthropicModel
+from pydantic_ai.models.openai import OpenAIChatModel
+from pydantic_ai.output import OutputObjectDefinition
+from pydantic_ai.providers.anthropic import AnthropicProvider
+from pydantic_ai.providers.ollama import OllamaProvider
+from pydantic_ai.providers.openai import OpenAIProvider
+from pydantic_ai.settings import ModelSettings
+from pydantic_ai.tools import ToolDefinition
+
+from homeostat.llm.address import ANTHROPIC, OLLAMA, ModelAddress
+from homeostat.llm.failures import failure_of
+from homeostat.llm.model import Failure, ModelError, Question, Reply, Usage
+from homeostat.llm.network import AddressPolicy, GuardedTransport
+
+NATIVE, TOOL, PROMPTED = "native", "tool", "prompted"
+"""Ways to get an answer that fits a schema, the strictest first."""
+MOST_TOKENS: Final = 1200
+"""Longest answer that is asked for [tokens]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sampling:
+    """How a model is asked to choose its words."""
+
+    temperature: float | None = 0.0
+    """Temperature [1]; None leaves it to the server."""
+    seed: int | None = None
+    """Seed of the server's sampling, where it has one; None for none."""
+
+
+class ProviderModel:
+    """Implements :class:`homeostat.llm.model.LanguageModel` over HTTP; nothing is kept open between questions."""
+
+    def __init__(self, address: ModelAddress, policy: AddressPolicy, sampling: Sampling) -> None:
+        """Ask the model at ``address``; ModelError where ``policy`` does not allow it. Nothing is sent yet."""
+        policy.check(address.url)
+        self._address = address
+        self._policy = policy
+        self._sampling = sampling
+        self._key = os.environ.get(address.key_variable) or "none"
+        self._modes = [NATIVE, TOOL, PROMPTED]
+
+    @property
+    def name(self) -> str:
+        """Name under which it was asked for."""
+        return self._address.text
+
+    @property
+    def settings(self) -> Mapping[str, float | int | str | None]:
+        """How it samples, and how it is made to answer in the schema."""
+        return {
+            "temperature": self._sampling.temperature, "seed": self._sampling.seed, "most_tokens": MOST_TOKENS,
+            "output": self._modes[0],
+        }  # fmt: skip
+
+    async def ask(self, question: Question, within_s: float) -> Reply:
+        """The answer to ``question``; where the server rejects one way of asking for JSON, the next is tried."""
+        requests = 0
+        while True:
+            requests += 1
+            try:
+                response = await self._request(question, within_s)
+                return self._reply(response, requests)
+            except ModelError as error:
+                if error.failure is not Failure.REJECTED or len(self._modes) == 1:
+                    error.requests = requests
+                    raise
+                self._modes.pop(0)
+
+    async def _request(self, question: Question, within_s: float) -> ModelResponse:
+        settings = ModelSettings(max_tokens=MOST_TOKENS, timeout=within_s, request_timeout=within_s)
+        if self._sampling.temperature is not None:
+            settings["temperature"] = self._sampling.temperature
+        if self._sampling.seed is not None:
+            settings["seed"] = self._sampling.seed
+        async with httpx2.AsyncClient(
+            transport=GuardedTransport(self._policy), follow_redirects=False, trust_env=False, timeout=within_s
+        ) as client:
+            try:
+                model = self._model(client)
+                mode = self._supported(model)
+                system = question.system if mode != PROMPTED else f"{question.system}\n\n{_prompted(question)}"
+                messages = [ModelRequest(parts=[SystemPromptPart(system), UserPromptPart(question.prompt)])]
+                return await direct.model_request(
+                    model, messages, model_settings=settings, model_request_parameters=_parameters(mode, question)
+                )
+            except Exception as error:  # a model is outside the system: whatever it makes a library raise is a failure
+                raise failure_of(error) from None
+
+    def _model(self, client: httpx2.AsyncClient) -> Model:
+        url, name = self._address.url, self._address.model
+        if self._address.provider == ANTHROPIC:
+            anthropic = AsyncAnthropic(api_key=self._key, base_url=url, http_client=client, max_retries=0)
+            return AnthropicModel(name, provider=AnthropicProvider(anthropic_client=anthropic))
+        openai = AsyncOpenAI(api_key=self._key, base_url=url, http_client=client, max_retries=0)
+        if self._address.provider == OLLAMA:
+            return OpenAIChatModel(name, provider=OllamaProvider(openai_client=openai))
+        return OpenAIChatModel(name, provider=OpenAIProvider(openai_client=openai))
+
+    def _supported(self, model: Model) -> str:
+        """The strictest way that is left and that the library knows this model to have."""
+        if self._modes[0] == NATIVE and not model.profile.get("supports_json_schema_output", False):
+            self._modes.pop(0)
+        return self._modes[0]
+
+    def _reply(self, response: ModelResponse, requests: int) -> Reply:
+        if response.finish_reason == "content_filter":
+            raise ModelError(Failure.REFUSAL, str((response.provider_details or {}).get("refusal", ""))[:200])
+        if response.finish_reason == "length":
+            raise ModelError(Failure.TRUNCATED, f"at {response.usage.output_tokens} tokens")
+        called = [part.args_as_json_str() for part in response.parts if isinstance(part, ToolCallPart)]
+        texts = [part.content for part in response.parts if isinstance(part, TextPart)]
+        answer = called[0] if called else "".join(texts)
+        if not answer.strip():
+            raise ModelError(Failure.EMPTY)
+        usage = Usage(response.usage.input_tokens, response.usage.output_tokens, _cost(response))
+        return Reply(answer, response.model_name or "", usage, requests)
+
+
+def _parameters(mode: str, question: Question) -> ModelRequestParameters:
+    name, schema = f"{question.agent}_answer", dict(question.schema)
+    if mode == NATIVE:
+        wanted = OutputObjectDefinition(json_schema=schema, name=name, strict=True)
+        return ModelRequestParameters(output_mode="native", output_object=wanted)
+    if mode == TOOL:
+        tool = ToolDefinition(name=name, description="Give the answer.", parameters_json_schema=schema, kind="output")
+        return ModelRequestParameters(output_mode="tool", output_tools=[tool], allow_text_output=False)
+    return ModelRequestParameters()
+
+
+def _prompted(question: Question) -> str:
+    import json
+
+    return f"Answer with one JSON object and nothing else. It satisfies this schema: {json.dumps(question.schema)}"
+
+
+def _cost(response: ModelResponse) -> float | None:
+    """Price by the library's list [USD]; None for a model that is not in it."""
+    try:
+        return float(response.cost().total_price)
+    except (LookupError, ValueError, AssertionError):
+        return None

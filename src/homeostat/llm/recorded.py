@@ -1,0 +1,100 @@
+"""A model whose every call goes to the trace, and to a file where one is wanted; keys are struck out."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from homeostat.llm.calls import Call, append_call
+from homeostat.llm.model import Failure, LanguageModel, ModelError, Question, Reply
+from homeostat.trace import Setting, Trace
+from homeostat.trace.archive import Archive
+from homeostat.trace.calls import ModelCalled
+
+STRUCK_OUT = "[key]"
+"""Stands where a key stood."""
+SHORTEST_KEY = 6
+"""Anything shorter is not a key, and striking it out would spoil ordinary text."""
+
+
+class RecordedModel:
+    """Implements :class:`homeostat.llm.model.LanguageModel`: asks another one and writes down what came of it."""
+
+    def __init__(
+        self, model: LanguageModel, trace: Trace, archive: Archive, secrets: tuple[str, ...] = (),
+        file: Path | None = None,
+    ) -> None:  # fmt: skip
+        """``secrets`` never get further than here, even where a server repeats them; ``file`` takes calls as lines."""
+        self._model = model
+        self._trace = trace
+        self._archive = archive
+        self._secrets = tuple(s for s in secrets if len(s) >= SHORTEST_KEY)
+        self._file = file
+
+    @property
+    def name(self) -> str:
+        """The other model's."""
+        return self._model.name
+
+    @property
+    def settings(self) -> Mapping[str, float | int | str | None]:
+        """The other model's."""
+        return self._model.settings
+
+    async def ask(self, question: Question, within_s: float) -> Reply:
+        """The other model's answer or failure; recorded either way, also where the asking is cancelled."""
+        begin = time.monotonic()
+        try:
+            reply = await self._model.ask(question, within_s)
+        except ModelError as error:
+            struck = ModelError(error.failure, self._strike(str(error)), error.retry_after_s, error.requests)
+            self._record(question, None, struck, begin)
+            raise struck from None
+        except asyncio.CancelledError:
+            self._record(question, None, ModelError(Failure.TIMEOUT, "the time for thinking was used up"), begin)
+            raise
+        reply = replace(reply, answer=self._strike(reply.answer), served=self._strike(reply.served)[:80])
+        self._record(question, reply, None, begin)
+        return reply
+
+    def _record(self, question: Question, reply: Reply | None, error: ModelError | None, begin: float) -> None:
+        latency_s = time.monotonic() - begin
+        prompt = self._archive.store_prompt(f"{question.system}\n\n---\n\n{question.prompt}\n")
+        schema = self._archive.store_json(json.dumps(question.schema, indent=1))
+        event = ModelCalled(
+            agent=question.agent, model=self.name, served=reply.served if reply else "",
+            settings=tuple(Setting(n, v) for n, v in self._model.settings.items() if v is not None),
+            template_sha256=question.template_sha256, prompt_sha256=prompt.sha256, schema_sha256=schema.sha256,
+            answer_sha256=self._archive.store_json(_storable(reply.answer)).sha256 if reply else "",
+            failure=error.failure.name if error else "", detail=str(error) if error else "",
+            input_tokens=reply.usage.input_tokens if reply else 0,
+            output_tokens=reply.usage.output_tokens if reply else 0,
+            cost_usd=reply.usage.cost_usd if reply else None,
+            wall_requests=reply.requests if reply else error.requests if error else 0, wall_latency_s=latency_s,
+        )  # fmt: skip
+        self._trace.record(event, question.at_s)
+        if self._file is not None:
+            append_call(self._file, _call(question, reply, error, event))
+
+    def _strike(self, text: str) -> str:
+        for secret in self._secrets:
+            text = text.replace(secret, STRUCK_OUT)
+        return text
+
+
+def _call(question: Question, reply: Reply | None, error: ModelError | None, event: ModelCalled) -> Call:
+    return Call(
+        agent=question.agent, at_s=question.at_s, model=event.model, served=event.served, system=question.system,
+        prompt=question.prompt, schema=question.schema, answer=reply.answer if reply else None,
+        failure=error.failure if error else None, detail=event.detail, input_tokens=event.input_tokens,
+        output_tokens=event.output_tokens, cost_usd=event.cost_usd, latency_s=event.wall_latency_s,
+    )  # fmt: skip
+
+
+def _storable(text: str) -> str:
+    """``text`` as it can be written in UTF-8: half a surrogate pair cannot."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
