@@ -1,0 +1,141 @@
+"""Setpoints that were recorded elsewhere, judged in the same situation on this project's reactor by its own checks.
+
+The same situation is: the same fault of nominal size with the same onset, on a plant of our own, watched and diagnosed
+by our monitoring and left alone until the recorded second. Noise, feed mixing and level control are not the same.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import copy
+from dataclasses import dataclass
+
+from benchmarks.recorded_calls import RecordedCall, Setpoints
+from homeostat.agents.grounding import Grounding
+from homeostat.agents.monitoring import Monitoring
+from homeostat.agents.planning import EVENT
+from homeostat.agents.simulation import plausible
+from homeostat.assurance.checks import command_findings, judge
+from homeostat.campaign.runner import build_plant
+from homeostat.campaign.scenario import scenario
+from homeostat.cases.case import Case
+from homeostat.domain.diagnosis import Diagnosis, FaultState
+from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import Finding, LeftAlone
+from homeostat.plant.clock import DeclaredClock
+from homeostat.plant.simulated import SimulatedPlant
+from homeostat.process.types import Row
+from homeostat.twin.twin import Twin
+
+ENDS_S = 7000
+"""End of production in the published runs; our plants are followed as far [s]."""
+START = "normal"
+"""State of the machine in which the plant is when the fault begins."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """True temperature [K] and level [L] of a plant, one row per second."""
+
+    temperature: Row
+    level: Row
+
+    @property
+    def outside_s(self) -> int:
+        """Seconds outside the limits of temperature and level."""
+        return int(((self.temperature > 313.0) | (self.level > 11.0) | (self.level < 2.0)).sum())
+
+    def until(self, seconds: int) -> Course:
+        """The seconds after the first row, ``seconds`` of them."""
+        return Course(self.temperature[1 : seconds + 1], self.level[1 : seconds + 1])
+
+
+@dataclass(frozen=True)
+class Situation:
+    """Our plant, watched and left alone until a recorded second."""
+
+    plant: SimulatedPlant
+    twin: Twin
+    snapshot: Snapshot
+    diagnosis: Diagnosis
+    unprepared: str
+    """What the twin finds most probable from the last readings alone, without earlier diagnoses."""
+
+
+@dataclass(frozen=True)
+class Ours:
+    """Setpoints under this project's checks, and what they do on this project's plant."""
+
+    target: str
+    violated: tuple[Finding, ...]
+    """The findings that refuse them; empty where they are accepted."""
+    worst: Finding
+    """The finding with the least margin, in scales of its unit."""
+    soon: Course
+    """Over the horizon that the checks judge."""
+    late: Course
+    """To the end of production, with nothing else done."""
+
+
+async def watch(plant: SimulatedPlant, monitoring: Monitoring, until_s: int) -> tuple[Snapshot, tuple[FaultState, ...]]:
+    """Watch and diagnose as the loop does, but leave the plant alone; the last snapshot and what is believed then."""
+    known: tuple[FaultState, ...] = ()
+    async for snapshot in plant.snapshots():
+        if monitoring.notices(snapshot):
+            diagnosis = monitoring.diagnose()
+            if diagnosis.faulty:
+                known = next(h.faults for h in diagnosis.hypotheses if h.faults)
+                monitoring.follow(LeftAlone(snapshot.at_s, 0.0))
+        if snapshot.at_s >= until_s:
+            return snapshot, known
+    raise ValueError(f"the plant ended before {until_s} s")
+
+
+def situation(case: Case, call: RecordedCall) -> Situation:
+    """The situation of a recorded run: same fault, same onset, same second; the run's number is the seed."""
+    d = case.description
+    setting = scenario(case, call.fault, call.run, onset_s=call.onset_s, end_s=float(ENDS_S))
+    plant = build_plant(case, setting, DeclaredClock(0.0))
+    twin = Twin(case.model, d, case.twin, call.run)
+    monitoring = Monitoring(twin, Grounding(case.graph, case.namespace), d, case.baselines, case.started)
+    snapshot, known = asyncio.run(watch(plant, monitoring, call.time_s))
+    every = [f.name for f in d.faults]
+    diagnosis = Diagnosis(snapshot.at_s, monitoring.symptoms, twin.explain(every, known))
+    return Situation(plant, twin, snapshot, diagnosis, twin.explain(every, ())[0].name)
+
+
+def typed(case: Case, snapshot: Snapshot, wanted: Setpoints) -> ActionSet:
+    """``wanted`` for the first reachable recovery target that admits it, or else for the first one."""
+    d, tags = case.description, case.description.tags_by_name
+    values = {"T1.sp": wanted.temperature, "L1.sp": wanted.level, "F1.sp": wanted.feed}
+    commands = tuple(Command(tag, value, tags[tag].rate_limit) for tag, value in values.items())
+    targets = dict.fromkeys(p[-1].target for p in d.machine.paths(START, snapshot.values, EVENT, blocked=()))
+    options = [ActionSet(commands, target) for target in targets]
+    return next((a for a in options if not command_findings(a, d.machine.state(a.target), tags)), options[0])
+
+
+def idle() -> ActionSet:
+    """No command: the plant is left alone."""
+    return ActionSet((), START)
+
+
+def ours(case: Case, where: Situation, actions: ActionSet) -> Ours:
+    """Roll ``actions`` out on the twin and judge them; and see what they do on the plant itself."""
+    d = case.description
+    rollout = where.twin.roll_out(actions, plausible(where.diagnosis))
+    verdict = judge(actions, rollout, d.limits, d.machine.state(actions.target), d.tags_by_name)
+    worst = min(verdict.findings, key=lambda f: f.relative(d.scales))
+    plant, start = copy.deepcopy(where.plant), round(where.snapshot.at_s)
+    truth = asyncio.run(execute(plant, actions, start))
+    soon, late = truth.until(case.twin.horizon_s), truth.until(ENDS_S - start)
+    return Ours(actions.target, tuple(f for f in verdict.findings if not f.satisfied), worst, soon, late)
+
+
+async def execute(plant: SimulatedPlant, actions: ActionSet, start_s: int) -> Course:
+    """Write the commands and let the plant run to its end; true values from ``start_s`` on."""
+    await plant.write(actions.commands)
+    async for _ in plant.snapshots():
+        pass
+    signals = plant.truth().signals  # its first row is the end of the first second
+    return Course(signals["T1"][0, start_s - 1 :], signals["L1"][0, start_s - 1 :])
