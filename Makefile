@@ -7,7 +7,7 @@ INSTALL := $(PIP) install --no-build-isolation --require-hashes
 COMPILE := $(BIN)/uv pip compile --universal --fork-strategy fewest --generate-hashes --no-header --no-annotate --quiet
 SEED := 1
 
-.PHONY: demo test graph results lint format lock clean
+.PHONY: demo test llm graph results lint format lock clean
 
 ## demo: a stuck cooling valve on the reactor, from the alarm to the released recovery
 demo: $(VENV)/.base
@@ -16,6 +16,9 @@ demo: $(VENV)/.base
 ## test: every test, on two processes
 test: $(VENV)/.dev
 	$(BIN)/pytest -n 2
+
+## llm: what talks to language models
+llm: $(VENV)/.llm
 
 ## graph: make the plants' knowledge graphs again from the engineering tables
 graph: $(VENV)/.base
@@ -57,6 +60,10 @@ $(VENV)/.build: requirements/build.txt
 $(VENV)/.base: $(VENV)/.build requirements/base.txt pyproject.toml
 	$(INSTALL) -r requirements/base.txt
 	$(PIP) install --no-deps --no-build-isolation --no-index --editable .
+	@touch $@
+
+$(VENV)/.llm: $(VENV)/.base requirements/llm.txt
+	$(INSTALL) -r requirements/llm.txt
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.base requirements/dev.txt

@@ -73,9 +73,8 @@ def count(fault: str, number: int, question: Question) -> Count:
 
 def main() -> None:
     """Print the table."""
-    print(
-        f"{'fault':20} {'agent':10} {'question':>8} {'system':>7} {'prompt':>7} {'shown':>7} {'schema':>7} {'estimate':>9}"
-    )
+    heads = "".join(f"{name:>8}" for name in ("system", "prompt", "shown", "schema"))
+    print(f"{'fault':20} {'agent':10} {'question':>8}{heads} {'estimate':>9}")
     for c in counts():
         numbers = f"{c.system:7} {c.prompt:7} {c.shown:7} {c.schema:7} {c.estimated:8.2f}x"
         print(f"{c.fault:20} {c.agent:10} {c.number:8} {numbers}")

@@ -76,6 +76,7 @@ class Story:
         self._reports = 0
         self._notices = 0
         self._acted = False
+        self._asked: set[str] = set()
         self.faults: tuple[Onset, ...] = ()
         """The injected faults."""
         self.phase = "starting"
@@ -106,7 +107,8 @@ class Story:
             case Noticed():
                 self.phase = "thinking"
                 self._notices += 1
-            case Retrieved() if self._notices <= 1 and event.form != "ASK":
+            case Retrieved() if self._notices <= 1 and event.form != "ASK" and event.query_sha256 not in self._asked:
+                self._asked.add(event.query_sha256)
                 about = ", ".join(event.about)
                 yield Line(at_s, "asked", f"the graph: {event.question} ({about}): {event.answer}", Tone.MUTED)
             case Diagnosed():

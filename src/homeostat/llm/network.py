@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ipaddress
-import socket
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from urllib.parse import urlsplit
@@ -39,16 +38,14 @@ class AddressPolicy:
 
 
 def on_this_machine(host: str) -> bool:
-    """Whether every address of ``host`` is a loopback one; False where it has none."""
+    """Whether ``host`` is a loopback address or the name that is reserved for one (RFC 6761).
+
+    No other name is looked up: what a name server says may change between the question and the connection.
+    """
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
-        pass
-    try:
-        found = socket.getaddrinfo(host, None, proto=socket.IPPROTO_TCP)
-    except OSError:
-        return False
-    return bool(found) and all(ipaddress.ip_address(str(entry[4][0])).is_loopback for entry in found)
+        return host.lower().rstrip(".") == "localhost"
 
 
 class GuardedTransport(httpx2.AsyncBaseTransport):
@@ -62,6 +59,7 @@ class GuardedTransport(httpx2.AsyncBaseTransport):
     async def handle_async_request(self, request: httpx2.Request) -> httpx2.Response:
         """Send ``request``; ModelError where its address is not allowed or the response is packed."""
         self._policy.check(str(request.url))
+        _hush(request)
         # What is unpacked has no limit that could be seen beforehand, so nothing packed is asked for or accepted.
         request.headers["Accept-Encoding"] = "identity"
         response = await self._wire.handle_async_request(request)
@@ -75,6 +73,15 @@ class GuardedTransport(httpx2.AsyncBaseTransport):
     async def aclose(self) -> None:
         """Close the connections."""
         await self._wire.aclose()
+
+
+def _hush(request: httpx2.Request) -> None:
+    """Take away what client libraries tell about this machine, and about an account at OpenAI to anybody else."""
+    foreign = not (request.url.host == "openai.com" or request.url.host.endswith(".openai.com"))
+    for name in list(request.headers):
+        if name.lower().startswith("x-stainless-") or (foreign and name.lower().startswith("openai-")):
+            del request.headers[name]
+    request.headers["User-Agent"] = "homeostat"
 
 
 class _Bounded(httpx2.AsyncByteStream):

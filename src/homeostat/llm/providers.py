@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -128,7 +130,7 @@ class ProviderModel:
         answer = called[0] if called else "".join(texts)
         if not answer.strip():
             raise ModelError(Failure.EMPTY)
-        usage = Usage(response.usage.input_tokens, response.usage.output_tokens, _cost(response))
+        usage = Usage(_count(response.usage.input_tokens), _count(response.usage.output_tokens), _cost(response))
         return Reply(answer, response.model_name or "", usage, requests)
 
 
@@ -144,14 +146,18 @@ def _parameters(mode: str, question: Question) -> ModelRequestParameters:
 
 
 def _prompted(question: Question) -> str:
-    import json
-
     return f"Answer with one JSON object and nothing else. It satisfies this schema: {json.dumps(question.schema)}"
 
 
 def _cost(response: ModelResponse) -> float | None:
     """Price by the library's list [USD]; None for a model that is not in it."""
     try:
-        return float(response.cost().total_price)
-    except (LookupError, ValueError, AssertionError):
+        price = float(response.cost().total_price)
+    except (LookupError, ValueError, AssertionError, ArithmeticError):
         return None
+    return price if math.isfinite(price) and price >= 0.0 else None
+
+
+def _count(tokens: int) -> int:
+    """What a server says that it counted, where that is possible at all."""
+    return min(max(tokens, 0), 10**9)

@@ -25,7 +25,7 @@ from homeostat.domain.verdict import Revise
 from homeostat.llm.model import LanguageModel, Question
 from homeostat.llm.tokens import estimate
 
-BUDGET: Final = 900
+BUDGET: Final = 800
 """Tokens of the subgraph."""
 
 

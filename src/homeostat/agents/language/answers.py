@@ -12,7 +12,6 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from homeostat.domain.behaviour import SetpointRange, State
 from homeostat.domain.limits import Owner
-from homeostat.domain.quotation import quoted
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Finding
@@ -51,7 +50,7 @@ def action_type(target: State, tags: Mapping[str, Tag]) -> AnswerType:
     for k, r in enumerate(free(target)):
         tag = tags[r.tag]
         low, high = bounds(r, tag)
-        text = f"{quoted(tag.description, 60)} [{tag.unit}], increment {tag.increment or 'any'}"
+        text = f"[{tag.unit}], increment {tag.increment or 'any'}"
         if tag.rate_limit is not None:
             text += f", ramps at {tag.rate_limit:g} {tag.unit}/s"
         number = Annotated[float, Field(ge=low, le=high, multiple_of=tag.increment, strict=False)]
