@@ -76,8 +76,8 @@ def carry_out(options: argparse.Namespace) -> int:
     return NOT_ASKED
 
 
-class _Found(Exception):
-    """The question was asked."""
+class _Found(BaseException):
+    """The question was asked. No error: whatever else a model raises is taken for a failure of the model."""
 
     def __init__(self, question: Question) -> None:
         super().__init__(question.agent)

@@ -6,7 +6,7 @@ import asyncio
 
 from pydantic_ai import exceptions as library
 
-from homeostat.llm.model import Failure, ModelError
+from homeostat.llm.model import STRUCK_OUT, Failure, ModelError
 
 _KINDS: tuple[tuple[type[Exception], Failure], ...] = (
     (library.ModelRequestTimeout, Failure.TIMEOUT),
@@ -26,14 +26,14 @@ _KINDS: tuple[tuple[type[Exception], Failure], ...] = (
 """The first that fits counts, so a special case stands before the general one."""
 
 
-def failure_of(error: Exception) -> ModelError:
-    """The failure that ``error`` stands for; what no rule knows is a response that could not be read."""
+def failure_of(error: Exception, secret: str) -> ModelError:
+    """The failure that ``error`` stands for, ``secret`` struck out; what no rule knows could not be read."""
     cause: BaseException | None = error
     while cause is not None:  # client libraries wrap what the transport raised
         if isinstance(cause, ModelError):
             return cause
         cause = cause.__cause__
-    detail = _one_line(error)
+    detail = _one_line(error, secret)
     wait_s = error.retry_after if isinstance(error, library.ModelAPIError) else None
     for kind, failure in _KINDS:
         if isinstance(error, kind):
@@ -44,6 +44,8 @@ def failure_of(error: Exception) -> ModelError:
     return ModelError(Failure.MALFORMED, detail)
 
 
-def _one_line(error: Exception, most: int = 200) -> str:
+def _one_line(error: Exception, secret: str, most: int = 200) -> str:
+    # Servers repeat keys in their errors; half a key, cut off at the end, could not be recognised any more.
     text = " ".join(f"{type(error).__name__}: {error}".split())
+    text = text.replace(secret, STRUCK_OUT) if secret else text
     return text if len(text) <= most else f"{text[: most - 1]}…"

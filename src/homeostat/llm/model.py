@@ -25,6 +25,8 @@ class Failure(StrEnum):
     EXHAUSTED = "there is no more recorded answer"
 
 
+STRUCK_OUT = "[key]"
+"""Stands where a key stood."""
 REPEATABLE = frozenset({Failure.RATE_LIMITED, Failure.SERVER_ERROR, Failure.UNREACHABLE})
 """Failures that may be gone a moment later."""
 ANSWERED = frozenset({Failure.TRUNCATED, Failure.MALFORMED, Failure.EMPTY})

@@ -31,6 +31,8 @@ from homeostat.llm.network import AddressPolicy, GuardedTransport
 
 NATIVE, TOOL, PROMPTED = "native", "tool", "prompted"
 """Ways to get an answer that fits a schema, the strictest first."""
+NO_KEY: Final = "none"
+"""What is sent where the environment has no key: servers beside the plant want something there."""
 MOST_TOKENS: Final = 1200
 """Longest answer that is asked for [tokens]."""
 
@@ -54,7 +56,7 @@ class ProviderModel:
         self._address = address
         self._policy = policy
         self._sampling = sampling
-        self._key = os.environ.get(address.key_variable) or "none"
+        self._key = os.environ.get(address.key_variable, "")
         self._modes = [NATIVE, TOOL, PROMPTED]
 
     @property
@@ -102,14 +104,14 @@ class ProviderModel:
                     model, messages, model_settings=settings, model_request_parameters=_parameters(mode, question)
                 )
             except Exception as error:  # a model is outside the system: whatever it makes a library raise is a failure
-                raise failure_of(error) from None
+                raise failure_of(error, self._key) from None
 
     def _model(self, client: httpx2.AsyncClient) -> Model:
         url, name = self._address.url, self._address.model
         if self._address.provider == ANTHROPIC:
-            anthropic = AsyncAnthropic(api_key=self._key, base_url=url, http_client=client, max_retries=0)
+            anthropic = AsyncAnthropic(api_key=self._key or NO_KEY, base_url=url, http_client=client, max_retries=0)
             return AnthropicModel(name, provider=AnthropicProvider(anthropic_client=anthropic))
-        openai = AsyncOpenAI(api_key=self._key, base_url=url, http_client=client, max_retries=0)
+        openai = AsyncOpenAI(api_key=self._key or NO_KEY, base_url=url, http_client=client, max_retries=0)
         if self._address.provider == OLLAMA:
             return OpenAIChatModel(name, provider=OllamaProvider(openai_client=openai))
         return OpenAIChatModel(name, provider=OpenAIProvider(openai_client=openai))

@@ -10,13 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from homeostat.llm.calls import Call, append_call
-from homeostat.llm.model import Failure, LanguageModel, ModelError, Question, Reply
+from homeostat.llm.model import STRUCK_OUT, Failure, LanguageModel, ModelError, Question, Reply
 from homeostat.trace import Setting, Trace
 from homeostat.trace.archive import Archive
 from homeostat.trace.calls import ModelCalled
 
-STRUCK_OUT = "[key]"
-"""Stands where a key stood."""
 SHORTEST_KEY = 6
 """Anything shorter is not a key, and striking it out would spoil ordinary text."""
 
@@ -57,6 +55,10 @@ class RecordedModel:
         except asyncio.CancelledError:
             self._record(question, None, ModelError(Failure.TIMEOUT, "the time for thinking was used up"), begin)
             raise
+        except Exception as error:  # a model is outside the system: a bug in it is no answer, and nothing more
+            failed = ModelError(Failure.MALFORMED, self._strike(f"{type(error).__name__}: {error}")[:200])
+            self._record(question, None, failed, begin)
+            raise failed from None
         reply = replace(reply, answer=self._strike(reply.answer), served=self._strike(reply.served)[:80])
         self._record(question, reply, None, begin)
         return reply

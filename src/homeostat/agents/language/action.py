@@ -7,15 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from homeostat.agents.crew import Situation
+from homeostat.agents.candidates import SearchSpace, present_point
+from homeostat.agents.crew import Simulation, Situation
 from homeostat.agents.grounding import Grounding
 from homeostat.agents.language.answers import AnswerType, Unusable, action_set, action_type, bounds, free
-from homeostat.agents.language.feedback import feedback_text
+from homeostat.agents.language.feedback import feedback_text, idle_text
 from homeostat.agents.language.prompt_files import fill, prompt_file
-from homeostat.agents.language.situation import situation_text
+from homeostat.agents.language.situation import MOST_FINDINGS, situation_text, worst_first
 from homeostat.agents.language.speaker import ask, question
 from homeostat.agents.planning import plausible_faults
-from homeostat.domain.advice import Advice
+from homeostat.domain.advice import Advice, Sensitivity
 from homeostat.domain.behaviour import SetpointRange, State
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.production import Production
@@ -46,40 +47,56 @@ class LanguageAction:
 
     def __init__(
         self, model: LanguageModel, plant: PlantDescription, grounding: Grounding, production: Production,
-        notes: Sequence[str] = (),
+        simulation: Simulation, notes: Sequence[str] = (),
     ) -> None:  # fmt: skip
-        """``production`` names what there should be more of; ``notes`` are what operators wrote."""
+        """Ask ``model`` for commands.
+
+        ``production`` names what there should be more of; ``simulation`` tells which command moves which margin;
+        ``notes`` are what operators wrote.
+        """
         self._model = model
         self._plant = plant
         self._grounding = grounding
         self._production = production
+        self._simulation = simulation
         self._notes = tuple(notes)
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
         """The commands that the model gives, with those that the state fixes."""
-        order = self.order(situation, path, advice)
+        slopes = () if advice.attempts else await self._slopes(situation, path)
+        order = self.order(situation, path, advice, slopes)
         answer = await ask(self._model, order.question, order.kind, situation)
         if isinstance(answer, Unusable):
             return Revise(answer.findings)
         return action_set(answer, order.target, self._plant.tags_by_name)
 
-    def order(self, situation: Situation, path: RecoveryPath, advice: Advice) -> Order:
-        """What the model is asked."""
+    def order(
+        self, situation: Situation, path: RecoveryPath, advice: Advice, slopes: Sequence[Sensitivity] = ()
+    ) -> Order:
+        """What the model is asked; ``slopes``: how the margins without action change with each command."""
         target = self._plant.machine.state(path.target)
         faults = plausible_faults(situation.diagnosis)
         commanded = [r.tag for r in free(target)]
         hard = [limit.name for limit in self._plant.limits.hard]
         shown = self._grounding.action_excerpt(target.name, commanded, faults, hard, BUDGET, estimate)
         role = {"rules": prompt_file("rules"), "guide": prompt_file("guide"), "throughput": self._production.throughput}
+        told = feedback_text(advice, self._plant) or idle_text(situation.idle, slopes, self._plant)
         values = {
-            "situation": situation_text(situation, self._plant, self._notes),
+            "situation": situation_text(situation, self._plant, self._notes, idle=bool(advice.attempts)),
             "target": target.name, "label": quote(target.label, 60),
             "commands": "\n".join(self._describe(r, situation) for r in free(target)),
-            "turtle": shown.text, "omission": shown.omission, "feedback": feedback_text(advice, self._plant),
+            "turtle": shown.text, "omission": shown.omission, "feedback": told,
         }  # fmt: skip
         kind = action_type(target, self._plant.tags_by_name)
         asked = question("action", situation, fill("action.system", role), fill("action.prompt", values), kind)
         return Order(asked, kind, target)
+
+    async def _slopes(self, situation: Situation, path: RecoveryPath) -> tuple[Sensitivity, ...]:
+        """How what happens without action would change: differences from the present commands in the target state."""
+        space = SearchSpace(path.machine.state(path.target), self._plant.tags_by_name)
+        present = space.actions(present_point(space.state, situation.snapshot.values))
+        names = [f.criterion for f in worst_first(situation.idle, self._plant.scales)[:MOST_FINDINGS]]
+        return await self._simulation.sensitivities(situation.diagnosis, present, space.state, names)
 
     def _describe(self, admitted: SetpointRange, situation: Situation) -> str:
         tag = self._plant.tag(admitted.tag)

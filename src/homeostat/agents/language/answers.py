@@ -53,7 +53,7 @@ def action_type(target: State, tags: Mapping[str, Tag]) -> AnswerType:
         text = f"[{tag.unit}], increment {tag.increment or 'any'}"
         if tag.rate_limit is not None:
             text += f", ramps at {tag.rate_limit:g} {tag.unit}/s"
-        number = Annotated[float, Field(ge=low, le=high, multiple_of=tag.increment, strict=False)]
+        number = Annotated[float, Field(ge=low, le=high, multiple_of=tag.increment)]
         kind: Any = number if r.design is not None else number | None
         if r.design is None:
             text += "; null: automatic"

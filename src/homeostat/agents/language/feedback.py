@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from homeostat.agents.language.prompt_files import fill
 from homeostat.agents.language.situation import MOST_FINDINGS, margin_text, nearest, worst_first
-from homeostat.domain.advice import Advice, Attempt
+from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.limits import Criterion, Limit, Limits
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.quotation import quote
 from homeostat.domain.tag import Tag
+from homeostat.domain.verdict import Finding
 
 LEAST_EFFECT = 1e-3
 """A change of margin per increment below this many scales is shown as none [1]."""
@@ -22,7 +23,7 @@ def feedback_text(advice: Advice, plant: PlantDescription) -> str:
         return ""
     scales = plant.scales
     violated = [
-        f"{margin_text(f)}: {_formula(f.criterion, plant.limits)}{_effects(f.criterion, f.unit, advice, plant)}"
+        f"{margin_text(f)}: {_formula(f.criterion, plant.limits)}{_effects(f, advice.sensitivities, plant)}"
         for f in worst_first(advice.findings, scales)[:MOST_FINDINGS]
     ]
     values = {
@@ -38,10 +39,19 @@ def _near(advice: Advice, plant: PlantDescription) -> list[str]:
     """What the last attempt met only just, where a command moves it: curing one must not break the other."""
     told = []
     for f in nearest(advice.attempts[-1].verdict.findings, plant.scales):
-        effects = _effects(f.criterion, f.unit, advice, plant)
+        effects = _effects(f, advice.sensitivities, plant)
         if any(s.criterion == f.criterion and s.slope for s in advice.sensitivities):
             told.append(f"holds only just: {margin_text(f)}: {_formula(f.criterion, plant.limits)}{effects}")
     return told
+
+
+def idle_text(findings: Sequence[Finding], slopes: Sequence[Sensitivity], plant: PlantDescription) -> str:
+    """What leaving the plant alone violates, and what one step of each command away from the present would change."""
+    violated = worst_first(findings, plant.scales)[:MOST_FINDINGS]
+    if not violated:
+        return ""
+    told = (f"{margin_text(f)}: {_formula(f.criterion, plant.limits)}{_effects(f, slopes, plant)}" for f in violated)
+    return "\n".join(("# What leaving it alone violates", *told))
 
 
 def command_text(attempt: Attempt) -> str:
@@ -64,13 +74,13 @@ def _formula(name: str, limits: Limits) -> str:
     return next((rule.formula.text for rule in rules if rule.name == name), "")
 
 
-def _effects(name: str, unit: str, advice: Advice, plant: PlantDescription) -> str:
-    """How one increment of each command changes the margin: ``; one step up: F1.sp +0.0005 -> -0.16 K``."""
-    shown = "" if unit == "1" else f" {unit}"
-    least = LEAST_EFFECT * plant.scales.get(unit, 1.0)
+def _effects(finding: Finding, slopes: Sequence[Sensitivity], plant: PlantDescription) -> str:
+    """How one increment of each command changes the margin: ``; margin per step: F1.sp +0.0005 -> -0.16 K``."""
+    shown = "" if finding.unit == "1" else f" {finding.unit}"
+    least = LEAST_EFFECT * plant.scales.get(finding.unit, 1.0)
     told = []
-    for s in advice.sensitivities:
-        if s.criterion == name:
+    for s in slopes:
+        if s.criterion == finding.criterion:
             step = _step(plant.tag(s.tag))
             change = s.slope * step
             effect = f"{change:+.3g}{shown}" if abs(change) >= least else "no change"

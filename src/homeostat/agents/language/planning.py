@@ -85,10 +85,11 @@ class LanguagePlanning:
     def _open_paths(self, situation: Situation, advice: Advice, faults: Sequence[str]) -> dict[str, RecoveryPath]:
         found: dict[str, RecoveryPath] = {}
         machine = self._plant.machine
+        # A path is refused for the state in which it ends: another way there admits the same commands.
+        refused = {states[-1] for states in advice.refused_paths}
         for transitions in machine.paths(situation.state, situation.snapshot.values, EVENT, blocked=()):
             path = RecoveryPath(machine, transitions)
-            refused = path.states in advice.refused_paths
-            if not refused and len(found) < MOST_PATHS and self._grounding.allows(path.states, faults):
+            if path.target not in refused and len(found) < MOST_PATHS and self._grounding.allows(path.states, faults):
                 found[" > ".join(path.states)] = path
         return found
 

@@ -27,7 +27,7 @@ def language_proposer(
     return Proposer(
         NAME,
         LanguagePlanning(model, plant, grounding, notes),
-        LanguageAction(model, plant, grounding, production, notes),
+        LanguageAction(model, plant, grounding, production, simulation, notes),
         TeachingReprompting(model, plant, simulation),
         ATTEMPTS,
     )

@@ -29,8 +29,8 @@ NOTE_LIMIT: Final = 300
 """Longest operator note that is shown [characters]."""
 
 
-def situation_text(situation: Situation, plant: PlantDescription, notes: Sequence[str] = ()) -> str:
-    """What is seen, what is believed, where the plant is going, and what happens without action."""
+def situation_text(situation: Situation, plant: PlantDescription, notes: Sequence[str] = (), idle: bool = True) -> str:
+    """What is seen, what is believed, where the plant is going, and, with ``idle``, what happens without action."""
     state = plant.machine.state(situation.state)
     lines = [
         f"State {situation.state} ({quote(state.label)}) at {situation.snapshot.at_s:.0f} s; "
@@ -38,7 +38,7 @@ def situation_text(situation: Situation, plant: PlantDescription, notes: Sequenc
         _symptoms(situation, plant),
         *_hypotheses(situation.diagnosis.hypotheses, plant),
         f"Now (change per minute): {_tags(situation, plant)}.",
-        f"Without action: {_idle(situation.idle, plant.scales)}.",
+        f"Without action: {_idle(situation.idle, plant.scales)}." if idle else "",
     ]
     lines += [f"Operator's note: {quote(note, NOTE_LIMIT)}" for note in notes[:3]]
     return "\n".join(line for line in lines if line)

@@ -1,0 +1,88 @@
+"""Decoding that follows a JSON schema: at every step only bytes with which the answer can still satisfy it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import llguidance
+import numpy as np
+from llguidance.numpy import allocate_token_bitmask, apply_token_bitmask_inplace, fill_next_token_bitmask
+
+from tests.llm.random_model.transformer import END, VOCABULARY, Reader, Weights
+
+PROMPT = 512
+"""Bytes of the prompt that are read, from its end: a random model understands more of them no better."""
+
+
+@dataclass(frozen=True)
+class Text:
+    """What the model said."""
+
+    content: str
+    """Text."""
+    tokens: int
+    """Its length [tokens]."""
+    ended: bool
+    """Whether it came to an end by itself."""
+
+
+class _Bytes:
+    """The tokenizer: every byte is a token."""
+
+    eos_token_id = END
+    bos_token_id = None
+
+    def __init__(self) -> None:
+        self.tokens = [bytes([i]) for i in range(256)] + [b"<|end|>"]
+        self.special_token_ids = [END]
+
+    def __call__(self, text: bytes | str) -> list[int]:
+        return list(text.encode() if isinstance(text, str) else text)
+
+
+TOKENIZER = llguidance.LLTokenizer(llguidance.TokenizerWrapper(_Bytes()))
+# A byte on its own may be half a character, and control characters must not stand in a JSON string.
+PRINTABLE = np.zeros(VOCABULARY, dtype=np.float32)
+PRINTABLE[:32] = PRINTABLE[127:256] = -np.inf
+
+
+def answer(
+    weights: Weights, prompt: str, schema: Mapping[str, object] | None, most: int, seed: int, temperature: float
+) -> Text:
+    """Up to ``most`` tokens after ``prompt``; with a schema, JSON that satisfies it."""
+    draw = np.random.default_rng(seed)
+    matcher = None if schema is None else llguidance.LLMatcher(TOKENIZER, _grammar(schema))
+    mask = allocate_token_bitmask(1, VOCABULARY)
+    reader, said = Reader(weights), bytearray()
+    logits = reader.read(list(prompt.encode()[-PROMPT:]) or [ord(" ")])
+    for count in range(most):
+        if reader.full:
+            break
+        logits = logits + PRINTABLE
+        if matcher is not None:
+            fill_next_token_bitmask(matcher, mask, 0)
+            apply_token_bitmask_inplace(logits[None], mask)
+        token = _chosen(logits, draw, temperature)
+        if token == END:
+            return Text(said.decode(), count, True)
+        said.append(token)
+        if matcher is not None:
+            matcher.consume_token(token)
+            if matcher.is_stopped():
+                return Text(said.decode(), count + 1, True)
+        logits = reader.read([token])
+    return Text(said.decode(), most, False)
+
+
+def _grammar(schema: Mapping[str, object]) -> str:
+    # Free white space would let a random model write spaces for ever.
+    return llguidance.LLMatcher.grammar_from_json_schema(json.dumps(schema), {"whitespace_flexible": False})
+
+
+def _chosen(logits: np.ndarray, draw: np.random.Generator, temperature: float) -> int:
+    if temperature <= 0.0:
+        return int(np.argmax(logits))
+    weights = np.exp((logits - logits.max()) / temperature)
+    return int(draw.choice(VOCABULARY, p=weights / weights.sum()))
