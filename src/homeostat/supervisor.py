@@ -171,7 +171,8 @@ class Supervisor:
         except (TimeoutError, NoAdmissiblePlan, Refused) as reason:
             if fine or (self._recovered and self._restraint.harmless(verdict)):
                 return self._leave_alone(verdict)
-            return await self._hand_over(str(reason) or f"no approved proposal within {limit_s:.1f} s")
+            text = str(reason) or f"no approved proposal within {limit_s:.1f} s"
+            return await self._hand_over(text, thought=True)
         self._note_release(found, released)
         return released
 
@@ -296,9 +297,11 @@ class Supervisor:
         self._trace.record(LeftAsIs(self._state, worst), self._seen_s)
         return LeftAlone(self._seen_s, worst)
 
-    async def _hand_over(self, reason: str) -> HandedOver:
-        """Let the fallback act and say why."""
+    async def _hand_over(self, reason: str, thought: bool = False) -> HandedOver:
+        """Let the fallback act and say why; after thinking (``thought``) the plant was last seen a while ago."""
         strategy = await self._gate.fall_back(reason)
+        if thought:
+            self._remember(await self._plant.since(self._seen_s))
         self._trace.record(FellBack(strategy.name, strategy.actions.commands, reason), self._seen_s)
         self._state = strategy.actions.target
         return HandedOver(reason, self._seen_s)
