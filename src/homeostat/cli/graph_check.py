@@ -20,7 +20,8 @@ def configure(commands: Commands) -> None:
         "check",
         help="check a plant's graph against shapes, tables and process model",
         description="Check a plant's graph: its shapes (SHACL), its consistency, its agreement with the engineering "
-        "tables that it was built from and with the process model. Every problem is one line.",
+        "tables that it was built from and with the process model. Every problem is one line. So is every text that "
+        "reads as if it were written for a language model, but that is a warning and no problem.",
         epilog="Exit status: 0 no problem, 1 problems were found, 2 the graph cannot be read.",
         allow_abbrev=False,
     )
@@ -39,8 +40,20 @@ def carry_out(options: argparse.Namespace) -> int:
     for problem in _problems(where, store):
         print(" ".join(problem.split()))
         count += 1
-    print(f"{where.path}: {count} problem{'' if count == 1 else 's'}" if count else f"{where.path}: no problem")
+    warnings = _warn(store)
+    told = f"{count} problem{'' if count == 1 else 's'}" if count else "no problem"
+    print(f"{where.path}: {told}" + (f", {warnings} suspicious text{'' if warnings == 1 else 's'}" if warnings else ""))
     return 1 if count else 0
+
+
+def _warn(store: GraphStore) -> int:
+    """Print every suspicious text; how many there are."""
+    from homeostat.knowledge.suspicion import suspicions
+
+    found = suspicions(store)
+    for suspicion in found:
+        print(f"warning: {suspicion}")
+    return len(found)
 
 
 def _problems(where: Place, store: GraphStore) -> Iterator[str]:
