@@ -165,16 +165,12 @@ class Supervisor:
         recent = tuple(self._recent)
         situation = Situation(recent[-1], diagnosis, self._state, recent, verdict.findings, limit_s)
         try:
-            found = await self._ask_proposers(situation, idle if fine else None)
-            self._rehearsal.prepare(diagnosis, self._machine.state(found.actions.target))
-            released = await self._gate.release(found.actions, found.approval, self._seen_s)
+            return await self._ask_proposers(situation, idle if fine else None)
         except (TimeoutError, NoAdmissiblePlan, Refused) as reason:
             if fine or (self._recovered and self._restraint.harmless(verdict)):
                 return self._leave_alone(verdict)
             text = str(reason) or f"no approved proposal within {limit_s:.1f} s"
             return await self._hand_over(text, thought=True)
-        self._note_release(found, released)
-        return released
 
     async def deliberate(self, proposer: Proposer, situation: Situation, idle: Rollout | None = None) -> Approved:
         """Plan, act, simulate, validate and reprompt until a verdict approves.
@@ -184,6 +180,7 @@ class Supervisor:
         advice = Advice()
         most = proposer.attempts if idle is None else self._budget.improvements
         for number in range(1, most + 1):
+            situation = await self._fresh(situation)
             attempt, rollout = await self._attempt(number, proposer, situation, advice)
             self._trace.record(Attempted.of(proposer.name, attempt), self._seen_s)
             match attempt.verdict:
@@ -214,6 +211,7 @@ class Supervisor:
         for before in advice.attempts:
             if before.actions is not None and before.actions.digest == actions.digest:
                 return Attempt(number, path, actions, Revise((repetition_finding(before.number),))), None
+        await self._fresh(situation)
         rollout = await self._crew.simulation.roll_out(situation.diagnosis, actions)
         verdict = self._crew.validation.judge(actions, rollout, self._machine.state(path.target))
         return Attempt(number, path, actions, verdict, len(rollout.weights)), rollout
@@ -228,32 +226,48 @@ class Supervisor:
             and all(t.guard.holds(values) for t in path.transitions)
         )
 
-    async def _ask_proposers(self, situation: Situation, idle: Rollout | None) -> Approved:
-        """Ask one proposer after the other, each within its time; the last one's failure is everyone's."""
+    async def _ask_proposers(self, situation: Situation, idle: Rollout | None) -> Released:
+        """Ask one proposer after the other, each within its time, until one's action set is released.
+
+        The last one's failure is everyone's.
+        """
         if idle is not None and not self._restraint.worthwhile(idle):
             raise NoAdmissiblePlan("the plant already produces what it can")
         loop = asyncio.get_running_loop()
         end = loop.time() + self._clock.wall_s(situation.deadline_s)
-        reason: NoAdmissiblePlan | TimeoutError = NoAdmissiblePlan("the crew has no proposer")
+        reason: Exception = NoAdmissiblePlan("the crew has no proposer")
         for proposer in self._crew.proposers:
             last = proposer is self._crew.proposers[-1]
             try:
                 async with asyncio.timeout_at(end if last else end - self._budget.last_s):
-                    return await self.deliberate(proposer, situation, idle)
+                    found = await self.deliberate(proposer, situation, idle)
+                return await self._release(found, situation.diagnosis)
             except TimeoutError as late:
-                reason = late
-                text = f"{proposer.name}: no approved proposal in the time that was left for it"
-                self._trace.record(GaveUp(proposer.name, text), self._seen_s)
-            except NoAdmissiblePlan as failed:
-                reason = failed
-                self._trace.record(GaveUp(proposer.name, str(failed)), self._seen_s)
+                reason, text = late, f"{proposer.name}: no approved proposal in the time that was left for it"
+            except (NoAdmissiblePlan, Refused) as failed:
+                reason, text = failed, str(failed)
+            self._trace.record(GaveUp(proposer.name, text), self._seen_s)
         raise reason
+
+    async def _release(self, found: Approved, diagnosis: Diagnosis) -> Released:
+        """Let the gate release what was approved; Refused where it does not hold any more."""
+        self._rehearsal.prepare(diagnosis, self._machine.state(found.actions.target))
+        released = await self._gate.release(found.actions, found.approval, self._seen_s)
+        self._note_release(found, released)
+        return released
+
+    async def _fresh(self, situation: Situation) -> Situation:
+        """The same question about the plant as it is now: it ran on while somebody thought."""
+        seen = await self._plant.since(self._seen_s)
+        self._remember(seen)
+        self._crew.simulation.observe(seen)
+        return replace(situation, snapshot=seen[-1], recent=tuple(self._recent))
 
     async def _look(self, diagnosis: Diagnosis) -> Rollout:
         """Take a fresh look at the plant; what happens if nothing is done."""
-        fresh = await self._plant.since(self._seen_s)
-        self._remember(fresh)
-        self._crew.simulation.observe(fresh)
+        seen = await self._plant.since(self._seen_s)
+        self._remember(seen)
+        self._crew.simulation.observe(seen)
         return await self._crew.simulation.roll_out(diagnosis, idle_actions(self._state))
 
     def _remember(self, snapshots: Sequence[Snapshot]) -> None:

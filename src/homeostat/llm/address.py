@@ -34,6 +34,11 @@ class ModelAddress:
     key_variable: str
     """Environment variable that holds its key."""
 
+    @property
+    def needs_key(self) -> bool:
+        """Whether nothing is answered without a key."""
+        return self.provider in (OPENAI, ANTHROPIC)
+
 
 def parse_address(text: str) -> ModelAddress:
     """The address in ``text``: ``openai:MODEL``, ``anthropic:MODEL``, ``ollama:MODEL`` or ``http://HOST:PORT/v1#MODEL``.

@@ -51,8 +51,14 @@ class ProviderModel:
     """Implements :class:`homeostat.llm.model.LanguageModel` over HTTP; nothing is kept open between questions."""
 
     def __init__(self, address: ModelAddress, policy: AddressPolicy, sampling: Sampling) -> None:
-        """Ask the model at ``address``; ModelError where ``policy`` does not allow it. Nothing is sent yet."""
+        """Ask the model at ``address``; ModelError where ``policy`` does not allow it or its key is missing."""
         policy.check(address.url)
+        if address.needs_key and not os.environ.get(address.key_variable):
+            raise ModelError(
+                Failure.UNAUTHORISED,
+                f"{address.text!r} needs a key in the environment: {address.key_variable}",
+                requests=0,
+            )
         self._address = address
         self._policy = policy
         self._sampling = sampling
