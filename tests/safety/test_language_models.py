@@ -1,0 +1,99 @@
+"""Real models that know nothing, and servers that mean harm: whoever proposes, only what is safe is released."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from benchmarks.language_runs import run_with
+from homeostat.llm.address import SERVER_KEY, parse_address
+from homeostat.llm.network import AddressPolicy
+from homeostat.llm.patience import PatientModel
+from homeostat.llm.providers import ProviderModel, Sampling
+from homeostat.plant.clock import ThinkingClock
+from homeostat.supervisor import Budget
+from homeostat.trace.calls import ModelCalled
+from homeostat.trace.decisions import Attempted, FallbackArmed, FellBack
+from homeostat.trace.encode import canonical, encode
+from tests.llm.servers import hostile, random_model
+
+ONSET_S = 1450.0
+KEY = "sk-proj-0123456789abcdef"
+
+pytestmark = pytest.mark.filterwarnings("ignore:Failed to extract usage")
+
+
+@pytest.fixture(scope="module")
+def knows_nothing() -> Iterator[str]:
+    with random_model(7) as url:
+        yield url
+
+
+@pytest.fixture(scope="module")
+def means_harm() -> Iterator[str]:
+    with hostile() as url:
+        yield url
+
+
+def asked_at(url: str, name: str) -> PatientModel:
+    return PatientModel(ProviderModel(parse_address(f"{url}#{name}"), AddressPolicy(local_only=True), Sampling(1.0)))
+
+
+RUNS = (("cool_stuck_closed", 1), ("pump_degrade", 2), ("outlet_block", 3), ("inlet_stuck_open", 4), ("level_bias", 5))
+
+
+def test_random_weights_release_nothing_unsafe(knows_nothing: str) -> None:
+    """A few of the 200 runs that the results page has."""
+    tried = 0
+    for fault, seed in RUNS:
+        row, trace = run_with(asked_at(knows_nothing, "random"), fault, seed, onset_s=ONSET_S, end_s=1900.0)
+        assert row.unsafe == "" and row.first != "none", row
+        calls = trace.of(ModelCalled)
+        assert calls and {c.served for c in calls} == {"random-weights"} and not any(c.failure for c in calls)
+        tried += sum(a.proposer == "language" and a.members > 0 for a in trace.of(Attempted))
+    assert tried > 0, "its nonsense was admissible, and was tried on the twin"
+
+
+@pytest.mark.parametrize(
+    "name", ["upper_edge", "nan", "extreme", "echo", "contradictory", "huge", "dropped", "refusal", "unicode_tricks"]
+)
+def test_a_server_that_means_harm_releases_nothing_unsafe(means_harm: str, name: str) -> None:
+    row, trace = run_with(asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1700.0)
+    assert row.unsafe == "" and row.outside_s == 0.0
+    assert row.first == "search" and trace.of(ModelCalled)
+
+
+def test_a_key_that_a_server_repeats_is_in_no_event(means_harm: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(SERVER_KEY, KEY)
+    for name in ("key_echo", "unauthorised"):
+        row, trace = run_with(asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1600.0)
+        assert row.calls > 0 and row.first == "search"
+        told = [canonical(encode(entry.event)) for entry in trace.entries]
+        assert not any(KEY[:12] in line for line in told)
+        assert any("[key]" in line for line in told), "it was there, and was struck out"
+
+
+@pytest.mark.parametrize("name", ["hang", "slow_drip"])
+def test_a_server_that_takes_its_time_costs_no_more_than_it_may(means_harm: str, name: str) -> None:
+    begin = time.monotonic()
+    row, _ = run_with(
+        asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1600.0, clock=ThinkingClock(),
+        budget=Budget(latency_s=6.0, last_s=4.0),
+    )  # fmt: skip
+    assert row.first == "search" and row.unsafe == "" and row.failures.get("TIMEOUT", 0) >= 1
+    assert time.monotonic() - begin < 60.0, "the run itself takes seconds; only a hang would take longer than this"
+
+
+@pytest.mark.parametrize("name", ["hang", "slow_drip"])
+def test_the_fallback_acts_when_the_time_is_used_up(means_harm: str, name: str) -> None:
+    """No time is kept for the search, so nobody else acts. How late it is on a quiet machine is in the results."""
+    _, trace = run_with(
+        asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1600.0, clock=ThinkingClock(),
+        budget=Budget(latency_s=2.0, last_s=0.0),
+    )  # fmt: skip
+    armed = next(entry for entry in trace.entries if isinstance(entry.event, FallbackArmed))
+    fell = next(entry for entry in trace.entries if isinstance(entry.event, FellBack))
+    assert isinstance(armed.event, FallbackArmed)
+    assert 0.0 <= fell.at_s - armed.at_s - armed.event.deadline_s <= 5.0
