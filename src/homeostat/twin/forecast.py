@@ -44,6 +44,7 @@ def synchronise(
     hypotheses: Sequence[Hypothesis],
     variables: tuple[str, ...],
     noise_seed: int,
+    memory: Window,
     latest: int = 15,
 ) -> Ensemble:
     """Bring every (hypothesis, draw) member to the end of ``window`` and make it agree with the last readings.
@@ -52,6 +53,8 @@ def synchronise(
         draws: parameter sets, shape (draws, parameters).
         variables: readings that the model is corrected by.
         noise_seed: seed from which each member's own noise seed is derived.
+        memory: readings that end with ``window`` and reach back as far as there are any: what a controller remembers
+            may be much older than what the process does.
         latest: readings whose mean difference corrects the state.
     """
     count = len(draws)
@@ -66,7 +69,7 @@ def synchronise(
         v: np.mean(window.readings[v][-rows:] - run.predicted[:, -rows:, j], axis=1) for j, v in enumerate(variables)
     }
     model.correct(states, residuals)
-    model.resume_control(states, window.readings, parameters)
+    model.resume_control(states, memory.readings, parameters)
     seeds = np.random.default_rng(noise_seed).integers(1, 2**62, size=len(sets), dtype=np.int64)
     weights = np.repeat([h.probability for h in hypotheses], count) / count
     return Ensemble(

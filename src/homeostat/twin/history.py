@@ -45,22 +45,31 @@ class Window:
 class History:
     """The last ``capacity`` snapshots, one per second."""
 
-    def __init__(self, variables: Mapping[str, str], inputs: tuple[str, ...], capacity: int = 1800) -> None:
+    def __init__(self, variables: Mapping[str, str], inputs: tuple[str, ...], capacity: int = 3600) -> None:
         """``variables``: tag -> variable; ``inputs``: names of the process model's input columns."""
         self._variables = dict(variables)
         self._inputs = inputs
         self._tag_of = {v: t for t, v in variables.items()}
         self._rows: deque[Snapshot] = deque(maxlen=capacity)
+        self._whole: Window | None = None
 
     def append(self, snapshot: Snapshot) -> None:
         """Take one more snapshot; one that is already known is ignored."""
         if not self._rows or snapshot.at_s > self._rows[-1].at_s:
             self._rows.append(snapshot)
+            self._whole = None
 
     @property
     def length(self) -> int:
         """Number of snapshots held."""
         return len(self._rows)
+
+    @property
+    def whole(self) -> Window:
+        """Everything that is held; worked out once per snapshot."""
+        if self._whole is None:
+            self._whole = self.window(len(self._rows))
+        return self._whole
 
     def window(self, seconds: int, until_s: float | None = None) -> Window:
         """The last ``seconds`` readings, up to ``until_s`` where given; shorter where history is."""

@@ -106,7 +106,7 @@ class Twin:
         generator = np.random.default_rng([self._seed, purpose + 1])
         return synchronise(
             self._model, self._history.window(self.settings.synchronise_s), self._belief.draws(draws, generator),
-            hypotheses, self.settings.corrected, int(generator.integers(2**62)),
+            hypotheses, self.settings.corrected, int(generator.integers(2**62)), self._history.whole,
         )  # fmt: skip
 
     def schedule(self, actions: ActionSet, steps: int) -> Table:

@@ -9,6 +9,12 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 from tests.llm.hostile.behaviours import BEHAVIOURS
+from tests.llm.hostile.wire import Request, fail, send
+
+
+def unknown(handler: BaseHTTPRequestHandler, request: Request) -> None:
+    """404: nobody misbehaves like that."""
+    fail(handler, 404, f"no model {request['model']!r}")
 
 
 class Handler(BaseHTTPRequestHandler):
@@ -16,10 +22,16 @@ class Handler(BaseHTTPRequestHandler):
 
     protocol_version = "HTTP/1.1"
 
+    def do_GET(self) -> None:
+        """The models, which are the behaviours."""
+        listed = [{"id": name, "object": "model", "owned_by": "nobody"} for name in BEHAVIOURS]
+        send(self, 200, json.dumps({"object": "list", "data": listed}).encode())
+
     def do_POST(self) -> None:
         request = json.loads(self.rfile.read(int(self.headers.get("Content-Length", 0))))
         with contextlib.suppress(OSError):  # the other side has every reason to hang up
-            BEHAVIOURS[request["model"]](self, request)
+            # A slip in a name must not look like a misbehaviour, so it is answered as real servers answer it.
+            BEHAVIOURS.get(request["model"], unknown)(self, request)
 
     def log_message(self, format: str, *args: Any) -> None:
         pass

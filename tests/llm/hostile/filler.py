@@ -18,6 +18,8 @@ def filled(schema: Schema, number: Callable[[Schema], Any]) -> Any:
     """A value with ``number`` for every number."""
     if "anyOf" in schema:
         return filled(schema["anyOf"][0], number)
+    if "const" in schema:
+        return schema["const"]
     if "enum" in schema:
         return schema["enum"][0]
     match schema.get("type"):
@@ -26,7 +28,7 @@ def filled(schema: Schema, number: Callable[[Schema], Any]) -> Any:
         case "number" | "integer":
             return number(schema)
         case "array":
-            return []
+            return [filled(schema["items"], number) for _ in range(schema.get("minItems", 0))]
         case "boolean":
             return False
         case "null":

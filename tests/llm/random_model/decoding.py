@@ -28,6 +28,10 @@ class Text:
     """Whether it came to an end by itself."""
 
 
+class SchemaRefused(ValueError):
+    """The engine cannot decode along this schema."""
+
+
 class _Bytes:
     """The tokenizer: every byte is a token."""
 
@@ -43,7 +47,8 @@ class _Bytes:
 
 
 TOKENIZER = llguidance.LLTokenizer(llguidance.TokenizerWrapper(_Bytes()))
-# A byte on its own may be half a character, and control characters must not stand in a JSON string.
+# A byte on its own may be half a character, and control characters must not stand in a JSON string. Where the grammar
+# leaves nothing else, as in an option with an umlaut, they are taken: what is forced there is a whole character.
 PRINTABLE = np.zeros(VOCABULARY, dtype=np.float32)
 PRINTABLE[:32] = PRINTABLE[127:256] = -np.inf
 
@@ -51,34 +56,44 @@ PRINTABLE[:32] = PRINTABLE[127:256] = -np.inf
 def answer(
     weights: Weights, prompt: str, schema: Mapping[str, object] | None, most: int, seed: int, temperature: float
 ) -> Text:
-    """Up to ``most`` tokens after ``prompt``; with a schema, JSON that satisfies it."""
+    """Up to ``most`` tokens after ``prompt``; with a schema, JSON that satisfies it, or SchemaRefused."""
     draw = np.random.default_rng(seed)
-    matcher = None if schema is None else llguidance.LLMatcher(TOKENIZER, _grammar(schema))
+    matcher = None if schema is None else _matcher(schema)
     mask = allocate_token_bitmask(1, VOCABULARY)
     reader, said = Reader(weights), bytearray()
     logits = reader.read(list(prompt.encode()[-PROMPT:]) or [ord(" ")])
     for count in range(most):
         if reader.full:
             break
-        logits = logits + PRINTABLE
         if matcher is not None:
             fill_next_token_bitmask(matcher, mask, 0)
             apply_token_bitmask_inplace(logits[None], mask)
-        token = _chosen(logits, draw, temperature)
+        printable = logits + PRINTABLE
+        token = _chosen(printable if np.isfinite(printable).any() else logits, draw, temperature)
         if token == END:
-            return Text(said.decode(), count, True)
+            return Text(_text(said), count, True)
         said.append(token)
         if matcher is not None:
             matcher.consume_token(token)
             if matcher.is_stopped():
-                return Text(said.decode(), count + 1, True)
+                return Text(_text(said), count + 1, True)
         logits = reader.read([token])
-    return Text(said.decode(), most, False)
+    return Text(_text(said), len(said), False)
 
 
-def _grammar(schema: Mapping[str, object]) -> str:
+def _matcher(schema: Mapping[str, object]) -> llguidance.LLMatcher:
     # Free white space would let a random model write spaces for ever.
-    return llguidance.LLMatcher.grammar_from_json_schema(json.dumps(schema), {"whitespace_flexible": False})
+    grammar = llguidance.LLMatcher.grammar_from_json_schema(json.dumps(schema), {"whitespace_flexible": False})
+    matcher = llguidance.LLMatcher(TOKENIZER, grammar)
+    # A matcher never raises: with a schema that it does not know it stops at once, which would pass for an answer.
+    if matcher.is_error():
+        raise SchemaRefused(matcher.get_error())
+    return matcher
+
+
+def _text(said: bytearray) -> str:
+    # The limit may fall inside a character.
+    return said.decode(errors="ignore")
 
 
 def _chosen(logits: np.ndarray, draw: np.random.Generator, temperature: float) -> int:

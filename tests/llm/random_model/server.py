@@ -9,7 +9,7 @@ import time
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
-from tests.llm.random_model.decoding import Text, answer
+from tests.llm.random_model.decoding import SchemaRefused, Text, answer
 from tests.llm.random_model.transformer import Weights
 
 NAME = "random-weights"
@@ -33,6 +33,8 @@ class Handler(BaseHTTPRequestHandler):
     """`/v1/chat/completions` and `/v1/models`."""
 
     protocol_version = "HTTP/1.1"
+    # Headers and body are two writes; on a connection that is kept open the second would wait 40 ms for the client.
+    disable_nagle_algorithm = True
     server: Server
 
     def do_GET(self) -> None:
@@ -42,12 +44,18 @@ class Handler(BaseHTTPRequestHandler):
             self._send(404, {"error": {"message": f"no {self.path}"}})
 
     def do_POST(self) -> None:
-        body = json.loads(self.rfile.read(int(self.headers.get("Content-Length", 0))))
+        data = self.rfile.read(int(self.headers.get("Content-Length", 0)))
         if self.path != "/v1/chat/completions":
             self._send(404, {"error": {"message": f"no {self.path}"}})
             return
+        try:
+            self._send(200, self._completed(json.loads(data)))
+        except (SchemaRefused, ValueError, KeyError, TypeError, AttributeError) as error:
+            self._send(400, {"error": {"message": f"{type(error).__name__}: {error}"}})
+
+    def _completed(self, body: dict[str, Any]) -> dict[str, Any]:
         prompt = "\n".join(str(message.get("content")) for message in body["messages"])
-        tool = next((t["function"] for t in body.get("tools", [])), None)
+        tool = _forced(body)
         schema = (
             tool["parameters"] if tool else (body.get("response_format") or {}).get("json_schema", {}).get("schema")
         )
@@ -55,9 +63,11 @@ class Handler(BaseHTTPRequestHandler):
         seed = body.get("seed")
         if seed is None:
             seed = self.server.seed * 1_000_003 + next(self.server.calls)
+        # The likeliest words of random weights are the same few for ever, so temperature 0 is read as 1.
+        temperature = body.get("temperature") or 1.0
         with self.server.one_at_a_time:
-            text = answer(self.server.weights, prompt, schema, most, seed, body.get("temperature", 1.0) or 1.0)
-        self._send(200, _completion(text, tool and tool["name"], len(prompt.encode())))
+            text = answer(self.server.weights, prompt, schema, most, seed, temperature)
+        return _completion(text, tool["name"] if tool else None, len(prompt.encode()))
 
     def log_message(self, format: str, *args: Any) -> None:
         pass
@@ -69,6 +79,14 @@ class Handler(BaseHTTPRequestHandler):
         self.send_header("Content-Length", str(len(data)))
         self.end_headers()
         self.wfile.write(data)
+
+
+def _forced(body: dict[str, Any]) -> dict[str, Any] | None:
+    """The tool that must be called: the one that is named, or the first."""
+    choice = body.get("tool_choice")
+    named = choice["function"]["name"] if isinstance(choice, dict) else None
+    tools = [t["function"] for t in body.get("tools") or [] if named in (None, t["function"]["name"])]
+    return tools[0] if tools and choice != "none" else None
 
 
 def _completion(text: Text, tool: str | None, read: int) -> dict[str, Any]:

@@ -37,7 +37,8 @@ class Weights:
         draw = np.random.default_rng(seed)
 
         def matrix(rows: int, columns: int) -> Array:
-            return (draw.standard_normal((rows, columns)) / np.sqrt(columns)).astype(np.float32)
+            drawn: Array = (draw.standard_normal((rows, columns)) / np.sqrt(columns)).astype(np.float32)
+            return drawn
 
         self.embedding = draw.standard_normal((VOCABULARY, WIDTH)).astype(np.float32)
         self.head = matrix(VOCABULARY, WIDTH)
@@ -112,5 +113,6 @@ def _normal(rows: Array) -> Array:
 
 
 def _gelu(rows: Array) -> Array:
-    curved: Array = 0.5 * rows * (1.0 + np.tanh(0.7978845608 * (rows + 0.044715 * rows**3)))
+    gate = 1.0 + np.tanh(0.7978845608 * (rows + 0.044715 * rows**3))
+    curved: Array = (0.5 * rows * gate).astype(np.float32, copy=False)
     return curved

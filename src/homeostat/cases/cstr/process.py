@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -141,12 +140,18 @@ def _free(command: Row) -> NDArray[np.bool_]:
 def _follow_integral(
     error: Row, output: Row, known: NDArray[np.bool_], manual: Row, tuning: tuple[float, float, float]
 ) -> float:
-    """The integral term after the last row; ``tuning`` is Kp, Ki and the lower limit of Kp e + I (the upper is 1)."""
+    """The integral term after the last row; ``tuning`` is Kp, Ki and the lower limit of Kp e + I (the upper is 1).
+
+    It is followed from the last row in which the output told it: where the loop was free and on automatic.
+    """
     gain, reset, low = tuning
-    integral = float(np.clip(output[0] - gain * error[0], low, 1.0))
-    for e, u, k, m in zip(error.tolist(), output.tolist(), known.tolist(), manual.tolist(), strict=True):
-        if not math.isnan(m):
-            continue
-        before = u - gain * e if k else integral
-        integral = float(pid_integral(e, before, gain, reset, low, 1.0, 1.0))
+    automatic = np.isnan(manual)
+    told = np.flatnonzero(known & automatic)
+    first = int(told[-1]) if told.size else 0
+    integral = float(output[first] - gain * error[first])
+    if not told.size:
+        integral = min(max(integral, low), 1.0)
+    for e, free in zip(error[first:].tolist(), automatic[first:].tolist(), strict=True):
+        if free:
+            integral = float(pid_integral(e, integral, gain, reset, low, 1.0, 1.0))
     return min(max(integral, low), 1.0)

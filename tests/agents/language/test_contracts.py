@@ -1,0 +1,74 @@
+"""The language agents against the contracts of their roles, with scripts in place of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pytest
+
+from homeostat.agents.crew import Action, Planning, Reprompting, Situation
+from homeostat.agents.language.scripts import SCRIPTS
+from homeostat.domain.behaviour import StateMachine
+from homeostat.domain.recovery import RecoveryPath
+from homeostat.domain.tag import Tag
+from homeostat.llm.scripted import ScriptedModel
+from tests.agents.language.situations import CURABLE, Crew, situation
+from tests.contracts.action import ActionContract
+from tests.contracts.planning import PlanningContract
+from tests.contracts.reprompting import RepromptingContract
+from tests.twin.followed import reactor
+
+
+@pytest.fixture(params=[(name, fault) for name in SCRIPTS for fault in ("cool_stuck_closed", "outlet_block")], ids=str)
+def crew(request: pytest.FixtureRequest) -> Crew:
+    """Both scripts, on a fault that takes a state away and on one that does not."""
+    script, fault = request.param
+    return Crew(ScriptedModel(script, SCRIPTS[script]), fault)
+
+
+@pytest.fixture
+def machine() -> StateMachine:
+    return reactor().description.machine
+
+
+class TestLanguagePlanning(PlanningContract):
+    @pytest.fixture
+    def planning(self, crew: Crew) -> Planning:
+        return crew.planning
+
+    @pytest.fixture
+    def situation(self, crew: Crew) -> Situation:
+        return situation(crew.fault)
+
+
+class TestLanguageAction(ActionContract):
+    @pytest.fixture
+    def action(self, crew: Crew) -> Action:
+        return crew.action
+
+    @pytest.fixture
+    def situation(self, crew: Crew) -> Situation:
+        return situation(crew.fault)
+
+    @pytest.fixture(params=["t_reduce", "t_hold", "t_compensate"])
+    def path(self, request: pytest.FixtureRequest, machine: StateMachine) -> RecoveryPath:
+        return RecoveryPath(machine, (next(t for t in machine.transitions if t.name == request.param),))
+
+    @pytest.fixture
+    def tags(self) -> Mapping[str, Tag]:
+        return reactor().description.tags_by_name
+
+
+class TestTeachingReprompting(RepromptingContract):
+    @pytest.fixture
+    def reprompting(self, crew: Crew) -> Reprompting:
+        return crew.reprompting
+
+    @pytest.fixture
+    def path(self, machine: StateMachine) -> RecoveryPath:
+        return RecoveryPath(machine, (next(t for t in machine.transitions if t.name == "t_reduce"),))
+
+
+def test_every_fault_but_a_leak_has_an_admissible_path() -> None:
+    """So that the contract's situations are what they are said to be."""
+    assert {"cool_stuck_closed", "outlet_block"} <= set(CURABLE)

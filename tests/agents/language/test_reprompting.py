@@ -1,0 +1,212 @@
+"""Reprompting that teaches: who should change something, when it is over, and when the model is asked at all."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from homeostat.agents.crew import NoAdmissiblePlan
+from homeostat.agents.language.reprompting import (
+    BENT,
+    MOST_REPEATS,
+    TRIES,
+    TeachingReprompting,
+    reachable,
+)
+from homeostat.agents.language.scripts import reasonable
+from homeostat.assurance.checks import repetition_finding
+from homeostat.domain.advice import Advice, Attempt, Sensitivity
+from homeostat.domain.behaviour import State
+from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.limits import Owner
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from homeostat.domain.verdict import Approve, Finding, Revise
+from homeostat.llm.model import ModelError, Question
+from homeostat.llm.scripted import ScriptedModel
+from tests.agents.scripted import ScriptedSimulation
+from tests.agents.stuck_valve import now
+from tests.safety.world import rollout
+from tests.twin.followed import reactor
+
+PLANT = reactor().description
+PATH = RecoveryPath(PLANT.machine, (next(t for t in PLANT.machine.transitions if t.name == "t_reduce"),))
+TARGET = PLANT.machine.state("reduced_load")
+ACTIONS = ActionSet((Command("F1.sp", 0.03, 0.005), Command("T1.sp", 310.0, 0.5)), "reduced_load")
+FEED_WIDTH = TARGET.setpoint("F1.sp").high - TARGET.setpoint("F1.sp").low  # type: ignore[union-attr]
+
+
+class Slopes(ScriptedSimulation):
+    """A simulation that knows the sensitivities, and counts how often they are asked for."""
+
+    def __init__(self, *slopes: Sensitivity) -> None:
+        super().__init__(lambda actions: rollout(actions))
+        self._slopes = slopes
+        self.criteria: list[tuple[str, ...]] = []
+
+    async def sensitivities(
+        self, diagnosis: Diagnosis, actions: ActionSet, target: State, criteria: Sequence[str]
+    ) -> tuple[Sensitivity, ...]:
+        self.criteria.append(tuple(criteria))
+        return tuple(s for s in self._slopes if s.criterion in criteria)
+
+
+def finding(margin: float, name: str = "ACC-T-HIGH", owner: Owner = Owner.ACTION, unit: str = "K") -> Finding:
+    return Finding(name, owner, margin, unit, 100.0, 0, f"{name} by {margin}")
+
+
+def attempt(*findings: Finding, number: int = 1, members: int = 12) -> Attempt:
+    return Attempt(number, PATH, ACTIONS, Revise(findings), members)
+
+
+def feed(slope: float, name: str = "ACC-T-HIGH") -> Sensitivity:
+    return Sensitivity(name, "F1.sp", slope)
+
+
+class Desk:
+    """Reprompting with what is around it."""
+
+    def __init__(self, *slopes: Sensitivity, answer: str | ModelError | None = None) -> None:
+        def says(question: Question) -> str:
+            if isinstance(answer, ModelError):
+                raise answer
+            return reasonable(question) if answer is None else answer
+
+        self.model = ScriptedModel("scripted", says)
+        self.simulation = Slopes(*slopes)
+        self.reprompting = TeachingReprompting(self.model, PLANT, self.simulation)
+
+    def advise(self, after: Attempt, before: Advice | None = None) -> Advice:
+        return asyncio.run(self.reprompting.advise(now(), after, before or Advice()))
+
+
+def keeps(advice: Advice) -> bool:
+    """Whether the same path is tried again; asserts that the two ways of saying so agree."""
+    if advice.route is Owner.ACTION:
+        assert advice.keep_path == PATH and advice.refused_paths == ()
+        return True
+    assert advice.keep_path is None
+    return False
+
+
+# --- who should change something --------------------------------------------------------------------------------
+
+
+def test_an_approval_needs_no_advice() -> None:
+    approved = Attempt(1, PATH, ACTIONS, Approve(ACTIONS.digest, ()), 12)
+    assert Desk().advise(approved, Advice(tries=3)) == Advice()
+
+
+def test_what_the_commands_can_cure_is_for_action() -> None:
+    desk = Desk(feed(-400.0))
+    advice = desk.advise(attempt(finding(-2.0), finding(3.0, "FINE")))
+    assert keeps(advice) and advice.tries == 1 and advice.refused_paths == ()
+    assert advice.findings == (finding(-2.0),) and advice.sensitivities == (feed(-400.0),)
+    assert desk.model.asked == [], "the rules know what to say"
+
+
+EDGE = BENT * 400.0 * FEED_WIDTH
+
+
+@pytest.mark.parametrize(("missing", "kept"), [(EDGE, True), (math.nextafter(EDGE, 99.0), False), (math.inf, False)])
+def test_what_is_beyond_the_commands_reach_is_for_planning(missing: float, kept: bool) -> None:
+    advice = Desk(feed(-400.0)).advise(attempt(finding(-missing)))
+    assert keeps(advice) is kept
+    assert advice.refused_paths == (() if kept else (PATH.states,))
+
+
+def test_one_violation_out_of_reach_is_enough() -> None:
+    both = attempt(finding(-1.0), finding(-1000.0, "ACC-STEADY"))
+    assert not keeps(Desk(feed(-400.0), feed(-1.0, "ACC-STEADY")).advise(both))
+    assert keeps(Desk(feed(-400.0)).advise(both)), "one that does not move at all says nothing"
+
+
+def test_what_only_planning_can_cure_is_for_planning() -> None:
+    """However well the commands move it."""
+    advice = Desk(feed(-400.0)).advise(attempt(finding(-1.0), finding(-0.1, "X", Owner.PLANNING)))
+    assert not keeps(advice) and advice.refused_paths == (PATH.states,)
+
+
+def test_a_path_is_given_up_when_its_tries_are_used_up() -> None:
+    desk, advice, attempts = Desk(feed(-400.0)), Advice(), 0
+    while advice.keep_path is not None or attempts == 0:
+        advice = desk.advise(attempt(finding(-1.0), number=attempts + 1), advice)
+        attempts += 1
+    assert attempts == TRIES and advice.refused_paths == (PATH.states,) and advice.tries == 0
+
+
+def test_what_was_refused_stays_refused() -> None:
+    before = Advice(refused_paths=(("normal", "holding"),))
+    assert Desk(feed(-400.0)).advise(attempt(finding(-1.0)), before).refused_paths == before.refused_paths
+    given_up = Desk(feed(-400.0)).advise(attempt(finding(-1e6)), before)
+    assert given_up.refused_paths == (("normal", "holding"), PATH.states)
+
+
+def test_an_answer_without_path_is_for_planning_and_refuses_none() -> None:
+    wrong = finding(-math.inf, "CHK-ANSWER", unit="1")
+    advice = Desk().advise(Attempt(1, None, None, Revise((wrong,))))
+    assert advice.route is Owner.PLANNING and advice.refused_paths == () and "schema" in advice.hint
+
+
+def test_an_answer_without_commands_keeps_the_path() -> None:
+    wrong = finding(-math.inf, "CHK-ANSWER", unit="1")
+    desk = Desk()
+    advice = desk.advise(Attempt(1, PATH, None, Revise((wrong,))))
+    assert keeps(advice) and advice.tries == 1 and "schema" in advice.hint
+    assert desk.simulation.criteria == [] and desk.model.asked == []
+
+
+def test_sensitivities_are_asked_for_what_is_violated_and_what_holds_only_just() -> None:
+    desk = Desk(feed(-400.0))
+    desk.advise(attempt(finding(-2.0), finding(0.05, "LIM-L-HIGH", unit="L"), finding(14.0, "LIM-T-LOW")))
+    assert desk.simulation.criteria == [("ACC-T-HIGH", "LIM-L-HIGH")]
+
+
+@settings(deadline=None)
+@given(st.floats(-1e6, -1e-9), st.floats(-1e6, 1e6), st.floats(-1e6, 1e6))
+def test_reach_is_the_sum_of_what_every_command_can_do(margin: float, one: float, two: float) -> None:
+    slopes = (feed(one), Sensitivity("ACC-T-HIGH", "T1.sp", two), feed(1e9, "OTHER"))
+    widths = {r.tag: r.high - r.low for r in TARGET.setpoints}
+    reach = abs(one) * widths["F1.sp"] + abs(two) * widths["T1.sp"]
+    expected = None if reach == 0.0 else BENT * reach >= -margin
+    assert reachable(finding(margin), slopes, TARGET) is expected
+    assert reachable(finding(-math.inf, "CHK-RANGE"), slopes, TARGET) is True
+
+
+# --- the same again ---------------------------------------------------------------------------------------------
+
+
+def repeated(number: int) -> Attempt:
+    return Attempt(number, PATH, ACTIONS, Revise((repetition_finding(1),)))
+
+
+def test_the_same_again_gets_the_same_feedback_and_is_told_so() -> None:
+    desk = Desk(feed(-400.0))
+    first = desk.advise(attempt(finding(-1.0)))
+    first = replace(first, attempts=(attempt(finding(-1.0)),))
+    again = desk.advise(repeated(2), first)
+    assert keeps(again) and again.findings == first.findings and again.sensitivities == first.sensitivities
+    assert "judged before" in again.hint and again.tries == 2
+    assert len(desk.simulation.criteria) == 1, "nothing is computed twice"
+
+
+def test_a_model_that_goes_on_saying_the_same_is_not_asked_any_more() -> None:
+    desk, attempts = Desk(feed(-400.0)), [attempt(finding(-1.0))]
+    advice = replace(desk.advise(attempts[0]), attempts=tuple(attempts))
+    for number in range(2, 2 + MOST_REPEATS - 1):
+        attempts.append(repeated(number))
+        advice = replace(desk.advise(attempts[-1], advice), attempts=tuple(attempts))
+    with pytest.raises(NoAdmissiblePlan, match="scripted: repeats"):
+        desk.advise(repeated(9), advice)
+
+
+def test_the_same_by_another_path_refuses_that_path() -> None:
+    other = RecoveryPath(PLANT.machine, (next(t for t in PLANT.machine.transitions if t.name == "t_hold"),))
+    before = Advice(findings=(finding(-1.0),), attempts=(attempt(finding(-1.0)),), refused_paths=(PATH.states,))
+    advice = Desk().advise(Attempt(2, other, ACTIONS, Revise((repetition_finding(1),))), before)
+    assert advice.route is Owner.PLANNING and advice.refused_paths == (PATH.states, other.states)

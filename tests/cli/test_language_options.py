@@ -1,0 +1,123 @@
+"""Options that name a language model: refused in one line before anything runs, or asked and recorded."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from homeostat.llm.calls import read_calls
+from homeostat.llm.model import Failure
+from tests.cli.command import Done, homeostat, refused
+from tests.llm.test_calls_file import CALL
+
+REFUSED = [
+    ("an unknown proposer", ("--proposer", "serch"), ("'serch'", "search", "openai:MODEL")),
+    ("a server without model", ("--proposer", "http://127.0.0.1:8000/v1"), ("#MODEL",)),
+    ("an address that is none", ("--proposer", "http://[::1/v1#m"), ("unknown proposer",)),
+    ("a server without host", ("--proposer", "http://#m"), ("not an http or https address",)),
+    ("an unknown script", ("--proposer", "scripted:clever"), ("'scripted:clever'", "scripted:reasonable")),
+    ("a recording of nobody", ("--record", "calls.jsonl"), ("--record", "--proposer")),
+    ("a recording where there is no folder", ("--proposer", "scripted:stubborn", "--record", "no/calls"),
+     ("no/calls",)),
+    ("a replay of no file", ("--proposer", "replay:calls.jsonl"), ("calls.jsonl",)),
+    ("a replay of nothing", ("--proposer", "replay:"), ("'.'",)),
+    ("OpenAI with local models only", ("--local-only", "--proposer", "openai:gpt"), ("api.openai.com", "--allow-host")),
+    ("another host than the one that is allowed",
+     ("--local-only", "--allow-host", "llm.example", "--proposer", "http://evil.llm.example/v1#m"),
+     ("evil.llm.example",)),
+    ("no key", ("--proposer", "openai:gpt"), ("OPENAI_API_KEY",)),
+    ("a temperature too high", ("--temperature", "2.1"), ("--temperature", "2.1")),
+    ("a temperature that is none", ("--temperature", "nan"), ("--temperature",)),
+]  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("OPENAI_API_KEY", "ANTHROPIC_API_KEY", "HOMEOSTAT_LLM_KEY"):
+        monkeypatch.delenv(name, raising=False)
+
+
+@pytest.mark.parametrize(("arguments", "words"), [case[1:] for case in REFUSED], ids=[case[0] for case in REFUSED])
+def test_refused_and_nothing_written(tmp_path: Path, arguments: tuple[str, ...], words: tuple[str, ...]) -> None:
+    refused(homeostat("run", "cstr", "--fault", "fouling", *arguments, cwd=tmp_path), *words)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.xfail(strict=True, reason="the file is tried before the model is looked at")
+def test_a_refusal_leaves_no_empty_recording(tmp_path: Path) -> None:
+    refused(homeostat("run", "cstr", "--proposer", "serch", "--record", "calls.jsonl", cwd=tmp_path), "'serch'")
+    assert list(tmp_path.iterdir()) == []
+
+
+BROKEN = {
+    "words": ("not JSON\n", "line 1"), "another format": ('{"format": "homeostat-call/2"}\n', "line 1"),
+    "a broken second line": (f"{CALL.to_json()}\n{CALL.to_json()[:50]}\n", "line 2"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "where"), BROKEN.values(), ids=BROKEN)
+def test_a_broken_recording_is_refused(tmp_path: Path, text: str, where: str) -> None:
+    (tmp_path / "calls.jsonl").write_text(text)
+    refused(homeostat("run", "cstr", "--proposer", "replay:calls.jsonl", cwd=tmp_path), "'calls.jsonl'", where)
+    assert [path.name for path in tmp_path.iterdir()] == ["calls.jsonl"]
+
+
+# --- a run that asks --------------------------------------------------------------------------------------------
+
+RUN = ("run", "cstr", "--fault", "cool_stuck_closed", "--onset", "900", "--end", "1300", "--thinking-declared", "1")
+
+SHORT = tuple("930" if argument == "1300" else argument for argument in RUN)
+
+
+@pytest.fixture(scope="module")
+def asked(tmp_path_factory: pytest.TempPathFactory) -> Done:
+    """A run that a script recovers, with its calls in ``calls.jsonl`` and its record in ``run``."""
+    arguments = ("--proposer", "scripted:reasonable", "--record", "calls.jsonl", "--out", "run", "--note", "Pump: new")
+    return homeostat(*RUN, *arguments, "--json", cwd=tmp_path_factory.mktemp("asked"))
+
+
+def test_a_script_recovers_the_plant(asked: Done) -> None:
+    result = json.loads(asked.out)
+    assert (asked.status, asked.err) == (0, "")
+    assert (result["outcome"], result["actor"]) == ("recovered", "language")
+
+
+def test_every_call_is_recorded_in_the_file_and_in_the_trace(asked: Done) -> None:
+    calls = read_calls(asked.cwd / "calls.jsonl")
+    assert {c.agent for c in calls} >= {"planning", "action"} and all(c.failure is None for c in calls)
+    assert all("Operator's note: «Pump: new»" in c.prompt for c in calls if c.agent != "reprompting")
+    journal = (asked.cwd / "run" / "events.jsonl").read_text()
+    assert journal.count('"event":"model-called"') == len(calls)
+    assert len(list((asked.cwd / "run" / "prompts").iterdir())) == len({(c.system, c.prompt) for c in calls})
+    answers = {path.read_text() for path in (asked.cwd / "run" / "answers").iterdir()}
+    assert {c.answer for c in calls} <= answers
+
+
+def test_what_was_recorded_replays_to_the_same_actions(asked: Done, tmp_path: Path) -> None:
+    """Word for word the same questions: nothing needs to be guessed."""
+    (tmp_path / "calls.jsonl").write_bytes((asked.cwd / "calls.jsonl").read_bytes())
+    replay = ("--proposer", "replay:calls.jsonl", "--record", "again.jsonl", "--out", "run", "--note", "Pump: new")
+    done = homeostat(*RUN, *replay, "--json", cwd=tmp_path)
+    first, again = json.loads(asked.out), json.loads(done.out)
+    assert (done.status, again["actor"], again["actions"]) == (0, "language", first["actions"])
+    before, after = read_calls(asked.cwd / "calls.jsonl"), read_calls(tmp_path / "again.jsonl")
+    assert [(c.prompt, c.answer) for c in after] == [(c.prompt, c.answer) for c in before]
+
+
+def test_a_recording_that_runs_out_hands_over_to_the_search(tmp_path: Path) -> None:
+    (tmp_path / "calls.jsonl").write_text("")
+    arguments = ("--proposer", "replay:calls.jsonl", "--record", "again.jsonl", "--out", "run")
+    done = homeostat(*SHORT, *arguments, cwd=tmp_path)
+    assert (done.status, done.err) == (0, "")
+    assert "gave up" in done.out and "no more recorded answer" in done.out and "by search" in done.out
+    assert {c.failure for c in read_calls(tmp_path / "again.jsonl")} == {Failure.EXHAUSTED}
+
+
+def test_a_server_that_is_not_there_hands_over_to_the_search(tmp_path: Path) -> None:
+    arguments = ("--proposer", "http://127.0.0.1:9/v1#m", "--local-only", "--out", "run", "--json")
+    done = homeostat(*SHORT, *arguments, cwd=tmp_path)
+    result = json.loads(done.out)
+    assert (done.status, done.err, result["actor"]) == (0, "", "search")
+    assert '"failure":"UNREACHABLE"' in (tmp_path / "run" / "events.jsonl").read_text()
