@@ -257,11 +257,12 @@ class Supervisor:
         return released
 
     async def _fresh(self, situation: Situation) -> Situation:
-        """The same question about the plant as it is now: it ran on while somebody thought."""
+        """The same question about the plant as it is now, and the time left now: it ran on while somebody thought."""
         seen = await self._plant.since(self._seen_s)
         self._remember(seen)
         self._crew.simulation.observe(seen)
-        return replace(situation, snapshot=seen[-1], recent=tuple(self._recent))
+        left_s = situation.deadline_s - (seen[-1].at_s - situation.snapshot.at_s)
+        return replace(situation, snapshot=seen[-1], recent=tuple(self._recent), deadline_s=max(left_s, SHORTEST_S))
 
     async def _look(self, diagnosis: Diagnosis) -> Rollout:
         """Take a fresh look at the plant; what happens if nothing is done."""

@@ -178,7 +178,6 @@ def test_any_label_is_one_quoted_line(text: str) -> None:
 NUMBERS = [XSD.integer, XSD.double, XSD.decimal, XSD.boolean, NamedNode("http://evil.example/types#integer")]
 
 
-@pytest.mark.xfail(strict=True, reason="what claims to be a number is written as it stands")
 @pytest.mark.parametrize("datatype", NUMBERS, ids=lambda n: n.value.rpartition("/")[2])
 def test_a_number_that_is_none_is_a_text(datatype: NamedNode) -> None:
     """A literal may claim any datatype; what is no number must not get out of its line."""

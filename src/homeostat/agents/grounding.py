@@ -58,7 +58,8 @@ class Grounding:
         """What planning is shown: what ``event`` can lead to from ``state``, and what ``faults`` block (CONSTRUCT)."""
         (here,), present = self._nodes("state", [state]), self._nodes("fault", faults)
         (trigger,) = self._nodes("event", [event])
-        bound: Arguments = {"here": here, "event": trigger, "faults": present}
+        reached = questions.reachable_states(self._store, here, trigger)
+        bound: Arguments = {"states": reached, "event": trigger, "faults": present}
         return self._excerpt("planning_fragment", (state, *faults), bound, (here, *present), budget, count)
 
     def action_excerpt(

@@ -8,15 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from homeostat.assurance.checks import target_name
+from homeostat.assurance.checks import rollout_findings, target_finding, target_name
 from homeostat.domain.advice import Sensitivity
 from homeostat.domain.behaviour import SetpointRange, State
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
-from homeostat.domain.limits import Criterion, Limit, Limits
+from homeostat.domain.limits import Limits
 from homeostat.domain.recovery import ActionSet
-from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.tag import Tag
-from homeostat.domain.verdict import Rollout
+from homeostat.domain.verdict import Finding, Rollout, RolloutResult
+from homeostat.process.batch import ProcessError
 from homeostat.twin.twin import Twin
 
 PLAUSIBLE = 0.02
@@ -44,8 +45,7 @@ class TwinSimulation:
     def __init__(self, twin: Twin, tags: Mapping[str, Tag], limits: Limits) -> None:
         """``twin`` is shared with monitoring, which keeps it up to date."""
         self._twin = twin
-        self._rules: dict[str, Criterion | Limit] = {}
-        self._rules |= {c.name: c for c in limits.criteria} | {x.name: x for x in limits.limits}
+        self._limits = limits
         self._scales = {name: tag.scale for name, tag in tags.items()}
 
     def observe(self, snapshots: tuple[Snapshot, ...]) -> None:
@@ -67,7 +67,10 @@ class TwinSimulation:
     async def sensitivities(
         self, diagnosis: Diagnosis, actions: ActionSet, target: State, criteria: Sequence[str]
     ) -> tuple[Sensitivity, ...]:
-        """Central differences over the ensemble, every variation in one call of the engine."""
+        """Central differences of the margins as they are judged, every variation in one call of the engine.
+
+        None where the twin breaks down beside ``actions``.
+        """
         return await asyncio.to_thread(self._differences, diagnosis, actions, target, criteria)
 
     def _differences(
@@ -76,26 +79,41 @@ class TwinSimulation:
         pairs = [(r, *_neighbours(actions, r)) for r in target.setpoints if _varies(actions, r)]
         if not pairs:
             return ()
-        ensemble = self._twin.ensemble(plausible(diagnosis, LIKELY), self._twin.settings.draws, purpose=-1)
-        horizon, members = self._twin.settings.horizon_s, len(ensemble.states)
         varied = [_with(actions, r.tag, value) for r, low, high in pairs for value in (low, high)]
-        signals, dt_s = self._twin.try_many(ensemble, np.stack([self._twin.schedule(a, horizon) for a in varied]))
-        found = []
-        for name in criteria:
-            rule = self._rules.get(name)
-            formula = target.settled_when if name == target_name(target) else rule.formula if rule else None
-            if formula is None:
-                continue
-            if isinstance(rule, Criterion):
-                margins = formula.evaluate(signals, dt_s).value
-            else:
-                over_time = np.atleast_2d(formula.margins(signals, dt_s))
-                margins = over_time.min(axis=1) if rule else over_time[:, -1]
-            worst = np.broadcast_to(margins, (len(varied) * members,)).reshape(len(varied), members).min(axis=1)
-            for k, (r, low, high) in enumerate(pairs):
-                slope = float(worst[2 * k + 1] - worst[2 * k]) / (high - low)
-                found.append(Sensitivity(name, r.tag, slope))
-        return tuple(found)
+        try:
+            rollouts = self._roll_out_varied(plausible(diagnosis, LIKELY), varied)
+        except ProcessError:
+            return ()
+        judged = [self._margins(a, r, target, criteria) for a, r in zip(varied, rollouts, strict=True)]
+        return tuple(
+            Sensitivity(name, r.tag, (above[name] - below[name]) / (high - low))
+            for name in judged[0]
+            for (r, low, high), below, above in zip(pairs, judged[::2], judged[1::2], strict=True)
+        )
+
+    def _roll_out_varied(self, hypotheses: tuple[Hypothesis, ...], varied: Sequence[ActionSet]) -> list[Rollout]:
+        """A rollout of each action set, all over the same members; ProcessError where one leaves the physical world."""
+        ensemble = self._twin.ensemble(hypotheses, self._twin.settings.draws, purpose=-1)
+        schedules = np.stack([self._twin.schedule(a, self._twin.settings.horizon_s) for a in varied])
+        signals, dt_s = self._twin.try_many(ensemble, schedules)
+        count, weights = len(ensemble.states), tuple(ensemble.weights.tolist())
+        return [
+            Rollout(
+                actions.digest,
+                Trajectory(ensemble.start_s, dt_s, {t: v[k * count : (k + 1) * count] for t, v in signals.items()}),
+                hypotheses, weights, RolloutResult.COMPLETED,
+            )
+            for k, actions in enumerate(varied)
+        ]  # fmt: skip
+
+    def _margins(self, actions: ActionSet, rollout: Rollout, target: State, wanted: Sequence[str]) -> dict[str, float]:
+        """Margins of those of the ``wanted`` criteria that a rollout is judged by."""
+        criteria = [c for c in self._limits.criteria if c.name in wanted]
+        limits = [x for x in self._limits.limits if x.name in wanted]
+        found: list[Finding] = [*rollout_findings(rollout, criteria, limits, actions)]
+        if target_name(target) in wanted:
+            found.append(target_finding(rollout, target))
+        return {f.criterion: f.margin for f in found}
 
 
 def _varies(actions: ActionSet, admitted: SetpointRange) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -11,12 +12,17 @@ from typing import Final
 from pyoxigraph import Literal, NamedNode, Triple
 
 from homeostat.domain.quotation import quoted
-from homeostat.knowledge.vocabulary import PREFIXES, RDF
+from homeostat.knowledge.vocabulary import PREFIXES, RDF, XSD
 
 UNREACHED: Final = 99
 """Distance of what is not connected to the seeds [hops]."""
 TEXT_LIMIT: Final = 120
 """Longest text that is shown [characters]."""
+_NUMBER: Final = re.compile(r"[+-]?(\d{1,20}(\.\d{0,20})?|\.\d{1,20})([eE][+-]?\d{1,3})?", re.ASCII)
+PLAIN: Final = {kind: _NUMBER for kind in (XSD.integer, XSD.decimal, XSD.double)} | {
+    XSD.boolean: re.compile("true|false")
+}
+"""Datatype -> what is written without quotes. A literal may claim any type, so its text is looked at as well."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,8 +110,9 @@ def _line(triples: list[Triple], namespace: str) -> str:
 
 def _term(term: object, namespace: str) -> str:
     if isinstance(term, Literal):
-        number = term.datatype.value.rpartition("#")[2] in ("integer", "double", "decimal", "boolean")
-        return term.value if number else json.dumps(quoted(term.value, TEXT_LIMIT), ensure_ascii=False)
+        form = PLAIN.get(term.datatype)
+        plain = form is not None and form.fullmatch(term.value) is not None
+        return term.value if plain else json.dumps(quoted(term.value, TEXT_LIMIT), ensure_ascii=False)
     return _name(term, namespace)
 
 

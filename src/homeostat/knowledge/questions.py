@@ -139,6 +139,20 @@ def is_actuatable(store: GraphStore, action: NamedNode, faults: Sequence[NamedNo
     return template("is_actuatable").ask(store, action=action, faults=tuple(faults))
 
 
+def reachable_states(store: GraphStore, start: NamedNode, event: NamedNode) -> tuple[NamedNode, ...]:
+    """The states that ``event`` can lead to from ``start``, itself first, in the order of the steps that it takes.
+
+    One question per step: a property path cannot be kept to the transitions of one event.
+    """
+    found: dict[NamedNode, None] = {start: None}
+    step: tuple[NamedNode, ...] = (start,)
+    while step:
+        rows = template("event_targets").select(store, states=step, event=event)
+        step = tuple(target for row in rows if (target := row.iri("target")) not in found)
+        found |= dict.fromkeys(step)
+    return tuple(found)
+
+
 def is_admissible_path(
     store: GraphStore, machine: NamedNode, path: Sequence[NamedNode], faults: Sequence[NamedNode]
 ) -> bool:

@@ -174,14 +174,12 @@ def test_texts_without_end(answer: str) -> None:
         refused(kind, answer)
 
 
-@pytest.mark.xfail(strict=True, reason="the model's own keys go into the finding as they are")
 def test_a_name_without_end_makes_no_finding_without_end() -> None:
     found = judged(ACTION, text(REDUCED, {"k" * 15_000: "1"}))
     assert isinstance(found, Unusable)
     assert sum(len(f.message) for f in found.findings) < 2_000
 
 
-@pytest.mark.xfail(strict=True, reason="the model's own keys go into the finding as they are")
 @pytest.mark.parametrize("name", ["a\nb", "\x1b[2J", "\u2028# Situation"])
 def test_a_name_that_breaks_lines_breaks_no_finding(name: str) -> None:
     found = judged(ACTION, text(REDUCED, {name: "1"}))

@@ -82,7 +82,6 @@ def test_the_hash_is_that_of_the_files(tmp_path: Path) -> None:
     assert len({template_sha256(agent) for agent in AGENTS}) == len(AGENTS)
 
 
-@pytest.mark.xfail(strict=True, reason="the hints are in the prompts, but their file is not in the hash")
 def test_the_hints_are_a_prompt_file_as_well(tmp_path: Path) -> None:
     copied(tmp_path, "copied_hints")
     with (tmp_path / "copied_hints" / "prompts" / "hints.toml").open("a", encoding="utf-8") as file:

@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
+from pydantic_core import ErrorDetails
 
 from homeostat.domain.behaviour import SetpointRange, State
 from homeostat.domain.limits import Owner
+from homeostat.domain.quotation import quoted
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Finding
@@ -20,6 +22,8 @@ ANSWER: Final = "CHK-ANSWER"
 """Name of the finding that an answer is not one of those that were asked for."""
 MOST_REASONING: Final = 400
 """Longest reasoning [characters]."""
+MOST_SAID: Final = 4
+"""Most errors of one answer that are reported."""
 MOST_ANSWER: Final = 20_000
 """Longest answer that is read [characters]."""
 NONE: Final = "none"
@@ -85,10 +89,9 @@ def read(kind: AnswerType, text: str) -> BaseModel | Unusable:
         value = json.loads(_unfenced(text), object_pairs_hook=_unique, parse_constant=_refuse)
         return kind.model_validate(value, by_alias=True)
     except ValidationError as error:
-        wrong = [f"{'.'.join(map(str, e['loc'])) or 'answer'}: {e['msg']}" for e in error.errors(include_input=False)]
-        return unusable(*wrong[:4])
+        return unusable(*(_said(e) for e in error.errors(include_input=False)[:MOST_SAID]))
     except (ValueError, RecursionError) as error:
-        return unusable(f"not a JSON object that can be read: {' '.join(str(error).split())[:120]}")
+        return unusable(f"not a JSON object that can be read: {quoted(str(error))}")
 
 
 def action_set(answer: BaseModel, target: State, tags: Mapping[str, Tag]) -> ActionSet:
@@ -96,8 +99,10 @@ def action_set(answer: BaseModel, target: State, tags: Mapping[str, Tag]) -> Act
     given = answer.model_dump(by_alias=True)["commands"]
     commands = []
     for r in target.setpoints:
-        value = given.get(r.tag, r.design)
-        commands.append(Command(r.tag, value, None if value is None else tags[r.tag].rate_limit))
+        tag, value = tags[r.tag], r.design
+        if r.tag in given:
+            value = None if given[r.tag] is None else _multiple(given[r.tag], tag.increment)
+        commands.append(Command(r.tag, value, None if value is None else tag.rate_limit))
     return ActionSet(tuple(commands), target.name)
 
 
@@ -111,12 +116,23 @@ def bounds(admitted: SetpointRange, tag: Tag) -> tuple[float, float]:
     if tag.increment is None:
         return admitted.low, admitted.high
     low, high = math.ceil(admitted.low / tag.increment - 1e-9), math.floor(admitted.high / tag.increment + 1e-9)
-    return round(low * tag.increment, 9), round(high * tag.increment, 9)
+    return _multiple(low * tag.increment, tag.increment), _multiple(high * tag.increment, tag.increment)
 
 
 def unusable(*reasons: str) -> Unusable:
     """An answer that is wrong for ``reasons``."""
     return Unusable(tuple(Finding(ANSWER, Owner.ACTION, -math.inf, "1", 0.0, 0, reason) for reason in reasons))
+
+
+def _multiple(value: float, increment: float | None) -> float:
+    """The multiple of ``increment`` that ``value`` stands for: equal commands are equal however they are spelled."""
+    return (value if increment is None else round(round(value / increment) * increment, 9)) + 0.0
+
+
+def _said(error: ErrorDetails) -> str:
+    """Where an answer is wrong and why; what the model named itself is quoted like any other text."""
+    where = ".".join(map(str, error["loc"])) or "answer"
+    return f"{quoted(where, 80)}: {quoted(error['msg'], 120)}"
 
 
 def _unfenced(text: str) -> str:

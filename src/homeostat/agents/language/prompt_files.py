@@ -30,5 +30,6 @@ def fill(name: str, values: Mapping[str, str]) -> str:
 @functools.cache
 def template_sha256(agent: str) -> str:
     """Hash over every file that the prompts of ``agent`` are made from."""
-    names = ("rules", "guide", "feedback", f"{agent}.system", f"{agent}.prompt")
-    return hashlib.sha256("\0".join(prompt_file(name) for name in names).encode()).hexdigest()
+    names = ("rules.md", "guide.md", "feedback.md", "hints.toml", f"{agent}.system.md", f"{agent}.prompt.md")
+    texts = (PROMPTS.joinpath(name).read_text("utf-8") for name in names)
+    return hashlib.sha256("\0".join(texts).encode()).hexdigest()
