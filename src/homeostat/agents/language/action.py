@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 from homeostat.agents.candidates import SearchSpace, present_point
 from homeostat.agents.crew import Simulation, Situation
@@ -14,7 +13,7 @@ from homeostat.agents.language.answers import AnswerType, Unusable, action_set, 
 from homeostat.agents.language.feedback import feedback_text, idle_text
 from homeostat.agents.language.prompt_files import fill, prompt_file
 from homeostat.agents.language.situation import MOST_FINDINGS, situation_text, worst_first
-from homeostat.agents.language.speaker import ask, question
+from homeostat.agents.language.speaker import ask, question, room
 from homeostat.agents.planning import plausible_faults
 from homeostat.domain.advice import Advice, Sensitivity
 from homeostat.domain.behaviour import SetpointRange, State
@@ -25,9 +24,6 @@ from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Revise
 from homeostat.llm.model import LanguageModel, Question
 from homeostat.llm.tokens import estimate
-
-BUDGET: Final = 800
-"""Tokens of the subgraph."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,17 +74,19 @@ class LanguageAction:
         faults = plausible_faults(situation.diagnosis)
         commanded = [r.tag for r in free(target)]
         hard = [limit.name for limit in self._plant.limits.hard]
-        shown = self._grounding.action_excerpt(target.name, commanded, faults, hard, BUDGET, estimate)
         role = {"rules": prompt_file("rules"), "guide": prompt_file("guide"), "throughput": self._production.throughput}
         told = feedback_text(advice, self._plant) or idle_text(situation.idle, slopes, self._plant)
         values = {
             "situation": situation_text(situation, self._plant, self._notes, idle=bool(advice.attempts)),
             "target": target.name, "label": quote(target.label, 60),
             "commands": "\n".join(self._describe(r, situation) for r in free(target)),
-            "turtle": shown.text, "omission": shown.omission, "feedback": told,
+            "turtle": "", "omission": "", "feedback": told,
         }  # fmt: skip
-        kind = action_type(target, self._plant.tags_by_name)
-        asked = question("action", situation, fill("action.system", role), fill("action.prompt", values), kind)
+        system, kind = fill("action.system", role), action_type(target, self._plant.tags_by_name)
+        budget = room(system, fill("action.prompt", values))
+        shown = self._grounding.action_excerpt(target.name, commanded, faults, hard, budget, estimate)
+        values |= {"turtle": shown.text, "omission": shown.omission}
+        asked = question("action", situation, system, fill("action.prompt", values), kind)
         return Order(asked, kind, target)
 
     async def _slopes(self, situation: Situation, path: RecoveryPath) -> tuple[Sensitivity, ...]:

@@ -12,7 +12,7 @@ from homeostat.agents.language.answers import NONE, AnswerType, Unusable, planni
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.prompt_files import fill, prompt_file
 from homeostat.agents.language.situation import situation_text
-from homeostat.agents.language.speaker import ask, question
+from homeostat.agents.language.speaker import ask, question, room
 from homeostat.agents.planning import EVENT, plausible_faults
 from homeostat.domain.advice import Advice
 from homeostat.domain.plant_description import PlantDescription
@@ -22,8 +22,6 @@ from homeostat.domain.verdict import Revise
 from homeostat.llm.model import LanguageModel, Question
 from homeostat.llm.tokens import estimate
 
-BUDGET: Final = 900
-"""Tokens of the subgraph."""
 MOST_PATHS: Final = 24
 """Most paths that are offered, those with least risk."""
 
@@ -71,15 +69,17 @@ class LanguagePlanning:
             raise NoAdmissiblePlan(
                 f"no further path from {situation.state!r} is open with {', '.join(faults) or 'no fault'}"
             )
-        shown = self._grounding.planning_excerpt(situation.state, EVENT, faults, BUDGET, estimate)
         rules = {"rules": prompt_file("rules"), "guide": prompt_file("guide"), "none": NONE}
         values = {
             "situation": situation_text(situation, self._plant, self._notes),
             "paths": "\n".join(f"- {name}: {self._describe(path)}" for name, path in paths.items()),
-            "turtle": shown.text, "omission": shown.omission, "feedback": feedback_text(advice, self._plant),
+            "turtle": "", "omission": "", "feedback": feedback_text(advice, self._plant),
         }  # fmt: skip
-        kind = planning_type(tuple(paths))
-        asked = question("planning", situation, fill("planning.system", rules), fill("planning.prompt", values), kind)
+        system, kind = fill("planning.system", rules), planning_type(tuple(paths))
+        budget = room(system, fill("planning.prompt", values))
+        shown = self._grounding.planning_excerpt(situation.state, EVENT, faults, budget, estimate)
+        values |= {"turtle": shown.text, "omission": shown.omission}
+        asked = question("planning", situation, system, fill("planning.prompt", values), kind)
         return Choice(asked, kind, paths)
 
     def _open_paths(self, situation: Situation, advice: Advice, faults: Sequence[str]) -> dict[str, RecoveryPath]:

@@ -10,9 +10,16 @@ from homeostat.agents.crew import NoAdmissiblePlan, Situation
 from homeostat.agents.language.answers import AnswerType, Unusable, read, schema, unusable
 from homeostat.agents.language.prompt_files import template_sha256
 from homeostat.llm.model import ANSWERED, LanguageModel, ModelError, Question
+from homeostat.llm.tokens import estimate
 
 MOST_S: Final = 20.0
 """Longest time for one answer [s]."""
+BUDGET: Final = 2000
+"""Tokens of role, rules and situation together, as they are estimated."""
+MOST_GRAPH: Final = 900
+"""Tokens of the subgraph where everything else is short."""
+LEAST_GRAPH: Final = 300
+"""Tokens of the subgraph however long everything else is."""
 
 
 async def ask(model: LanguageModel, question: Question, kind: AnswerType, situation: Situation) -> BaseModel | Unusable:
@@ -24,6 +31,11 @@ async def ask(model: LanguageModel, question: Question, kind: AnswerType, situat
             return unusable(str(error))
         raise NoAdmissiblePlan(f"{model.name}: {error}") from error
     return read(kind, reply.answer)
+
+
+def room(*texts: str) -> int:
+    """Tokens that are left for the subgraph beside ``texts``: what happens comes before what the plant is made of."""
+    return min(max(BUDGET - sum(estimate(text) for text in texts), LEAST_GRAPH), MOST_GRAPH)
 
 
 def question(agent: str, situation: Situation, system: str, prompt: str, kind: AnswerType) -> Question:
