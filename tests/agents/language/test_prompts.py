@@ -8,11 +8,10 @@ from dataclasses import replace
 import pytest
 
 from homeostat.agents.crew import NoAdmissiblePlan, Situation
-from homeostat.agents.language.action import BUDGET as ACTION_BUDGET
-from homeostat.agents.language.planning import BUDGET as PLANNING_BUDGET
 from homeostat.agents.language.prompt_files import prompt_file, template_sha256
 from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.language.situation import MOST_FINDINGS, NOTE_LIMIT, situation_text, worst_first
+from homeostat.agents.language.speaker import BUDGET, LEAST_GRAPH, MOST_GRAPH, room
 from homeostat.domain.advice import Advice
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
@@ -143,12 +142,17 @@ def test_faults_that_are_not_believed_are_not_in_the_prompt(fault: str) -> None:
 @pytest.mark.parametrize("fault", CURABLE)
 def test_the_budget_of_tokens_is_kept(fault: str) -> None:
     for question in questions(fault):
-        budget = PLANNING_BUDGET if question.agent == "planning" else ACTION_BUDGET
         shown = turtle(question)
-        count = exact(shown)
-        assert count is not None and 300 < count <= budget and estimate(shown) <= budget
-        whole = exact(question.system + question.prompt)
-        assert whole is not None and whole < 0.65 * PUBLISHED
+        count, whole = exact(shown), exact(question.system + question.prompt)
+        assert count is not None and 300 < count <= MOST_GRAPH and estimate(shown) <= MOST_GRAPH
+        assert whole is not None and whole <= BUDGET < 0.5 * PUBLISHED
+
+
+@pytest.mark.parametrize("words", [0, 300, 900, 5000])
+def test_the_subgraph_makes_room_for_what_happens(words: int) -> None:
+    left = room("word " * 300, "word " * words)
+    assert LEAST_GRAPH <= left <= MOST_GRAPH
+    assert left == min(max(BUDGET - 300 - words, LEAST_GRAPH), MOST_GRAPH)
 
 
 def test_where_no_path_is_open_nobody_is_asked() -> None:
