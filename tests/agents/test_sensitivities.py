@@ -51,7 +51,7 @@ class Line:
         self.asked: list[tuple[Hypothesis, ...]] = []
         self.calls: list[np.ndarray] = []
 
-    def ensemble(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: int = 0) -> Any:
+    def ensemble(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: int) -> Any:
         self.asked.append(tuple(hypotheses))
         return SimpleNamespace(
             start_s=0.0, states=np.zeros((len(self.heating), 1)), weights=np.full(len(self.heating), 1.0)

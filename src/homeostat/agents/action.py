@@ -18,7 +18,7 @@ from homeostat.domain.production import Production
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.tag import Tag
 from homeostat.twin.forecast import Ensemble
-from homeostat.twin.twin import Twin
+from homeostat.twin.twin import Purpose, Twin
 
 HOPELESS = 5.0
 """A search whose cost stays above this cannot be cured by refinement [production]."""
@@ -90,7 +90,7 @@ class SearchAction:
             self._evaluate([p for b in bases for p in space.around(b, fraction)], space, few, required, tried)
             if before > HOPELESS and min(tried.values()) > 0.9 * before:
                 return space.actions(self._best(tried, space, 1)[0])
-        many = self._twin.ensemble(likely, twin.draws, purpose=-1)
+        many = self._twin.ensemble(likely, twin.draws, Purpose.REFINE)
         sure: dict[Point, float] = {}
         self._evaluate(self._best(tried, space, settings.finalists), space, many, required, sure)
         for fraction in settings.fine:

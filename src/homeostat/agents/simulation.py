@@ -18,7 +18,7 @@ from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Finding, Rollout, RolloutResult
 from homeostat.process.batch import ProcessError
-from homeostat.twin.twin import Twin
+from homeostat.twin.twin import Purpose, Twin
 
 PLAUSIBLE = 0.02
 """Hypotheses below this probability are not rolled out [1]."""
@@ -93,7 +93,7 @@ class TwinSimulation:
 
     def _roll_out_varied(self, hypotheses: tuple[Hypothesis, ...], varied: Sequence[ActionSet]) -> list[Rollout]:
         """A rollout of each action set, all over the same members; ProcessError where one leaves the physical world."""
-        ensemble = self._twin.ensemble(hypotheses, self._twin.settings.draws, purpose=-1)
+        ensemble = self._twin.ensemble(hypotheses, self._twin.settings.draws, Purpose.JUDGE)
         schedules = np.stack([self._twin.schedule(a, self._twin.settings.horizon_s) for a in varied])
         signals, dt_s = self._twin.try_many(ensemble, schedules)
         count, weights = len(ensemble.states), tuple(ensemble.weights.tolist())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 
@@ -47,6 +48,17 @@ class TwinSettings:
     """Parameter draws per hypothesis while searching."""
     stride: int = 5
     """Every how many seconds a searched rollout is sampled."""
+
+
+class Purpose(IntEnum):
+    """What an ensemble is drawn for; each purpose has its own random stream."""
+
+    REFINE = 0
+    """Choosing among a search's finalists."""
+    EXPLORE = 1
+    """Everything that is only looked at roughly."""
+    JUDGE = 2
+    """Rollouts that are judged, and how their margins would change; no search looks at it."""
 
 
 class Twin:
@@ -101,9 +113,9 @@ class Twin:
             found.append(errors)
         return tuple(found)
 
-    def ensemble(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: int = 0) -> Ensemble:
+    def ensemble(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose = Purpose.EXPLORE) -> Ensemble:
         """Members for every hypothesis, synchronised with the last snapshot; ``purpose`` picks the random stream."""
-        generator = np.random.default_rng([self._seed, purpose + 1])
+        generator = np.random.default_rng([self._seed, purpose])
         return synchronise(
             self._model, self._history.window(self.settings.synchronise_s), self._belief.draws(draws, generator),
             hypotheses, self.settings.corrected, int(generator.integers(2**62)), self._history.whole,
@@ -130,10 +142,13 @@ class Twin:
         return signals, result.dt_s
 
     def roll_out(self, actions: ActionSet, hypotheses: Sequence[Hypothesis]) -> Rollout:
-        """What ``actions`` would do from the last snapshot on, over the ensemble, with noise."""
-        purpose = 1 + int(actions.digest[:8], 16)
+        """What ``actions`` would do from the last snapshot on, over the ensemble, with noise.
+
+        Every action set meets the same draws: what differs between two rollouts is what was commanded, and asking again
+        with a slightly different value is no second chance with other luck.
+        """
         try:
-            ensemble = self.ensemble(hypotheses, self.settings.draws, purpose)
+            ensemble = self.ensemble(hypotheses, self.settings.draws, Purpose.JUDGE)
             schedule = self.schedule(actions, self.settings.horizon_s)[None]
             result = forecast(self._model, ensemble, schedule, stride=1)
         except ProcessError as broke:

@@ -144,7 +144,7 @@ def test_the_budget_of_tokens_is_kept(fault: str) -> None:
     for question in questions(fault):
         shown = turtle(question)
         count, whole = exact(shown), exact(question.system + question.prompt)
-        assert count is not None and 300 < count <= MOST_GRAPH and estimate(shown) <= MOST_GRAPH
+        assert count is not None and 0.8 * LEAST_GRAPH < count <= MOST_GRAPH and estimate(shown) <= MOST_GRAPH
         assert whole is not None and whole <= BUDGET < 0.5 * PUBLISHED
 
 

@@ -14,7 +14,7 @@ from homeostat.agents.simulation import LIKELY, STEP, TwinSimulation, plausible
 from homeostat.assurance.checks import target_name
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.recovery import ActionSet, Command
-from homeostat.twin.twin import Twin
+from homeostat.twin.twin import Purpose, Twin
 from tests.agents.stuck_valve import BELIEF, NOW_S, stuck
 from tests.twin.followed import follow, reactor
 
@@ -34,7 +34,7 @@ class Counted:
         self.settings = twin.settings
         self.schedules: list[int] = []
 
-    def ensemble(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: int = 0) -> Any:
+    def ensemble(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose) -> Any:
         return self._twin.ensemble(hypotheses, draws, purpose)
 
     def schedule(self, actions: ActionSet, steps: int) -> Any:
@@ -68,7 +68,7 @@ def test_on_the_reactor_the_slope_is_that_between_two_rollouts() -> None:
     slopes = {(s.criterion, s.tag): s.slope for s in found}
     assert len(slopes) == 9
     step = STEP * (feed.high - feed.low) if (feed := REDUCED.setpoint("F1.sp")) else 0.0
-    ensemble = twin.ensemble(plausible(BELIEF, LIKELY), twin.settings.draws, purpose=-1)
+    ensemble = twin.ensemble(plausible(BELIEF, LIKELY), twin.settings.draws, Purpose.JUDGE)
     margins = []
     for value in (0.024 - step, 0.024 + step):
         signals, dt_s = twin.try_many(ensemble, twin.schedule(with_feed(value), twin.settings.horizon_s)[None])

@@ -59,7 +59,7 @@ class LanguageAction:
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
         """The commands that the model gives, with those that the state fixes."""
-        slopes = () if advice.attempts else await self._slopes(situation, path)
+        slopes = () if advice.keep_path else await self._slopes(situation, path)
         order = self.order(situation, path, advice, slopes)
         answer = await ask(self._model, order.question, order.kind, situation)
         if isinstance(answer, Unusable):
@@ -75,12 +75,12 @@ class LanguageAction:
         commanded = [r.tag for r in free(target)]
         hard = [limit.name for limit in self._plant.limits.hard]
         role = {"rules": prompt_file("rules"), "guide": prompt_file("guide"), "throughput": self._production.throughput}
-        told = feedback_text(advice, self._plant) or idle_text(situation.idle, slopes, self._plant)
+        told = (feedback_text(advice, self._plant), idle_text(situation.idle, slopes, self._plant) if slopes else "")
         values = {
-            "situation": situation_text(situation, self._plant, self._notes, idle=bool(advice.attempts)),
+            "situation": situation_text(situation, self._plant, self._notes, idle=not slopes),
             "target": target.name, "label": quote(target.label, 60),
             "commands": "\n".join(self._describe(r, situation) for r in free(target)),
-            "turtle": "", "omission": "", "feedback": told,
+            "turtle": "", "omission": "", "feedback": "\n".join(told),
         }  # fmt: skip
         system, kind = fill("action.system", role), action_type(target, self._plant.tags_by_name)
         budget = room(system, fill("action.prompt", values))

@@ -11,20 +11,19 @@ from homeostat.agents.crew import NoAdmissiblePlan, Simulation, Situation
 from homeostat.agents.language.answers import Unusable, reprompting_type
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.prompt_files import PROMPTS, fill, prompt_file
+from homeostat.agents.language.reach import curable
 from homeostat.agents.language.situation import MOST_FINDINGS, nearest, situation_text, worst_first
 from homeostat.agents.language.speaker import ask, question
 from homeostat.assurance.checks import REPEATED
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
-from homeostat.domain.behaviour import State
 from homeostat.domain.limits import Owner
 from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.recovery import ActionSet
 from homeostat.domain.verdict import Approve, Finding
 from homeostat.llm.model import LanguageModel
 
 TRIES: Final = 4
 """Attempts on one path before another one is asked for."""
-BENT: Final = 2.0
-"""Margins may turn out this many times as steep farther away as they are near the attempt."""
 MOST_REPEATS: Final = 2
 """A model that says again what was refused this often has nothing more to say."""
 
@@ -87,14 +86,16 @@ class TeachingReprompting:
     def _route(
         self, attempt: Attempt, violated: Sequence[Finding], slopes: Sequence[Sensitivity], before: Advice
     ) -> Owner:
-        """Action keeps the path while it has tries left and every violation is within what its commands can move."""
+        """Action keeps the path while it has tries left and its commands could cure every violation together."""
         if attempt.path is None:
             return Owner.PLANNING
         if before.tries + 1 >= TRIES or any(f.owner is Owner.PLANNING for f in violated):
             return Owner.PLANNING
         target = self._plant.machine.state(attempt.path.target)
-        reach = [reachable(f, slopes, target) for f in violated]
-        return Owner.ACTION if True in reach and False not in reach else Owner.PLANNING
+        actions = attempt.actions or ActionSet((), target.name)
+        findings = (*violated, *nearest(attempt.verdict.findings, self._plant.scales))
+        cured = curable(findings, slopes, actions, target, self._plant.scales)
+        return Owner.ACTION if cured else Owner.PLANNING
 
     async def _asked(
         self, situation: Situation, attempt: Attempt, before: Advice, violated: tuple[Finding, ...], route: Owner
@@ -114,19 +115,6 @@ class TeachingReprompting:
             return route, ""
         given = answer.model_dump()
         return (Owner(given["route"]) if route is Owner.ACTION else route), given["hint"]
-
-
-def reachable(finding: Finding, slopes: Sequence[Sensitivity], target: State) -> bool | None:
-    """Whether the commands, moved through their ranges, could cure ``finding`` if margins were nearly straight lines.
-
-    None where its margin does not move at all near the attempt, which says nothing about what is farther away. A
-    refusal without margin can be cured by another answer.
-    """
-    if finding.criterion.startswith("CHK-"):
-        return True
-    widths = {r.tag: r.high - r.low for r in target.setpoints}
-    reach = sum(abs(s.slope) * widths[s.tag] for s in slopes if s.criterion == finding.criterion)
-    return BENT * reach >= -finding.margin if reach > 0.0 else None
 
 
 def known_hint(violated: Sequence[Finding]) -> str:

@@ -21,6 +21,7 @@ _VIOLATED: Final = re.compile(
     rf"^(?:holds only just: )?(?P<name>\S+) (?P<margin>{_NUMBER})[^:]*: .*; margin per step: (?P<effects>.*)$",
     re.MULTILINE,
 )
+_IDLE: Final = "# What leaving it alone violates"
 _EFFECT: Final = re.compile(rf"(?P<tag>[^\s,]+) (?P<step>{_NUMBER}) -> (?P<change>{_NUMBER}|no change)")
 _PRESENT: Final = re.compile(rf"^- (?P<tag>\S+) «[^»]*»: .*; now (?P<value>automatic|{_NUMBER})", re.MULTILINE)
 ENOUGH: Final = 1.0
@@ -32,18 +33,24 @@ MOVES: Final = 201
 
 
 def reasonable(question: Question) -> str:
-    """Names the least risky path; starts from the present commands and moves one of them against what was violated."""
+    """Names the least risky path; starts from the present commands and takes one step against what was violated.
+
+    The step moves one command after the other as long as, along straight lines, less is missing with every move.
+    """
     if question.agent == "planning":
         return json.dumps({"reasoning": "the least risky path that is open", "path": _paths(question)[0]})
     if question.agent == "reprompting":
         return json.dumps({"route": "action", "hint": "move the command with the largest effect"})
     limits = _commands(question)
-    values = _last(question) or _present(question)
-    values = {tag: _inside(values.get(tag), limits[tag]) for tag in limits}
-    move = _best_move(question, values, limits)
-    if move is not None:
+    base = _present(question) if _IDLE in question.prompt else _last(question) or _present(question)
+    base = {tag: _inside(base.get(tag), limits[tag]) for tag in limits}
+    values = dict(base)
+    for _ in limits:
+        move = _best_move(question, base, values, limits)
+        if move is None:
+            break
         values[move[0]] = move[1]
-    return json.dumps({"reasoning": "one move against what was violated", "commands": values})
+    return json.dumps({"reasoning": "one step against what was violated", "commands": values})
 
 
 def stubborn(question: Question) -> str:
@@ -101,24 +108,28 @@ def _inside(value: float | None, limits: Mapping[str, Any]) -> float | None:
 
 
 def _best_move(
-    question: Question, values: Mapping[str, float | None], limits: Mapping[str, Mapping[str, Any]]
-) -> tuple[str, float] | None:
-    """Tag and value of the one move after which, along straight lines, least is missing; None where none helps.
+    question: Question, base: Mapping[str, float | None], values: Mapping[str, float | None],
+    limits: Mapping[str, Mapping[str, Any]],
+) -> tuple[str, float] | None:  # fmt: skip
+    """Tag and value of the one move after which, along straight lines from ``base``, least is missing; None for none.
 
     Of equal moves the one with the smallest share of its range counts.
     """
     violated = [_violation(found) for found in _VIOLATED.finditer(question.prompt)]
-    before = _missing(violated, "", 0.0)
+    moved = {
+        tag: value - start for tag, value in values.items() if value is not None and (start := base[tag]) is not None
+    }
+    before = _missing(violated, moved)
     found: list[tuple[float, float, str, float]] = []
-    for tag, limit in limits.items():
-        now = values.get(tag)
-        if now is None:
-            continue
+    for tag in moved:
+        limit, now, start = limits[tag], values[tag], base[tag]
+        assert now is not None and start is not None
         width = limit["maximum"] - limit["minimum"]
         for value in np.linspace(limit["minimum"], limit["maximum"], MOVES).tolist():
             reached = _inside(value, limit)
             assert reached is not None
-            found.append((_missing(violated, tag, reached - now), abs(reached - now) / width, tag, reached))
+            missing = _missing(violated, {**moved, tag: reached - start})
+            found.append((missing, abs(reached - now) / width, tag, reached))
     best = min(found, default=None)
     return None if best is None or best[0] >= before - 1e-9 else (best[2], best[3])
 
@@ -134,6 +145,9 @@ def _violation(found: re.Match[str]) -> tuple[float, dict[str, float]]:
     return RESERVE - (ENOUGH if margin < 0.0 else 1.0) * margin, slopes
 
 
-def _missing(violated: list[tuple[float, dict[str, float]]], tag: str, change: float) -> float:
-    """What is missing in all after ``tag`` was changed; nothing counts twice."""
-    return sum(max(wanted - slopes.get(tag, 0.0) * change, 0.0) for wanted, slopes in violated)
+def _missing(violated: list[tuple[float, dict[str, float]]], moved: Mapping[str, float]) -> float:
+    """What is missing in all after the commands were ``moved``; nothing counts twice."""
+    return sum(
+        max(wanted - sum(slopes.get(tag, 0.0) * change for tag, change in moved.items()), 0.0)
+        for wanted, slopes in violated
+    )
