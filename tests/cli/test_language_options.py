@@ -15,7 +15,7 @@ from tests.llm.test_calls_file import CALL
 REFUSED = [
     ("an unknown proposer", ("--proposer", "serch"), ("'serch'", "search", "openai:MODEL")),
     ("a server without model", ("--proposer", "http://127.0.0.1:8000/v1"), ("#MODEL",)),
-    ("an address that is none", ("--proposer", "http://[::1/v1#m"), ("unknown proposer",)),
+    ("an address that is none", ("--proposer", "http://[::1/v1#m"), ("unknown proposer", "'http://[::1/v1#m'")),
     ("a server without host", ("--proposer", "http://#m"), ("not an http or https address",)),
     ("an unknown script", ("--proposer", "scripted:clever"), ("'scripted:clever'", "scripted:reasonable")),
     ("a recording of nobody", ("--record", "calls.jsonl"), ("--record", "--proposer")),
@@ -45,7 +45,6 @@ def test_refused_and_nothing_written(tmp_path: Path, arguments: tuple[str, ...],
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.xfail(strict=True, reason="the file is tried before the model is looked at")
 def test_a_refusal_leaves_no_empty_recording(tmp_path: Path) -> None:
     refused(homeostat("run", "cstr", "--proposer", "serch", "--record", "calls.jsonl", cwd=tmp_path), "'serch'")
     assert list(tmp_path.iterdir()) == []
@@ -113,6 +112,13 @@ def test_a_recording_that_runs_out_hands_over_to_the_search(tmp_path: Path) -> N
     assert (done.status, done.err) == (0, "")
     assert "gave up" in done.out and "no more recorded answer" in done.out and "by search" in done.out
     assert {c.failure for c in read_calls(tmp_path / "again.jsonl")} == {Failure.EXHAUSTED}
+
+
+def test_a_recording_on_a_full_disk_is_told_once_and_ends_nothing(asked: Done, tmp_path: Path) -> None:
+    arguments = ("--proposer", "scripted:reasonable", "--record", "/dev/full", "--out", "run", "--note", "Pump: new")
+    done = homeostat(*RUN, *arguments, "--json", cwd=tmp_path)
+    assert (done.status, json.loads(done.out)["actions"]) == (0, json.loads(asked.out)["actions"])
+    assert done.err.startswith("homeostat: '/dev/full' cannot be written: ") and done.err.count("\n") == 1
 
 
 def test_a_server_that_is_not_there_hands_over_to_the_search(tmp_path: Path) -> None:

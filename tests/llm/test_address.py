@@ -12,7 +12,7 @@ from homeostat.llm.network import AddressPolicy
 
 FORMS = [
     ("openai:gpt-4.1-mini", "openai", "gpt-4.1-mini", "https://api.openai.com/v1", "OPENAI_API_KEY"),
-    ("anthropic:claude-sonnet-4-5", "anthropic", "claude-sonnet-4-5", "https://api.anthropic.com", "ANTHROPIC_API_KEY"),
+    ("anthropic:claude-sonnet-4-6", "anthropic", "claude-sonnet-4-6", "https://api.anthropic.com", "ANTHROPIC_API_KEY"),
     ("ollama:qwen3:8b", "ollama", "qwen3:8b", "http://127.0.0.1:11434/v1", "OLLAMA_API_KEY"),
     ("http://127.0.0.1:8000/v1#tiny", "server", "tiny", "http://127.0.0.1:8000/v1", "HOMEOSTAT_LLM_KEY"),
     ("https://llm.plant.example/v1#org/name:7b", "server", "org/name:7b", "https://llm.plant.example/v1",

@@ -98,6 +98,7 @@ ANSWERS: dict[str, Callable[[str], bool]] = {
     "valid": lambda text: json.loads(text) == VALID,
     "upper_edge": lambda text: numbers(text) == [HIGH, HIGH],
     "out_of_range": lambda text: numbers(text) == [HIGH + STEP] * 2,
+    "below_range": lambda text: numbers(text) == [LOW - STEP] * 2,
     "nan": lambda text: all(math.isnan(n) for n in numbers(text)) and "NaN" in text,
     "infinity": lambda text: all(n == -math.inf for n in numbers(text)) and "-Infinity" in text,
     "overflow": lambda text: all(n == -math.inf for n in numbers(text)) and "Infinity" not in text,

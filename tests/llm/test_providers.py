@@ -24,7 +24,6 @@ from tests.llm.asking import Outcome, ask, question
 from tests.llm.hostile.behaviours import BEHAVIOURS
 from tests.llm.servers import hostile
 
-pytestmark = pytest.mark.filterwarnings("ignore:Failed to extract usage")
 KEY = "sk-very-secret-0123456789-and-long-enough-to-be-cut-somewhere"
 WITHIN_S, LATE_S = 0.9, 0.5
 MOST_MEMORY = 20e6
@@ -32,8 +31,8 @@ MOST_MEMORY = 20e6
 
 ANSWERED = {
     "valid", "rate_limited_twice", "no_schema", "deep_answer", "malformed", "nan", "infinity", "extreme", "overflow",
-    "many_digits", "out_of_range", "upper_edge", "wrong_types", "extra_fields", "contradictory", "echo", "key_echo",
-    "wrong_model", "absurd_usage", "unicode_tricks",
+    "many_digits", "out_of_range", "below_range", "upper_edge", "wrong_types", "extra_fields", "contradictory",
+    "echo", "key_echo", "wrong_model", "absurd_usage", "unicode_tricks",
 }  # fmt: skip
 """What comes through as an answer, for the agent to judge."""
 FAILED = {
@@ -102,8 +101,9 @@ def test_what_does_not_is_a_failure_with_its_reason(server: str, behaviour: str)
 def test_a_redirection_is_not_followed(server: str, behaviour: str, policy: AddressPolicy) -> None:
     """`example.invalid` cannot be reached: following would be another failure, and asked again."""
     outcome = ask(patient(f"{server}#{behaviour}", policy), WITHIN_S)
-    assert outcome.failure in (Failure.MALFORMED, Failure.REJECTED) and "307" in str(outcome.error)
-    assert outcome.error is not None and outcome.error.requests <= 3 and outcome.took_s < 1.0
+    assert outcome.failure is Failure.FORBIDDEN and outcome.error is not None
+    assert "307" in str(outcome.error) and "redirections are not followed" in str(outcome.error)
+    assert outcome.error.requests == 1 and outcome.took_s < 1.0
 
 
 @pytest.mark.parametrize("behaviour", ["hang", "slow_drip", "dropped", "server_error", "rate_limited"])

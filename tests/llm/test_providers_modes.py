@@ -132,6 +132,14 @@ def test_a_key_is_sent_to_the_server_and_nowhere_else(monkeypatch: pytest.Monkey
     assert headers["user-agent"] == "homeostat"
 
 
+@pytest.mark.parametrize("key", ["sk-for-this-server\n", "  sk-for-this-server\r\n"])
+def test_a_key_from_a_file_is_sent_without_its_line_break(monkeypatch: pytest.MonkeyPatch, key: str) -> None:
+    monkeypatch.setenv("HOMEOSTAT_LLM_KEY", key)
+    with replying(respond=rejecting()) as server:
+        assert ask(model(server)).reply is not None
+    assert server.received[0]["authorization"] == "Bearer sk-for-this-server"
+
+
 def test_proxies_of_the_environment_are_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("http_proxy", "HTTP_PROXY", "ALL_PROXY", "https_proxy"):
         monkeypatch.setenv(name, "http://127.0.0.1:9")
@@ -173,7 +181,7 @@ def test_a_model_that_needs_a_key_is_refused_without(monkeypatch: pytest.MonkeyP
         with pytest.raises(ModelError, match=where.key_variable) as refused:
             ProviderModel(where, AddressPolicy(), Sampling())
         assert refused.value.failure is Failure.UNAUTHORISED and refused.value.requests == 0
-        monkeypatch.setenv(where.key_variable, "")
+        monkeypatch.setenv(where.key_variable, " \n")
 
 
 # --- a real model -----------------------------------------------------------------------------------------------

@@ -22,8 +22,6 @@ from tests.llm.servers import hostile, random_model
 ONSET_S = 1450.0
 KEY = "sk-proj-0123456789abcdef"
 
-pytestmark = pytest.mark.filterwarnings("ignore:Failed to extract usage")
-
 
 @pytest.fixture(scope="module")
 def knows_nothing() -> Iterator[str]:

@@ -49,9 +49,10 @@ def speaker(options: argparse.Namespace) -> Language | None:
         return None
     from homeostat.cases.wiring import Language
 
+    model = _model(options)  # first: a model that there is not must leave no file behind
     if options.record is not None:
         _try_to_write(options.record)
-    return Language(_model(options), tuple(options.note), options.record)
+    return Language(model, tuple(options.note), options.record)
 
 
 def _model(options: argparse.Namespace) -> LanguageModel:

@@ -81,6 +81,7 @@ def _run(
     speaker: Language | None, as_json: bool,
 ) -> int:  # fmt: skip
     from homeostat.campaign.recorded_run import record_run
+    from homeostat.cli.notices import notices
     from homeostat.cli.story import Story
     from homeostat.cli.summary import summary
     from homeostat.domain.snapshot import Snapshot
@@ -98,7 +99,7 @@ def _run(
         view.progress(snapshot.at_s, snapshot.values, story.phase, story.state)
 
     try:
-        with directory:
+        with directory, notices():
             result = record_run(case, chosen, directory, thinking, proposer, on_event, on_snapshot, speaker)
     finally:
         view.close()

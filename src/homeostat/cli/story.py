@@ -9,6 +9,7 @@ from enum import StrEnum
 from homeostat.campaign.belief import merge
 from homeostat.cli.wording import beliefs, commands, quantity, worst
 from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.quotation import quoted
 from homeostat.trace import Event, RunFinished, RunStarted
 from homeostat.trace.calls import ModelCalled
 from homeostat.trace.decisions import (
@@ -23,6 +24,9 @@ from homeostat.trace.decisions import (
     Retrieved,
     StateEntered,
 )
+
+_MOST_DETAIL = 400
+"""Longest reason why a model did not answer [characters]."""
 
 
 class Tone(StrEnum):
@@ -178,9 +182,12 @@ class Story:
 
 
 def _call(event: ModelCalled, at_s: float) -> Line:
-    """What a language model was asked; the operator sees who answered, and that it cost time."""
+    """What a language model was asked; the operator sees who answered, and that it cost time.
+
+    What a server says is quoted here too: the journal of a replay may be older than this program, or forged.
+    """
     if event.failure:
-        return Line(at_s, "model", f"{event.agent}: {event.model}: {event.detail}", Tone.WARNING)
+        return Line(at_s, "model", f"{event.agent}: {event.model}: {quoted(event.detail, _MOST_DETAIL)}", Tone.WARNING)
     tokens = f", {event.input_tokens} tokens in, {event.output_tokens} out" if event.input_tokens else ""
-    text = f"{event.agent}: {event.served} answered in {event.wall_latency_s:.1f} s{tokens}"
+    text = f"{event.agent}: {quoted(event.served)} answered in {event.wall_latency_s:.1f} s{tokens}"
     return Line(at_s, "model", text, Tone.MUTED)

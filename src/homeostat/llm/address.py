@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Final
 from urllib.parse import urldefrag
@@ -39,6 +40,10 @@ class ModelAddress:
         """Whether nothing is answered without a key."""
         return self.provider in (OPENAI, ANTHROPIC)
 
+    def key(self) -> str:
+        """Its key in the environment, without the line break that a file leaves at its end; empty for none."""
+        return os.environ.get(self.key_variable, "").strip()
+
 
 def parse_address(text: str) -> ModelAddress:
     """The address in ``text``: ``openai:MODEL``, ``anthropic:MODEL``, ``ollama:MODEL`` or ``http://HOST:PORT/v1#MODEL``.
@@ -51,7 +56,10 @@ def parse_address(text: str) -> ModelAddress:
     'http://127.0.0.1:8000/v1'
     """
     if text.startswith(("http://", "https://")):
-        url, model = urldefrag(text)
+        try:
+            url, model = urldefrag(text)
+        except ValueError as error:
+            raise ValueError(f"{text!r} is not an address ({error}); it must be http://HOST:PORT/v1#MODEL") from None
         if not model:
             raise ValueError(f"{text!r} names no model; add it after a '#': {text}#MODEL")
         return ModelAddress(text, SERVER, model, url, SERVER_KEY)

@@ -9,7 +9,8 @@ none), ``failure`` (name of the failure, null where there is none), ``detail``, 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import sys
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -81,19 +82,57 @@ def read_calls(path: Path) -> tuple[Call, ...]:
             continue
         try:
             calls.append(_call(json.loads(line)))
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            reason = " ".join(f"{error!r}".split())[:120]
+        except (ValueError, RecursionError) as error:
+            reason = " ".join(str(error).split())[:160]
             raise CallFileError(
                 f"{str(path)!r} line {number} is not a recorded call: {reason}; record it again with --record"
             ) from None
     return tuple(calls)
 
 
-def _call(fields: dict[str, Any]) -> Call:
-    if fields.pop("format") != FORMAT:
-        raise ValueError(f"format is not {FORMAT!r}")
+def _call(fields: object) -> Call:
+    """The call in what JSON made of a line; ValueError, naming the field and what belongs there, where it is none."""
+    if not isinstance(fields, dict):
+        raise ValueError("it is not an object")
+    if fields.pop("format", None) != FORMAT:
+        raise ValueError(f"'format' must be {FORMAT!r}")
+    if unknown := fields.keys() - _FIELDS.keys():
+        raise ValueError(f"there is no field {min(unknown)!r}")
+    for name, (fits, expected) in _FIELDS.items():
+        if name not in fields:
+            raise ValueError(f"{name!r} is missing; it must be {expected}")
+        if not fits(fields[name]):
+            raise ValueError(f"{name!r} must be {expected}, and is {repr(fields[name])[:40]}")
     failure = fields.pop("failure")
-    call = Call(failure=None if failure is None else Failure[failure], **fields)
-    if call.failure is None and not isinstance(call.answer, str):
+    if failure is None and fields["answer"] is None:
         raise ValueError("there is neither an answer nor a failure")
-    return call
+    return Call(failure=None if failure is None else Failure[failure], **fields)
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+def _is_count(value: Any) -> bool:
+    return type(value) is int and value >= 0
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float) and abs(value) <= sys.float_info.max  # an integer may be beyond any float
+
+
+def _is_amount(value: Any) -> bool:
+    return _is_number(value) and value >= 0
+
+
+_FIELDS: Final[Mapping[str, tuple[Callable[[Any], bool], str]]] = {
+    **dict.fromkeys(("agent", "model", "served", "system", "prompt", "detail"), (_is_text, "a text")),
+    **dict.fromkeys(("input_tokens", "output_tokens"), (_is_count, "a whole number of at least 0")),
+    "at_s": (_is_number, "a finite number"),
+    "latency_s": (_is_amount, "a finite number of at least 0"),
+    "cost_usd": (lambda cost: cost is None or _is_amount(cost), "a finite number of at least 0, or null"),
+    "schema": (lambda schema: isinstance(schema, dict), "an object"),
+    "answer": (lambda answer: answer is None or _is_text(answer), "a text or null"),
+    "failure": (lambda name: name is None or name in list(Failure.__members__), "the name of a failure or null"),
+}
+"""Field of a line -> whether a value fits, and what is expected there."""

@@ -42,6 +42,7 @@ class ModelError(Exception):
         """``retry_after_s``: how long the server asked to wait [s]; ``requests``: how many were sent."""
         super().__init__(f"{failure.value}: {detail}" if detail else failure.value)
         self.failure = failure
+        self.detail = detail
         self.retry_after_s = retry_after_s
         self.requests = requests
 

@@ -26,15 +26,24 @@ class AddressPolicy:
 
     def check(self, url: str) -> None:
         """ModelError where ``url`` must not be reached."""
-        parts = urlsplit(url)
-        host = parts.hostname or ""
-        if parts.scheme not in ("http", "https") or not host:
+        host = _host(url)
+        if not host:
             raise ModelError(Failure.FORBIDDEN, f"{url!r} is not an http or https address")
-        if self.local_only and host not in self.allowed and not on_this_machine(host):
+        allowed = {name.lower() for name in self.allowed}
+        if self.local_only and host not in allowed and not on_this_machine(host):
             raise ModelError(
                 Failure.FORBIDDEN,
                 f"{host!r} is outside this machine, and only local models are allowed; or give --allow-host {host}",
             )
+
+
+def _host(url: str) -> str:
+    """The host of an http or https address in lower case; empty where ``url`` is none."""
+    try:
+        parts = urlsplit(url)
+    except ValueError:  # brackets around what is no address
+        return ""
+    return (parts.hostname or "") if parts.scheme in ("http", "https") else ""
 
 
 def on_this_machine(host: str) -> bool:
@@ -49,7 +58,7 @@ def on_this_machine(host: str) -> bool:
 
 
 class GuardedTransport(httpx2.AsyncBaseTransport):
-    """Sends requests to allowed addresses only, and stops reading what is too long or packed."""
+    """Sends requests to allowed addresses only, follows nowhere, and stops reading what is too long or packed."""
 
     def __init__(self, policy: AddressPolicy) -> None:
         """``policy`` is asked before every request, so a redirection cannot get around it."""
@@ -57,12 +66,19 @@ class GuardedTransport(httpx2.AsyncBaseTransport):
         self._wire = httpx2.AsyncHTTPTransport(retries=0)
 
     async def handle_async_request(self, request: httpx2.Request) -> httpx2.Response:
-        """Send ``request``; ModelError where its address is not allowed or the response is packed."""
+        """Send ``request``; ModelError where its address is not allowed, or the response is packed or a redirection."""
         self._policy.check(str(request.url))
         _hush(request)
         # What is unpacked has no limit that could be seen beforehand, so nothing packed is asked for or accepted.
         request.headers["Accept-Encoding"] = "identity"
         response = await self._wire.handle_async_request(request)
+        if response.has_redirect_location:
+            await response.aclose()
+            raise ModelError(
+                Failure.FORBIDDEN,
+                f"the server redirects the request ({response.status_code}), and redirections are not followed; "
+                "name the address that it leads to",
+            )
         if response.headers.get("Content-Encoding", "identity").lower() != "identity":
             await response.aclose()
             raise ModelError(Failure.MALFORMED, "the response is packed though that was ruled out")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-import os
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final
 
@@ -13,6 +14,7 @@ import httpx2
 from anthropic import AsyncAnthropic
 from openai import AsyncOpenAI
 from pydantic_ai import direct
+from pydantic_ai.exceptions import UsageExtractionFailedWarning
 from pydantic_ai.messages import ModelRequest, ModelResponse, SystemPromptPart, TextPart, ToolCallPart, UserPromptPart
 from pydantic_ai.models import Model, ModelRequestParameters
 from pydantic_ai.models.anthropic import AnthropicModel
@@ -53,7 +55,8 @@ class ProviderModel:
     def __init__(self, address: ModelAddress, policy: AddressPolicy, sampling: Sampling) -> None:
         """Ask the model at ``address``; ModelError where ``policy`` does not allow it or its key is missing."""
         policy.check(address.url)
-        if address.needs_key and not os.environ.get(address.key_variable):
+        key = address.key()
+        if address.needs_key and not key:
             raise ModelError(
                 Failure.UNAUTHORISED,
                 f"{address.text!r} needs a key in the environment: {address.key_variable}",
@@ -62,7 +65,7 @@ class ProviderModel:
         self._address = address
         self._policy = policy
         self._sampling = sampling
-        self._key = os.environ.get(address.key_variable, "")
+        self._key = key
         self._modes = [NATIVE, TOOL, PROMPTED]
 
     @property
@@ -106,9 +109,10 @@ class ProviderModel:
                 mode = self._supported(model)
                 system = question.system if mode != PROMPTED else f"{question.system}\n\n{_prompted(question)}"
                 messages = [ModelRequest(parts=[SystemPromptPart(system), UserPromptPart(question.prompt)])]
-                return await direct.model_request(
-                    model, messages, model_settings=settings, model_request_parameters=_parameters(mode, question)
-                )
+                with _unreadable_usage_is_no_news():
+                    return await direct.model_request(
+                        model, messages, model_settings=settings, model_request_parameters=_parameters(mode, question)
+                    )
             except Exception as error:  # a model is outside the system: whatever it makes a library raise is a failure
                 raise failure_of(error, self._key) from None
 
@@ -158,12 +162,22 @@ def _prompted(question: Question) -> str:
 
 
 def _cost(response: ModelResponse) -> float | None:
-    """Price by the library's list [USD]; None for a model that is not in it."""
+    """Price by the library's list [USD]; None for a model that is not in it, or where no tokens are known."""
+    if not response.usage.input_tokens:
+        return None
     try:
         price = float(response.cost().total_price)
     except (LookupError, ValueError, AssertionError, ArithmeticError):
         return None
     return price if math.isfinite(price) and price >= 0.0 else None
+
+
+@contextmanager
+def _unreadable_usage_is_no_news() -> Iterator[None]:
+    """Keep from the operator's terminal that a server counts what the price list cannot read; it counts as nothing."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UsageExtractionFailedWarning)
+        yield
 
 
 def _count(tokens: int) -> int:

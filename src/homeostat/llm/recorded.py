@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from homeostat.domain.quotation import quoted
 from homeostat.llm.calls import Call, append_call
 from homeostat.llm.model import STRUCK_OUT, Failure, LanguageModel, ModelError, Question, Reply
 from homeostat.trace import Setting, Trace
@@ -17,6 +19,9 @@ from homeostat.trace.calls import ModelCalled
 
 SHORTEST_KEY = 6
 """Anything shorter is not a key, and striking it out would spoil ordinary text."""
+MOST_NAME, MOST_DETAIL = 80, 240
+"""Longest name of a model that answered, and longest reason of a failure [characters]."""
+_LOGGER = logging.getLogger(__name__)
 
 
 class RecordedModel:
@@ -26,11 +31,15 @@ class RecordedModel:
         self, model: LanguageModel, trace: Trace, archive: Archive, secrets: tuple[str, ...] = (),
         file: Path | None = None,
     ) -> None:  # fmt: skip
-        """``secrets`` never get further than here, even where a server repeats them; ``file`` takes calls as lines."""
+        """``secrets`` never get further than here, even where a server repeats them; ``file`` takes calls as lines.
+
+        Where ``file`` cannot be written it gets no further call, and a warning is logged once; asking goes on.
+        """
         self._model = model
         self._trace = trace
         self._archive = archive
-        self._secrets = tuple(s for s in secrets if len(s) >= SHORTEST_KEY)
+        sent = (secret.strip() for secret in secrets)  # white space around a key is not sent, so nobody repeats it
+        self._secrets = tuple(s for s in sent if len(s) >= SHORTEST_KEY)
         self._file = file
 
     @property
@@ -49,17 +58,17 @@ class RecordedModel:
         try:
             reply = await self._model.ask(question, within_s)
         except ModelError as error:
-            struck = ModelError(error.failure, self._strike(str(error)), error.retry_after_s, error.requests)
+            struck = ModelError(error.failure, self._line(error.detail), error.retry_after_s, error.requests)
             self._record(question, None, struck, begin)
             raise struck from None
         except asyncio.CancelledError:
             self._record(question, None, ModelError(Failure.TIMEOUT, "the time for thinking was used up"), begin)
             raise
         except Exception as error:  # a model is outside the system: a bug in it is no answer, and nothing more
-            failed = ModelError(Failure.MALFORMED, self._strike(f"{type(error).__name__}: {error}")[:200])
+            failed = ModelError(Failure.MALFORMED, self._line(f"{type(error).__name__}: {error}"))
             self._record(question, None, failed, begin)
             raise failed from None
-        reply = replace(reply, answer=self._strike(reply.answer), served=self._strike(reply.served)[:80])
+        reply = replace(reply, answer=self._strike(reply.answer), served=self._line(reply.served, MOST_NAME))
         self._record(question, reply, None, begin)
         return reply
 
@@ -79,8 +88,25 @@ class RecordedModel:
             wall_requests=reply.requests if reply else error.requests if error else 0, wall_latency_s=latency_s,
         )  # fmt: skip
         self._trace.record(event, question.at_s)
-        if self._file is not None:
-            append_call(self._file, _call(question, reply, error, event))
+        self._append(_call(question, reply, error, event))
+
+    def _append(self, call: Call) -> None:
+        """Add ``call`` to the file. A full disk must not end a recovery, and what follows a torn line is no line."""
+        if self._file is None:
+            return
+        try:
+            append_call(self._file, call)
+        except OSError as error:
+            path, reason = str(self._file), error.strerror or error
+            _LOGGER.warning("%r cannot be written: %s; the recording of calls is incomplete", path, reason)
+            self._file = None
+
+    def _line(self, text: str, limit: int = MOST_DETAIL) -> str:
+        """``text`` in one printable line, for an operator's terminal.
+
+        Keys go before the text is cut, as half a key is not recognised, and after: quoting makes plain letters.
+        """
+        return self._strike(quoted(self._strike(text), limit))
 
     def _strike(self, text: str) -> str:
         for secret in self._secrets:

@@ -34,7 +34,9 @@ class ReplayModel:
         """The recorded answer; ModelError where that call failed or no answer to this agent is left."""
         call = self._next(question)
         if call.failure is not None or call.answer is None:
-            raise ModelError(call.failure or Failure.EMPTY, call.detail)
+            failure = call.failure or Failure.EMPTY
+            # The detail in a file is the whole line, which begins with the words of the failure; they are said once.
+            raise ModelError(failure, call.detail.removeprefix(failure.value).removeprefix(": "))
         return Reply(call.answer, call.served, Usage(call.input_tokens, call.output_tokens, call.cost_usd))
 
     def _next(self, question: Question) -> Call:

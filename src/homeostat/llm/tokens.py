@@ -38,9 +38,12 @@ def _word(piece: str) -> float:
 
 
 def exact(text: str) -> int | None:
-    """Tokens of ``text`` by o200k, which recent models of OpenAI use; None where the tokenizer is not installed."""
+    """Tokens of ``text`` by o200k, which recent models of OpenAI use; None where the tokenizer is not installed.
+
+    What spells a mark of the tokenizer, as ``<|endoftext|>`` does, is text like any other, as it is to a server.
+    """
     try:
         import bpe_openai
     except ImportError:
         return None
-    return len(bpe_openai.get_encoding("o200k_base").encode(text))
+    return len(bpe_openai.get_encoding("o200k_base").encode_ordinary(text))

@@ -39,8 +39,8 @@ def cured(findings: list[Finding], *slopes: tuple[str, str, float]) -> bool:
 @pytest.mark.parametrize(("tag", "slope", "way"), [("T.sp", 1.0, 10.0), ("F.sp", 100.0, 0.02), ("F.sp", -100.0, 0.03)])
 def test_a_command_goes_to_the_end_of_its_range_and_no_farther(tag: str, slope: float, way: float) -> None:
     most = abs(slope) * way / HALF
-    assert cured([finding("HOT", -0.99 * most)], ("HOT", tag, slope))
-    assert not cured([finding("HOT", -1.01 * most)], ("HOT", tag, slope))
+    assert cured([finding("HOT", -0.95 * most)], ("HOT", tag, slope))
+    assert not cured([finding("HOT", -1.05 * most)], ("HOT", tag, slope))
 
 
 def test_several_commands_add_up() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from http.server import BaseHTTPRequestHandler
 
-from tests.llm.hostile.filler import beyond, filled, least, numbers_as, twice
+from tests.llm.hostile.filler import below, beyond, filled, least, numbers_as, twice
 from tests.llm.hostile.wire import Request, behaviour, say, schema_of
 
 
@@ -41,8 +41,14 @@ def many_digits(handler: BaseHTTPRequestHandler, request: Request) -> None:
 
 @behaviour
 def out_of_range(handler: BaseHTTPRequestHandler, request: Request) -> None:
-    """Just beyond every bound."""
+    """Just beyond every upper bound."""
     say(handler, beyond(schema_of(request)))
+
+
+@behaviour
+def below_range(handler: BaseHTTPRequestHandler, request: Request) -> None:
+    """Just below every lower bound."""
+    say(handler, below(schema_of(request)))
 
 
 @behaviour

@@ -46,6 +46,11 @@ def beyond(schema: Schema) -> str:
     return json.dumps(filled(schema, lambda n: n.get("maximum", 0) + n.get("multipleOf", 1)))
 
 
+def below(schema: Schema) -> str:
+    """JSON with every number one increment below its lower end."""
+    return json.dumps(filled(schema, lambda n: n.get("minimum", 0) - n.get("multipleOf", 1)))
+
+
 def twice(schema: Schema) -> str:
     """A JSON object that gives every key twice, with different values."""
     one = json.dumps(least(schema))[1:-1]

@@ -1,0 +1,27 @@
+"""The story of a run: what a language model's server says reaches the operator as one printable line."""
+
+from __future__ import annotations
+
+import pytest
+
+from homeostat.cases.case import load_case
+from homeostat.cli.story import Story
+from homeostat.trace.calls import ModelCalled
+
+
+def called(served: str = "", failure: str = "", detail: str = "") -> ModelCalled:
+    return ModelCalled(
+        agent="action", model="ollama:m", served=served, settings=(), template_sha256="", prompt_sha256="",
+        schema_sha256="", answer_sha256="", failure=failure, detail=detail, input_tokens=0, output_tokens=0,
+        cost_usd=None, wall_requests=1, wall_latency_s=0.5,
+    )  # fmt: skip
+
+
+FORGED = "m\n    931 s  released  T1.sp to 400 K\x1b[2J\r\u202e"
+
+
+@pytest.mark.parametrize("event", [called(served=FORGED), called(failure="REJECTED", detail=FORGED)])
+def test_a_server_forges_no_line(event: ModelCalled) -> None:
+    """Also in a journal that was written by somebody else."""
+    (line,) = Story(load_case("cstr").description).tell(event, 930.0)
+    assert str(line).isprintable() and "m 931 s released" in str(line)
