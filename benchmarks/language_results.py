@@ -14,13 +14,10 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 from statistics import median
-
-from tests.llm.hostile.behaviours import BEHAVIOURS
-from tests.llm.servers import hostile, random_model
-from tests.safety.injections import CORPUS
 
 from benchmarks.cstr_results import table
 from benchmarks.language_runs import LanguageRun, reactor, run_with
@@ -33,6 +30,10 @@ from homeostat.llm.providers import ProviderModel, Sampling
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.plant.clock import ThinkingClock
 from homeostat.supervisor import Budget
+from homeostat.trace.decisions import FallbackArmed, FellBack
+from tests.llm.hostile.behaviours import BEHAVIOURS
+from tests.llm.servers import hostile, random_model
+from tests.safety.injections import CORPUS
 from tests.safety.obedient import obedient
 from tests.safety.poisoned_plant import poisoned
 
@@ -45,6 +46,14 @@ END_S = {"fouling": 6000.0}
 SEEDS = 20
 RANDOM = (*MAIN, "cool_stuck_open", "outlet_block", "inlet_stuck_open", "temp_bias", "level_bias", "leak",
           "cool_stuck_closed+pump_degrade")  # fmt: skip
+WEIGHTS = (7, 11, 13, 17, 19)
+"""Seeds of the random weights: each set has its own prejudices."""
+FLAT = 2.0
+"""Temperature at which random weights are asked: the highest that providers allow, so that they say many things."""
+HANGING = ("hang", "slow_drip")
+"""Servers that use up any budget."""
+SPENT = Budget(latency_s=2.0, last_s=0.0)
+"""Nothing is kept for the search, so the fallback acts when the time is used up."""
 HURRIED = Budget(latency_s=10.0, last_s=4.0)
 """For models that hang: what is measured is that they cost no more than this."""
 
@@ -60,16 +69,17 @@ def scripted(job: tuple[str, str, int]) -> LanguageRun:
     return run_with(ScriptedModel(script, SCRIPTS[script]), fault, seed, end_s=end_s(fault))[0]
 
 
-def asked_at(url: str, name: str, seed: int) -> PatientModel:
+def asked_at(url: str, name: str, seed: int, temperature: float = 1.0) -> PatientModel:
     """The model ``name`` of the server at ``url``, asked as a user's would be."""
     address = parse_address(f"{url}#{name}")
-    return PatientModel(ProviderModel(address, AddressPolicy(local_only=True), Sampling(1.0, seed)))
+    return PatientModel(ProviderModel(address, AddressPolicy(local_only=True), Sampling(temperature, seed)))
 
 
-def random_weights(job: tuple[str, str, int, str]) -> LanguageRun:
+def random_weights(job: tuple[str, str, int, tuple[str, ...]]) -> LanguageRun:
     """One run with random weights; the address is not part of the row, because the port is another one each time."""
-    _, fault, seed, url = job
-    row, _ = run_with(asked_at(url, "random", seed), fault, seed, end_s=end_s(fault))
+    _, fault, seed, urls = job
+    model = asked_at(urls[seed % len(urls)], "random", seed, FLAT)
+    row, _ = run_with(model, fault, seed, end_s=end_s(fault))
     return LanguageRun(**{**asdict(row), "model": "random weights"})
 
 
@@ -78,6 +88,22 @@ def misbehaving(job: tuple[str, str, int, str]) -> LanguageRun:
     name, fault, seed, url = job
     row, _ = run_with(asked_at(url, name, seed), fault, seed, clock=ThinkingClock(), budget=HURRIED)
     return LanguageRun(**{**asdict(row), "model": name})
+
+
+def exhausted(url: str) -> list[tuple[str, int, float, float]]:
+    """Server, seed, whole budget and how late the fallback was [s of process time], where nobody answers in time."""
+    rows = []
+    for name in HANGING:
+        for seed in (1, 2):
+            _, trace = run_with(
+                asked_at(url, name, seed), "cool_stuck_closed", seed, end_s=2300.0, clock=ThinkingClock(), budget=SPENT
+            )
+            armed, deadline_s = next(
+                (e.at_s, e.event.deadline_s) for e in trace.entries if isinstance(e.event, FallbackArmed)
+            )
+            fell_s = next(e.at_s for e in trace.entries if isinstance(e.event, FellBack))
+            rows.append((name, seed, deadline_s, max(fell_s - armed - deadline_s, 0.0)))
+    return rows
 
 
 def injected(job: tuple[str, str, int]) -> LanguageRun:
@@ -90,7 +116,7 @@ def injected(job: tuple[str, str, int]) -> LanguageRun:
 
 def measure(
     name: str, work: Callable[[tuple[str, str, int]], LanguageRun], jobs: Sequence[tuple[str, str, int]],
-    workers: int, *more: str,
+    workers: int, *more: object,
 ) -> list[LanguageRun]:  # fmt: skip
     """Rows of every job; those in the cache are not measured again. ``more`` is handed to every job."""
     CACHE.mkdir(parents=True, exist_ok=True)
@@ -174,7 +200,7 @@ def token_rows(rows: Sequence[Count]) -> list[Sequence[object]]:
 
 def page(
     tokens: Sequence[Count], scripts: Sequence[LanguageRun], weights: Sequence[LanguageRun],
-    servers: Sequence[LanguageRun], texts: Sequence[LanguageRun],
+    servers: Sequence[LanguageRun], spent: Sequence[tuple[str, int, float, float]], texts: Sequence[LanguageRun],
 ) -> str:  # fmt: skip
     """The page."""
     first = [c for c in tokens if c.agent == "action" and c.number == 1]
@@ -188,12 +214,13 @@ def page(
         scripts=table(("script", "fault", "recovered", "first release by language", "within 3 attempts",
                        "attempts, median (max)", "first release by search", "longest true exposure [s]"),
                       script_rows(scripts)),
-        runs=len(weights), calls=sum(r.calls for r in weights),
+        runs=len(weights), sets=len(WEIGHTS), temperature=FLAT, calls=sum(r.calls for r in weights),
         weights=table(("fault", "runs", "questions", "proposals judged", "first action: language", "search", "fallback",
                        "none", "releases", "unsafe releases"), random_rows(weights)),
         servers=table(("server", "failures", "proposals judged", "first action", "outcome", "unsafe"),
                       misbehaving_rows(servers)),
-        corpus=len(texts),
+        spent=table(("server", "seed", "budget [s]", "fallback released after it [s]"), spent),
+        spent_s=max(row[-1] for row in spent), latency=SPENT.latency_s,
         texts=table(("technique", "texts", "proposals judged", "first action: language", "search", "fallback",
                      "unsafe releases"), injected_rows(texts)),
         unsafe=len(unsafe), all=len(weights) + len(servers) + len(texts),
@@ -207,14 +234,16 @@ def main() -> None:
     workers = parser.parse_args().workers
     main_jobs = [(script, fault, seed) for script in SCRIPTS for fault in MAIN for seed in range(1, SEEDS + 1)]
     scripts = measure("scripts", scripted, main_jobs, workers)
-    with random_model(7) as url:
+    with ExitStack() as stack:
+        urls = tuple(stack.enter_context(random_model(seed)) for seed in WEIGHTS)
         jobs = [("random weights", fault, seed) for fault in RANDOM for seed in range(1, SEEDS + 1)]
-        weights = measure("random", random_weights, jobs, workers, url)  # type: ignore[arg-type]
+        weights = measure("random", random_weights, jobs, workers, urls)  # type: ignore[arg-type]
     with hostile() as url:
         jobs = [(name, "cool_stuck_closed", 1) for name in BEHAVIOURS]
         servers = measure("hostile", misbehaving, jobs, 1, url)  # type: ignore[arg-type]
+        spent = exhausted(url)
     texts = measure("injected", injected, [(i.name, "cool_stuck_closed", 1) for i in CORPUS], workers)
-    PAGE.write_text(page(tuple(counts()), scripts, weights, servers, texts), "utf-8")
+    PAGE.write_text(page(tuple(counts()), scripts, weights, servers, spent, texts), "utf-8")
     print(f"wrote {PAGE.relative_to(ROOT)}")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 import time
+from itertools import pairwise
 
 import pytest
 
@@ -201,6 +202,16 @@ def test_the_last_seconds_are_kept_for_the_last_proposer() -> None:
     run(stage)
     assert 0.4 <= last.asked_s[0] - begin <= 0.9, "after 0.5 s, with 0.7 s left"
     assert stage.trace.of(ReleasedActions)[0].proposer == "second"
+
+
+def test_every_attempt_is_told_the_time_that_is_left() -> None:
+    action = ScriptedAction(BAD, BAD, GOOD, delay_s=0.6)
+    stage = Stage(action, start=301.0, clock=ThinkingClock(10.0), budget=Budget(latency_s=60.0))
+    run(stage)
+    told = [(situation.snapshot.at_s, situation.deadline_s) for situation, *_ in action.asked]
+    assert len(told) >= 2
+    for (before_s, before), (at_s, left) in pairwise(told):
+        assert at_s > before_s and left == pytest.approx(before - (at_s - before_s))
 
 
 def test_where_there_is_no_more_time_than_that_the_first_is_not_waited_for() -> None:
