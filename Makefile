@@ -25,7 +25,7 @@ graph: $(VENV)/.base
 	bash tools/make_graph.sh
 
 ## results: make every published figure and number again
-results: $(VENV)/.base
+results: $(VENV)/.dev
 	bash tools/make_results.sh
 
 ## lint: style, types, layers

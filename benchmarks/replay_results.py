@@ -229,7 +229,7 @@ def page(replayed: Sequence[Replayed], found: Found, diagnosed: Mapping[str, tup
     lost = Counter((fault, diagnosed[name][1]) for name, fault in truth.items() if diagnosed[name][1] != fault)
     return TEXT.format(
         calls=len(replayed), runs=len(truth), campaigns=" and ".join(sorted({r.call.experiment for r in replayed})),
-        end=ENDS_S, horizon=case.twin.horizon_s, draws=case.twin.draws, replay=case.twin.replay_s,
+        end=ENDS_S, horizon=case.twin.horizon_s, draws=case.twin.judged_draws, replay=case.twin.replay_s,
         off=max(abs(r.shown.temperature - r.call.shown.temperature) for r in replayed),
         published=published_lines(replayed), repeated=repeat_lines(replayed), faults=faults, criteria=criteria,
         right=sum(diagnosed[name][0] == fault for name, fault in truth.items()),

@@ -47,7 +47,7 @@ class Line:
     broken: bool = False
 
     def __post_init__(self) -> None:
-        self.settings = SimpleNamespace(draws=6, horizon_s=HORIZON)
+        self.settings = SimpleNamespace(judged_draws=6, horizon_s=HORIZON)
         self.asked: list[tuple[Hypothesis, ...]] = []
         self.calls: list[np.ndarray] = []
 

@@ -43,11 +43,12 @@ def rolled_out(actions: ActionSet, seed: int = 0) -> Rollout:
 
 def test_every_hypothesis_meets_every_draw() -> None:
     rollout, settings = rolled_out(IDLE), reactor().twin
-    members = len(BOTH) * settings.draws
+    members = len(BOTH) * settings.judged_draws
     assert rollout.result is RolloutResult.COMPLETED and rollout.note == ""
     assert (rollout.trajectory.members, rollout.trajectory.length) == (members, settings.horizon_s)
     assert len(rollout.weights) == members and sum(rollout.weights) == pytest.approx(1.0)
-    assert rollout.weights[: settings.draws] == pytest.approx([0.6 / settings.draws] * settings.draws)
+    of_first = rollout.weights[: settings.judged_draws]
+    assert of_first == pytest.approx([0.6 / settings.judged_draws] * len(of_first))
     assert rollout.hypotheses == BOTH and rollout.digest == IDLE.digest
     assert rollout.trajectory.start_s == 1471.0 and rollout.trajectory.dt_s == 1.0
 
@@ -99,7 +100,8 @@ def test_without_action_the_truth_lies_among_the_members() -> None:
     """What truly happens to the untouched plant over the next minutes is within what the members say."""
     future = readings(2, 1470 + 300, STUCK)[1470:]
     truth = np.array([s.values["T1"] for s in future]).reshape(-1, 30).mean(axis=1)
-    members = rolled_out(IDLE).trajectory.signals["T1"][: reactor().twin.draws, :300].reshape(-1, 10, 30).mean(axis=2)
+    likely = rolled_out(IDLE).trajectory.signals["T1"][: reactor().twin.judged_draws]
+    members = likely[:, :300].reshape(-1, 10, 30).mean(axis=2)
     assert (truth >= members.min(axis=0) - 0.5).all() and (truth <= members.max(axis=0) + 0.5).all()
 
 

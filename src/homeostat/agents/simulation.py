@@ -93,7 +93,7 @@ class TwinSimulation:
 
     def _roll_out_varied(self, hypotheses: tuple[Hypothesis, ...], varied: Sequence[ActionSet]) -> list[Rollout]:
         """A rollout of each action set, all over the same members; ProcessError where one leaves the physical world."""
-        ensemble = self._twin.ensemble(hypotheses, self._twin.settings.draws, Purpose.JUDGE)
+        ensemble = self._twin.ensemble(hypotheses, self._twin.settings.judged_draws, Purpose.JUDGE)
         schedules = np.stack([self._twin.schedule(a, self._twin.settings.horizon_s) for a in varied])
         signals, dt_s = self._twin.try_many(ensemble, schedules)
         count, weights = len(ensemble.states), tuple(ensemble.weights.tolist())

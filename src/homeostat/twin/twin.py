@@ -42,8 +42,10 @@ class TwinSettings:
     """Stretch that is replayed before a forecast [s]."""
     horizon_s: int = 900
     """Length of a rollout [s]."""
+    judged_draws: int = 12
+    """Parameter draws per hypothesis in a rollout that is judged."""
     draws: int = 6
-    """Parameter draws per hypothesis in a rollout."""
+    """Parameter draws per hypothesis for a search's finalists."""
     search_draws: int = 2
     """Parameter draws per hypothesis while searching."""
     stride: int = 5
@@ -148,7 +150,7 @@ class Twin:
         with a slightly different value is no second chance with other luck.
         """
         try:
-            ensemble = self.ensemble(hypotheses, self.settings.draws, Purpose.JUDGE)
+            ensemble = self.ensemble(hypotheses, self.settings.judged_draws, Purpose.JUDGE)
             schedule = self.schedule(actions, self.settings.horizon_s)[None]
             result = forecast(self._model, ensemble, schedule, stride=1)
         except ProcessError as broke:
