@@ -232,12 +232,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--workers", type=int, default=2, metavar="N", help="processes (default: 2)")
     workers = parser.parse_args().workers
-    main_jobs = [(script, fault, seed) for script in SCRIPTS for fault in MAIN for seed in range(1, SEEDS + 1)]
-    scripts = measure("scripts", scripted, main_jobs, workers)
     with ExitStack() as stack:
         urls = tuple(stack.enter_context(random_model(seed)) for seed in WEIGHTS)
         jobs = [("random weights", fault, seed) for fault in RANDOM for seed in range(1, SEEDS + 1)]
         weights = measure("random", random_weights, jobs, workers, urls)  # type: ignore[arg-type]
+    main_jobs = [(script, fault, seed) for script in SCRIPTS for fault in MAIN for seed in range(1, SEEDS + 1)]
+    scripts = measure("scripts", scripted, main_jobs, workers)
     with hostile() as url:
         jobs = [(name, "cool_stuck_closed", 1) for name in BEHAVIOURS]
         servers = measure("hostile", misbehaving, jobs, 1, url)  # type: ignore[arg-type]

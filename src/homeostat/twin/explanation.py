@@ -19,6 +19,8 @@ TEMPER = 3.0
 """Evidence is divided by this: the model's errors are neither quite constant nor quite white."""
 SECOND_FAULT_NATS = 4.0
 """Gain in log-likelihood that a second fault must bring, over and above its prior."""
+MENDED_NATS = 5.0
+"""What an explanation loses that has no place for a fault that was known."""
 LEAST_PROBABILITY = 0.03
 """Faults below this are dropped."""
 LAGS_S = (2, 4, 6, 9, 13, 18, 25, 35, 50, 70, 100, 140, 190, 250, 320, 400, 490, 590)
@@ -104,6 +106,29 @@ class Explainer:
         again: list[Scored] = []
         self._best_per_fault([(a, best_second) for a in self._around(first, 0.7)], lambda s: s[0].fault, again)
         return [*found, *again, leader]
+
+    def remembered(self, known: FaultSet, best: Scored, scored: Sequence[Scored]) -> list[Scored]:
+        """``scored`` in the light of what was ``known`` before, as it was and together with the ``best`` single fault.
+
+        Faults do not mend themselves: what was known needs no coincidence, and an explanation without it needs one.
+        Otherwise a fault would be forgotten as soon as it cannot be seen, as fouling without feed.
+        """
+        names = {f.fault for f in known}
+        if not names:
+            return list(scored)
+        rest = tuple(f for f in known if f.fault not in {b.fault for b in best.faults})
+        more = self.variations(known)
+        more += self.variations((*rest, *best.faults)) if rest else []
+        relief = sum(-float(np.log(0.3 * self._faults[name].prior)) for name in names)
+        return [
+            Scored(s.faults, s.score + (relief if self._keeps(s.faults, known) else -MENDED_NATS))
+            for s in (*scored, *more)
+        ]
+
+    def _keeps(self, faults: FaultSet, known: FaultSet) -> bool:
+        """Whether every known fault is among ``faults``, and began nearer to when it was thought to than to now."""
+        began = {f.fault: f.onset_s for f in faults}
+        return all(began.get(k.fault, np.inf) <= 0.5 * (k.onset_s + self._window.end_s) for k in known)
 
     def variations(self, faults: FaultSet) -> list[Scored]:
         """``faults`` together, with each one's size and onset varied in turn."""
@@ -194,21 +219,19 @@ def explain(
         recent: scores over its end, where a second fault is looked for.
         candidates: faults that the symptoms indicate.
         every: all known faults, tried as the second one.
-        known: what was believed before; its onsets are tried as well.
+        known: what was believed before; its onsets are tried as well, and it is not forgotten without a reason.
         end_s: process time of the last reading [s].
     """
     lags = [end_s - lag for lag in LAGS_S]
-    none = float(whole.score([()])[0])
+    none = float(whole.score([()])[0]) - (MENDED_NATS if known else 0.0)
     scored = whole.singles(candidates, sorted({*lags, *(f.onset_s for f in known)}))
     best = max(scored, key=lambda s: s.score)
     if len(known) > 1:
-        # Several faults were found together before: later they are one explanation among the others.
-        scored += whole.variations(tuple(known))
-        return hypotheses(scored, none)
+        return hypotheses(whole.remembered(tuple(known), best, scored), none)
     doubles = recent.pairs(best.faults[0], every, [end_s - lag for lag in LAGS_S[:12:2]])
     gain = max(d.score for d in doubles) - float(recent.score([best.faults])[0])
     if gain > SECOND_FAULT_NATS:
         sets = [d.faults for d in doubles]
         again = whole.score(sets).tolist()
         scored = [*scored, *(Scored(s, value) for s, value in zip(sets, again, strict=True))]
-    return hypotheses(scored, none)
+    return hypotheses(whole.remembered(tuple(known), best, scored), none)
