@@ -13,7 +13,7 @@ import numpy as np
 
 from homeostat.agents.crew import Crew, NoAdmissiblePlan, Proposer, Situation
 from homeostat.agents.rehearsal import TwinRehearsal
-from homeostat.assurance.checks import repetition_finding
+from homeostat.assurance.checks import closed_finding, repetition_finding
 from homeostat.assurance.fallback import ValidatedFallback, choose
 from homeostat.assurance.gate import Gate, Refused
 from homeostat.assurance.restraint import Restraint
@@ -50,8 +50,6 @@ from homeostat.trace.events import Trace
 
 CALM_S = 300.0
 """Nothing is improved while the last release is younger than this: its transient is still under way [s]."""
-
-
 SHORTEST_S = 1.0
 """Thinking gets this much process time even where physics leaves less: the fallback is armed meanwhile [s]."""
 RECENT = 300
@@ -153,6 +151,7 @@ class Supervisor:
 
     async def recover(self, diagnosis: Diagnosis) -> Outcome:
         """Release a validated action set within the time that physics leaves, leave the plant alone, or hand over."""
+        began = asyncio.get_running_loop().time()
         idle = await self._look(diagnosis)
         self._gate.correct(self._crew.simulation.instrument_errors(diagnosis))
         fallback = await self._arm_fallback(diagnosis)
@@ -165,7 +164,7 @@ class Supervisor:
         recent = tuple(self._recent)
         situation = Situation(recent[-1], diagnosis, self._state, recent, verdict.findings, limit_s)
         try:
-            return await self._ask_proposers(situation, idle if fine else None)
+            return await self._ask_proposers(situation, idle if fine else None, began)
         except (TimeoutError, NoAdmissiblePlan, Refused) as reason:
             if fine or (self._recovered and self._restraint.harmless(verdict)):
                 return self._leave_alone(verdict)
@@ -200,7 +199,8 @@ class Supervisor:
         self, number: int, proposer: Proposer, situation: Situation, advice: Advice
     ) -> tuple[Attempt, Rollout | None]:
         """One proposal as far as it gets, and its rollout where it gets that far."""
-        path = advice.keep_path or await proposer.planning.plan(situation, advice)
+        kept = advice.keep_path
+        path = kept if kept and self._open(kept, situation) else await proposer.planning.plan(situation, advice)
         if isinstance(path, Revise):
             return Attempt(number, None, None, path), None
         if not self._open(path, situation):
@@ -211,7 +211,9 @@ class Supervisor:
         for before in advice.attempts:
             if before.actions is not None and before.actions.digest == actions.digest:
                 return Attempt(number, path, actions, Revise((repetition_finding(before.number),))), None
-        await self._fresh(situation)
+        situation = await self._fresh(situation)
+        if not self._open(path, situation):  # a guard closed while somebody thought about the commands
+            return Attempt(number, path, None, Revise((closed_finding(path.states),))), None
         rollout = await self._crew.simulation.roll_out(situation.diagnosis, actions)
         verdict = self._crew.validation.judge(actions, rollout, self._machine.state(path.target))
         return Attempt(number, path, actions, verdict, len(rollout.weights)), rollout
@@ -226,15 +228,15 @@ class Supervisor:
             and all(t.guard.holds(values) for t in path.transitions)
         )
 
-    async def _ask_proposers(self, situation: Situation, idle: Rollout | None) -> Released:
+    async def _ask_proposers(self, situation: Situation, idle: Rollout | None, began: float) -> Released:
         """Ask one proposer after the other, each within its time, until one's action set is released.
 
-        The last one's failure is everyone's.
+        The time counts from ``began``, by the event loop's clock, when the plant was looked at. The last one's failure
+        is everyone's.
         """
         if idle is not None and not self._restraint.worthwhile(idle):
             raise NoAdmissiblePlan("the plant already produces what it can")
-        loop = asyncio.get_running_loop()
-        end = loop.time() + self._clock.wall_s(situation.deadline_s)
+        end = began + self._clock.wall_s(situation.deadline_s)
         reason: Exception = NoAdmissiblePlan("the crew has no proposer")
         for proposer in self._crew.proposers:
             last = proposer is self._crew.proposers[-1]

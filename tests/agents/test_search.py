@@ -246,5 +246,7 @@ def test_what_is_plausible_is_tried_and_never_nothing(weights: list[float], leas
         assert kept[0].probability == max(weights), "the most probable one is always among them"
         left = sorted((w for w in weights if w >= least), reverse=True)[: len(kept)]
         assert [h.probability for h in kept] == left
+    elif weights:
+        assert [h.probability for h in kept] == [max(weights)], "one fault at least, and not health"
     else:
         assert kept == (Hypothesis((), 1.0),)

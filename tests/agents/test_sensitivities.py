@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from homeostat.agents.simulation import LIKELY, STEP, TwinSimulation
+from homeostat.agents.simulation import PLAUSIBLE, STEP, TwinSimulation
 from homeostat.assurance.checks import target_name
 from homeostat.domain.advice import Sensitivity
 from homeostat.domain.behaviour import SetpointRange, State
@@ -184,7 +184,9 @@ def test_a_manual_output_is_moved_where_it_has_a_value() -> None:
 
 def test_hypotheses_that_are_hardly_believed_are_left_out() -> None:
     twin, names = Line(), ("a", "b", "c")
-    beliefs = tuple(Hypothesis((FaultState(n, 1.0, 0.0),), p) for n, p in zip(names, (0.9, LIKELY, 0.049), strict=True))
+    beliefs = tuple(
+        Hypothesis((FaultState(n, 1.0, 0.0),), p) for n, p in zip(names, (0.9, PLAUSIBLE, 0.019), strict=True)
+    )
     differences(twin, ["ACC-CALM"], belief=Diagnosis(0.0, (), beliefs))
     assert [h.name for h in twin.asked[0]] == ["a", "b"]
 

@@ -102,9 +102,9 @@ def test_what_is_left_out_is_said_in_one_sentence() -> None:
     assert shown(chain(3)).omission == "" and shown(chain(3)).left_out == ()
     few, none = shown(chain(12), shown(chain(9)).tokens), shown(chain(12), 0)
     assert 1 <= len(few.left_out) <= 6 and few.omission == (
-        f"{len(few.left_out)} more distant things are left out for brevity: {', '.join(few.left_out)}"
+        f"{len(few.left_out)} things did not fit and are left out: {', '.join(few.left_out)}"
     )
-    assert none.text == "" and none.omission.startswith("12 more distant things") and none.omission.endswith("n5, ...")
+    assert none.text == "" and none.omission.startswith("12 things did not fit") and none.omission.endswith("n5, ...")
 
 
 # --- nearness ---------------------------------------------------------------------------------------------------

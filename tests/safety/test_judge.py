@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from homeostat.assurance.checks import (
+    CLOSED,
+    closed_finding,
     command_findings,
     judge,
     judge_safety,
@@ -245,3 +247,10 @@ def test_interlocks_see_the_ramp_and_not_the_commanded_value() -> None:
     ramp = rollout(ACTIONS)
     ramp.trajectory.signals["F.sp"][:] = np.linspace(0.03, 0.02, SAMPLES)
     assert only(judge(ACTIONS, ramp, limits, RUNNING, TAGS)).margin == pytest.approx(-0.005)
+
+
+def test_a_path_that_closed_is_planning_s_to_replace() -> None:
+    found = closed_finding(("running", "reduced"))
+    assert (found.criterion, found.owner, found.margin, found.unit) == (CLOSED, Owner.PLANNING, -math.inf, "1")
+    assert (found.at_s, found.member, found.satisfied) == (0.0, 0, False)
+    assert "running > reduced" in found.message

@@ -10,7 +10,7 @@ from itertools import pairwise
 import pytest
 
 from homeostat.agents.crew import NoAdmissiblePlan, Proposer, Situation
-from homeostat.assurance.checks import REPEATED
+from homeostat.assurance.checks import CLOSED, REPEATED
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.limits import Owner
 from homeostat.domain.recovery import ActionSet, RecoveryPath
@@ -35,6 +35,41 @@ def tried(stage: Stage) -> list[ActionSet]:
     found: list[ActionSet] = []
     stage.twin.bug = found.append
     return found
+
+
+# --- paths that close --------------------------------------------------------------------------------------------
+
+
+def closing(action: ScriptedAction, planning: ScriptedPlanning) -> Stage:
+    """A plant at 288 K that heats by half a kelvin per second, so ``when_cold`` is open for four seconds more."""
+    return Stage(action, planning=planning, heating=0.5, start=263.0, clock=ThinkingClock(10.0))
+
+
+def test_a_path_that_closes_while_the_commands_are_thought_about_is_not_taken() -> None:
+    """It is open up to 290 K; the plant passes that while the answer is awaited."""
+    planning = ScriptedPlanning(MACHINE, ("when_cold",), ("reduce",))
+    stage = closing(ScriptedAction(GOOD, delay_s=0.6), planning)
+    run(stage)
+    first, then, *_ = stage.trace.of(Attempted)
+    assert [f.criterion for f in first.findings] == [CLOSED] and not first.approved and first.members == 0
+    assert first.findings[0].owner is Owner.PLANNING
+    assert then.members == 2, "the same commands by another path were never judged, and are tried"
+
+
+class Keeping(ScriptedReprompting):
+    """Reprompting that keeps the path whatever happens."""
+
+    async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
+        return Advice(route=Owner.ACTION, keep_path=attempt.path)
+
+
+def test_a_kept_path_that_closed_is_planned_anew() -> None:
+    planning = ScriptedPlanning(MACHINE, ("when_cold",), ("reduce",))
+    action = ScriptedAction(BAD, GOOD, delay_s=0.3)
+    stage = closing(action, planning)
+    stage.reprompting = Keeping()
+    run(stage)
+    assert [path.transitions[0].name for _, path, _ in action.asked[:3]] == ["when_cold", "when_cold", "reduce"]
 
 
 # --- answers that are none --------------------------------------------------------------------------------------

@@ -24,8 +24,6 @@ HOPELESS = 5.0
 """A search whose cost stays above this cannot be cured by refinement [production]."""
 CHANGE = 0.03
 """Production that a setpoint change over its whole range is worth [1]."""
-
-
 APART = 0.25
 """Points closer than this, summed over the ranges, lie in one basin [1]."""
 

@@ -26,8 +26,6 @@ RULED_OUT = 0.05
 """Below this a hypothesis no longer keeps a reading from being corrected [1]."""
 MOST = 10
 """Most hypotheses that are rolled out."""
-LIKELY = 0.05
-"""Hypotheses below this are left out of finite differences [1]."""
 STEP = 0.02
 """Step of a finite difference as a fraction of the command's range [1]."""
 
@@ -36,7 +34,7 @@ def plausible(diagnosis: Diagnosis, least: float = PLAUSIBLE, most: int = MOST) 
     """The hypotheses that a proposal must hold for, most probable first; at least one."""
     ranked = sorted(diagnosis.hypotheses, key=lambda h: -h.probability)
     kept = tuple(h for h in ranked if h.probability >= least)[:most]
-    return kept or (Hypothesis((), 1.0),)
+    return kept or tuple(ranked[:1]) or (Hypothesis((), 1.0),)
 
 
 class TwinSimulation:
@@ -67,9 +65,10 @@ class TwinSimulation:
     async def sensitivities(
         self, diagnosis: Diagnosis, actions: ActionSet, target: State, criteria: Sequence[str]
     ) -> tuple[Sensitivity, ...]:
-        """Central differences of the margins as they are judged, every variation in one call of the engine.
+        """Central differences of the margins that are judged, every variation in one call of the engine.
 
-        None where the twin breaks down beside ``actions``.
+        Over the same hypotheses and draws as a rollout, without sensor noise and sampled as in a search. None where
+        the twin breaks down beside ``actions``.
         """
         return await asyncio.to_thread(self._differences, diagnosis, actions, target, criteria)
 
@@ -77,14 +76,14 @@ class TwinSimulation:
         self, diagnosis: Diagnosis, actions: ActionSet, target: State, criteria: Sequence[str]
     ) -> tuple[Sensitivity, ...]:
         pairs = [(r, *_neighbours(actions, r)) for r in target.setpoints if _varies(actions, r)]
-        if not pairs:
+        if not pairs or not criteria:
             return ()
         varied = [_with(actions, r.tag, value) for r, low, high in pairs for value in (low, high)]
         try:
-            rollouts = self._roll_out_varied(plausible(diagnosis, LIKELY), varied)
+            rollouts = self._roll_out_varied(plausible(diagnosis), varied)
+            judged = [self._margins(a, r, target, criteria) for a, r in zip(varied, rollouts, strict=True)]
         except ProcessError:
             return ()
-        judged = [self._margins(a, r, target, criteria) for a, r in zip(varied, rollouts, strict=True)]
         return tuple(
             Sensitivity(name, r.tag, (above[name] - below[name]) / (high - low))
             for name in judged[0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, RolloutR
 
 REPEATED = "CHK-REPEATED"
 """Name of the refusal of a proposal that was judged before."""
+CLOSED = "CHK-OPEN"
+"""Name of the refusal of a path that closed while its commands were thought about."""
 
 
 def judge(actions: ActionSet, rollout: Rollout, limits: Limits, target: State, tags: Mapping[str, Tag]) -> Verdict:
@@ -130,6 +132,12 @@ def command_findings(actions: ActionSet, target: State, tags: Mapping[str, Tag])
 def repetition_finding(number: int) -> Finding:
     """The refusal of an action set that was attempt ``number`` already: the same proposal gets the same verdict."""
     return _refusal(REPEATED, f"this is attempt {number} again; propose something else")
+
+
+def closed_finding(states: Sequence[str]) -> Finding:
+    """The refusal of an action set whose path the machine no longer opens."""
+    text = f"{' > '.join(states)} is not open any more: a guard on it closed; name another path"
+    return Finding(CLOSED, Owner.PLANNING, -float("inf"), "1", 0.0, 0, text)
 
 
 def permissive_findings(snapshot: Snapshot, actions: ActionSet, limits: Limits) -> tuple[Finding, ...]:

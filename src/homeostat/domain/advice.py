@@ -18,7 +18,7 @@ class Attempt:
     path: RecoveryPath | None
     """The path; None where planning's answer was none."""
     actions: ActionSet | None
-    """The action set; None where there was no path, or action's answer was no action set."""
+    """The action set; None where there was no path, it closed meanwhile, or action's answer was no action set."""
     verdict: Verdict
     """The judgement; a refusal where path or action set is missing or was proposed before."""
     members: int = 0

@@ -45,7 +45,7 @@ class Excerpt:
         """One sentence on what was left out; empty where nothing was."""
         if not self.left_out:
             return ""
-        return f"{len(self.left_out)} more distant things are left out for brevity: {', '.join(self.left_out[:6])}" + (
+        return f"{len(self.left_out)} things did not fit and are left out: {', '.join(self.left_out[:6])}" + (
             ", ..." if len(self.left_out) > 6 else ""
         )
 

@@ -57,7 +57,6 @@ class History:
         """Take one more snapshot; one that is already known is ignored."""
         if not self._rows or snapshot.at_s > self._rows[-1].at_s:
             self._rows.append(snapshot)
-            self._whole = None
 
     @property
     def length(self) -> int:
@@ -67,9 +66,10 @@ class History:
     @property
     def whole(self) -> Window:
         """Everything that is held; worked out once per snapshot."""
-        if self._whole is None:
-            self._whole = self.window(len(self._rows))
-        return self._whole
+        whole = self._whole
+        if whole is None or whole.end_s != self._rows[-1].at_s:
+            whole = self._whole = self.window(len(self._rows))
+        return whole
 
     def window(self, seconds: int, until_s: float | None = None) -> Window:
         """The last ``seconds`` readings, up to ``until_s`` where given; shorter where history is."""

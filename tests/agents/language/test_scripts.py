@@ -70,11 +70,14 @@ def test_one_command_is_moved_against_what_was_violated() -> None:
     assert moved == {"F1.sp": 0.031, "L1.sp": 10.0, "T1.sp": 310.0, "V2.man": None}
 
 
-def test_the_last_attempt_is_where_it_goes_on() -> None:
+def test_the_attempt_that_was_judged_is_where_it_goes_on() -> None:
     attempts = "1. normal > reduced_load: F1.sp=0.03 L1.sp=9 T1.sp=308 V2.man=0.5: ACC-T-HIGH -1 K at 600 s\n"
     attempts += "2. normal > reduced_load: F1.sp=0.02 L1.sp=9 T1.sp=308 V2.man=auto: ACC-T-HIGH -0.2 K at 600 s"
-    moved = commands(reasonable(asked(f"{PRESENT}\n{attempts}\n{RULES.format(margin=-0.2)}")))
+    told = RULES.format(margin=-0.2)
+    moved = commands(reasonable(asked(f"{PRESENT}\n{attempts}\n# What attempt 2 violated\n{told}")))
     assert moved == {"F1.sp": 0.019, "L1.sp": 9.0, "T1.sp": 308.0, "V2.man": None}
+    first = commands(reasonable(asked(f"{PRESENT}\n{attempts}\n# What attempt 1 violated\n{told}")))
+    assert first == moved | {"F1.sp": 0.029, "V2.man": 0.5}, "the feedback says which attempt it is about"
     assert commands(stubborn(asked(f"{PRESENT}\n{attempts}"))) == commands(stubborn(asked(PRESENT)))
 
 

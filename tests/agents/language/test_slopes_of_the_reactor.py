@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from homeostat.agents.simulation import LIKELY, STEP, TwinSimulation, plausible
+from homeostat.agents.simulation import STEP, TwinSimulation, plausible
 from homeostat.assurance.checks import target_name
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.recovery import ActionSet, Command
@@ -68,7 +68,7 @@ def test_on_the_reactor_the_slope_is_that_between_two_rollouts() -> None:
     slopes = {(s.criterion, s.tag): s.slope for s in found}
     assert len(slopes) == 9
     step = STEP * (feed.high - feed.low) if (feed := REDUCED.setpoint("F1.sp")) else 0.0
-    ensemble = twin.ensemble(plausible(BELIEF, LIKELY), twin.settings.judged_draws, Purpose.JUDGE)
+    ensemble = twin.ensemble(plausible(BELIEF), twin.settings.judged_draws, Purpose.JUDGE)
     margins = []
     for value in (0.024 - step, 0.024 + step):
         signals, dt_s = twin.try_many(ensemble, twin.schedule(with_feed(value), twin.settings.horizon_s)[None])

@@ -59,7 +59,7 @@ class LanguageAction:
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
         """The commands that the model gives, with those that the state fixes."""
-        slopes = () if advice.keep_path else await self._slopes(situation, path)
+        slopes = () if advice.sensitivities else await self._slopes(situation, path)
         order = self.order(situation, path, advice, slopes)
         answer = await ask(self._model, order.question, order.kind, situation)
         if isinstance(answer, Unusable):
@@ -104,6 +104,7 @@ class LanguageAction:
         design = "automatic (null)" if admitted.design is None else f"{admitted.design:.6g}{unit}"
         steps = "" if tag.increment is None else f" in steps of {tag.increment:g}"
         ramp = "" if tag.rate_limit is None else f", ramps {tag.rate_limit:g}{unit}/s"
-        present = "automatic" if math.isnan(now) else f"{now:.6g}{unit}"
+        unset = "automatic" if admitted.design is None else "not known"
+        present = unset if math.isnan(now) else f"{now:.6g}{unit}"
         words = quote(tag.description, 60)
         return f"- {tag.name} {words}: {low:g} to {high:g}{unit}{steps}{ramp}; now {present}, design {design}"

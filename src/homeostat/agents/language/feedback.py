@@ -22,13 +22,12 @@ def feedback_text(advice: Advice, plant: PlantDescription) -> str:
     if not advice.attempts:
         return ""
     scales = plant.scales
-    violated = [
-        f"{margin_text(f)}: {_formula(f.criterion, plant.limits)}{_effects(f, advice.sensitivities, plant)}"
-        for f in worst_first(advice.findings, scales)[:MOST_FINDINGS]
-    ]
+    shown = worst_first(advice.findings, scales)[:MOST_FINDINGS]
+    violated = [_told(f, advice.sensitivities, plant) for f in shown]
+    judged = _last_judged(advice)
     values = {
         "attempts": "\n".join(_attempt(attempt, scales) for attempt in advice.attempts),
-        "number": str(advice.attempts[-1].number),
+        "number": str(judged.number),
         "violated": "\n".join((*violated, *_near(advice, plant))) or "nothing that was judged",
         "hint": f"Advice: {quote(advice.hint, 200)}" if advice.hint else "",
     }
@@ -38,11 +37,20 @@ def feedback_text(advice: Advice, plant: PlantDescription) -> str:
 def _near(advice: Advice, plant: PlantDescription) -> list[str]:
     """What the last attempt met only just, where a command moves it: curing one must not break the other."""
     told = []
-    for f in nearest(advice.attempts[-1].verdict.findings, plant.scales):
-        effects = _effects(f, advice.sensitivities, plant)
+    for f in nearest(_last_judged(advice).verdict.findings, plant.scales):
         if any(s.criterion == f.criterion and s.slope for s in advice.sensitivities):
-            told.append(f"holds only just: {margin_text(f)}: {_formula(f.criterion, plant.limits)}{effects}")
+            told.append(f"holds only just: {_told(f, advice.sensitivities, plant)}")
     return told
+
+
+def _last_judged(advice: Advice) -> Attempt:
+    """The attempt that the findings of ``advice`` are about: the last that was rolled out, or else the last."""
+    return next((a for a in reversed(advice.attempts) if a.members), advice.attempts[-1])
+
+
+def _told(finding: Finding, slopes: Sequence[Sensitivity], plant: PlantDescription) -> str:
+    """One finding with its formula, and what one step of each command does to it."""
+    return f"{margin_text(finding)}: {_formula(finding.criterion, plant.limits)}{_effects(finding, slopes, plant)}"
 
 
 def idle_text(findings: Sequence[Finding], slopes: Sequence[Sensitivity], plant: PlantDescription) -> str:
@@ -50,8 +58,7 @@ def idle_text(findings: Sequence[Finding], slopes: Sequence[Sensitivity], plant:
     violated = worst_first(findings, plant.scales)[:MOST_FINDINGS]
     if not violated:
         return ""
-    told = (f"{margin_text(f)}: {_formula(f.criterion, plant.limits)}{_effects(f, slopes, plant)}" for f in violated)
-    return "\n".join(("# What leaving it alone violates", *told))
+    return "\n".join(("# What leaving it alone violates", *(_told(f, slopes, plant) for f in violated)))
 
 
 def command_text(attempt: Attempt) -> str:

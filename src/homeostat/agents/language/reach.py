@@ -20,11 +20,11 @@ SMALL: Final = 1.0
 """Violations up to this many scales are small [1]."""
 CLOSE: Final = 1e-3
 """What the ascent may miss, in scales [1]."""
-STEPS: Final = 400
+STEPS: Final = 600
 """Steps of the ascent."""
 FIRST: Final = 0.5
 """Length of its first step, in ranges of the commands [1]."""
-SHRINK: Final = 0.98
+SHRINK: Final = 0.985
 """Length of a step in lengths of the one before [1]."""
 
 Vector: TypeAlias = NDArray[np.float64]

@@ -44,6 +44,12 @@ class TeachingReprompting:
         violated = attempt.verdict.violated
         if any(f.criterion == REPEATED for f in violated):
             return self._repeated(attempt, before)
+        if attempt.actions is None and before.keep_path is not None:
+            # An answer that was none says nothing about the commands: what was learnt of them before still holds.
+            route = self._route(attempt, violated, (), before)
+            return self._advice(
+                attempt, before, before.findings or violated, before.sensitivities, route, known_hint(violated)
+            )
         slopes = await self._slopes(situation, attempt, violated)
         hint = known_hint(violated)
         route = self._route(attempt, violated, slopes, before)
@@ -86,7 +92,7 @@ class TeachingReprompting:
     def _route(
         self, attempt: Attempt, violated: Sequence[Finding], slopes: Sequence[Sensitivity], before: Advice
     ) -> Owner:
-        """Action keeps the path while it has tries left and its commands could cure every violation together."""
+        """Action keeps the path while it has tries left and its commands could cure what is violated."""
         if attempt.path is None:
             return Owner.PLANNING
         if before.tries + 1 >= TRIES or any(f.owner is Owner.PLANNING for f in violated):

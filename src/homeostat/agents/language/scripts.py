@@ -15,7 +15,8 @@ import numpy as np
 from homeostat.llm.model import Question
 
 _NUMBER: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_ATTEMPT: Final = re.compile(r"^\d+\. [^:]*: (?P<commands>[^:]*): ", re.MULTILINE)
+_ABOUT: Final = re.compile(r"^# What attempt (?P<number>\d+) violated", re.MULTILINE)
+_ATTEMPT: Final = re.compile(r"^(?P<number>\d+)\. [^:]*: (?P<commands>[^:]*): ", re.MULTILINE)
 _COMMAND: Final = re.compile(rf"(?P<tag>\S+)=(?P<value>auto|{_NUMBER})")
 _VIOLATED: Final = re.compile(
     rf"^(?:holds only just: )?(?P<name>\S+) (?P<margin>{_NUMBER})[^:]*: .*; margin per step: (?P<effects>.*)$",
@@ -24,8 +25,6 @@ _VIOLATED: Final = re.compile(
 _IDLE: Final = "# What leaving it alone violates"
 _EFFECT: Final = re.compile(rf"(?P<tag>[^\s,]+) (?P<step>{_NUMBER}) -> (?P<change>{_NUMBER}|no change)")
 _PRESENT: Final = re.compile(rf"^- (?P<tag>\S+) «[^»]*»: .*; now (?P<value>automatic|{_NUMBER})", re.MULTILINE)
-ENOUGH: Final = 1.0
-"""A violated margin is made up for by this many times what is missing, because margins are not straight lines."""
 RESERVE: Final = 0.05
 """Margin that is wanted beyond zero, in the margin's unit."""
 MOVES: Final = 201
@@ -85,11 +84,10 @@ def _commands(question: Question) -> dict[str, dict[str, Any]]:
 
 
 def _last(question: Question) -> dict[str, float | None]:
-    """The commands of the last attempt; empty where there is none."""
-    attempts = list(_ATTEMPT.finditer(question.prompt))
-    if not attempts:
-        return {}
-    pairs = _COMMAND.finditer(attempts[-1]["commands"])
+    """The commands of the attempt that the feedback is about; empty where there is none."""
+    about = _ABOUT.search(question.prompt)
+    attempts = {a["number"]: a["commands"] for a in _ATTEMPT.finditer(question.prompt)}
+    pairs = _COMMAND.finditer(attempts.get(about["number"], "") if about else "")
     return {p["tag"]: None if p["value"] == "auto" else float(p["value"]) for p in pairs}
 
 
@@ -141,8 +139,7 @@ def _violation(found: re.Match[str]) -> tuple[float, dict[str, float]]:
         for e in _EFFECT.finditer(found["effects"])
         if e["change"] != "no change"
     }
-    margin = float(found["margin"])
-    return RESERVE - (ENOUGH if margin < 0.0 else 1.0) * margin, slopes
+    return RESERVE - float(found["margin"]), slopes
 
 
 def _missing(violated: list[tuple[float, dict[str, float]]], moved: Mapping[str, float]) -> float:

@@ -15,7 +15,9 @@ from homeostat.llm.tokens import estimate
 MOST_S: Final = 20.0
 """Longest time for one answer [s]."""
 BUDGET: Final = 2000
-"""Tokens of role, rules and situation together, as they are estimated."""
+"""Tokens of a question without its schema, as they are estimated; more only where ``LEAST_GRAPH`` does not fit."""
+OMISSION: Final = 50
+"""Tokens of the sentence on what does not fit."""
 MOST_GRAPH: Final = 900
 """Tokens of the subgraph where everything else is short."""
 LEAST_GRAPH: Final = 300
@@ -35,7 +37,7 @@ async def ask(model: LanguageModel, question: Question, kind: AnswerType, situat
 
 def room(*texts: str) -> int:
     """Tokens that are left for the subgraph beside ``texts``: what happens comes before what the plant is made of."""
-    return min(max(BUDGET - sum(estimate(text) for text in texts), LEAST_GRAPH), MOST_GRAPH)
+    return min(max(BUDGET - OMISSION - sum(estimate(text) for text in texts), LEAST_GRAPH), MOST_GRAPH)
 
 
 def question(agent: str, situation: Situation, system: str, prompt: str, kind: AnswerType) -> Question:
