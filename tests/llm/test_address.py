@@ -69,3 +69,13 @@ def test_any_server_is_allowed_or_a_model_error(rest: str, host: str) -> None:
         AddressPolicy(local_only=True).check(address.url)
     except ModelError as refused:
         assert "\n" not in str(refused)
+
+
+@pytest.mark.parametrize(
+    "url", ["http://user:hunter2@10.0.0.1/v1", "https://hunter2@host/v1", "http://h/v1?key=hunter2"]
+)
+def test_an_address_with_a_secret_is_refused_without_repeating_it(url: str) -> None:
+    for text in (url, f"{url}#model"):
+        with pytest.raises(ValueError, match="HOMEOSTAT_LLM_KEY") as error:
+            parse_address(text)
+        assert "hunter2" not in str(error.value)

@@ -22,6 +22,7 @@ from homeostat.trace.archive import NoArchive
 from homeostat.trace.calls import ModelCalled
 from tests.llm.asking import Outcome, ask, question
 from tests.llm.hostile.behaviours import BEHAVIOURS
+from tests.llm.replying import replying
 from tests.llm.servers import hostile
 
 KEY = "sk-very-secret-0123456789-and-long-enough-to-be-cut-somewhere"
@@ -94,6 +95,18 @@ def test_what_does_not_is_a_failure_with_its_reason(server: str, behaviour: str)
     assert "\n" not in message and len(message) < 400
     assert all(KEY[k : k + 12] not in message for k in range(len(KEY) - 12)), "not even a piece of the key"
     assert outcome.error.requests in (range(1, MOST_REQUESTS + 1) if behaviour in REPEATED else [1])
+
+
+def test_headers_that_are_in_the_environment_go_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They may be the secrets of another service, and may not stand in for the key."""
+    for name in ("OPENAI_CUSTOM_HEADERS", "ANTHROPIC_CUSTOM_HEADERS"):
+        monkeypatch.setenv(name, "X-Gateway-Token: corporate-secret\nAuthorization: Bearer another")
+    with replying() as server:
+        ask(patient(f"{server.url}/v1#m"), WITHIN_S)
+    assert server.received
+    for received in server.received:
+        assert received["authorization"] == f"Bearer {KEY}"
+        assert not [name for name, value in received.items() if "corporate" in value or "another" in value]
 
 
 @pytest.mark.parametrize("behaviour", sorted(REDIRECTED))

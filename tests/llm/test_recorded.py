@@ -17,9 +17,10 @@ from hypothesis import strategies as st
 from homeostat.campaign.recording import ANSWERS, PROMPTS, RunDirectory
 from homeostat.llm.calls import Call, read_calls
 from homeostat.llm.model import STRUCK_OUT, Failure, ModelError, Reply, Usage
-from homeostat.llm.recorded import SHORTEST_KEY, RecordedModel
+from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.replay import ReplayModel
 from homeostat.llm.scripted import ScriptedModel
+from homeostat.llm.secrets import SHORTEST_KEY
 from homeostat.trace import MemoryTrace, Setting
 from homeostat.trace.archive import NoArchive
 from homeostat.trace.calls import ModelCalled

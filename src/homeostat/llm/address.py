@@ -60,6 +60,11 @@ def parse_address(text: str) -> ModelAddress:
             url, model = urldefrag(text)
         except ValueError as error:
             raise ValueError(f"{text!r} is not an address ({error}); it must be http://HOST:PORT/v1#MODEL") from None
+        if "@" in url or "?" in url:  # it would be recorded with every call
+            raise ValueError(
+                f"the address of {model or 'a model'!r} has a user name, a password or a query in it; "
+                f"give a key in the environment, as {SERVER_KEY}, and the address as http://HOST:PORT/v1#MODEL"
+            )
         if not model:
             raise ValueError(f"{text!r} names no model; add it after a '#': {text}#MODEL")
         return ModelAddress(text, SERVER, model, url, SERVER_KEY)

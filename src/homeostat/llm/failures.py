@@ -12,7 +12,7 @@ _KINDS: tuple[tuple[type[Exception], Failure], ...] = (
     (library.ModelRequestTimeout, Failure.TIMEOUT),
     (library.ModelTimeoutError, Failure.TIMEOUT),
     (library.ModelRateLimitError, Failure.RATE_LIMITED),
-    (library.ModelQuotaExceededError, Failure.REJECTED),
+    (library.ModelQuotaExceededError, Failure.UNAUTHORISED),
     (library.ModelAuthenticationError, Failure.UNAUTHORISED),
     (library.ModelUnavailableError, Failure.SERVER_ERROR),
     (library.ModelServerError, Failure.SERVER_ERROR),

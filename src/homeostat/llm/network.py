@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
@@ -11,6 +11,11 @@ import httpx2
 
 from homeostat.llm.model import Failure, ModelError
 
+NEEDED = frozenset({"host", "accept", "connection", "content-type", "content-length", "transfer-encoding",
+                    "anthropic-version", "anthropic-beta"})  # fmt: skip
+"""Headers that are sent to anybody."""
+ACCOUNT = frozenset({"openai-organization", "openai-project"})
+"""Headers that are sent to OpenAI only."""
 MOST_BYTES = 1_000_000
 """Longest response that is read [bytes]; an answer has a few hundred."""
 
@@ -60,15 +65,20 @@ def on_this_machine(host: str) -> bool:
 class GuardedTransport(httpx2.AsyncBaseTransport):
     """Sends requests to allowed addresses only, follows nowhere, and stops reading what is too long or packed."""
 
-    def __init__(self, policy: AddressPolicy) -> None:
-        """``policy`` is asked before every request, so a redirection cannot get around it."""
+    def __init__(self, policy: AddressPolicy, authorisation: Mapping[str, str] | None = None) -> None:
+        """``policy`` is asked before every request, so a redirection cannot get around it.
+
+        ``authorisation``: header -> value; what client libraries find in the environment is never sent in its place.
+        """
         self._policy = policy
+        self._authorisation = dict(authorisation or {})
         self._wire = httpx2.AsyncHTTPTransport(retries=0)
 
     async def handle_async_request(self, request: httpx2.Request) -> httpx2.Response:
         """Send ``request``; ModelError where its address is not allowed, or the response is packed or a redirection."""
         self._policy.check(str(request.url))
         _hush(request)
+        request.headers.update(self._authorisation)
         # What is unpacked has no limit that could be seen beforehand, so nothing packed is asked for or accepted.
         request.headers["Accept-Encoding"] = "identity"
         response = await self._wire.handle_async_request(request)
@@ -92,10 +102,15 @@ class GuardedTransport(httpx2.AsyncBaseTransport):
 
 
 def _hush(request: httpx2.Request) -> None:
-    """Take away what client libraries tell about this machine, and about an account at OpenAI to anybody else."""
-    foreign = not (request.url.host == "openai.com" or request.url.host.endswith(".openai.com"))
+    """Take away every header that an answer does not need.
+
+    Client libraries tell about this machine, tell everybody about an account at OpenAI, and add whatever headers they
+    find in the environment, which may be the secrets of another service.
+    """
+    home = request.url.host == "openai.com" or request.url.host.endswith(".openai.com")
+    allowed = NEEDED | ACCOUNT if home else NEEDED
     for name in list(request.headers):
-        if name.lower().startswith("x-stainless-") or (foreign and name.lower().startswith("openai-")):
+        if name.lower() not in allowed:
             del request.headers[name]
     request.headers["User-Agent"] = "homeostat"
 

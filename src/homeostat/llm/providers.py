@@ -28,7 +28,7 @@ from pydantic_ai.tools import ToolDefinition
 
 from homeostat.llm.address import ANTHROPIC, OLLAMA, ModelAddress
 from homeostat.llm.failures import failure_of
-from homeostat.llm.model import Failure, ModelError, Question, Reply, Usage
+from homeostat.llm.model import ANSWERED, Failure, ModelError, Question, Reply, Usage
 from homeostat.llm.network import AddressPolicy, GuardedTransport
 
 NATIVE, TOOL, PROMPTED = "native", "tool", "prompted"
@@ -83,7 +83,7 @@ class ProviderModel:
 
     async def ask(self, question: Question, within_s: float) -> Reply:
         """The answer to ``question``; where the server rejects one way of asking for JSON, the next is tried."""
-        requests = 0
+        requests, modes = 0, self._modes
         while True:
             requests += 1
             try:
@@ -92,8 +92,10 @@ class ProviderModel:
             except ModelError as error:
                 if error.failure is not Failure.REJECTED or len(self._modes) == 1:
                     error.requests = requests
+                    if error.failure not in ANSWERED:
+                        self._modes = modes  # it was not the way of asking that was wrong
                     raise
-                self._modes.pop(0)
+                self._modes = self._modes[1:]
 
     async def _request(self, question: Question, within_s: float) -> ModelResponse:
         settings = ModelSettings(max_tokens=MOST_TOKENS, timeout=within_s, request_timeout=within_s)
@@ -102,7 +104,10 @@ class ProviderModel:
         if self._sampling.seed is not None:
             settings["seed"] = self._sampling.seed
         async with httpx2.AsyncClient(
-            transport=GuardedTransport(self._policy), follow_redirects=False, trust_env=False, timeout=within_s
+            transport=GuardedTransport(self._policy, self._authorisation()),
+            follow_redirects=False,
+            trust_env=False,
+            timeout=within_s,
         ) as client:
             try:
                 model = self._model(client)
@@ -115,6 +120,10 @@ class ProviderModel:
                     )
             except Exception as error:  # a model is outside the system: whatever it makes a library raise is a failure
                 raise failure_of(error, self._key) from None
+
+    def _authorisation(self) -> dict[str, str]:
+        key = self._key or NO_KEY
+        return {"x-api-key": key} if self._address.provider == ANTHROPIC else {"Authorization": f"Bearer {key}"}
 
     def _model(self, client: httpx2.AsyncClient) -> Model:
         url, name = self._address.url, self._address.model
@@ -129,12 +138,12 @@ class ProviderModel:
     def _supported(self, model: Model) -> str:
         """The strictest way that is left and that the library knows this model to have."""
         if self._modes[0] == NATIVE and not model.profile.get("supports_json_schema_output", False):
-            self._modes.pop(0)
+            self._modes = self._modes[1:]
         return self._modes[0]
 
     def _reply(self, response: ModelResponse, requests: int) -> Reply:
         if response.finish_reason == "content_filter":
-            raise ModelError(Failure.REFUSAL, str((response.provider_details or {}).get("refusal", ""))[:200])
+            raise ModelError(Failure.REFUSAL, str((response.provider_details or {}).get("refusal", "")))
         if response.finish_reason == "length":
             raise ModelError(Failure.TRUNCATED, f"at {response.usage.output_tokens} tokens")
         called = [part.args_as_json_str() for part in response.parts if isinstance(part, ToolCallPart)]

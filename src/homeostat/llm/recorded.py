@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import math
 import time
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,13 +13,12 @@ from pathlib import Path
 
 from homeostat.domain.quotation import quoted
 from homeostat.llm.calls import Call, append_call
-from homeostat.llm.model import STRUCK_OUT, Failure, LanguageModel, ModelError, Question, Reply
+from homeostat.llm.model import Failure, LanguageModel, ModelError, Question, Reply
+from homeostat.llm.secrets import Secrets
 from homeostat.trace import Setting, Trace
 from homeostat.trace.archive import Archive
 from homeostat.trace.calls import ModelCalled
 
-SHORTEST_KEY = 6
-"""Anything shorter is not a key, and striking it out would spoil ordinary text."""
 MOST_NAME, MOST_DETAIL = 80, 240
 """Longest name of a model that answered, and longest reason of a failure [characters]."""
 _LOGGER = logging.getLogger(__name__)
@@ -38,8 +38,7 @@ class RecordedModel:
         self._model = model
         self._trace = trace
         self._archive = archive
-        sent = (secret.strip() for secret in secrets)  # white space around a key is not sent, so nobody repeats it
-        self._secrets = tuple(s for s in sent if len(s) >= SHORTEST_KEY)
+        self._secrets = Secrets(secrets)
         self._file = file
 
     @property
@@ -54,9 +53,15 @@ class RecordedModel:
 
     async def ask(self, question: Question, within_s: float) -> Reply:
         """The other model's answer or failure; recorded either way, also where the asking is cancelled."""
-        begin = time.monotonic()
+        strike, begin = self._secrets.strike, time.monotonic()
+        question = replace(question, system=strike(question.system), prompt=strike(question.prompt))
         try:
-            reply = await self._model.ask(question, within_s)
+            async with asyncio.timeout(within_s):
+                reply = _checked(await self._model.ask(question, within_s))
+        except TimeoutError:
+            late = ModelError(Failure.TIMEOUT, f"within {within_s:.1f} s")
+            self._record(question, None, late, begin)
+            raise late from None
         except ModelError as error:
             struck = ModelError(error.failure, self._line(error.detail), error.retry_after_s, error.requests)
             self._record(question, None, struck, begin)
@@ -68,7 +73,7 @@ class RecordedModel:
             failed = ModelError(Failure.MALFORMED, self._line(f"{type(error).__name__}: {error}"))
             self._record(question, None, failed, begin)
             raise failed from None
-        reply = replace(reply, answer=self._strike(reply.answer), served=self._line(reply.served, MOST_NAME))
+        reply = replace(reply, answer=strike(reply.answer), served=self._line(reply.served, MOST_NAME))
         self._record(question, reply, None, begin)
         return reply
 
@@ -78,7 +83,7 @@ class RecordedModel:
         schema = self._archive.store_json(json.dumps(question.schema, indent=1))
         event = ModelCalled(
             agent=question.agent, model=self.name, served=reply.served if reply else "",
-            settings=tuple(Setting(n, v) for n, v in self._model.settings.items() if v is not None),
+            settings=tuple(Setting(n, _setting(v)) for n, v in self._model.settings.items() if v is not None),
             template_sha256=question.template_sha256, prompt_sha256=prompt.sha256, schema_sha256=schema.sha256,
             answer_sha256=self._archive.store_json(_storable(reply.answer)).sha256 if reply else "",
             failure=error.failure.name if error else "", detail=str(error) if error else "",
@@ -102,16 +107,25 @@ class RecordedModel:
             self._file = None
 
     def _line(self, text: str, limit: int = MOST_DETAIL) -> str:
-        """``text`` in one printable line, for an operator's terminal.
+        """``text`` in one printable line, for an operator's terminal. Keys go first: half a key is not recognised."""
+        return quoted(self._secrets.strike(text), limit)
 
-        Keys go before the text is cut, as half a key is not recognised, and after: quoting makes plain letters.
-        """
-        return self._strike(quoted(self._strike(text), limit))
 
-    def _strike(self, text: str) -> str:
-        for secret in self._secrets:
-            text = text.replace(secret, STRUCK_OUT)
-        return text
+def _checked(reply: Reply) -> Reply:
+    """``reply`` where it is one; TypeError or ValueError where a model that is not ours gave something else."""
+    if not (isinstance(reply, Reply) and isinstance(reply.answer, str) and isinstance(reply.served, str)):
+        raise TypeError(f"the model answered with {type(reply).__name__}, which is no reply with a text")
+    usage = reply.usage
+    numbers = (usage.input_tokens, usage.output_tokens, usage.cost_usd or 0.0, reply.requests)
+    if not all(isinstance(n, int | float) and math.isfinite(n) and n >= 0 for n in numbers):
+        raise ValueError("the model counted tokens, cost or requests that no number of at least 0 stands for")
+    return reply
+
+
+def _setting(value: object) -> float | int | str:
+    """``value`` as a trace can hold it."""
+    whole = isinstance(value, int | str) or (isinstance(value, float) and math.isfinite(value))
+    return value if whole else str(value)  # type: ignore[return-value]
 
 
 def _call(question: Question, reply: Reply | None, error: ModelError | None, event: ModelCalled) -> Call:

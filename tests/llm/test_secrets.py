@@ -1,0 +1,103 @@
+"""Secrets: a key goes nowhere, however it is spelled, hidden or cut."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from homeostat.domain.quotation import quoted
+from homeostat.llm.model import STRUCK_OUT, Failure, ModelError, Question, Reply, Usage
+from homeostat.llm.recorded import RecordedModel
+from homeostat.llm.secrets import SHORTEST_KEY, Secrets
+from homeostat.trace import MemoryTrace
+from homeostat.trace.archive import NoArchive
+from homeostat.trace.calls import ModelCalled
+from homeostat.trace.encode import canonical, encode
+from tests.llm.asking import QUESTION, Says, ask, question
+
+KEY = "sk-proj/0123456789AbCd"
+ESCAPED = "".join(f"\\u{ord(c):04x}" for c in KEY)
+WIDE = "".join(chr(ord(c) + 0xFEE0) for c in KEY)
+SPELLINGS = [KEY, ESCAPED, WIDE, KEY.replace("/", "\\/"), "\u200b".join(KEY), f"{ESCAPED[:30]}{KEY[5:]}",
+             "".join(f"\\u{ord(c):04X}" for c in WIDE)]  # fmt: skip
+
+
+def told(text: str) -> list[str]:
+    """What a text may become on its way through the loop: parsed, quoted, or both."""
+    forms = [text, quoted(text, 10_000)]
+    try:
+        decoded = json.dumps(json.loads(text), ensure_ascii=False)
+    except ValueError:
+        return forms
+    return [*forms, decoded, quoted(decoded, 10_000)]
+
+
+@pytest.mark.parametrize("spelled", SPELLINGS, ids=ascii)
+def test_a_key_is_struck_out_however_it_is_spelled(spelled: str) -> None:
+    twice = f'{{"hint": "it is {spelled}, twice {spelled}"}}'
+    for text in (spelled, f'{{"{spelled}": 1}}', twice, f"```json {spelled}"):
+        struck = Secrets([f" {KEY}\n"]).strike(text)
+        assert STRUCK_OUT in struck and not any(KEY in form for form in told(struck))
+
+
+@given(st.text(max_size=200))
+def test_a_text_without_a_key_stays_as_it_is(text: str) -> None:
+    assert Secrets([KEY, "x" * (SHORTEST_KEY - 1)]).strike(text) == text
+
+
+def recorded(outcome: Reply | BaseException, asked: Question = QUESTION) -> tuple[str, ModelCalled]:
+    class Answering(Says):
+        async def ask(self, question: Question, within_s: float) -> Reply:
+            if isinstance(outcome, BaseException):
+                raise outcome
+            return outcome
+
+    trace = MemoryTrace()
+    found = ask(RecordedModel(Answering(), trace, NoArchive(), (KEY,)), about=asked)
+    (event,) = trace.of(ModelCalled)
+    line = canonical(encode(event)) + (found.reply.answer if found.reply else str(found.error))
+    return line, event
+
+
+class Refusing(ModelError):
+    """A failure in the words of a server."""
+
+    def __init__(self, detail: str) -> None:
+        super().__init__(Failure.REFUSAL, detail)
+
+
+@pytest.mark.parametrize("spelled", SPELLINGS, ids=ascii)
+@pytest.mark.parametrize("before", [0, 150, 225, 238])
+def test_half_a_key_is_not_left_where_a_reason_is_cut(spelled: str, before: int) -> None:
+    for outcome in (Refusing("x" * before + spelled), ValueError("x" * before + spelled)):
+        line, event = recorded(outcome)
+        assert KEY[:8] not in line and KEY[-8:] not in line and len(event.detail) < 400
+
+
+def test_a_key_in_a_note_is_not_asked_about() -> None:
+    trace = MemoryTrace()
+    seen: list[Question] = []
+
+    class Listening(Says):
+        async def ask(self, question: Question, within_s: float) -> Reply:
+            seen.append(question)
+            return await super().ask(question, within_s)
+
+    model = Listening(Reply("{}", "m", Usage(1, 1, None)))
+    ask(RecordedModel(model, trace, NoArchive(), (KEY,)), about=question(prompt=f"note: {KEY}", system=KEY))
+    assert seen[0].prompt == f"note: {STRUCK_OUT}" and seen[0].system == STRUCK_OUT
+
+
+NONSENSE = [
+    None, "text", 7, Reply(None, "m", Usage(1, 1, None)), Reply("{}", None, Usage(1, 1, None)),  # type: ignore[arg-type]
+    Reply("{}", "m", Usage(1, 1, float("nan"))), Reply("{}", "m", Usage(-1, 1, None)), Reply("{}", "m", None),  # type: ignore[arg-type]
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("reply", NONSENSE, ids=repr)
+def test_what_is_no_reply_is_a_failure_like_any_other(reply: object) -> None:
+    line, event = recorded(reply)  # type: ignore[arg-type]
+    assert event.failure == "MALFORMED" and "\n" not in line
