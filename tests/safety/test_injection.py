@@ -6,7 +6,6 @@ import asyncio
 import functools
 
 import pytest
-from tests.safety.injections import CORPUS, Injection
 
 from benchmarks.language_runs import reactor, run_with
 from homeostat.agents.grounding import Grounding
@@ -22,6 +21,7 @@ from homeostat.domain.verdict import Revise
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.trace.decisions import Attempted
 from tests.agents.stuck_valve import NOW_S, now, stuck
+from tests.safety.injections import CORPUS, Injection
 from tests.safety.obedient import obedient
 from tests.safety.poisoned_plant import poisoned
 from tests.twin.followed import follow
