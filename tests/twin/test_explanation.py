@@ -74,7 +74,6 @@ def test_a_fault_is_found_minutes_later(name: str, lag_s: float) -> None:
     assert probability(explained(name, 3, lag_s), name) >= 0.9
 
 
-@pytest.mark.xfail(strict=True, reason="the coarse grid of onsets misses step faults that are older than half a minute")
 @pytest.mark.parametrize(("name", "lag_s"), [("leak", 45.0), ("level_bias", 130.0)])
 def test_a_level_fault_is_found_minutes_later(name: str, lag_s: float) -> None:
     assert probability(explained(name, 3, lag_s), name) >= 0.5

@@ -21,6 +21,10 @@ SECOND_FAULT_NATS = 4.0
 """Gain in log-likelihood that a second fault must bring, over and above its prior."""
 MENDED_NATS = 5.0
 """What an explanation loses that has no place for a fault that was known."""
+GAIN_ERROR = 0.1
+"""What a reading moved by is predicted to this share at best: flows add up to levels, and so do their errors [1]."""
+SETTLED = 15
+"""Readings that say where a variable started from."""
 LEAST_PROBABILITY = 0.03
 """Faults below this are dropped."""
 LAGS_S = (2, 4, 6, 9, 13, 18, 25, 35, 50, 70, 100, 140, 190, 250, 320, 400, 490, 590)
@@ -61,6 +65,8 @@ class Explainer:
         self._bias = np.array([e for _, e in errors.values()])
         self._faults = {f.name: f for f in faults}
         self._seen = np.stack([window.readings[v][1:] for v in self._variables], axis=1)
+        moved = self._seen - np.mean(self._seen[:SETTLED], axis=0)
+        self._spread = np.hypot(self._noise, GAIN_ERROR * moved)
 
     def score(self, sets: Sequence[tuple[FaultState, ...]]) -> Row:
         """Log posterior of each fault set up to a constant [nats], shape (len(sets),)."""
@@ -68,7 +74,7 @@ class Explainer:
         run = replay(self._model, self._window, members, fault_columns(self._model, list(sets)), self._variables)
         # Residual = constant model error + white noise, both normal; the constant part is integrated out.
         # The loss is bounded: one wild reading, or a second fault, must not decide everything.
-        misfit = np.clip((run.predicted - self._seen) / self._noise, -12.0, 12.0)
+        misfit = np.clip((run.predicted - self._seen) / self._spread, -12.0, 12.0)
         mean = misfit.mean(axis=1)
         constant = mean**2 / (1.0 / misfit.shape[1] + (self._bias / self._noise) ** 2)
         loss = (misfit.var(axis=1) * misfit.shape[1] + constant).sum(axis=1)
