@@ -56,7 +56,7 @@ def test_the_question_to_planning_with_a_note(tmp_path: Path) -> None:
         "--seed",
         "3",
         "--severity",
-        "0.5",
+        "0.65",
     )
     system, prompt, schema, tokens = shown(homeostat("prompt", "cstr", *FAULT, *arguments, cwd=tmp_path))
     assert system.startswith("You are the Planning agent") and "# Paths that are open now" in prompt
@@ -65,7 +65,7 @@ def test_the_question_to_planning_with_a_note(tmp_path: Path) -> None:
 
 
 def test_a_later_question_shows_what_was_refused(tmp_path: Path) -> None:
-    arguments = ("--fault", "cool_stuck_open", "--onset", "900", "--number", "2")
+    arguments = (*FAULT, "--severity", "0.85", "--number", "2")
     _, prompt, _, _ = shown(homeostat("prompt", "cstr", *arguments, cwd=tmp_path))
     assert "# Refused so far\n1. normal > " in prompt and "# What attempt 1 violated" in prompt
     assert "margin per step" in prompt
