@@ -72,10 +72,19 @@ def test_any_server_is_allowed_or_a_model_error(rest: str, host: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "url", ["http://user:hunter2@10.0.0.1/v1", "https://hunter2@host/v1", "http://h/v1?key=hunter2"]
-)
+    "url",
+    ["http://user:hunter2@10.0.0.1/v1", "https://hunter2@host/v1", "http://h/v1?key=hunter2",
+     "http://user:p#hunter2@10.0.0.1/v1", "HTTP://user:hunter2@host/v1", "http://user:hunter2@[::1/v1",
+     "ftp://user:hunter2@host/v1", "//user:hunter2@host/v1", "http://h/v1#m?key=hunter2"],
+)  # fmt: skip
 def test_an_address_with_a_secret_is_refused_without_repeating_it(url: str) -> None:
     for text in (url, f"{url}#model"):
         with pytest.raises(ValueError, match="HOMEOSTAT_LLM_KEY") as error:
             parse_address(text)
         assert "hunter2" not in str(error.value)
+
+
+@pytest.mark.parametrize("model", ["@cf/meta/llama-3", "org/name@2024", "name@2024"])
+def test_a_model_may_have_an_at_sign(model: str) -> None:
+    assert parse_address(f"http://host/v1#{model}").model == model
+    assert parse_address(f"ollama:{model}").model == model

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 import urllib.request
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -41,12 +42,16 @@ def way(request: dict[str, Any]) -> str:
     return TOOL if request.get("tools") else NATIVE if request.get("response_format") else PROMPTED
 
 
+SAYS = {NATIVE: b"response_format", TOOL: b"tool_choice", PROMPTED: b"a JSON schema"}
+"""What a server does not know where it rejects a way."""
+
+
 def rejecting(*rejected: str, status: int = 400) -> Callable[[dict[str, Any]], tuple[int, bytes]]:
     """A server that does not know some of the ways."""
 
     def respond(request: dict[str, Any]) -> tuple[int, bytes]:
         if way(request) in rejected:
-            return status, b'{"error": {"message": "not supported"}}'
+            return status, b'{"error": {"message": "%s is not supported"}}' % SAYS[way(request)]
         if way(request) == TOOL:
             called = {"name": request["tools"][0]["function"]["name"], "arguments": ANSWER}
             return 200, completion({"tool_calls": [{"id": "1", "type": "function", "function": called}]})
@@ -67,7 +72,7 @@ def ways(server: Server) -> list[str]:
     ("rejected", "expected"),
     [((), [NATIVE]), ((NATIVE,), [NATIVE, TOOL]), ((NATIVE, TOOL), [NATIVE, TOOL, PROMPTED])],
 )
-@pytest.mark.parametrize("status", [400, 404, 415, 422])
+@pytest.mark.parametrize("status", [400, 422])
 def test_where_one_way_is_rejected_the_next_is_tried(
     rejected: tuple[str, ...], expected: list[str], status: int
 ) -> None:
@@ -82,12 +87,59 @@ def test_where_one_way_is_rejected_the_next_is_tried(
 
 
 def test_where_every_way_is_rejected_it_fails() -> None:
-    with replying(400, b'{"error": {"message": "no"}}') as server:
+    with replying(respond=rejecting(NATIVE, TOOL, PROMPTED)) as server:
         asked = model(server)
         outcome = ask(asked)
         assert outcome.failure is Failure.REJECTED and ways(server) == [NATIVE, TOOL, PROMPTED]
         assert outcome.error is not None and outcome.error.requests == 3
         assert ask(asked).failure is Failure.REJECTED and len(server.bodies) == 6, "the way of asking was not to blame"
+
+
+OTHERWISE = [
+    (402, {"message": "no credits left, tools or not"}, Failure.UNAUTHORISED),
+    (429, {"message": "check your plan", "code": "insufficient_quota"}, Failure.UNAUTHORISED),
+    (400, {"message": "maximum context length is 8192 tokens, 300 in the functions"}, Failure.REJECTED),
+    (400, {"message": "the tools are too long", "code": "context_length_exceeded"}, Failure.REJECTED),
+    (404, {"message": "there is no model 'tool-schema'", "code": "model_not_found"}, Failure.REJECTED),
+    (400, {"message": "there is no such model", "code": "model_not_found"}, Failure.REJECTED),
+    (400, {"message": "temperature must be 1"}, Failure.REJECTED),
+    (413, {"message": "too large"}, Failure.REJECTED),
+]
+
+
+@pytest.mark.parametrize(("status", "error", "failure"), OTHERWISE, ids=lambda value: str(value)[:40])
+def test_what_another_way_cannot_cure_is_asked_once_and_changes_nothing(
+    status: int, error: dict[str, str], failure: Failure
+) -> None:
+    with replying(status, json.dumps({"error": error}).encode()) as server:
+        asked = model(server)
+        outcome = ask(PatientModel(asked))
+        assert outcome.failure is failure and error["message"] in str(outcome.error)
+        assert ways(server) == [NATIVE] and asked.settings["output"] == NATIVE
+
+
+def test_a_way_is_given_up_only_where_the_next_one_answers() -> None:
+    """The server fails while the next way is tried: nobody knows yet whether that one is better."""
+    for status, body in ((500, b"{}"), (402, b"{}"), (200, b"not JSON")):
+        reject = rejecting(NATIVE)
+        with replying(respond=lambda r: reject(r) if way(r) == NATIVE else (status, body)) as server:  # noqa: B023
+            asked = model(server)
+            assert ask(asked).failure is not None and ways(server) == [NATIVE, TOOL]
+            assert asked.settings["output"] == (TOOL if status == 200 else NATIVE)
+
+
+def test_being_called_off_on_the_way_gives_up_nothing() -> None:
+    reject = rejecting(NATIVE)
+
+    def respond(request: dict[str, Any]) -> tuple[int, bytes]:
+        if way(request) == TOOL:
+            time.sleep(1.0)
+        return reject(request)
+
+    with replying(respond=respond) as server:
+        asked = model(server)
+        assert ask(PatientModel(asked), 0.6).failure is Failure.TIMEOUT
+        assert ways(server) == [NATIVE, TOOL] and asked.settings["output"] == NATIVE
 
 
 def test_the_schema_is_in_every_way_of_asking() -> None:

@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from homeostat.agents.language.scripts import reasonable
+from homeostat.cases.wiring import Language
+from homeostat.domain.advice import Advice
 from homeostat.domain.quotation import quoted
+from homeostat.llm.failures import failure_of
 from homeostat.llm.model import STRUCK_OUT, Failure, ModelError, Question, Reply, Usage
 from homeostat.llm.recorded import RecordedModel
+from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.secrets import SHORTEST_KEY, Secrets
 from homeostat.trace import MemoryTrace
 from homeostat.trace.archive import NoArchive
 from homeostat.trace.calls import ModelCalled
 from homeostat.trace.encode import canonical, encode
+from tests.agents.language.situations import simulation, situation
+from tests.agents.stuck_valve import grounding
 from tests.llm.asking import QUESTION, Says, ask, question
+from tests.twin.followed import reactor
 
 KEY = "sk-proj/0123456789AbCd"
 ESCAPED = "".join(f"\\u{ord(c):04x}" for c in KEY)
@@ -41,6 +50,13 @@ def test_a_key_is_struck_out_however_it_is_spelled(spelled: str) -> None:
     for text in (spelled, f'{{"{spelled}": 1}}', twice, f"```json {spelled}"):
         struck = Secrets([f" {KEY}\n"]).strike(text)
         assert STRUCK_OUT in struck and not any(KEY in form for form in told(struck))
+
+
+@pytest.mark.parametrize("key", ['pa"ss\\word', "it's-a-key", "a\\\\b/c-d"])
+def test_a_key_with_signs_that_are_escaped_is_struck_out(key: str) -> None:
+    for text in (json.dumps({"a": key}), json.dumps(json.dumps(key)), repr({"message": key}), repr(json.dumps(key))):
+        struck = Secrets([key]).strike(text)
+        assert STRUCK_OUT in struck and not any(key in form for form in told(struck))
 
 
 @given(st.text(max_size=200))
@@ -77,6 +93,30 @@ def test_half_a_key_is_not_left_where_a_reason_is_cut(spelled: str, before: int)
         assert KEY[:8] not in line and KEY[-8:] not in line and len(event.detail) < 400
 
 
+def test_a_key_that_only_quoting_puts_together_is_not_told() -> None:
+    outcome = Reply("{}", KEY.replace("-", "---"), Usage(1, 1, None))
+    line, event = recorded(outcome)
+    assert KEY not in line and event.served == STRUCK_OUT
+
+
+@pytest.mark.parametrize("before", range(150, 210, 10))
+def test_a_failure_is_not_cut_before_every_key_is_known(before: int) -> None:
+    other = "another-key-0123456789-0123456789"
+    said = failure_of(ValueError("x" * before + f"{ESCAPED} {other}"), KEY).detail
+    assert KEY[:8] not in said and ESCAPED[:12] not in said and said.endswith(other)
+
+
+@pytest.mark.parametrize("before", range(260, 310, 5))
+def test_half_a_key_is_not_left_where_a_prompt_cuts_a_note(monkeypatch: pytest.MonkeyPatch, before: int) -> None:
+    monkeypatch.setenv("HOMEOSTAT_LLM_KEY", KEY)
+    fault, case = "cool_stuck_closed", reactor()
+    model = ScriptedModel("scripted:reasonable", reasonable)
+    language = Language(model, (f"{'x' * before}{KEY}",))
+    proposer = language.proposer(case, grounding(), simulation(fault), MemoryTrace(), NoArchive())
+    asyncio.run(proposer.planning.plan(situation(fault), Advice()))
+    assert "x" * 200 in model.asked[0].prompt and KEY[:4] not in model.asked[0].prompt
+
+
 def test_a_key_in_a_note_is_not_asked_about() -> None:
     trace = MemoryTrace()
     seen: list[Question] = []
@@ -89,15 +129,3 @@ def test_a_key_in_a_note_is_not_asked_about() -> None:
     model = Listening(Reply("{}", "m", Usage(1, 1, None)))
     ask(RecordedModel(model, trace, NoArchive(), (KEY,)), about=question(prompt=f"note: {KEY}", system=KEY))
     assert seen[0].prompt == f"note: {STRUCK_OUT}" and seen[0].system == STRUCK_OUT
-
-
-NONSENSE = [
-    None, "text", 7, Reply(None, "m", Usage(1, 1, None)), Reply("{}", None, Usage(1, 1, None)),  # type: ignore[arg-type]
-    Reply("{}", "m", Usage(1, 1, float("nan"))), Reply("{}", "m", Usage(-1, 1, None)), Reply("{}", "m", None),  # type: ignore[arg-type]
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("reply", NONSENSE, ids=repr)
-def test_what_is_no_reply_is_a_failure_like_any_other(reply: object) -> None:
-    line, event = recorded(reply)  # type: ignore[arg-type]
-    assert event.failure == "MALFORMED" and "\n" not in line

@@ -22,6 +22,7 @@ from homeostat.domain.ports import Clock, Plant
 from homeostat.llm.address import KEY_VARIABLES
 from homeostat.llm.model import LanguageModel
 from homeostat.llm.recorded import RecordedModel
+from homeostat.llm.secrets import Secrets
 from homeostat.supervisor import Budget, Supervisor
 from homeostat.trace import Trace
 from homeostat.trace.archive import Archive, NoArchive
@@ -53,7 +54,8 @@ class Language:
         secrets = tuple(value for name in KEY_VARIABLES if (value := os.environ.get(name)))
         recorded = RecordedModel(self.model, trace, archive, secrets, self.file)
         d = case.description
-        return language_proposer(recorded, d, grounding, simulation, case.production, self.notes)
+        notes = tuple(map(Secrets(secrets).strike, self.notes))  # before a prompt cuts them: half a key is not found
+        return language_proposer(recorded, d, grounding, simulation, case.production, notes)
 
 
 def wire(

@@ -20,6 +20,14 @@ FORMS = (
     "scripted:reasonable, scripted:stubborn"
 )
 
+FOR_A_MODEL = {
+    "--local-only": "local_only", "--allow-host": "allow_host", "--temperature": "temperature",
+    "--model-seed": "model_seed", "--note": "note", "--record": "record",
+}  # fmt: skip
+"""Options that say nothing to the search -> name of their value."""
+TEMPERATURE = 0.0
+"""Temperature of the model where none is given [1]."""
+
 
 def configure(command: argparse.ArgumentParser) -> None:
     """Declare the options."""
@@ -32,7 +40,7 @@ def configure(command: argparse.ArgumentParser) -> None:
         "--allow-host", action="append", default=[], metavar="HOST", help="with --local-only: a host to allow as well"
     )
     command.add_argument(
-        "--temperature", type=number(0.0, 2.0), default=0.0, metavar="X", help="temperature of the model (default: 0)"
+        "--temperature", type=number(0.0, 2.0), metavar="X", help="temperature of the model (default: 0)"
     )
     command.add_argument("--model-seed", type=int, metavar="N", help="seed of the model's own sampling, if it has one")
     command.add_argument(
@@ -44,8 +52,8 @@ def configure(command: argparse.ArgumentParser) -> None:
 def speaker(options: argparse.Namespace) -> Language | None:
     """The model that the options name, ready to be asked; None for the search. UsageError where there is none."""
     if options.proposer == SEARCH:
-        if options.record is not None:
-            raise UsageError("--record keeps what a language model answers; name one with --proposer")
+        if idle := [option for option, name in FOR_A_MODEL.items() if _is_given(vars(options)[name])]:
+            raise UsageError(f"{', '.join(idle)}: only a language model needs that; name one with --proposer")
         return None
     from homeostat.cases.wiring import Language
 
@@ -53,6 +61,10 @@ def speaker(options: argparse.Namespace) -> Language | None:
     if options.record is not None:
         _try_to_write(options.record)
     return Language(model, tuple(options.note), options.record)
+
+
+def _is_given(value: object) -> bool:
+    return value is not None and value is not False and value != []  # 0 is given
 
 
 def _model(options: argparse.Namespace) -> LanguageModel:
@@ -95,8 +107,9 @@ def _provider(options: argparse.Namespace) -> LanguageModel:
     except ImportError as error:
         raise UsageError(f"asking {address.text!r} needs {error.name!r}: pip install 'homeostat[llm]'") from error
     policy = AddressPolicy(options.local_only, tuple(options.allow_host))
+    sampling = Sampling(TEMPERATURE if options.temperature is None else options.temperature, options.model_seed)
     try:
-        return PatientModel(ProviderModel(address, policy, Sampling(options.temperature, options.model_seed)))
+        return PatientModel(ProviderModel(address, policy, sampling))
     except ModelError as error:
         raise UsageError(str(error)) from error
 

@@ -55,16 +55,16 @@ def parse_address(text: str) -> ModelAddress:
     >>> parse_address("http://127.0.0.1:8000/v1#tiny").url
     'http://127.0.0.1:8000/v1'
     """
+    if _may_hold_a_secret(text):  # it would be recorded with every call, so not even this message repeats it
+        raise ValueError(
+            "the address has a user name, a password or a query in it; "
+            f"give a key in the environment, as {SERVER_KEY}, and the address as http://HOST:PORT/v1#MODEL"
+        )
     if text.startswith(("http://", "https://")):
         try:
             url, model = urldefrag(text)
         except ValueError as error:
             raise ValueError(f"{text!r} is not an address ({error}); it must be http://HOST:PORT/v1#MODEL") from None
-        if "@" in url or "?" in url:  # it would be recorded with every call
-            raise ValueError(
-                f"the address of {model or 'a model'!r} has a user name, a password or a query in it; "
-                f"give a key in the environment, as {SERVER_KEY}, and the address as http://HOST:PORT/v1#MODEL"
-            )
         if not model:
             raise ValueError(f"{text!r} names no model; add it after a '#': {text}#MODEL")
         return ModelAddress(text, SERVER, model, url, SERVER_KEY)
@@ -74,3 +74,12 @@ def parse_address(text: str) -> ModelAddress:
         raise ValueError(f"{text!r} names no model; it must be {forms} or http://HOST:PORT/v1#MODEL")
     url, variable = _KNOWN[provider]
     return ModelAddress(text, provider, model, url, variable)
+
+
+def _may_hold_a_secret(text: str) -> bool:
+    """Whether ``text`` looks like an address with more than a place and a model; a password may have a '#' in it."""
+    if "//" not in text or text.partition(":")[0] in _KNOWN:
+        return False
+    url, _, model = text.partition("#")
+    host_follows = "/" in model[1:].partition("@")[2]  # a name may begin with '@'
+    return "@" in url or "?" in text or "#" in model or host_follows

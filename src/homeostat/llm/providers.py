@@ -27,7 +27,7 @@ from pydantic_ai.settings import ModelSettings
 from pydantic_ai.tools import ToolDefinition
 
 from homeostat.llm.address import ANTHROPIC, OLLAMA, ModelAddress
-from homeostat.llm.failures import failure_of
+from homeostat.llm.failures import WayRejected, failure_of
 from homeostat.llm.model import ANSWERED, Failure, ModelError, Question, Reply, Usage
 from homeostat.llm.network import AddressPolicy, GuardedTransport
 
@@ -83,21 +83,24 @@ class ProviderModel:
 
     async def ask(self, question: Question, within_s: float) -> Reply:
         """The answer to ``question``; where the server rejects one way of asking for JSON, the next is tried."""
-        requests, modes = 0, self._modes
+        requests, modes = 0, list(self._modes)
         while True:
             requests += 1
             try:
-                response = await self._request(question, within_s)
-                return self._reply(response, requests)
+                reply = self._reply(await self._request(question, within_s, modes), requests)
+                break
             except ModelError as error:
-                if error.failure is not Failure.REJECTED or len(self._modes) == 1:
-                    error.requests = requests
-                    if error.failure not in ANSWERED:
-                        self._modes = modes  # it was not the way of asking that was wrong
-                    raise
-                self._modes = self._modes[1:]
+                if isinstance(error, WayRejected) and len(modes) > 1:
+                    modes.pop(0)
+                    continue
+                error.requests = requests
+                if error.failure in ANSWERED:
+                    self._modes = modes
+                raise
+        self._modes = modes  # not before: where nobody answers, it was not the way of asking that was wrong
+        return reply
 
-    async def _request(self, question: Question, within_s: float) -> ModelResponse:
+    async def _request(self, question: Question, within_s: float, modes: list[str]) -> ModelResponse:
         settings = ModelSettings(max_tokens=MOST_TOKENS, timeout=within_s, request_timeout=within_s)
         if self._sampling.temperature is not None:
             settings["temperature"] = self._sampling.temperature
@@ -111,7 +114,7 @@ class ProviderModel:
         ) as client:
             try:
                 model = self._model(client)
-                mode = self._supported(model)
+                mode = _supported(model, modes)
                 system = question.system if mode != PROMPTED else f"{question.system}\n\n{_prompted(question)}"
                 messages = [ModelRequest(parts=[SystemPromptPart(system), UserPromptPart(question.prompt)])]
                 with _unreadable_usage_is_no_news():
@@ -135,12 +138,6 @@ class ProviderModel:
             return OpenAIChatModel(name, provider=OllamaProvider(openai_client=openai))
         return OpenAIChatModel(name, provider=OpenAIProvider(openai_client=openai))
 
-    def _supported(self, model: Model) -> str:
-        """The strictest way that is left and that the library knows this model to have."""
-        if self._modes[0] == NATIVE and not model.profile.get("supports_json_schema_output", False):
-            self._modes = self._modes[1:]
-        return self._modes[0]
-
     def _reply(self, response: ModelResponse, requests: int) -> Reply:
         if response.finish_reason == "content_filter":
             raise ModelError(Failure.REFUSAL, str((response.provider_details or {}).get("refusal", "")))
@@ -153,6 +150,13 @@ class ProviderModel:
             raise ModelError(Failure.EMPTY)
         usage = Usage(_count(response.usage.input_tokens), _count(response.usage.output_tokens), _cost(response))
         return Reply(answer, response.model_name or "", usage, requests)
+
+
+def _supported(model: Model, modes: list[str]) -> str:
+    """The strictest way that is left in ``modes`` and that the library knows this model to have."""
+    if modes[0] == NATIVE and not model.profile.get("supports_json_schema_output", False):
+        modes.pop(0)
+    return modes[0]
 
 
 def _parameters(mode: str, question: Question) -> ModelRequestParameters:

@@ -6,21 +6,27 @@ import asyncio
 import json
 import logging
 import math
+import sys
 import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Final, TypeGuard
 
 from homeostat.domain.quotation import quoted
 from homeostat.llm.calls import Call, append_call
-from homeostat.llm.model import Failure, LanguageModel, ModelError, Question, Reply
+from homeostat.llm.model import STRUCK_OUT, Failure, LanguageModel, ModelError, Question, Reply
 from homeostat.llm.secrets import Secrets
 from homeostat.trace import Setting, Trace
 from homeostat.trace.archive import Archive
 from homeostat.trace.calls import ModelCalled
 
+_LONGEST: Final = 18
+"""Characters that quoting may make of one."""
 MOST_NAME, MOST_DETAIL = 80, 240
 """Longest name of a model that answered, and longest reason of a failure [characters]."""
+GRACE_S = 0.05
+"""Time for a model that keeps the time itself to say how it used it [s]."""
 _LOGGER = logging.getLogger(__name__)
 
 
@@ -56,14 +62,15 @@ class RecordedModel:
         strike, begin = self._secrets.strike, time.monotonic()
         question = replace(question, system=strike(question.system), prompt=strike(question.prompt))
         try:
-            async with asyncio.timeout(within_s):
+            async with asyncio.timeout(within_s + GRACE_S):
                 reply = _checked(await self._model.ask(question, within_s))
         except TimeoutError:
             late = ModelError(Failure.TIMEOUT, f"within {within_s:.1f} s")
             self._record(question, None, late, begin)
             raise late from None
         except ModelError as error:
-            struck = ModelError(error.failure, self._line(error.detail), error.retry_after_s, error.requests)
+            requests = error.requests if _is_count(error.requests) else 1
+            struck = ModelError(error.failure, self._line(str(error.detail)), error.retry_after_s, requests)
             self._record(question, None, struck, begin)
             raise struck from None
         except asyncio.CancelledError:
@@ -83,7 +90,7 @@ class RecordedModel:
         schema = self._archive.store_json(json.dumps(question.schema, indent=1))
         event = ModelCalled(
             agent=question.agent, model=self.name, served=reply.served if reply else "",
-            settings=tuple(Setting(n, _setting(v)) for n, v in self._model.settings.items() if v is not None),
+            settings=self._settings(),
             template_sha256=question.template_sha256, prompt_sha256=prompt.sha256, schema_sha256=schema.sha256,
             answer_sha256=self._archive.store_json(_storable(reply.answer)).sha256 if reply else "",
             failure=error.failure.name if error else "", detail=str(error) if error else "",
@@ -107,8 +114,25 @@ class RecordedModel:
             self._file = None
 
     def _line(self, text: str, limit: int = MOST_DETAIL) -> str:
-        """``text`` in one printable line, for an operator's terminal. Keys go first: half a key is not recognised."""
-        return quoted(self._secrets.strike(text), limit)
+        """``text`` in one printable line, for an operator's terminal.
+
+        Keys go before the line is cut, as half a key is not recognised, and once more after it was quoted, as quoting
+        may put one together.
+        """
+        whole = _LONGEST * len(text) + len(STRUCK_OUT)
+        return quoted(self._secrets.strike(quoted(self._secrets.strike(text), whole)), limit)
+
+    def _settings(self) -> tuple[Setting, ...]:
+        """The other model's settings as a trace can hold them; none where they cannot be read at all."""
+        try:
+            return tuple(
+                Setting(self._line(str(name), MOST_NAME), value if _is_number(value) else self._line(str(value)))
+                for name, value in self._model.settings.items()
+                if value is not None
+            )
+        except Exception as error:  # they only describe a model; a bug there must not end the asking
+            _LOGGER.warning("the settings of a model cannot be read: %s", type(error).__name__)
+            return ()
 
 
 def _checked(reply: Reply) -> Reply:
@@ -116,16 +140,22 @@ def _checked(reply: Reply) -> Reply:
     if not (isinstance(reply, Reply) and isinstance(reply.answer, str) and isinstance(reply.served, str)):
         raise TypeError(f"the model answered with {type(reply).__name__}, which is no reply with a text")
     usage = reply.usage
-    numbers = (usage.input_tokens, usage.output_tokens, usage.cost_usd or 0.0, reply.requests)
-    if not all(isinstance(n, int | float) and math.isfinite(n) and n >= 0 for n in numbers):
-        raise ValueError("the model counted tokens, cost or requests that no number of at least 0 stands for")
+    if not all(_is_count(n) for n in (usage.input_tokens, usage.output_tokens, reply.requests)):
+        raise ValueError("the model counted tokens or requests that no whole number of at least 0 stands for")
+    if usage.cost_usd is not None and not (_is_number(usage.cost_usd) and usage.cost_usd >= 0.0):
+        raise ValueError("the model has a cost that is no number of at least 0")
     return reply
 
 
-def _setting(value: object) -> float | int | str:
-    """``value`` as a trace can hold it."""
-    whole = isinstance(value, int | str) or (isinstance(value, float) and math.isfinite(value))
-    return value if whole else str(value)  # type: ignore[return-value]
+def _is_count(value: object) -> bool:
+    return type(value) is int and 0 <= value <= sys.maxsize  # longer ones cannot be written
+
+
+def _is_number(value: object) -> TypeGuard[int | float]:
+    """Whether ``value`` is a number that a trace and a line of JSON can hold."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.maxsize and math.isfinite(value)
 
 
 def _call(question: Question, reply: Reply | None, error: ModelError | None, event: ModelCalled) -> Call:

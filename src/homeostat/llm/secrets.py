@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Final
 
 from homeostat.domain.quotation import is_unseen
@@ -12,7 +12,10 @@ from homeostat.llm.model import STRUCK_OUT
 
 SHORTEST_KEY: Final = 6
 """Anything shorter is not a key, and striking it out would spoil ordinary text."""
-_ESCAPE: Final = re.compile(r"\\(?:u([0-9a-fA-F]{4})|(/))")
+_VISIBLE: Final = re.compile(r"\\(?:u([0-9a-fA-F]{4})|(/))")
+"""Escapes of JSON that need not be there; without them it is JSON still, most of the time."""
+_ANY: Final = re.compile(r"\\(?:u([0-9a-fA-F]{4})|([\"'\\/]))")
+"""Those and the ones that must be there, in JSON or in what Python shows of a text."""
 
 
 class Secrets:
@@ -27,20 +30,26 @@ class Secrets:
 
         A text in which a key is hidden comes back in the form in which it was found.
         """
-        for view in (text, shown := _unescaped(text), _plain(shown)):
-            if any(key in view for key in self._keys):
-                return self.strike(self._replaced(view))
+        while (view := next(filter(self._shows, _views(text)), None)) is not None:
+            for key in self._keys:
+                view = view.replace(key, STRUCK_OUT)
+            text = view
         return text
 
-    def _replaced(self, text: str) -> str:
-        for key in self._keys:
-            text = text.replace(key, STRUCK_OUT)
-        return text
+    def _shows(self, text: str) -> bool:
+        return any(key in text for key in self._keys)
 
 
-def _unescaped(text: str) -> str:
-    """``text`` with the escapes of JSON resolved that may stand for a visible character."""
-    return _ESCAPE.sub(lambda found: chr(int(found[1], 16)) if found[1] else "/", text)
+def _views(text: str) -> Iterator[str]:
+    """What may be seen of ``text``, the least changed first: as it is, unescaped, and unescaped twice."""
+    once = _unescaped(text, _ANY)
+    for view in (text, _unescaped(text, _VISIBLE), once, _unescaped(once, _ANY)):
+        yield view
+        yield _plain(view)
+
+
+def _unescaped(text: str, escape: re.Pattern[str]) -> str:
+    return escape.sub(lambda found: chr(int(found[1], 16)) if found[1] else found[2], text)
 
 
 def _plain(text: str) -> str:
