@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -37,6 +38,15 @@ def flip(path: Path) -> None:
     path.write_bytes(content)
 
 
+def misquote(path: Path) -> None:
+    """Change one digit of a number in the middle of a file: it can be read as before, and says something else."""
+    content = bytearray(path.read_bytes())
+    digit = re.compile(rb":(\d)").search(content, len(content) // 2)
+    assert digit is not None
+    content[digit.start(1)] ^= 1
+    path.write_bytes(content)
+
+
 def cut(path: Path) -> None:
     """Take the last line of a file away."""
     path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:-1]))
@@ -67,7 +77,7 @@ def test_an_altered_run_is_caught(
 
 def test_a_replay_of_an_altered_run_says_so(tmp_path: Path, recovered: Done, record: Path) -> None:
     shutil.copytree(record, tmp_path / "run")
-    flip(tmp_path / "run" / "events.jsonl")
+    misquote(tmp_path / "run" / "events.jsonl")
     done = homeostat("replay", "run", cwd=tmp_path)
     assert done.status == 1 and done.err.count("\n") == 1 and "altered" in done.err
     assert recovered.out.startswith(done.out) and "Recovered" not in done.out
