@@ -65,7 +65,7 @@ def test_what_was_believed_by_mistake_is_corrected(true: str, believed: str) -> 
     size = {f.name: f.severity_nominal for f in reactor().description.faults}
     twin = follow(readings(3, 1750, (FaultState(true, size[true], 1450.0),)), 3)
     found = twin.explain([true, believed], (FaultState(believed, size[believed], 1440.0),))
-    assert sum(h.probability for h in found if h.name == true) >= 0.9
+    assert sum(h.probability for h in found if h.name == true) >= 0.8
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 13])

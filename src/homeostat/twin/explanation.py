@@ -10,7 +10,7 @@ import numpy as np
 
 from homeostat.domain.diagnosis import Fault, FaultState, Hypothesis
 from homeostat.process.model import ProcessModel
-from homeostat.process.types import Row
+from homeostat.process.types import Row, Table
 from homeostat.twin.calibration import Belief
 from homeostat.twin.history import Window
 from homeostat.twin.replay import fault_columns, replay
@@ -20,7 +20,7 @@ TEMPER = 3.0
 SECOND_FAULT_NATS = 4.0
 """Gain in log-likelihood that a second fault must bring, over and above its prior."""
 MENDED_NATS = 5.0
-"""What an explanation loses that has no place for a fault that was known."""
+"""What an explanation loses for each fault that was known and that it has no place for."""
 GAIN_ERROR = 0.1
 """What a reading moved by is predicted to this share at best: flows add up to levels, and so do their errors [1]."""
 SETTLED = 15
@@ -55,11 +55,15 @@ class Explainer:
         belief: Belief,
         errors: Mapping[str, tuple[float, float]],
         faults: Sequence[Fault],
+        known: Sequence[FaultState] = (),
     ) -> None:
-        """``errors``: variable -> (noise per reading, model error) standard deviations in its unit."""
+        """``errors``: variable -> (noise per reading, model error) standard deviations in its unit.
+
+        ``known`` is what was believed to be wrong before; the model's response to its parameters depends on it.
+        """
         self._model = model
         self._window = window
-        self._mean = belief.mean
+        self._belief = belief
         self._variables = tuple(errors)
         self._noise = np.array([n for n, _ in errors.values()])
         self._bias = np.array([e for _, e in errors.values()])
@@ -67,19 +71,39 @@ class Explainer:
         self._seen = np.stack([window.readings[v][1:] for v in self._variables], axis=1)
         moved = self._seen - np.mean(self._seen[:SETTLED], axis=0)
         self._spread = np.hypot(self._noise, GAIN_ERROR * moved)
+        self._directions = self._excuses(tuple(known))
 
     def score(self, sets: Sequence[tuple[FaultState, ...]]) -> Row:
         """Log posterior of each fault set up to a constant [nats], shape (len(sets),)."""
-        members = np.tile(self._mean, (len(sets), 1))
+        members = np.tile(self._belief.mean, (len(sets), 1))
         run = replay(self._model, self._window, members, fault_columns(self._model, list(sets)), self._variables)
-        # Residual = constant model error + white noise, both normal; the constant part is integrated out.
+        # Residual = constant model error + what parameters may be wrong by + white noise, all normal; all but the noise
+        # is integrated out: r' (I + D D')^-1 r with the directions D.
         # The loss is bounded: one wild reading, or a second fault, must not decide everything.
-        misfit = np.clip((run.predicted - self._seen) / self._spread, -12.0, 12.0)
-        mean = misfit.mean(axis=1)
-        constant = mean**2 / (1.0 / misfit.shape[1] + (self._bias / self._noise) ** 2)
-        loss = (misfit.var(axis=1) * misfit.shape[1] + constant).sum(axis=1)
+        misfit = np.clip((run.predicted - self._seen) / self._spread, -12.0, 12.0).reshape(len(sets), -1)
+        along = misfit @ self._directions
+        inner = np.eye(self._directions.shape[1]) + self._directions.T @ self._directions
+        excused = (along * np.linalg.solve(inner, along.T).T).sum(axis=1)
+        loss = (misfit * misfit).sum(axis=1) - excused
         prior = np.array([sum(self._log_prior(f) for f in s) for s in sets])
         return np.asarray(prior - 0.5 * loss / TEMPER)
+
+    def _excuses(self, known: FaultSet) -> Table:
+        """Directions in which readings may differ although nothing new is wrong, shape (readings, k), in spreads.
+
+        A constant model error of each variable, and one standard deviation of each parameter that is still uncertain:
+        what was not learned in healthy operation, as the loss to the ambient of a plant that was never idle, is no sign
+        of a fault.
+        """
+        root = self._belief.root
+        members = np.vstack([self._belief.mean, self._belief.mean + root.T])
+        present = fault_columns(self._model, [known] * len(members))
+        predicted = replay(self._model, self._window, members, present, self._variables).predicted / self._spread
+        parameters = (predicted[1:] - predicted[0]).reshape(root.shape[1], -1).T
+        constant = np.zeros((*self._seen.shape, len(self._variables)))
+        for j in range(len(self._variables)):
+            constant[:, j, j] = self._bias[j] / self._noise[j]
+        return np.hstack([constant.reshape(-1, len(self._variables)), parameters])
 
     def _log_prior(self, state: FaultState) -> float:
         """Relative frequency of the fault and how far the severity is from the typical one."""
@@ -113,28 +137,31 @@ class Explainer:
         self._best_per_fault([(a, best_second) for a in self._around(first, 0.7)], lambda s: s[0].fault, again)
         return [*found, *again, leader]
 
-    def remembered(self, known: FaultSet, best: Scored, scored: Sequence[Scored]) -> list[Scored]:
-        """``scored`` in the light of what was ``known`` before, as it was and together with the ``best`` single fault.
+    def remembered(self, known: FaultSet, scored: Sequence[Scored]) -> list[Scored]:
+        """``scored`` in the light of what was ``known`` before, as it was and together with every single fault.
 
         Faults do not mend themselves: what was known needs no coincidence, and an explanation without it needs one.
         Otherwise a fault would be forgotten as soon as it cannot be seen, as fouling without feed.
         """
-        names = {f.fault for f in known}
-        if not names:
+        if not known:
             return list(scored)
-        rest = tuple(f for f in known if f.fault not in {b.fault for b in best.faults})
-        more = self.variations(known)
-        more += self.variations((*rest, *best.faults)) if rest else []
-        relief = sum(-float(np.log(0.3 * self._faults[name].prior)) for name in names)
-        return [
-            Scored(s.faults, s.score + (relief if self._keeps(s.faults, known) else -MENDED_NATS))
-            for s in (*scored, *more)
-        ]
+        together: dict[str, Scored] = {}
+        for s in sorted((s for s in scored if len(s.faults) == 1), key=lambda s: s.score):
+            together[s.faults[0].fault] = s
+        sets = [(*(f for f in known if f.fault != name), *s.faults) for name, s in together.items()]
+        joined = [Scored(s, score) for s, score in zip(sets, self.score(sets).tolist(), strict=True)]
+        more = [*self.variations(known), *joined, *self.variations(max(joined, key=lambda s: s.score).faults)]
+        return [Scored(s.faults, s.score + sum(self._memory(k, s.faults) for k in known)) for s in (*scored, *more)]
 
-    def _keeps(self, faults: FaultSet, known: FaultSet) -> bool:
-        """Whether every known fault is among ``faults``, and began nearer to when it was thought to than to now."""
-        began = {f.fault: f.onset_s for f in faults}
-        return all(began.get(k.fault, np.inf) <= 0.5 * (k.onset_s + self._window.end_s) for k in known)
+    def _memory(self, known: FaultState, faults: FaultSet) -> float:
+        """What an explanation gains by keeping a ``known`` fault, or loses by dropping it [nats].
+
+        It is kept where it began nearer to when it was thought to than to now.
+        """
+        began = next((f.onset_s for f in faults if f.fault == known.fault), np.inf)
+        if began <= 0.5 * (known.onset_s + self._window.end_s):
+            return -float(np.log(0.3 * self._faults[known.fault].prior))
+        return -MENDED_NATS
 
     def variations(self, faults: FaultSet) -> list[Scored]:
         """``faults`` together, with each one's size and onset varied in turn."""
@@ -229,15 +256,15 @@ def explain(
         end_s: process time of the last reading [s].
     """
     lags = [end_s - lag for lag in LAGS_S]
-    none = float(whole.score([()])[0]) - (MENDED_NATS if known else 0.0)
+    none = float(whole.score([()])[0]) - MENDED_NATS * len(known)
     scored = whole.singles(candidates, sorted({*lags, *(f.onset_s for f in known)}))
     best = max(scored, key=lambda s: s.score)
     if len(known) > 1:
-        return hypotheses(whole.remembered(tuple(known), best, scored), none)
+        return hypotheses(whole.remembered(tuple(known), scored), none)
     doubles = recent.pairs(best.faults[0], every, [end_s - lag for lag in LAGS_S[:12:2]])
     gain = max(d.score for d in doubles) - float(recent.score([best.faults])[0])
     if gain > SECOND_FAULT_NATS:
         sets = [d.faults for d in doubles]
         again = whole.score(sets).tolist()
         scored = [*scored, *(Scored(s, value) for s, value in zip(sets, again, strict=True))]
-    return hypotheses(whole.remembered(tuple(known), best, scored), none)
+    return hypotheses(whole.remembered(tuple(known), scored), none)

@@ -99,7 +99,7 @@ class Twin:
         errors, names = self.settings.errors, [f.name for f in self._faults]
         window = self._history.window(self.settings.replay_s)
         whole, recent = (
-            Explainer(self._model, w, self._belief, errors, self._faults)
+            Explainer(self._model, w, self._belief, errors, self._faults, known)
             for w in (window, self._history.window(self.settings.recent_s))
         )
         return explain(whole, recent, candidates, names, known, window.end_s)

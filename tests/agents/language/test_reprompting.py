@@ -13,6 +13,7 @@ from homeostat.agents.crew import NoAdmissiblePlan
 from homeostat.agents.language.reach import HALF
 from homeostat.agents.language.reprompting import (
     MOST_REPEATS,
+    PROGRESS,
     TRIES,
     TeachingReprompting,
 )
@@ -132,9 +133,22 @@ def test_what_only_planning_can_cure_is_for_planning() -> None:
 def test_a_path_is_given_up_when_its_tries_are_used_up() -> None:
     desk, advice, attempts = Desk(feed(-400.0)), Advice(), 0
     while advice.keep_path is not None or attempts == 0:
-        advice = desk.advise(attempt(finding(-1.0), number=attempts + 1), advice)
+        advice = desk.advise(attempt(finding(-(0.5**attempts)), number=attempts + 1), advice)
         attempts += 1
     assert attempts == TRIES and advice.refused_paths == (PATH.states,) and advice.tries == 0
+
+
+@pytest.mark.parametrize(("missing", "kept"), [(PROGRESS * 2.0 - 0.01, True), (PROGRESS * 2.0, False), (3.0, False)])
+def test_a_path_is_given_up_when_another_attempt_gets_no_further(missing: float, kept: bool) -> None:
+    desk = Desk(feed(-400.0))
+    first = desk.advise(attempt(finding(-2.0)))
+    assert keeps(desk.advise(attempt(finding(-missing), number=2), first)) is kept
+
+
+def test_progress_is_measured_from_a_margin_not_from_a_refusal() -> None:
+    desk = Desk(feed(-400.0))
+    first = desk.advise(Attempt(1, PATH, None, Revise((finding(-math.inf, "CHK-ANSWER", unit="1"),))))
+    assert keeps(desk.advise(attempt(finding(-2.0), number=2), first))
 
 
 def test_what_was_refused_stays_refused() -> None:
@@ -171,13 +185,13 @@ def repeated(number: int) -> Attempt:
     return Attempt(number, PATH, ACTIONS, Revise((repetition_finding(1),)))
 
 
-def test_the_same_again_gets_the_same_feedback_and_is_told_so() -> None:
+def test_the_same_again_gives_the_path_up_and_is_told_so() -> None:
     desk = Desk(feed(-400.0))
     first = desk.advise(attempt(finding(-1.0)))
     first = replace(first, attempts=(attempt(finding(-1.0)),))
     again = desk.advise(repeated(2), first)
-    assert keeps(again) and again.findings == first.findings and again.sensitivities == first.sensitivities
-    assert "judged before" in again.hint and again.tries == 2
+    assert not keeps(again) and again.refused_paths == (PATH.states,), "nothing else is seen on this path"
+    assert again.findings == first.findings and "judged before" in again.hint
     assert len(desk.simulation.criteria) == 1, "nothing is computed twice"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 import tomllib
 from collections.abc import Sequence
 from typing import Final
@@ -24,6 +25,8 @@ from homeostat.llm.model import LanguageModel
 
 TRIES: Final = 4
 """Attempts on one path before another one is asked for."""
+PROGRESS: Final = 0.9
+"""A path is given up when the worst violation is not reduced to this share of what it was before [1]."""
 MOST_REPEATS: Final = 2
 """A model that says again what was refused this often has nothing more to say."""
 
@@ -58,14 +61,12 @@ class TeachingReprompting:
         return self._advice(attempt, before, violated, slopes, route, hint)
 
     def _repeated(self, attempt: Attempt, before: Advice) -> Advice:
-        """The same feedback again, with the hint that it was the same proposal."""
+        """The same feedback again, with the hint that it was the same proposal; its path is given up."""
         repeats = sum(any(f.criterion == REPEATED for f in a.verdict.findings) for a in before.attempts) + 1
         if repeats >= MOST_REPEATS:
             raise NoAdmissiblePlan(f"{self._model.name}: repeats what was refused")
         hint = known_hint(attempt.verdict.findings)
-        # Where the path was given up, the repetition came by another path and is no more use there.
-        route = before.route if before.keep_path == attempt.path else Owner.PLANNING
-        return self._advice(attempt, before, before.findings, before.sensitivities, route, hint)
+        return self._advice(attempt, before, before.findings, before.sensitivities, Owner.PLANNING, hint)
 
     def _advice(
         self, attempt: Attempt, before: Advice, violated: tuple[Finding, ...], slopes: tuple[Sensitivity, ...],
@@ -92,8 +93,8 @@ class TeachingReprompting:
     def _route(
         self, attempt: Attempt, violated: Sequence[Finding], slopes: Sequence[Sensitivity], before: Advice
     ) -> Owner:
-        """Action keeps the path while it has tries left and its commands could cure what is violated."""
-        if attempt.path is None:
+        """Action keeps the path while it has tries left, gets on, and its commands could cure what is violated."""
+        if attempt.path is None or self._stuck(violated, before):
             return Owner.PLANNING
         if before.tries + 1 >= TRIES or any(f.owner is Owner.PLANNING for f in violated):
             return Owner.PLANNING
@@ -102,6 +103,14 @@ class TeachingReprompting:
         findings = (*violated, *nearest(attempt.verdict.findings, self._plant.scales))
         cured = curable(findings, slopes, actions, target, self._plant.scales)
         return Owner.ACTION if cured else Owner.PLANNING
+
+    def _stuck(self, violated: Sequence[Finding], before: Advice) -> bool:
+        """Whether another attempt on the same path left the worst of it as bad as it was."""
+        if before.keep_path is None or not before.findings or not violated:
+            return False
+        scales = self._plant.scales
+        was, now = (min(f.relative(scales) for f in found) for found in (before.findings, violated))
+        return math.isfinite(was) and now <= PROGRESS * was
 
     async def _asked(
         self, situation: Situation, attempt: Attempt, before: Advice, violated: tuple[Finding, ...], route: Owner

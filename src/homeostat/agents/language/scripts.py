@@ -29,6 +29,8 @@ RESERVE: Final = 0.05
 """Margin that is wanted beyond zero, in the margin's unit."""
 MOVES: Final = 201
 """Values of each command that are looked at."""
+STRIDE: Final = 0.5
+"""Longest step of each command, as a share of its range: straight lines are not believed any farther [1]."""
 
 
 def reasonable(question: Question) -> str:
@@ -123,7 +125,7 @@ def _best_move(
         limit, now, start = limits[tag], values[tag], base[tag]
         assert now is not None and start is not None
         width = limit["maximum"] - limit["minimum"]
-        for value in np.linspace(limit["minimum"], limit["maximum"], MOVES).tolist():
+        for value in np.linspace(start - STRIDE * width, start + STRIDE * width, MOVES).tolist():
             reached = _inside(value, limit)
             assert reached is not None
             missing = _missing(violated, {**moved, tag: reached - start})
