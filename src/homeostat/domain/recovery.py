@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 
 from homeostat.domain.behaviour import StateMachine, Transition
+from homeostat.domain.formula import Formula
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,31 +60,63 @@ class Command:
 
 
 @dataclass(frozen=True, slots=True)
-class ActionSet:
-    """Commands that are released together, and the state that they lead to."""
+class Step:
+    """A later part of an action set: what is sent once the plant has come so far."""
 
+    when: Formula
+    """What must hold on the plant before anything of it is sent."""
     commands: tuple[Command, ...]
     """Commands in the order in which they are sent; one per tag."""
     target: str
     """State of the machine that they lead to."""
 
+
+@dataclass(frozen=True, slots=True)
+class ActionSet:
+    """Commands that are released together and the state that they lead to; then, step by step, all that follows.
+
+    A setpoint change has no later steps; a route through a batch has one per transition.
+    """
+
+    commands: tuple[Command, ...]
+    """Commands in the order in which they are sent; one per tag."""
+    target: str
+    """State of the machine that they lead to at once."""
+    then: tuple[Step, ...] = ()
+    """What follows, in order."""
+
     def __post_init__(self) -> None:
-        tags = [c.tag for c in self.commands]
-        double = sorted({t for t in tags if tags.count(t) > 1})
-        if double:
-            raise ValueError(f"action set commands {double[0]!r} more than once; one command per tag")
+        for commands in (self.commands, *(s.commands for s in self.then)):
+            tags = [c.tag for c in commands]
+            double = sorted({t for t in tags if tags.count(t) > 1})
+            if double:
+                raise ValueError(f"action set commands {double[0]!r} more than once; one command per tag")
+
+    @property
+    def end(self) -> str:
+        """State of the machine in which it ends."""
+        return self.then[-1].target if self.then else self.target
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """States that it leads through, the end last."""
+        return (self.target, *(s.target for s in self.then))
 
     @property
     def digest(self) -> str:
-        """SHA-256 of the canonical text of the commands and the target: what an approval is bound to."""
-        text = json.dumps(
-            [self.target, [[c.tag, c.value, c.rate] for c in self.commands]], separators=(",", ":"), allow_nan=False
-        )
+        """SHA-256 of the canonical text of commands, guards and states: what an approval is bound to."""
+        content: list[object] = [self.target, _texts(self.commands)]
+        content += [[str(s.when), s.target, _texts(s.commands)] for s in self.then]
+        text = json.dumps(content, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
 
     def command(self, tag: str) -> Command | None:
         """The command to ``tag``; None where there is none."""
         return next((c for c in self.commands if c.tag == tag), None)
+
+
+def _texts(commands: tuple[Command, ...]) -> list[list[object]]:
+    return [[c.tag, c.value, c.rate] for c in commands]
 
 
 @dataclass(frozen=True, slots=True)
