@@ -158,7 +158,7 @@ def test_a_component_that_was_left_out() -> None:
     pumps = "".join(f":p{n} a VDI2206:Actuator ; VDI2206:hasMechanicalInterface :i . " for n in range(3))
     text = pumps + ":i a VDI2206:MechanicalInterface . :p9 a VDI2206:Actuator . :s a VDI2206:Sensor ."
     assert str(only(text)) == (
-        "[unreached-component] actuator 'p9': has no interface, as 3 of its 3 siblings have; state what it is tied to"
+        "[unreached-component] actuator 'p9': has no interface (3 of its 3 siblings have one); state what it is tied to"
     )
     assert found(text + ":p9 VDI2206:hasInterface :i .") == ()
     assert len(found(text + ":p0 hs:feeds :p1 .")) == 1  # most of them feed nothing
@@ -171,7 +171,7 @@ def test_either_end_of_a_connection_counts() -> None:
     assert found(text) == ()
     more = only(text + ":d a VDI2206:Component .")
     assert (more.code, more.thing) == (Code.UNREACHED_COMPONENT, "component 'd'")
-    assert more.message == "has no connection, as 3 of its 3 siblings have; state what it is tied to"
+    assert more.message == "has no connection (3 of its 3 siblings have one); state what it is tied to"
 
 
 def test_a_class_without_any_link_or_without_siblings_is_left_alone() -> None:
@@ -181,6 +181,11 @@ def test_a_class_without_any_link_or_without_siblings_is_left_alone() -> None:
 def test_a_vocabulary_inside_the_graph_is_no_plant() -> None:
     text = "UML:Transition a owl:Class ; rdfs:subClassOf [ a owl:Restriction ; owl:onProperty UML:sourceStat ] ."
     assert found(text + "[] rdf:first UML:Nothing ; rdf:rest rdf:nil .") == ()
+
+
+@pytest.mark.parametrize("kind", ["owl:NamedIndividual", "owl:Thing"])
+def test_an_individual_that_is_declared_as_one_is_no_vocabulary(kind: str) -> None:
+    assert only(f":start a {kind}, UML:Transition .").code is Code.TRANSITION_WITHOUT_CONDITION
 
 
 def test_things_without_a_name_are_looked_at_too() -> None:

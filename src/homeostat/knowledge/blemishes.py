@@ -85,7 +85,7 @@ def _components(graph: Statements) -> Found:
         for component in siblings:
             missing = [kind for kind in usual if component not in linked[kind]]
             if missing:
-                told = " and ".join(f"no {kind}, as {having[kind]} of its {others} siblings have" for kind in missing)
+                told = " and ".join(f"no {kind} ({having[kind]} of its {others} siblings have one)" for kind in missing)
                 thing = f"{local_name(sort).lower()} {local_name(component)!r}"
                 yield Code.UNREACHED_COMPONENT, thing, f"has {told}; state what it is tied to"
 
