@@ -1,4 +1,4 @@
-"""``homeostat graph check``: does a plant's graph have its shape, and does it agree with tables and model?"""
+"""``homeostat graph check``: does a graph have blemishes, and does a plant's own fit shapes, tables and model?"""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from homeostat.cli.arguments import ENDINGS
+
 if TYPE_CHECKING:
     from homeostat.cli.arguments import Commands
-    from homeostat.cli.graphs import Place
+    from homeostat.cli.graphs import Plant
     from homeostat.knowledge.consistency import ModelInterface
     from homeostat.knowledge.store import GraphStore
 
@@ -18,15 +20,17 @@ def configure(commands: Commands) -> None:
     """Declare the command."""
     command = commands.add_parser(
         "check",
-        help="check a plant's graph against shapes, tables and process model",
-        description="Check a plant's graph: its shapes (SHACL), its consistency, its agreement with the engineering "
-        "tables that it was built from and with the process model. Every problem is one line. So is every text that "
-        "reads as if it were written for a language model, but that is a warning and no problem.",
+        help="check a plant's graph against shapes, tables and process model, or any graph for blemishes",
+        description="Check a graph. The graph of a CASE: its shapes (SHACL), its consistency, its agreement with the "
+        "engineering tables that it was built from and with the process model. That and any other graph in FILE: "
+        "references to nothing, misspelt terms, swapped prefixes, transitions without guard and event, machines "
+        "without an initial state, components that were left unconnected. Every problem is one line. So is every text "
+        "that reads as if it were written for a language model, but that is a warning and no problem.",
         epilog="Exit status: 0 no problem, 1 problems were found, 2 the graph cannot be read.",
         allow_abbrev=False,
     )
-    command.add_argument("case", metavar="CASE", help="name of the plant")
-    command.add_argument("--graph", type=Path, metavar="FILE", help="Turtle file to check instead of the plant's own")
+    command.add_argument("case", nargs="?", metavar="CASE", help="name of the plant; not for other plants' graphs")
+    command.add_argument("--graph", type=Path, metavar="FILE", help=f"file to check instead; {ENDINGS}")
     command.set_defaults(carry_out=carry_out)
 
 
@@ -37,7 +41,7 @@ def carry_out(options: argparse.Namespace) -> int:
     where = place(options.case, options.graph)
     store = opened(where)
     count = 0
-    for problem in _problems(where, store):
+    for problem in _problems(where.plant, store):
         print(" ".join(problem.split()))
         count += 1
     warnings = _warn(store)
@@ -56,31 +60,42 @@ def _warn(store: GraphStore) -> int:
     return len(found)
 
 
-def _problems(where: Place, store: GraphStore) -> Iterator[str]:
+def _problems(plant: Plant | None, store: GraphStore) -> Iterator[str]:
+    from homeostat.knowledge.blemishes import blemishes
+
+    yield from map(str, blemishes(store))
+    if plant is not None:
+        yield from _disagreements(plant, store)
+
+
+def _disagreements(plant: Plant, store: GraphStore) -> Iterator[str]:
+    """Where the graph does not have the shapes, or does not fit the case's tables and its process model."""
+    from pyoxigraph import RdfFormat
+
     from homeostat.knowledge.conformance import check_shapes
     from homeostat.knowledge.consistency import inconsistencies
     from homeostat.knowledge.description.plant import read_plant
     from homeostat.knowledge.graph_error import Code, GraphError
     from homeostat.knowledge.provenance import stale_tables
 
-    for table in stale_tables(where.folder, where.path.read_bytes()):
+    for table in stale_tables(plant.folder, store.dump(RdfFormat.N_TRIPLES), RdfFormat.N_TRIPLES):
         yield f"[{Code.STALE_GRAPH}] table {table!r}: changed after the graph was built; run 'make graph'"
     yield from map(str, check_shapes(store))
     try:
-        plant = read_plant(store, where.system)
+        described = read_plant(store, plant.system)
     except GraphError as error:
         yield str(error)  # what cannot be read cannot be compared
         return
-    yield from map(str, inconsistencies(plant, _interface(where)))
+    yield from map(str, inconsistencies(described, _interface(plant)))
 
 
-def _interface(where: Place) -> ModelInterface:
+def _interface(plant: Plant) -> ModelInterface:
     """What the case's process model offers; a case whose own graph is wrong cannot be loaded as a whole."""
     import importlib
 
     from homeostat.cases.graph import interface
     from homeostat.process.model import ProcessModel
 
-    module, _, attribute = where.model.partition(":")
+    module, _, attribute = plant.model.partition(":")
     model: ProcessModel = getattr(importlib.import_module(module), attribute)()
-    return interface(model, where.horizon_s)
+    return interface(model, plant.horizon_s)

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from homeostat.cli.arguments import UsageError
+from homeostat.cli.arguments import ENDINGS, UsageError
 
 if TYPE_CHECKING:
     from homeostat.cli.arguments import Commands
@@ -21,13 +21,13 @@ def configure(commands: Commands) -> None:
     command = commands.add_parser(
         "export",
         help="write a plant's graph as Turtle or another RDF format",
-        description="Write a plant's graph, without the ontologies, to standard output or to a file.",
+        description="Write a plant's graph, or that in FILE, without the ontologies, to standard output or to a file.",
         allow_abbrev=False,
     )
-    command.add_argument("case", metavar="CASE", help="name of the plant")
+    command.add_argument("case", nargs="?", metavar="CASE", help="name of the plant; not for other plants' graphs")
     command.add_argument("--format", choices=FORMATS, default=FORMATS[0], help="default: turtle")
     command.add_argument("--out", type=Path, metavar="FILE", help="file to write; it is replaced as a whole")
-    command.add_argument("--graph", type=Path, metavar="FILE", help="Turtle file to export instead of the plant's own")
+    command.add_argument("--graph", type=Path, metavar="FILE", help=f"file to export instead; {ENDINGS}")
     command.set_defaults(carry_out=carry_out)
 
 

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from homeostat.cli.arguments import UsageError
+from homeostat.cli.arguments import ENDINGS, UsageError
 
 if TYPE_CHECKING:
     from homeostat.cli.arguments import Commands
@@ -32,32 +32,42 @@ def configure(commands: Commands) -> None:
         "the project's prefixes need not be declared.",
         allow_abbrev=False,
     )
-    command.add_argument("case", metavar="CASE", help="name of the plant")
-    question = command.add_mutually_exclusive_group(required=True)
+    command.add_argument("case", nargs="?", metavar="CASE", help="name of the plant; not for other plants' graphs")
+    question = command.add_mutually_exclusive_group()
     question.add_argument("file", nargs="?", type=Path, metavar="FILE.rq", help="file with the query")
     question.add_argument("-e", "--expression", metavar="SPARQL", help="the query itself")
     target = command.add_mutually_exclusive_group()
-    target.add_argument("--graph", type=Path, metavar="FILE", help="Turtle file to ask instead of the plant's own")
+    target.add_argument("--graph", type=Path, metavar="FILE", help=f"file to ask instead; {ENDINGS}")
     target.add_argument("--endpoint", metavar="URL", help="SPARQL query service to ask instead")
     command.set_defaults(carry_out=carry_out)
 
 
 def carry_out(options: argparse.Namespace) -> int:
     """Print the answer."""
-    text = options.expression if options.file is None else _read(options.file)
+    case, file = _words(options)
+    text = options.expression if file is None else _read(file)
     found = _FORM.match(text)
     if found is None:
         raise UsageError("only SELECT, ASK, CONSTRUCT and DESCRIBE can be asked; this query starts with none of them")
     from homeostat.cli.graphs import place, with_ontology
     from homeostat.knowledge.store import QueryRejected
 
-    where = place(options.case, options.graph)
+    where = place(case, options.graph)
     store = with_ontology(where) if options.endpoint is None else _endpoint(options.endpoint)
     try:
         _answer(store, _with_prefixes(text, where), found[1].lower(), where)
     except QueryRejected as error:
         raise UsageError(_in_own_lines(str(error), len(where.prefixes))) from error
     return 0
+
+
+def _words(options: argparse.Namespace) -> tuple[str | None, Path | None]:
+    """Case and query file. A graph in a file needs no case: a single word is the query file then."""
+    if options.file is not None or options.expression is not None:
+        return options.case, options.file
+    if options.case is None or options.graph is None:
+        raise UsageError("there is no query; name a FILE.rq, or write it after -e")
+    return None, Path(options.case)
 
 
 def _read(path: Path) -> str:

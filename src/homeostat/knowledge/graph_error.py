@@ -88,6 +88,16 @@ class Code(StrEnum):
     """A guard or limit is judged on one moment but has a temporal operator."""
     STALE_GRAPH = "stale-graph"
     """A table changed after the graph was built."""
+    DANGLING_REFERENCE = "dangling-reference"
+    """Something is referred to that the graph says nothing about."""
+    UNKNOWN_TERM = "unknown-term"
+    """A property or class is used that no vocabulary declares, but that comes close to one that is declared."""
+    SWAPPED_PREFIX = "swapped-prefix"
+    """A name is used in one namespace that is known in another one only."""
+    TRANSITION_WITHOUT_CONDITION = "transition-without-condition"
+    """A transition has neither a guard nor an event, so nothing says when it is taken."""
+    UNREACHED_COMPONENT = "unreached-component"
+    """A component has no interface, connection or flow where most others of its class have one."""
 
 
 class GraphError(ValueError):

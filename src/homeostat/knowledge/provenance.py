@@ -23,11 +23,11 @@ def sources(system: NamedNode, folder: Path, tables: Iterable[str]) -> Iterator[
         yield Triple(node, HS.sha256, Literal(_hash(folder / table)))
 
 
-def stale_tables(folder: Path, graph: bytes) -> tuple[str, ...]:
-    """Tables that are not as they were when ``graph`` (Turtle) was built, relative to ``folder``, sorted."""
+def stale_tables(folder: Path, graph: bytes, format: RdfFormat = RdfFormat.TURTLE) -> tuple[str, ...]:
+    """Tables that are not as they were when ``graph`` was built, relative to ``folder``, sorted."""
     names: dict[str, str] = {}
     hashes: dict[str, str] = {}
-    for triple in parse(graph, format=RdfFormat.TURTLE):
+    for triple in parse(graph, format=format):
         if isinstance(triple.object, Literal) and triple.predicate in (HS.fileName, HS.sha256):
             entries = names if triple.predicate == HS.fileName else hashes
             entries[str(triple.subject)] = triple.object.value

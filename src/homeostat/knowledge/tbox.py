@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 from importlib import resources
 from typing import Final
 
-from pyoxigraph import NamedNode, RdfFormat
+from pyoxigraph import NamedNode, RdfFormat, Triple, parse
 
 from .query import template
 from .store import GraphStore
+from .vocabulary import RDF, RDFS
 
 ONTOLOGY_GRAPH: Final = NamedNode("urn:homeostat:ontology")
 """Graph that holds the published vocabularies and our extension."""
@@ -16,6 +18,9 @@ COMPAT_GRAPH: Final = NamedNode("urn:homeostat:compat")
 """Graph that ties the undefined terms of published plants to defined ones."""
 
 _COMPAT: Final = "compat.ttl"
+_OWL: Final = "http://www.w3.org/2002/07/owl#"
+_SAME: Final = (RDFS.subPropertyOf, NamedNode(_OWL + "equivalentProperty"), NamedNode(_OWL + "equivalentClass"))
+"""How the bridges tie a term to the one it means, in the same direction."""
 
 
 def ontologies() -> tuple[tuple[str, bytes], ...]:
@@ -40,3 +45,37 @@ def bridge(store: GraphStore, source: NamedNode) -> NamedNode:
     target = NamedNode(f"{source.value}/bridged")
     template("bridge").update(store, bridges=COMPAT_GRAPH, source=source, target=target)
     return target
+
+
+def declared_terms() -> frozenset[NamedNode]:
+    """The terms of the T-Box, and those that the bridges declare without saying that another is meant."""
+    typed = (t.subject for t in (*_stated(bridges=False), *_stated(bridges=True)) if t.predicate == RDF.type)
+    return frozenset(term for term in typed if isinstance(term, NamedNode)) - meant_terms().keys()
+
+
+def meant_terms() -> dict[NamedNode, NamedNode]:
+    """Terms that published plants use and no vocabulary declares -> the terms that they mean."""
+    return {
+        triple.subject: triple.object
+        for triple in _stated(bridges=True)
+        if triple.predicate in _SAME and isinstance(triple.subject, NamedNode) and isinstance(triple.object, NamedNode)
+    }
+
+
+def terms_below(term: NamedNode) -> frozenset[NamedNode]:
+    """The class or property and everything that the T-Box says is a case of it, at any depth."""
+    found = {term}
+    above = [t for t in _stated(bridges=False) if t.predicate in (RDFS.subClassOf, RDFS.subPropertyOf)]
+    while more := {t.subject for t in above if t.object in found and isinstance(t.subject, NamedNode)} - found:
+        found |= more
+    return frozenset(found)
+
+
+@functools.cache
+def _stated(*, bridges: bool) -> tuple[Triple, ...]:
+    return tuple(
+        quad.triple
+        for name, text in ontologies()
+        if (name == _COMPAT) is bridges
+        for quad in parse(text, format=RdfFormat.TURTLE)
+    )
