@@ -12,8 +12,10 @@ from typing import assert_never
 import numpy as np
 
 from homeostat.agents.crew import Crew, NoAdmissiblePlan, Proposer, Situation
+from homeostat.agents.planning import EVENT
 from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.assurance.checks import closed_finding, repetition_finding
+from homeostat.assurance.executive import Executive
 from homeostat.assurance.fallback import ValidatedFallback, choose
 from homeostat.assurance.gate import Gate, Refused
 from homeostat.assurance.restraint import Restraint
@@ -34,6 +36,7 @@ from homeostat.domain.verdict import (
     Revise,
     Rollout,
     RolloutResult,
+    Verdict,
 )
 from homeostat.trace.decisions import (
     Attempted,
@@ -76,6 +79,8 @@ class Approved:
 
     actions: ActionSet
     """The action set."""
+    path: RecoveryPath
+    """The path that it takes."""
     approval: Approve
     """Its approval."""
     proposer: str
@@ -92,6 +97,7 @@ class Supervisor:
         crew: Crew,
         gate: Gate,
         rehearsal: TwinRehearsal,
+        executive: Executive,
         machine: StateMachine,
         limits: Limits,
         production: Production,
@@ -105,10 +111,9 @@ class Supervisor:
         ``scales``: unit -> what counts as one unit of margin in it.
         """
         self._plant, self._clock, self._crew, self._gate = plant, clock, crew, gate
-        self._rehearsal, self._machine, self._limits = rehearsal, machine, limits
+        self._rehearsal, self._executive, self._machine, self._limits = rehearsal, executive, machine, limits
         self._restraint = Restraint(limits, production, scales)
         self._fallbacks, self._budget, self._trace = tuple(fallbacks), budget, trace
-        self._state = machine.initial.name
         self._released_s = math.inf
         self._seen_s = 0.0
         self._recent: deque[Snapshot] = deque(maxlen=RECENT)
@@ -125,14 +130,14 @@ class Supervisor:
     async def _take(self, snapshot: Snapshot) -> None:
         """One snapshot: hard limits first, then monitoring."""
         self._remember((snapshot,))
-        self._enter_started(snapshot)
+        self._note_states()
         broken = self._gate.watch(snapshot)
         noticed = self._crew.monitoring.notices(snapshot)
         if self._gate.latched is not None:
             return
-        if broken is not None and self._state != self._machine.initial.name:
+        if broken is not None and self._executive.state != self._machine.initial.name:
             self._crew.monitoring.follow(await self._hand_over(broken))
-        elif noticed:
+        elif noticed and not self._finished:
             await self._attend()
 
     async def _attend(self) -> None:
@@ -157,12 +162,12 @@ class Supervisor:
         fallback = await self._arm_fallback(diagnosis)
         limit_s = self._deadline_s(idle)
         self._trace.record(_armed(fallback, limit_s), self._seen_s)
-        verdict = self._crew.validation.judge(idle_actions(self._state), idle, self._machine.state(self._state))
+        verdict = self._judge_idle(idle)
         fine = self._restraint.fine(verdict, self._recovered)
         if fine and self._seen_s - self._released_s < CALM_S:
             return self._leave_alone(verdict)
         recent = tuple(self._recent)
-        situation = Situation(recent[-1], diagnosis, self._state, recent, verdict.findings, limit_s)
+        situation = Situation(recent[-1], diagnosis, self._executive.state, recent, verdict.findings, limit_s)
         try:
             return await self._ask_proposers(situation, idle if fine else None, began)
         except (TimeoutError, NoAdmissiblePlan, Refused) as reason:
@@ -184,10 +189,11 @@ class Supervisor:
             self._trace.record(Attempted.of(proposer.name, attempt), self._seen_s)
             match attempt.verdict:
                 case Approve() as approval:
-                    assert attempt.actions is not None and rollout is not None  # nothing else is approved
+                    # Nothing else is approved.
+                    assert attempt.path is not None and attempt.actions is not None and rollout is not None
                     if idle is not None and not self._restraint.gains(idle, rollout):
                         raise NoAdmissiblePlan(f"{proposer.name}: nothing better than leaving the plant alone")
-                    return Approved(attempt.actions, approval, proposer.name)
+                    return Approved(attempt.actions, attempt.path, approval, proposer.name)
                 case Revise():
                     after = await proposer.reprompting.advise(situation, attempt, advice)
                     advice = replace(after, attempts=(*advice.attempts, attempt))
@@ -215,7 +221,7 @@ class Supervisor:
         if not self._open(path, situation):  # a guard closed while somebody thought about the commands
             return Attempt(number, path, None, Revise((closed_finding(path.states),))), None
         rollout = await self._crew.simulation.roll_out(situation.diagnosis, actions)
-        verdict = self._crew.validation.judge(actions, rollout, self._machine.state(path.target))
+        verdict = self._crew.validation.judge(actions, rollout, self._machine.state(path.target), path)
         return Attempt(number, path, actions, verdict, len(rollout.weights)), rollout
 
     def _open(self, path: RecoveryPath, situation: Situation) -> bool:
@@ -225,7 +231,7 @@ class Supervisor:
             path.machine == self._machine
             and path.states[0] == situation.state
             and self._machine.state(path.target).recovery_target
-            and all(t.guard.holds(values) for t in path.transitions)
+            and all(t.guard.holds(values) for t in path.decisions)
         )
 
     async def _ask_proposers(self, situation: Situation, idle: Rollout | None, began: float) -> Released:
@@ -253,7 +259,7 @@ class Supervisor:
 
     async def _release(self, found: Approved, diagnosis: Diagnosis) -> Released:
         """Let the gate release what was approved; Refused where it does not hold any more."""
-        self._rehearsal.prepare(diagnosis, self._machine.state(found.actions.target))
+        self._rehearsal.prepare(diagnosis, self._machine.state(found.path.target), found.path)
         released = await self._gate.release(found.actions, found.approval, self._seen_s)
         self._note_release(found, released)
         return released
@@ -264,14 +270,22 @@ class Supervisor:
         self._remember(seen)
         self._crew.simulation.observe(seen)
         left_s = situation.deadline_s - (seen[-1].at_s - situation.snapshot.at_s)
-        return replace(situation, snapshot=seen[-1], recent=tuple(self._recent), deadline_s=max(left_s, SHORTEST_S))
+        return replace(
+            situation, snapshot=seen[-1], recent=tuple(self._recent), state=self._executive.state,
+            deadline_s=max(left_s, SHORTEST_S),
+        )  # fmt: skip
 
     async def _look(self, diagnosis: Diagnosis) -> Rollout:
         """Take a fresh look at the plant; what happens if nothing is done."""
         seen = await self._plant.since(self._seen_s)
         self._remember(seen)
         self._crew.simulation.observe(seen)
-        return await self._crew.simulation.roll_out(diagnosis, idle_actions(self._state))
+        return await self._crew.simulation.roll_out(diagnosis, self._executive.rest())
+
+    def _judge_idle(self, idle: Rollout) -> Verdict:
+        """What follows if nobody interferes: the steps that are left, if any."""
+        rest = self._executive.rest()
+        return self._crew.validation.judge(rest, idle, self._machine.state(rest.end), self._executive.way())
 
     def _remember(self, snapshots: Sequence[Snapshot]) -> None:
         """Keep what was seen, each second once."""
@@ -305,13 +319,19 @@ class Supervisor:
         return first
 
     @property
+    def _finished(self) -> bool:
+        """Whether nothing but the fallback leads out of the present state: a batch that is complete."""
+        state = self._executive.state
+        return not any(t.source == state and (t.event == EVENT or not t.on_decision) for t in self._machine.transitions)
+
+    @property
     def _recovered(self) -> bool:
         """Whether something was released before."""
         return math.isfinite(self._released_s)
 
     def _leave_alone(self, verdict: Approve | Revise) -> LeftAlone:
         worst = min(f.margin for f in verdict.findings)
-        self._trace.record(LeftAsIs(self._state, worst), self._seen_s)
+        self._trace.record(LeftAsIs(self._executive.state, worst), self._seen_s)
         return LeftAlone(self._seen_s, worst)
 
     async def _hand_over(self, reason: str, thought: bool = False) -> HandedOver:
@@ -320,35 +340,25 @@ class Supervisor:
         if thought:
             self._remember(await self._plant.since(self._seen_s))
         self._trace.record(FellBack(strategy.name, strategy.actions.commands, reason), self._seen_s)
-        self._state = strategy.actions.target
         return HandedOver(reason, self._seen_s)
 
     def _note_release(self, found: Approved, released: Released) -> None:
-        self._state = found.actions.target
         self._released_s = released.at_s
         self._seen_s = max(self._seen_s, released.at_s)
         event = ReleasedActions(
             found.proposer,
             found.actions.commands,
             found.actions.digest,
-            found.actions.target,
+            found.actions.end,
             found.approval.min_margin,
         )
         self._trace.record(event, released.at_s)
-        self._trace.record(StateEntered(self._state), released.at_s)
+        self._note_states()
 
-    def _enter_started(self, snapshot: Snapshot) -> None:
-        """Follow the state machine out of start-up."""
-        if self._state == self._machine.initial.name:
-            for transition in self._machine.open_from(self._state, snapshot.values):
-                self._state = transition.target
-                self._trace.record(StateEntered(self._state), snapshot.at_s)
-                return
-
-
-def idle_actions(state: str) -> ActionSet:
-    """No command at all: what happens if the plant is left alone in ``state``."""
-    return ActionSet((), state)
+    def _note_states(self) -> None:
+        """Record the states that the executive entered since it was last asked."""
+        for state, at_s in self._executive.drain():
+            self._trace.record(StateEntered(state), at_s)
 
 
 def _armed(fallback: ValidatedFallback, deadline_s: float) -> FallbackArmed:

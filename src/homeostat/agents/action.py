@@ -7,13 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from homeostat.agents.candidates import Point, SearchSpace, present_point
+from homeostat.agents.cost import Cost
 from homeostat.agents.crew import Situation
+from homeostat.agents.routes import RouteSearch
 from homeostat.agents.simulation import plausible
 from homeostat.domain.advice import Advice
-from homeostat.domain.limits import Criterion, Limit, LimitKind, Limits
+from homeostat.domain.limits import Limits
 from homeostat.domain.production import Production
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.tag import Tag
@@ -60,18 +61,15 @@ class SearchAction:
     ) -> None:
         """``scales``: unit -> what counts as one unit of margin in it."""
         self._twin = twin
-        self._criteria: tuple[Criterion | Limit, ...] = (
-            *limits.criteria,
-            *limits.of_kind(LimitKind.INTERLOCK),
-            *limits.of_kind(LimitKind.ENVELOPE),
-        )
         self._tags = tags
-        self._production = production
-        self._scales = scales
         self._settings = settings or SearchSettings()
+        self._cost = Cost(limits, production, scales, self._settings.slack)
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet:
         """The best action set found for the path's target state; validation says whether it will do."""
+        if path.awaited:
+            routes = RouteSearch(self._twin, self._cost, self._tags, self._settings.least_probability)
+            return await asyncio.to_thread(routes.best, path, situation, dict(advice.required))
         space = SearchSpace(path.machine.state(path.target), self._tags)
         return await asyncio.to_thread(self._search, space, situation, dict(advice.required))
 
@@ -124,26 +122,6 @@ class SearchAction:
         horizon = self._twin.settings.horizon_s
         schedules = np.stack([self._twin.schedule(space.actions(p), horizon) for p in fresh])
         signals, dt_s = self._twin.try_many(ensemble, schedules)
-        members = len(ensemble.states)
-        rate = signals[self._production.throughput].mean(axis=1).reshape(len(fresh), members)
-        cost = 1.0 - rate.mean(axis=1) / self._production.design_rate
-        cost += 10.0 * self._missing(signals, dt_s, required, len(fresh))
+        cost = self._cost.of(signals, dt_s, required, len(fresh))
         for point, value in zip(fresh, cost.tolist(), strict=True):
             tried[point] = value + CHANGE * space.distance(point)
-
-    def _missing(
-        self, signals: Mapping[str, NDArray[np.float64]], dt_s: float, required: Mapping[str, float], count: int
-    ) -> NDArray[np.float64]:
-        """Missing margin of each candidate in scales, summed over the criteria, worst member each, shape (count,)."""
-        total = np.zeros(count)
-        for c in self._criteria:
-            if isinstance(c, Criterion):
-                margin = c.formula.evaluate(signals, dt_s).value
-            else:
-                margin = c.formula.margins(signals, dt_s).min(axis=1)
-            scale = self._scales.get(c.formula.unit, 1.0)
-            worst = np.broadcast_to(margin, (next(iter(signals.values())).shape[0],))
-            worst = worst.reshape(count, -1).min(axis=1) / scale
-            wanted = self._settings.slack + required.get(c.name, 0.0) / scale
-            total += np.clip(wanted - worst, 0.0, 100.0)
-        return total

@@ -94,6 +94,11 @@ class SearchSpace:
         return r.low + (r.high - r.low) * fraction
 
 
+def design_commands(state: State, tags: Mapping[str, Tag]) -> tuple[Command, ...]:
+    """What ``state`` is commanded by design, each not faster than its tag may change."""
+    return SearchSpace(state, tags).actions(SearchSpace(state, tags).design).commands
+
+
 def present_point(state: State, values: Mapping[str, float]) -> Point:
     """Where the plant's setpoints are now, brought into the state's ranges."""
     point: list[float | None] = []

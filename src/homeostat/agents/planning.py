@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from homeostat.agents.crew import NoAdmissiblePlan, Situation
 from homeostat.agents.grounding import Grounding
 from homeostat.domain.advice import Advice
-from homeostat.domain.behaviour import StateMachine
 from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.plant_description import PlantDescription, Relation
 from homeostat.domain.recovery import RecoveryPath
 
 EVENT = "fault_diagnosed"
@@ -17,21 +19,23 @@ PLAUSIBLE = 0.05
 class SearchPlanning:
     """Implements :class:`homeostat.agents.crew.Planning` without a model."""
 
-    def __init__(self, machine: StateMachine, grounding: Grounding) -> None:
-        """``machine`` as the graph has it; ``grounding`` knows what faults take away."""
-        self._machine = machine
+    def __init__(self, plant: PlantDescription, grounding: Grounding) -> None:
+        """``plant`` as the graph has it; ``grounding`` knows what faults take away."""
+        self._plant = plant
+        self._machine = plant.machine
         self._grounding = grounding
 
     async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath:
         """The least risky path that was not refused yet."""
         faults = plausible_faults(situation.diagnosis)
-        refused = {states[-1] for states in advice.refused_paths}
-        for transitions in self._machine.paths(situation.state, situation.snapshot.values, EVENT, blocked=()):
+        # A path is refused for the states that it commands: another way to them admits the same commands.
+        refused = {states[-length:] for states in advice.refused_paths for length in range(1, len(states) + 1)}
+        values, lying = situation.snapshot.values, unreliable_tags(self._plant, faults)
+        for transitions in self._machine.paths(situation.state, values, EVENT, blocked=(), unreliable=lying):
             path = RecoveryPath(self._machine, transitions)
-            # A path is refused for the state in which it ends: another way there admits the same commands.
-            if path.target not in refused and self._grounding.allows(path.states, faults):
+            if path.commanded not in refused and self._grounding.allows(path.states, faults):
                 return path
-        tried = ", ".join(sorted(refused)) or "none"
+        tried = ", ".join(sorted({states[-1] for states in refused})) or "none"
         present = ", ".join(faults) or "no fault"
         raise NoAdmissiblePlan(f"no path from {situation.state!r} is open with {present}; targets refused: {tried}")
 
@@ -43,3 +47,11 @@ def plausible_faults(diagnosis: Diagnosis) -> tuple[str, ...]:
         for fault in {f.fault for f in hypothesis.faults}:
             weight[fault] = weight.get(fault, 0.0) + hypothesis.probability
     return tuple(sorted(f for f, w in weight.items() if w >= PLAUSIBLE))
+
+
+def unreliable_tags(plant: PlantDescription, faults: Collection[str]) -> frozenset[str]:
+    """Tags that are measured by a component which one of ``faults`` disables."""
+    disabled = {fault.disables for fault in plant.faults if fault.name in faults}
+    return frozenset(
+        s.tag.name for s in plant.signals if s.relation is Relation.MEASURES and s.component in disabled
+    )

@@ -9,7 +9,7 @@ from homeostat.assurance.checks import judge
 from homeostat.domain.behaviour import State
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.limits import Limits
-from homeostat.domain.recovery import ActionSet
+from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Verdict
@@ -24,10 +24,11 @@ class TwinRehearsal:
         self._twin, self._limits, self._tags = twin, limits, tags
         self._diagnosis: Diagnosis | None = None
         self._target: State | None = None
+        self._path: RecoveryPath | None = None
 
-    def prepare(self, diagnosis: Diagnosis, target: State) -> None:
-        """Under which diagnosis, and towards which state, the next action set was approved."""
-        self._diagnosis, self._target = diagnosis, target
+    def prepare(self, diagnosis: Diagnosis, target: State, path: RecoveryPath | None = None) -> None:
+        """Under which diagnosis, towards which state and by which path the next action set was approved."""
+        self._diagnosis, self._target, self._path = diagnosis, target, path
 
     def rehearse(self, fresh: tuple[Snapshot, ...], actions: ActionSet) -> Verdict:
         """The verdict after the ``fresh`` snapshots."""
@@ -36,4 +37,4 @@ class TwinRehearsal:
         for snapshot in fresh:
             self._twin.observe(snapshot)
         rollout = self._twin.roll_out(actions, plausible(self._diagnosis))
-        return judge(actions, rollout, self._limits, self._target, self._tags)
+        return judge(actions, rollout, self._limits, self._target, self._tags, self._path)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from homeostat.assurance.checks import judge
 from homeostat.domain.behaviour import State
 from homeostat.domain.limits import Limits
-from homeostat.domain.recovery import ActionSet
+from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Rollout, Verdict
 
@@ -20,6 +20,8 @@ class LimitValidation:
         self._limits = limits
         self._tags = tags
 
-    def judge(self, actions: ActionSet, rollout: Rollout, target: State) -> Verdict:
+    def judge(
+        self, actions: ActionSet, rollout: Rollout, target: State, path: RecoveryPath | None = None
+    ) -> Verdict:
         """Approve only if every criterion, permissive and command check holds in every member."""
-        return judge(actions, rollout, self._limits, target, self._tags)
+        return judge(actions, rollout, self._limits, target, self._tags, path)

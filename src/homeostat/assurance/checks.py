@@ -11,27 +11,37 @@ from numpy.typing import NDArray
 from homeostat.domain.behaviour import State
 from homeostat.domain.formula import Formula
 from homeostat.domain.limits import Criterion, Limit, LimitKind, Limits, Owner
-from homeostat.domain.recovery import ActionSet
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, RolloutResult, Verdict
 
 REPEATED = "CHK-REPEATED"
 """Name of the refusal of a proposal that was judged before."""
+ROUTE = "CHK-ROUTE"
+"""Name of the refusal of steps that do not follow the path."""
 CLOSED = "CHK-OPEN"
 """Name of the refusal of a path that closed while its commands were thought about."""
 
 
-def judge(actions: ActionSet, rollout: Rollout, limits: Limits, target: State, tags: Mapping[str, Tag]) -> Verdict:
-    """Approve ``actions`` only if every check holds in every member of ``rollout``; default is to refuse."""
-    if actions.target != target.name:
-        text = f"the action set leads to {actions.target!r}; judge it for that state, not for {target.name!r}"
+def judge(
+    actions: ActionSet, rollout: Rollout, limits: Limits, target: State, tags: Mapping[str, Tag],
+    path: RecoveryPath | None = None,
+) -> Verdict:  # fmt: skip
+    """Approve ``actions`` only if every check holds in every member of ``rollout``; default is to refuse.
+
+    ``target`` is the state in which they end; ``path`` leads there and must be given where there are later steps.
+    """
+    if actions.end != target.name:
+        text = f"the action set leads to {actions.end!r}; judge it for that state, not for {target.name!r}"
         return Revise((_refusal("CHK-TARGET", text),))
     unfit = _unfit(actions, rollout, {*target.settled_when.tags, *_read(limits.criteria), *_read(limits.limits)})
+    if unfit is None and actions.then:
+        unfit = _astray(actions, path)
     if unfit is not None:
         return Revise((unfit,))
     findings = (
-        *command_findings(actions, target, tags),
+        *_commands_by_step(actions, target, tags, path),
         *rollout_findings(rollout, limits.criteria, limits.limits, actions),
         target_finding(rollout, target),
     )
@@ -56,24 +66,37 @@ def rollout_findings(
     """One finding per criterion and limit: the worst member's margin and its time.
 
     Interlocks and envelopes must hold throughout; permissives at the moment of release, with every commanded tag at
-    the value that it is commanded to.
+    the value that it is commanded to, then with what each later step commands.
     """
     signals, dt_s = rollout.trajectory.signals, rollout.trajectory.dt_s
     covered_s = rollout.trajectory.length * dt_s
     found = [
         _too_short(c, covered_s) or worst(c.name, c.owner, c.formula, c.description, signals, dt_s) for c in criteria
     ]
-    commanded = {c.tag: np.float64(c.value) for c in actions.commands if c.value is not None}
-    at_release = {tag: commanded.get(tag, values[:, :1]) for tag, values in signals.items()}
     for limit in limits:
-        permissive = limit.kind is LimitKind.PERMISSIVE
-        margins = np.atleast_2d(limit.formula.margins(at_release if permissive else signals, dt_s))
+        if limit.kind is LimitKind.PERMISSIVE:
+            margins = _permissive_margins(limit, signals, actions)
+        else:
+            margins = np.atleast_2d(limit.formula.margins(signals, dt_s))
         member, row = np.unravel_index(int(np.argmin(margins)), margins.shape)
         found.append(
             _finding(limit.name, Owner.ACTION, limit.formula, limit.description, float(margins[member, row]),
                      float(row) * dt_s, int(member))
         )  # fmt: skip
     return tuple(found)
+
+
+def _permissive_margins(
+    limit: Limit, signals: Mapping[str, NDArray[np.float64]], actions: ActionSet
+) -> NDArray[np.float64]:
+    """Least margin of a permissive over the steps of ``actions``, shape (members, 1)."""
+    commanded: dict[str, NDArray[np.float64]] = {}
+    found = []
+    for commands in (actions.commands, *(s.commands for s in actions.then)):
+        commanded.update({c.tag: np.asarray(c.value) for c in commands if c.value is not None})
+        values = {tag: commanded.get(tag, first[:, :1]) for tag, first in signals.items()}
+        found.append(np.atleast_2d(limit.formula.margins(values, 1.0)))
+    return np.asarray(np.minimum.reduce(np.broadcast_arrays(*found)))
 
 
 def worst(
@@ -129,6 +152,30 @@ def command_findings(actions: ActionSet, target: State, tags: Mapping[str, Tag])
     return tuple(found)
 
 
+def _commands_by_step(
+    actions: ActionSet, target: State, tags: Mapping[str, Tag], path: RecoveryPath | None
+) -> tuple[Finding, ...]:
+    """Findings on the commands of every step, each in its own state."""
+    if path is None or not actions.then:
+        return command_findings(actions, target, tags)
+    found: list[Finding] = []
+    for commands, name in zip((actions.commands, *(s.commands for s in actions.then)), actions.states, strict=True):
+        found += command_findings(ActionSet(commands, name), path.machine.state(name), tags)
+    return tuple(found)
+
+
+def _astray(actions: ActionSet, path: RecoveryPath | None) -> Finding | None:
+    """A refusal where the steps are not those that the machine has on ``path``: its states, each behind its guard."""
+    if path is None:
+        return _refusal(ROUTE, "the action set has later steps, but no path through the state machine")
+    awaited = path.awaited
+    if actions.target != path.now or tuple(s.transition for s in actions.then) != awaited:
+        there = " > ".join((path.now, *(t.target for t in awaited)))
+        text = f"the steps lead {' > '.join(actions.states)}; the path leads {there}, each behind its guard"
+        return _refusal(ROUTE, text)
+    return None
+
+
 def repetition_finding(number: int) -> Finding:
     """The refusal of an action set that was attempt ``number`` already: the same proposal gets the same verdict."""
     return _refusal(REPEATED, f"this is attempt {number} again; propose something else")
@@ -140,14 +187,16 @@ def closed_finding(states: Sequence[str]) -> Finding:
     return Finding(CLOSED, Owner.PLANNING, -float("inf"), "1", 0.0, 0, text)
 
 
-def permissive_findings(snapshot: Snapshot, actions: ActionSet, limits: Limits) -> tuple[Finding, ...]:
-    """The permissives on a snapshot as it would be right after the release of ``actions``.
+def permissive_findings(
+    snapshot: Snapshot, commands: Sequence[Command], limits: Limits
+) -> tuple[Finding, ...]:
+    """The permissives on a snapshot as it would be right after the release of ``commands``.
 
     One that reads a tag without usable reading is violated.
     """
-    commanded = {c.tag for c in actions.commands}
+    commanded = {c.tag for c in commands}
     values = {tag: value for tag, value in usable(snapshot).items() if tag not in commanded}
-    values.update({c.tag: c.value for c in actions.commands if c.value is not None})
+    values.update({c.tag: c.value for c in commands if c.value is not None})
     found = []
     for p in limits.of_kind(LimitKind.PERMISSIVE):
         blind = unjudged(p, values)

@@ -6,9 +6,10 @@ import math
 from collections.abc import Mapping
 
 from homeostat.assurance.checks import permissive_findings, unjudged, usable
+from homeostat.assurance.executive import Executive
 from homeostat.domain.limits import Limits
 from homeostat.domain.ports import Plant, Rehearsal
-from homeostat.domain.recovery import ActionSet, FallbackStrategy
+from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve, Released, Revise
 
@@ -21,10 +22,15 @@ class Gate:
     """Releases an action set that carries its own approval, or a fallback; nothing else reaches the plant."""
 
     def __init__(
-        self, plant: Plant, limits: Limits, fallback: FallbackStrategy, rehearsal: Rehearsal, filter_s: float = 20.0
-    ) -> None:
-        """``fallback`` acts until a better one is armed; ``filter_s`` smooths readings before limits are judged [s]."""
+        self, plant: Plant, limits: Limits, fallback: FallbackStrategy, rehearsal: Rehearsal, executive: Executive,
+        filter_s: float = 20.0,
+    ) -> None:  # fmt: skip
+        """``fallback`` acts until a better one is armed; ``filter_s`` smooths readings before limits are judged [s].
+
+        ``executive`` carries out the later steps of what is released.
+        """
         self._plant = plant
+        self._executive = executive
         self._limits = limits
         self._rehearsal = rehearsal
         self._armed = fallback
@@ -55,16 +61,12 @@ class Gate:
             raise Refused(f"the approval is not for action set {actions.digest[:12]}; judge that one first")
         fresh = await self._plant.since(seen_s)
         snapshot = fresh[-1]
-        blind = self._blind(usable(snapshot))
-        if blind is not None:
-            raise Refused(f"readings at release: {blind}")
-        for finding in permissive_findings(snapshot, actions, self._limits):
-            if not finding.satisfied:
-                raise Refused(f"permissive at release: {finding.message}")
+        self._refuse_if_unfit(snapshot, actions.commands)
         match self._rehearsal.rehearse(fresh, actions):
             case Approve(digest=digest) if digest == actions.digest:
                 self._refuse_if_latched()  # the fallback may have acted while the plant was read
                 await self._plant.write(actions.commands)
+                self._executive.load(actions)
                 return Released(actions, snapshot.at_s)
             case Revise() as revise:
                 worst = min(revise.violated, key=lambda f: f.margin, default=None)
@@ -76,6 +78,7 @@ class Gate:
         """Bring the plant to a safe state and latch, even if the plant cannot be reached; safe to call twice."""
         if self.latched is None:
             self.latched = reason
+        self._executive.load(self._armed.actions)
         await self._plant.write(self._armed.actions.commands)
         return self._armed
 
@@ -110,6 +113,14 @@ class Gate:
     def _blind(self, readings: Mapping[str, float]) -> str | None:
         """Which hard limit the readings cannot decide; None where they decide all."""
         return next((b for limit in self._limits.hard if (b := unjudged(limit, readings)) is not None), None)
+
+    def _refuse_if_unfit(self, snapshot: Snapshot, commands: tuple[Command, ...]) -> None:
+        blind = self._blind(usable(snapshot))
+        if blind is not None:
+            raise Refused(f"readings at release: {blind}")
+        for finding in permissive_findings(snapshot, commands, self._limits):
+            if not finding.satisfied:
+                raise Refused(f"permissive at release: {finding.message}")
 
     def _refuse_if_latched(self) -> None:
         if self.latched is not None:

@@ -12,8 +12,9 @@ import numpy as np
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_at_end, outcome, production_loss
 from homeostat.campaign.watched import WatchedPlant, Watcher
+from homeostat.assurance.executive import Executive
 from homeostat.cases.case import Case
-from homeostat.cases.wiring import Language, wire
+from homeostat.cases.wiring import Language, new_executive, wire
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.ports import Clock
 from homeostat.domain.recovery import Command
@@ -109,18 +110,18 @@ class Recorder:
             self.thinking_s = self._clock.total_s - self._before_notice_s
 
 
-def build_plant(case: Case, scenario: Scenario, clock: Clock) -> SimulatedPlant:
-    """The plant of a scenario: its own true parameters, its faults, its noise."""
+def build_plant(case: Case, scenario: Scenario, clock: Clock, executive: Executive) -> SimulatedPlant:
+    """The plant of a scenario: its own true parameters, its faults, its noise; ``executive`` runs its batch."""
     configuration = PlantConfiguration(
         parameters=case.true_parameters(scenario.seed), inputs=case.start, faults=scenario.faults,
         end_s=scenario.end_s, noise_seed=scenario.seed * 7919 + 13,
     )  # fmt: skip
-    return SimulatedPlant(case.model, case.description.variables, configuration, clock)
+    return SimulatedPlant(case.model, case.description.variables, configuration, clock, executive.sample)
 
 
 def run_unattended(case: Case, scenario: Scenario) -> Trajectory:
     """True values of a scenario in which nobody acts."""
-    plant = build_plant(case, scenario, DeclaredClock(0.0))
+    plant = build_plant(case, scenario, DeclaredClock(0.0), new_executive(case))
 
     async def watch() -> None:
         async for _ in WatchedPlant(plant).snapshots():
@@ -157,8 +158,9 @@ def run(
     trace = trace or MemoryTrace()
     recorder = Recorder(clock)
     trace.subscribe(recorder)
-    plant = build_plant(case, scenario, clock)
-    supervisor = wire(case, WatchedPlant(plant, watcher), clock, trace, scenario.seed, budget, archive, language)
+    executive = new_executive(case)
+    plant = build_plant(case, scenario, clock, executive)
+    supervisor = wire(case, WatchedPlant(plant, watcher), executive, clock, trace, scenario.seed, budget, archive, language)
     asyncio.run(supervisor.supervise())
     truth = plant.truth()
     healthy = run_unattended(case, Scenario(case.name, (), scenario.seed, scenario.end_s))

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from homeostat.agents.monitoring import MonitoringSettings
 from homeostat.cases.graph import open_graph, read_description
 from homeostat.domain.baseline import Baseline
 from homeostat.domain.formula import Formula
@@ -63,6 +64,8 @@ class Case:
     """Feature -> reference values."""
     twin: TwinSettings
     """How the twin is judged and used."""
+    monitoring: MonitoringSettings
+    """How patient monitoring is."""
     production: Production
     """What production is to the search."""
     delivered: tuple[str, ...]
@@ -121,6 +124,7 @@ def load_case(name: str, learned: bool = True) -> Case:
         model=model,
         baselines=read_baselines(folder / "baseline.csv") if learned else {},
         twin=_twin_settings(settings["twin"]),
+        monitoring=MonitoringSettings(**settings.get("monitoring", {})),
         production=Production(settings["objective"]["throughput"], settings["objective"]["design_rate"]),
         delivered=tuple(settings["objective"]["delivered"]),
         started=started,

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.agents.features import FeatureFilter
-from homeostat.agents.monitoring import MonitoringSettings
 from homeostat.cases.case import Case, case_folder, load_case
+from homeostat.cases.wiring import new_executive
 from homeostat.domain.baseline import Baseline
 from homeostat.plant.clock import DeclaredClock
 from homeostat.plant.simulated import PlantConfiguration, SimulatedPlant
@@ -28,9 +28,11 @@ FIRST_SEED = 100_000
 def feature_values(case: Case, seed: int) -> NDArray[np.float64]:
     """Feature values of one fault-free run once it has settled, shape (times, features)."""
     configuration = PlantConfiguration(case.true_parameters(seed), case.start, (), case.end_s, seed * 7919 + 13)
-    plant = SimulatedPlant(case.model, case.description.variables, configuration, DeclaredClock(0.0))
+    plant = SimulatedPlant(
+        case.model, case.description.variables, configuration, DeclaredClock(0.0), new_executive(case).sample
+    )
     filters = [FeatureFilter(f) for f in case.description.features]
-    settle_s = MonitoringSettings().settle_s
+    settle_s = case.monitoring.settle_s
     rows: list[list[float]] = []
 
     async def watch() -> None:

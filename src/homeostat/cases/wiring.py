@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from homeostat.agents.action import SearchAction
+from homeostat.agents.candidates import design_commands
 from homeostat.agents.crew import Crew, Proposer, Simulation
 from homeostat.agents.grounding import Grounding
 from homeostat.agents.language.proposer import language_proposer
@@ -16,6 +17,7 @@ from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.agents.reprompting import MarginReprompting
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
+from homeostat.assurance.executive import Executive, nominal_route
 from homeostat.assurance.gate import Gate
 from homeostat.cases.case import Case
 from homeostat.domain.ports import Clock, Plant
@@ -33,7 +35,7 @@ def search_proposer(case: Case, twin: Twin, grounding: Grounding) -> Proposer:
     """The deterministic proposer that is always there."""
     d = case.description
     action = SearchAction(twin, d.limits, d.tags_by_name, case.production, d.scales)
-    return Proposer("search", SearchPlanning(d.machine, grounding), action, MarginReprompting(d.scales))
+    return Proposer("search", SearchPlanning(d, grounding), action, MarginReprompting(d.scales))
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,11 +60,20 @@ class Language:
         return language_proposer(recorded, d, grounding, simulation, case.production, notes)
 
 
+def new_executive(case: Case) -> Executive:
+    """The executive of ``case`` before its first sample, with the nominal route."""
+    d = case.description
+    commands = {state.name: design_commands(state, d.tags_by_name) for state in d.machine.states}
+    return Executive(d.machine, d.limits, nominal_route(d.machine, commands))
+
+
 def wire(
-    case: Case, plant: Plant, clock: Clock, trace: Trace, seed: int, budget: Budget | None = None,
+    case: Case, plant: Plant, executive: Executive, clock: Clock, trace: Trace, seed: int, budget: Budget | None = None,
     archive: Archive | None = None, language: Language | None = None,
 ) -> Supervisor:  # fmt: skip
     """A supervisor for ``plant``; ``seed`` seeds the twin's draws and is the run's.
+
+    ``executive`` is the one that ``plant`` asks after each snapshot.
 
     ``archive`` keeps what graph and models were asked and answered; ``language`` proposes first where it is given.
     """
@@ -77,14 +88,14 @@ def wire(
     if language is not None:
         proposers.insert(0, language.proposer(case, grounding, simulation, trace, archive))
     crew = Crew(
-        monitoring=Monitoring(twin, grounding, d, case.baselines, case.started),
+        monitoring=Monitoring(twin, grounding, d, case.baselines, case.started, case.monitoring),
         proposers=tuple(proposers),
         simulation=simulation,
         validation=LimitValidation(d.limits, tags),
         grounding=grounding,
     )
-    gate = Gate(plant, d.limits, d.fallback_strategies[0], rehearsal)
+    gate = Gate(plant, d.limits, d.fallback_strategies[0], rehearsal, executive)
     return Supervisor(
-        plant, clock, crew, gate, rehearsal, d.machine, d.limits, case.production, d.fallback_strategies, d.scales,
+        plant, clock, crew, gate, rehearsal, executive, d.machine, d.limits, case.production, d.fallback_strategies, d.scales,
         budget or Budget(), trace,
     )  # fmt: skip

@@ -69,6 +69,8 @@ class Transition:
     """Event that triggers it."""
     guard: Formula
     """What must hold when it is taken."""
+    on_decision: bool = True
+    """Whether somebody has to decide on it; otherwise it is taken as soon as its guard holds (UML change event)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,26 +114,42 @@ class StateMachine:
         return tuple(t for t in self.transitions if t.source == state and t.guard.holds(values))
 
     def paths(
-        self, start: str, values: Mapping[str, float], event: str, blocked: Collection[str], longest: int = 3
-    ) -> tuple[tuple[Transition, ...], ...]:
-        """Every guard-satisfying path of ``event`` transitions from ``start`` to a recovery target.
+        self, start: str, values: Mapping[str, float], event: str, blocked: Collection[str], longest: int = 3,
+        unreliable: Collection[str] = (),
+    ) -> tuple[tuple[Transition, ...], ...]:  # fmt: skip
+        """Every path from ``start`` to a recovery target: at most ``longest`` decisions, then what follows by itself.
 
-        A state that requires a component in ``blocked`` is not entered. Guards are judged at ``values``; those of
-        later steps are judged again when the step is released. Ordered by highest risk on the way, then length.
+        Decisions are ``event`` transitions whose guard holds at ``values``. What follows is awaited: its guards are
+        judged when the plant has come so far. Of several awaited transitions between two states the first by name whose
+        guard reads no ``unreliable`` tag is on the path. A state that requires a component in ``blocked`` is not
+        entered. Ordered by highest risk on the way, then length.
         """
         found: list[tuple[Transition, ...]] = []
 
-        def extend(path: tuple[Transition, ...], here: str, seen: frozenset[str]) -> None:
-            for t in self.open_from(here, values):
+        def extend(path: tuple[Transition, ...], here: str) -> None:
+            for t in self._onward(path, here, values, event, longest, unreliable):
                 target = self.state(t.target)
-                repeats = t.target in seen and not (t.target == start and not path)
-                if t.event != event or repeats or target.requires & set(blocked):
+                been = {start, *(p.target for p in path)}
+                if (t.target in been and not (t.target == start and not path)) or target.requires & set(blocked):
                     continue
                 longer = (*path, t)
                 if target.recovery_target:
                     found.append(longer)
-                if len(longer) < longest:
-                    extend(longer, t.target, seen | {t.target})
+                extend(longer, t.target)
 
-        extend((), start, frozenset({start}))
+        extend((), start)
         return tuple(sorted(found, key=lambda p: (max(self.state(t.target).risk for t in p), len(p))))
+
+    def _onward(
+        self, path: tuple[Transition, ...], here: str, values: Mapping[str, float], event: str, longest: int,
+        unreliable: Collection[str],
+    ) -> tuple[Transition, ...]:  # fmt: skip
+        """Transitions by which ``path`` may go on from ``here``."""
+        onward: list[Transition] = []
+        if len(path) < longest and all(t.on_decision for t in path):
+            onward = [t for t in self.open_from(here, values) if t.on_decision and t.event == event]
+        awaited: dict[str, Transition] = {}
+        for t in self.transitions:
+            if t.source == here and not t.on_decision and not t.guard.tags & set(unreliable):
+                awaited.setdefault(t.target, t)
+        return (*onward, *awaited.values())

@@ -21,8 +21,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
-from homeostat.domain import formula_snapshot, robustness
+from homeostat.domain import formula_columns, formula_snapshot, robustness
 from homeostat.domain.formula_ast import Arithmetic, FormulaError, Logic, Node, horizon_of, tags_of
 from homeostat.domain.formula_text import render
 from homeostat.domain.formula_units import with_scales
@@ -117,6 +118,14 @@ class Formula:
         write ``abs(a - b) >= 0.5``.
         """
         return self.margin_at(values) >= 0.0
+
+    def holds_each(self, columns: Mapping[str, FloatArray]) -> NDArray[np.bool_]:
+        """`holds` for many members at once: ``columns`` has one value per member, shape (members,); false for NaN.
+
+        >>> parse("B203.level >= 0.25").holds_each({"B203.level": np.array([0.2, 0.3])}).tolist()
+        [False, True]
+        """
+        return np.asarray(formula_columns.margins_at(self.root, columns) >= 0.0)
 
     def __str__(self) -> str:
         """Canonical text; reading it gives the same tree."""

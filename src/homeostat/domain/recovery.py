@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Self
 
-from homeostat.domain.behaviour import StateMachine, Transition
-from homeostat.domain.formula import Formula
+from homeostat.domain.behaviour import State, StateMachine, Transition
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +42,26 @@ class RecoveryPath:
         """Name of the state in which it ends."""
         return self.transitions[-1].target
 
+    @property
+    def decisions(self) -> tuple[Transition, ...]:
+        """The steps that are taken at release: the first ones, up to the first that is awaited."""
+        return tuple(itertools.takewhile(lambda t: t.on_decision, self.transitions))
+
+    @property
+    def awaited(self) -> tuple[Transition, ...]:
+        """The steps that follow, each when its guard holds."""
+        return self.transitions[len(self.decisions) :]
+
+    @property
+    def commanded(self) -> tuple[str, ...]:
+        """Names of the states that the plant is in from the release on."""
+        return self.states[len(self.decisions) :]
+
+    @property
+    def now(self) -> str:
+        """Name of the state that the plant is in after the release."""
+        return self.states[len(self.decisions)]
+
 
 @dataclass(frozen=True, slots=True)
 class Command:
@@ -63,12 +85,15 @@ class Command:
 class Step:
     """A later part of an action set: what is sent once the plant has come so far."""
 
-    when: Formula
-    """What must hold on the plant before anything of it is sent."""
+    transition: Transition
+    """The transition that it takes; its guard must hold on the plant before anything is sent."""
     commands: tuple[Command, ...]
     """Commands in the order in which they are sent; one per tag."""
-    target: str
-    """State of the machine that they lead to."""
+
+    @property
+    def target(self) -> str:
+        """State of the machine that it leads to."""
+        return self.transition.target
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +117,16 @@ class ActionSet:
             if double:
                 raise ValueError(f"action set commands {double[0]!r} more than once; one command per tag")
 
+    @classmethod
+    def along(cls, path: RecoveryPath, commands: Callable[[State], tuple[Command, ...]]) -> Self:
+        """What takes ``path`` when ``commands`` says what each state is commanded.
+
+        Where the path only waits, nothing is sent at release.
+        """
+        state = path.machine.state
+        first = commands(state(path.now)) if path.decisions else ()
+        return cls(first, path.now, tuple(Step(t, commands(state(t.target))) for t in path.awaited))
+
     @property
     def end(self) -> str:
         """State of the machine in which it ends."""
@@ -106,7 +141,7 @@ class ActionSet:
     def digest(self) -> str:
         """SHA-256 of the canonical text of commands, guards and states: what an approval is bound to."""
         content: list[object] = [self.target, _texts(self.commands)]
-        content += [[str(s.when), s.target, _texts(s.commands)] for s in self.then]
+        content += [[s.transition.name, str(s.transition.guard), s.target, _texts(s.commands)] for s in self.then]
         text = json.dumps(content, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,9 +40,12 @@ class SimulatedPlant:
     """Implements :class:`homeostat.domain.ports.Plant` over a process model; one second per snapshot."""
 
     def __init__(
-        self, model: ProcessModel, variables: Mapping[str, str], configuration: PlantConfiguration, clock: Clock
-    ) -> None:
-        """``variables``: tag -> variable of the model."""
+        self, model: ProcessModel, variables: Mapping[str, str], configuration: PlantConfiguration, clock: Clock,
+        sample: Callable[[Snapshot], tuple[Command, ...]] | None = None,
+    ) -> None:  # fmt: skip
+        """``variables``: tag -> variable of the model; ``sample``: what the basic control system commands after each
+        snapshot, whoever thinks meanwhile."""
+        self._sample = sample
         wrong = np.flatnonzero(~np.isfinite(configuration.parameters))
         if wrong.size:
             name, value = model.parameters[wrong[0]], float(configuration.parameters[wrong[0]])
@@ -90,6 +93,9 @@ class SimulatedPlant:
     async def write(self, commands: tuple[Command, ...]) -> None:
         """Hand commands to the basic control system, which ramps them from the next second on."""
         self._catch_up()
+        self._command(commands)
+
+    def _command(self, commands: tuple[Command, ...]) -> None:
         readings = self._model.readings(self._state[0], self._ramp.current)
         present = {name: readings[name.replace("_man", "_cmd")] for name in self._model.inputs if name.endswith("_man")}
         self._ramp.command(commands, self._variables, present)
@@ -125,7 +131,10 @@ class SimulatedPlant:
         self._states.append(self._state[0].copy())
         self._inputs.append(inputs)
         readings = self._model.readings(self._state[0], inputs)
-        self._snapshots.append(Snapshot(self._now_s, {tag: readings[v] for tag, v in self._variables.items()}))
+        snapshot = Snapshot(self._now_s, {tag: readings[v] for tag, v in self._variables.items()})
+        self._snapshots.append(snapshot)
+        if self._sample is not None and (commands := self._sample(snapshot)):
+            self._command(commands)
 
 
 def fault_tables(model: ProcessModel, faults: tuple[FaultState, ...]) -> tuple[Row, Row]:
@@ -134,7 +143,7 @@ def fault_tables(model: ProcessModel, faults: tuple[FaultState, ...]) -> tuple[R
     onset = np.full((1, len(model.faults)), np.inf)
     for fault in faults:
         i = column(model.faults, fault.fault)
-        if not (math.isfinite(fault.severity) and fault.severity >= 0.0) or math.isnan(fault.onset_s):
-            raise ValueError(f"{fault!r}: severity must be finite and >= 0, the onset a time [s]")
+        if not math.isfinite(fault.severity) or math.isnan(fault.onset_s):
+            raise ValueError(f"{fault!r}: severity must be finite, the onset a time [s]")
         severity[0, i], onset[0, i] = fault.severity, fault.onset_s
     return severity, onset

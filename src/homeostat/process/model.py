@@ -29,6 +29,8 @@ class ProcessModel(Protocol):
     """Names of the fault columns."""
     variables: tuple[str, ...]
     """Names of everything that a tag may be bound to."""
+    shown: Mapping[str, int]
+    """Variable -> state column of what its instrument shows."""
     kernel: Kernel
     """Compiled code that advances the states."""
 

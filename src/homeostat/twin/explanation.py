@@ -21,8 +21,6 @@ SECOND_FAULT_NATS = 4.0
 """Gain in log-likelihood that a second fault must bring, over and above its prior."""
 MENDED_NATS = 5.0
 """What an explanation loses for each fault that was known and that it has no place for."""
-GAIN_ERROR = 0.1
-"""What a reading moved by is predicted to this share at best: flows add up to levels, and so do their errors [1]."""
 SETTLED = 15
 """Readings that say where a variable started from."""
 LEAST_PROBABILITY = 0.03
@@ -55,11 +53,14 @@ class Explainer:
         belief: Belief,
         errors: Mapping[str, tuple[float, float]],
         faults: Sequence[Fault],
+        gain_error: float,
         known: Sequence[FaultState] = (),
     ) -> None:
         """``errors``: variable -> (noise per reading, model error) standard deviations in its unit.
 
-        ``known`` is what was believed to be wrong before; the model's response to its parameters depends on it.
+        ``gain_error``: what a reading moved by is predicted to this share at best [1]: flows add up to levels, and so do
+        their errors. ``known`` is what was believed to be wrong before; the model's response to its parameters depends
+        on it.
         """
         self._model = model
         self._window = window
@@ -70,7 +71,7 @@ class Explainer:
         self._faults = {f.name: f for f in faults}
         self._seen = np.stack([window.readings[v][1:] for v in self._variables], axis=1)
         moved = self._seen - np.mean(self._seen[:SETTLED], axis=0)
-        self._spread = np.hypot(self._noise, GAIN_ERROR * moved)
+        self._spread = np.hypot(self._noise, gain_error * moved)
         self._directions = self._excuses(tuple(known))
 
     def score(self, sets: Sequence[tuple[FaultState, ...]]) -> Row:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.model import ProcessModel
+from homeostat.process.sequence import InputSequence, run_sequences
 from homeostat.process.types import Cube, Indices, Row, Table
 from homeostat.twin.history import Window
 from homeostat.twin.replay import fault_columns, replay
@@ -95,18 +96,38 @@ def forecast(
     Every schedule sees the same disturbances (common random numbers), so that schedules can be compared.
     """
     count, steps = schedules.shape[0], schedules.shape[1]
+    batch = _batch(model, ensemble, count, steps, stride, sensor_noise)
+    batch = replace(batch, inputs=np.ascontiguousarray(schedules))
+    result = simulate(model.kernel, batch, lambda i: model.states[i])
+    sampled = np.repeat(schedules[:, stride - 1 :: stride][:, : result.record.shape[1]], len(ensemble.states), axis=0)
+    return Forecast(model.truth(result.record, sampled), float(stride))
+
+
+def follow(
+    model: ProcessModel, ensemble: Ensemble, sequences: Sequence[InputSequence], present: Row, steps: int
+) -> Forecast:
+    """Let every member of ``ensemble`` carry out every sequence from inputs ``present`` on, for ``steps`` seconds.
+
+    With sensor noise, because what the instruments show decides when a step ends.
+    """
+    batch = _batch(model, ensemble, len(sequences), steps, 1, sensor_noise=True)
+    result = run_sequences(model, batch, sequences, present)
+    return Forecast(model.truth(result.record, result.inputs), 1.0)
+
+
+def _batch(
+    model: ProcessModel, ensemble: Ensemble, count: int, steps: int, stride: int, sensor_noise: bool
+) -> Batch:
+    """``count`` copies of the ensemble, one after the other, without inputs yet."""
     members = len(ensemble.states)
 
     def repeat(table: Table) -> Table:
         return np.ascontiguousarray(np.tile(table, (count, 1)))
 
-    batch = Batch(
+    return Batch(
         state=repeat(ensemble.states), parameters=repeat(ensemble.parameters), severity=repeat(ensemble.severity),
-        onset_s=repeat(ensemble.onset_s), inputs=np.ascontiguousarray(schedules),
+        onset_s=repeat(ensemble.onset_s), inputs=np.empty((count, 0, len(model.inputs))),
         input_of=np.repeat(np.arange(count), members), start_s=ensemble.start_s, steps=steps, stride=stride,
         record=tuple(range(len(model.states))), seeds=np.tile(ensemble.seeds, count),
         process_noise=np.ones(count * members), sensor_noise=np.full(count * members, float(sensor_noise)),
     )  # fmt: skip
-    result = simulate(model.kernel, batch, lambda i: model.states[i])
-    sampled = np.repeat(schedules[:, stride - 1 :: stride][:, : result.record.shape[1]], members, axis=0)
-    return Forecast(model.truth(result.record, sampled), float(stride))

@@ -22,6 +22,8 @@ class Window:
     """Variable -> readings, shape (n,)."""
     inputs: Table
     """Inputs of the process model, shape (n, inputs)."""
+    settle_rows: int = 20
+    """First readings that are averaged to find the state at the start."""
 
     @property
     def length(self) -> int:
@@ -45,8 +47,11 @@ class Window:
 class History:
     """The last ``capacity`` snapshots, one per second."""
 
-    def __init__(self, variables: Mapping[str, str], inputs: tuple[str, ...], capacity: int = 3600) -> None:
+    def __init__(
+        self, variables: Mapping[str, str], inputs: tuple[str, ...], settle_rows: int = 20, capacity: int = 3600
+    ) -> None:
         """``variables``: tag -> variable; ``inputs``: names of the process model's input columns."""
+        self._settle_rows = settle_rows
         self._variables = dict(variables)
         self._inputs = inputs
         self._tag_of = {v: t for t, v in variables.items()}
@@ -81,4 +86,4 @@ class History:
         for k, name in enumerate(self._inputs):
             if name in self._tag_of:
                 inputs[:, k] = readings[name]
-        return Window(rows[0].at_s, readings, inputs)
+        return Window(rows[0].at_s, readings, inputs, self._settle_rows)

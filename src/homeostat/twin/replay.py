@@ -12,9 +12,6 @@ from homeostat.process.model import ProcessModel, column
 from homeostat.process.types import Cube, Table
 from homeostat.twin.history import Window
 
-SETTLE_ROWS = 20
-"""Readings that are averaged to find the state at the start of a window."""
-
 
 @dataclass(frozen=True, slots=True)
 class Replay:
@@ -52,10 +49,10 @@ def replay(
     """
     severity, onset = faults
     members = parameters.shape[0]
-    first = window.mean(0, min(SETTLE_ROWS, window.length))
+    first = window.mean(0, min(window.settle_rows, window.length))
     states = np.tile(model.estimate(first | _manual(window)), (members, 1))
     inputs = model.replay_inputs(window.readings, window.inputs)[None, 1:]
-    picks = tuple(column(model.states, v) for v in variables)
+    picks = tuple(model.shown[v] for v in variables)
 
     def run(states: Table, inputs: Cube, start_s: float, steps: int) -> tuple[Cube, Table]:
         batch = Batch(

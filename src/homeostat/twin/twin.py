@@ -7,20 +7,23 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from homeostat.domain.diagnosis import Fault, FaultState, Hypothesis
+from homeostat.domain.formula import Formula
 from homeostat.domain.parameter import ModelParameter
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.verdict import Rollout, RolloutResult
 from homeostat.process.batch import ProcessError
-from homeostat.process.model import ProcessModel
+from homeostat.process.model import ProcessModel, column
 from homeostat.process.schedule import InputRamp
-from homeostat.process.types import Cube, Table
+from homeostat.process.sequence import Guard, InputSequence
+from homeostat.process.types import Cube, Row, Table
 from homeostat.twin.calibration import Belief, calibrate, prior
 from homeostat.twin.explanation import Explainer, explain
-from homeostat.twin.forecast import Ensemble, forecast, synchronise
+from homeostat.twin.forecast import Ensemble, Forecast, follow, forecast, synchronise
 from homeostat.twin.history import History
 
 
@@ -34,12 +37,16 @@ class TwinSettings:
     """Variables whose last readings correct the state."""
     initial: Mapping[str, float]
     """State -> standard deviation of what smoothing may get wrong at the start of a window."""
+    gain_error: float
+    """What a reading moved by is predicted to this share at best [1]."""
     replay_s: int = 600
     """Longest stretch that is replayed for an explanation [s]."""
     recent_s: int = 240
     """Stretch in which a second fault is looked for [s]."""
     synchronise_s: int = 300
     """Stretch that is replayed before a forecast [s]."""
+    settle_rows: int = 20
+    """First readings of a replayed stretch that are averaged to find the state at its start."""
     horizon_s: int = 900
     """Length of a rollout [s]."""
     judged_draws: int = 12
@@ -75,7 +82,7 @@ class Twin:
         self.settings = settings
         self._seed = seed
         self._belief: Belief = prior(model, self._parameters)
-        self._history = History(description.variables, model.inputs)
+        self._history = History(description.variables, model.inputs, settings.settle_rows)
 
     def observe(self, snapshot: Snapshot) -> None:
         """Take one more snapshot of the plant."""
@@ -99,7 +106,7 @@ class Twin:
         errors, names = self.settings.errors, [f.name for f in self._faults]
         window = self._history.window(self.settings.replay_s)
         whole, recent = (
-            Explainer(self._model, w, self._belief, errors, self._faults, known)
+            Explainer(self._model, w, self._belief, errors, self._faults, self.settings.gain_error, known)
             for w in (window, self._history.window(self.settings.recent_s))
         )
         return explain(whole, recent, candidates, names, known, window.end_s)
@@ -139,9 +146,12 @@ class Twin:
     def try_many(self, ensemble: Ensemble, schedules: Cube) -> tuple[dict[str, np.ndarray], float]:
         """Tag -> true values, shape (K * members, times), of K schedules; and the sampling period [s]."""
         result = forecast(self._model, ensemble, schedules, self.settings.stride, sensor_noise=False)
-        signals = self.tag_signals(result.values)
-        signals["product"] = np.asarray(result.values["product"])
-        return signals, result.dt_s
+        return self.tag_signals(result.values), result.dt_s
+
+    def follow_many(self, ensemble: Ensemble, routes: Sequence[ActionSet]) -> tuple[dict[str, np.ndarray], float]:
+        """As :meth:`try_many`, of action sets that go on step by step: shape (K * members, times)."""
+        result = follow(self._model, ensemble, [self._sequence(a) for a in routes], self._now(), self.settings.horizon_s)
+        return self.tag_signals(result.values), result.dt_s
 
     def roll_out(self, actions: ActionSet, hypotheses: Sequence[Hypothesis]) -> Rollout:
         """What ``actions`` would do from the last snapshot on, over the ensemble, with noise.
@@ -151,13 +161,41 @@ class Twin:
         """
         try:
             ensemble = self.ensemble(hypotheses, self.settings.judged_draws, Purpose.JUDGE)
-            schedule = self.schedule(actions, self.settings.horizon_s)[None]
-            result = forecast(self._model, ensemble, schedule, stride=1)
+            result = self._forecast(ensemble, actions)
         except ProcessError as broke:
             empty = Trajectory(self._history.window(1).end_s, 1.0, {})
             return Rollout(actions.digest, empty, tuple(hypotheses), (), RolloutResult.BROKE_DOWN, str(broke))
-        signals = self.tag_signals(result.values)
-        signals["product"] = np.asarray(result.values["product"])
-        trajectory = Trajectory(ensemble.start_s + 1.0, 1.0, signals)
+        trajectory = Trajectory(ensemble.start_s + 1.0, 1.0, self.tag_signals(result.values))
         weights = tuple(ensemble.weights.tolist())
         return Rollout(actions.digest, trajectory, tuple(hypotheses), weights, RolloutResult.COMPLETED)
+
+    def _forecast(self, ensemble: Ensemble, actions: ActionSet) -> Forecast:
+        """Second by second, with sensor noise: along a schedule, or step by step where there is more than one."""
+        steps = self.settings.horizon_s
+        if not actions.then:
+            return forecast(self._model, ensemble, self.schedule(actions, steps)[None], stride=1)
+        return follow(self._model, ensemble, [self._sequence(actions)], self._now(), steps)
+
+    def _now(self) -> Row:
+        """The inputs of the last second, shape (inputs,)."""
+        return self._history.window(1).inputs[-1]
+
+    def _sequence(self, actions: ActionSet) -> InputSequence:
+        """The steps of ``actions`` as the engine carries them out."""
+        variables, parts = self._description.variables, [actions.commands, *(s.commands for s in actions.then)]
+        targets = np.full((len(parts), len(self._model.inputs)), np.nan)
+        rates = np.full_like(targets, np.inf)
+        for k, commands in enumerate(parts):
+            for c in commands:
+                i = column(self._model.inputs, variables[c.tag])
+                targets[k, i] = np.nan if c.value is None else c.value
+                rates[k, i] = np.inf if c.rate is None else c.rate
+        return InputSequence(targets, rates, tuple(self._guard(s.transition.guard) for s in actions.then))
+
+    def _guard(self, formula: Formula) -> Guard:
+        variables = {tag: self._description.variables[tag] for tag in formula.tags}
+
+        def holds(shown: Mapping[str, Row]) -> NDArray[np.bool_]:
+            return formula.holds_each({tag: shown[v] for tag, v in variables.items()})
+
+        return holds

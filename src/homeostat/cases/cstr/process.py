@@ -40,6 +40,7 @@ class CstrModel:
     inputs: tuple[str, ...] = Input._fields
     faults: tuple[str, ...] = FaultSlot._fields
     variables: tuple[str, ...] = (*_READ, *Input._fields, *_DERIVED)
+    shown: Mapping[str, int] = _READ
     kernel: Kernel = staticmethod(advance)
 
     def initial_state(self, parameters: Row) -> Row:

@@ -65,12 +65,14 @@ def measure_line(x: Row, p: Row, sev: Row, onset: Row, t: float, seed: int, sens
         if t >= onset[F.sensor_bias_flow]:
             shown *= 1.0 + sev[F.sensor_bias_flow]
         if sensor > 0.0:
-            shown += sensor * (p[P.sd_FT] + p[P.rel_FT] * abs(shown)) * normal(seed, k, 8)
+            shown += sensor * p[P.rel_FT] * (abs(shown) + 0.02) * normal(seed, k, 8)
         x[S.FT] = shown
-    x[S.PT5] = pressure(p, x[S.head_discharge]) + p[P.bias_PT5]
-    x[S.ST1], x[S.ST2] = x[S.N1], x[S.N2]
+    x[S.PT5] = pressure(p, x[S.head_main]) + p[P.bias_PT5]
+    x[S.PT6] = pressure(p, x[S.head_discharge]) + p[P.bias_PT6]
+    x[S.ST1], x[S.ST2] = x[S.N1] + p[P.bias_ST], x[S.N2] + p[P.bias_ST]
     if sensor > 0.0:
         x[S.PT5] += sensor * p[P.sd_PT] * normal(seed, k, 9)
+        x[S.PT6] += sensor * p[P.sd_PT] * normal(seed, k, 14)
         x[S.ST1] = clip(x[S.ST1] + sensor * p[P.sd_ST] * normal(seed, k, 10), 0.0, 1.5)
         x[S.ST2] = clip(x[S.ST2] + sensor * p[P.sd_ST] * normal(seed, k, 11), 0.0, 1.5)
 

@@ -40,7 +40,7 @@ class State(NamedTuple):
     head_suction: int  # heads of the junctions above the floor of the feed tanks [m]
     head_main: int
     head_discharge: int
-    LT1: int  # last readings: level [m], hydrostatic pressure [kPa], flow [L/s], discharge pressure [kPa]
+    LT1: int  # last readings: levels [m], hydrostatic pressures [kPa], pressure behind P101 and of the header, flow [L/s]
     LT2: int
     LT3: int
     LT4: int
@@ -49,6 +49,7 @@ class State(NamedTuple):
     PT3: int
     PT4: int
     PT5: int
+    PT6: int
     FT: int
     LSL1: int  # level switches, 1 when the liquid stands above them: 10 %, 50 %, 90 % of each tank's height
     LSL2: int
@@ -121,7 +122,6 @@ class Parameter(NamedTuple):
     sd_LT: int
     sd_PT: int
     rel_FT: int
-    sd_FT: int
     sd_ST: int
     bias_LT1: int
     bias_LT2: int
@@ -132,7 +132,9 @@ class Parameter(NamedTuple):
     bias_PT3: int
     bias_PT4: int
     bias_PT5: int
+    bias_PT6: int
     bias_FT: int
+    bias_ST: int
 
 
 class Input(NamedTuple):

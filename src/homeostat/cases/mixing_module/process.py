@@ -22,7 +22,7 @@ _READ = {
     **{f"LSL_{tank}": S.LSL1 + i for i, tank in enumerate(_TANKS)},
     **{f"LSM_{tank}": S.LSM1 + i for i, tank in enumerate(_TANKS)},
     **{f"LSH_{tank}": S.LSH1 + i for i, tank in enumerate(_TANKS)},
-    "P_discharge": S.PT5, "flow": S.FT, "speed_P101": S.ST1, "speed_P102": S.ST2, "idle_P101": S.idle1,
+    "P_main": S.PT5, "P_header": S.PT6, "flow": S.FT, "speed_P101": S.ST1, "speed_P102": S.ST2, "idle_P101": S.idle1,
     "idle_P102": S.idle2,
 }  # fmt: skip
 """Variable -> column of what the instruments show."""
@@ -45,6 +45,8 @@ class MixingModel:
     parameters: tuple[str, ...] = Parameter._fields
     inputs: tuple[str, ...] = tuple(f"cmd_{name}" for name in Input._fields)
     faults: tuple[str, ...] = FaultSlot._fields
+    variables: tuple[str, ...] = (*_READ, *(f"cmd_{name}" for name in Input._fields), *_HIDDEN)
+    shown: Mapping[str, int] = _READ
     kernel: Kernel = staticmethod(advance)
 
     def initial_state(self, parameters: Row) -> Row:
@@ -57,11 +59,6 @@ class MixingModel:
         measure_tanks(x, parameters, *none, 0.0, 0, 0.0)
         measure_line(x, parameters, *none, 0.0, 0, 0.0)
         return x
-
-    @property
-    def variables(self) -> tuple[str, ...]:
-        """Names of everything that a tag may be bound to."""
-        return (*_READ, *self.inputs, *_HIDDEN)
 
     def readings(self, state: Row, inputs: Row) -> Mapping[str, float]:
         """Variable -> what the instruments say."""
@@ -99,9 +96,10 @@ class MixingModel:
             states[:, S.L1 + i] = states[:, S.V1 + i] / AREA
 
     def resume_control(self, states: Table, readings: Mapping[str, Row], parameters: Table) -> None:
-        """Set what the instruments show; the module has no controllers with a memory."""
+        """Set what the instruments show and count totals from now on; there are no controllers with a memory."""
         for name, i in _READ.items():
             states[:, i] = readings[name][-1]
+        states[:, S.supplied :] = 0.0
 
     def shown_and_true(
         self, states: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float

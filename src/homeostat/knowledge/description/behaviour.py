@@ -71,4 +71,5 @@ def _transition(entry: Entry, tags: Mapping[str, Tag]) -> Transition:
         target=entry.reference("target", Code.UNKNOWN_STATE),
         event=entry.reference("event", Code.MISSING_VALUE),
         guard=entry.formula("guard", tags),
+        on_decision=entry.flag("decision"),
     )

@@ -1,0 +1,56 @@
+"""Cost of what a search tried: production loss, missing margin, change."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from homeostat.domain.limits import Criterion, Limit, LimitKind, Limits
+from homeostat.domain.production import Production
+
+MISSING = 10.0
+"""Cost of one scale of missing margin, in production [1]."""
+
+
+class Cost:
+    """Judges candidates by the margins of every criterion over the members, and by what they produce."""
+
+    def __init__(self, limits: Limits, production: Production, scales: Mapping[str, float], slack: float) -> None:
+        """``scales``: unit -> what counts as one unit of margin in it; ``slack``: margin that is kept, in scales."""
+        self._criteria: tuple[Criterion | Limit, ...] = (
+            *limits.criteria,
+            *limits.of_kind(LimitKind.INTERLOCK),
+            *limits.of_kind(LimitKind.ENVELOPE),
+        )
+        self._production, self._scales, self._slack = production, scales, slack
+
+    def of(
+        self, signals: Mapping[str, NDArray[np.float64]], dt_s: float, required: Mapping[str, float], count: int
+    ) -> NDArray[np.float64]:
+        """Cost of each of ``count`` candidates, shape (count,), from ``signals`` of shape (count * members, times).
+
+        Production that is lost, plus :data:`MISSING` for each scale of margin that is missing; ``required``: criterion ->
+        margin that is wanted beyond the slack, in its unit.
+        """
+        rate = signals[self._production.throughput].mean(axis=1).reshape(count, -1)
+        lost = 1.0 - rate.mean(axis=1) / self._production.design_rate
+        return np.asarray(lost + MISSING * self._missing(signals, dt_s, required, count))
+
+    def _missing(
+        self, signals: Mapping[str, NDArray[np.float64]], dt_s: float, required: Mapping[str, float], count: int
+    ) -> NDArray[np.float64]:
+        """Missing margin of each candidate in scales, summed over the criteria, worst member each, shape (count,)."""
+        total = np.zeros(count)
+        for c in self._criteria:
+            if isinstance(c, Criterion):
+                margin = c.formula.evaluate(signals, dt_s).value
+            else:
+                margin = c.formula.margins(signals, dt_s).min(axis=1)
+            scale = self._scales.get(c.formula.unit, 1.0)
+            worst = np.broadcast_to(margin, (next(iter(signals.values())).shape[0],))
+            worst = worst.reshape(count, -1).min(axis=1) / scale
+            wanted = self._slack + required.get(c.name, 0.0) / scale
+            total += np.clip(wanted - worst, 0.0, 100.0)
+        return total

@@ -1,0 +1,74 @@
+"""Action by search along a route: the values that its states leave open, chosen once for the whole of it."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+
+import numpy as np
+
+from homeostat.agents.cost import Cost
+from homeostat.agents.crew import Situation
+from homeostat.agents.simulation import plausible
+from homeostat.domain.behaviour import State
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from homeostat.domain.tag import Tag
+from homeostat.twin.twin import Purpose, Twin
+
+LEVELS = 3
+"""Values of each open command that are tried, besides the design's."""
+MOST = 27
+"""Most candidates; where there would be more, only the design is tried."""
+CHANGE = 0.01
+"""Production that a command far from its design value is worth [1]."""
+
+
+class RouteSearch:
+    """Tries a route with every combination of a few values of what it leaves open, all in one call of the engine."""
+
+    def __init__(self, twin: Twin, cost: Cost, tags: Mapping[str, Tag], least_probability: float) -> None:
+        """``least_probability``: hypotheses below this are left to validation [1]."""
+        self._twin, self._cost, self._tags = twin, cost, tags
+        self._least = least_probability
+
+    def best(self, path: RecoveryPath, situation: Situation, required: Mapping[str, float]) -> ActionSet:
+        """The cheapest way to take ``path``; validation says whether it will do."""
+        choices = self._choices(path)
+        routes = [ActionSet.along(path, lambda s, c=chosen: self._commands(s, c)) for chosen in choices]
+        if len(routes) == 1:
+            return routes[0]
+        likely = plausible(situation.diagnosis, self._least, most=6)
+        ensemble = self._twin.ensemble(likely, self._twin.settings.search_draws, Purpose.REFINE)
+        cost = self._cost.of(*self._twin.follow_many(ensemble, routes), required, len(routes))
+        far = [sum(abs(v - self._design(path, tag)) for tag, v in c.items()) for c in choices]
+        return routes[int(np.argmin(cost + CHANGE * np.array(far)))]
+
+    def _choices(self, path: RecoveryPath) -> list[dict[str, float]]:
+        """Tag -> value of everything that is open on the way; the design first."""
+        ranges = {}
+        for name in path.commanded[0 if path.decisions else 1 :]:
+            ranges.update({r.tag: r for r in path.machine.state(name).setpoints if r.high > r.low})
+        options = [
+            {r.design if r.design is not None else r.low, *np.linspace(r.low, r.high, LEVELS).tolist()}
+            for r in ranges.values()
+        ]
+        design = {tag: self._design(path, tag) for tag in ranges}
+        if np.prod([len(o) for o in options], dtype=float) > MOST:
+            return [design]
+        found = [dict(zip(ranges, values, strict=True)) for values in itertools.product(*map(sorted, options))]
+        return [design, *(c for c in found if c != design)]
+
+    def _design(self, path: RecoveryPath, tag: str) -> float:
+        """The design value of an open command on the way."""
+        for name in path.commanded:
+            found = path.machine.state(name).setpoint(tag)
+            if found is not None and found.high > found.low:
+                return found.low if found.design is None else found.design
+        raise ValueError(f"{tag!r} is not open on the way through {' > '.join(path.commanded)}")
+
+    def _commands(self, state: State, chosen: Mapping[str, float]) -> tuple[Command, ...]:
+        """What ``state`` is commanded: what is open as ``chosen``, the rest as by design."""
+        return tuple(
+            Command(r.tag, chosen[r.tag] if r.high > r.low else r.design, self._tags[r.tag].rate_limit)
+            for r in state.setpoints
+        )

@@ -1,0 +1,82 @@
+"""The executive: carries out step by step what was released, one look at the plant per sample."""
+
+from __future__ import annotations
+
+from homeostat.assurance.checks import permissive_findings, usable
+from homeostat.domain.behaviour import StateMachine
+from homeostat.domain.limits import Limits
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
+from homeostat.domain.snapshot import Snapshot
+
+
+class Executive:
+    """Knows the state of the machine and the steps that wait for their guards.
+
+    It belongs to the basic control system: it goes on while agents think, and never thinks itself. At the start it has the
+    nominal route; later what the gate released.
+    """
+
+    def __init__(self, machine: StateMachine, limits: Limits, nominal: tuple[Step, ...] = ()) -> None:
+        """``nominal``: what follows from the initial state when nothing is wrong."""
+        self._machine, self._limits = machine, limits
+        self._waiting = nominal
+        self._entered: list[tuple[str, float]] = []
+        self._at_s = 0.0
+        self.state = machine.initial.name
+        """State that the plant is in."""
+        self.refused: str | None = None
+        """Why the next step is not taken although its guard holds; None where nothing is in its way."""
+
+    def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:
+        """Look at the plant; the commands of the next step if its guard holds and no permissive forbids it."""
+        self.refused, self._at_s = None, snapshot.at_s
+        if not self._waiting:
+            return ()
+        step, values = self._waiting[0], usable(snapshot)
+        if step.transition.guard.tags - values.keys() or not step.transition.guard.holds(values):
+            return ()
+        forbidden = next((f for f in permissive_findings(snapshot, step.commands, self._limits) if not f.satisfied), None)
+        if forbidden is not None:
+            self.refused = forbidden.message
+            return ()
+        self._waiting = self._waiting[1:]
+        self._enter(step.target)
+        return step.commands
+
+    def load(self, actions: ActionSet) -> None:
+        """Go on with what was released."""
+        self._waiting = actions.then
+        self._enter(actions.target)
+
+    def rest(self) -> ActionSet:
+        """What is left to do, as an action set without immediate commands."""
+        return ActionSet((), self.state, self._waiting)
+
+    def way(self) -> RecoveryPath | None:
+        """The path that is left; None where nothing waits."""
+        if not self._waiting:
+            return None
+        return RecoveryPath(self._machine, tuple(s.transition for s in self._waiting))
+
+    def drain(self) -> tuple[tuple[str, float], ...]:
+        """States that were entered since the last call, each with its process time [s]."""
+        entered, self._entered = tuple(self._entered), []
+        return entered
+
+    def _enter(self, state: str) -> None:
+        self.state = state
+        self._entered.append((state, self._at_s))
+
+
+def nominal_route(machine: StateMachine, commands: dict[str, tuple[Command, ...]]) -> tuple[Step, ...]:
+    """What follows from the initial state by itself, the least risky transition first; ``commands`` by state."""
+    steps: list[Step] = []
+    here, been = machine.initial.name, {machine.initial.name}
+    while True:
+        onward = [t for t in machine.transitions if t.source == here and not t.on_decision and t.target not in been]
+        if not onward:
+            return tuple(steps)
+        taken = min(onward, key=lambda t: machine.state(t.target).risk)
+        steps.append(Step(taken, commands[taken.target]))
+        here = taken.target
+        been.add(here)

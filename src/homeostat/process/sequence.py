@@ -1,0 +1,114 @@
+"""Sequences: members that carry out commands step by step, each at its own pace, as its instruments tell.
+
+A schedule is known in advance; a sequence is not: when a step ends depends on what the member's instruments show. So the
+engine advances all members by one second, looks at their readings, and lets those go on whose guard holds: exactly what
+the executive does with the plant, once per second.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from homeostat.process.batch import Batch, simulate
+from homeostat.process.model import ProcessModel
+from homeostat.process.types import Cube, Indices, Row, Table
+
+
+Guard = Callable[[Mapping[str, Row]], NDArray[np.bool_]]
+"""Whether a guard holds for each member; readings by variable, shape (members,)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InputSequence:
+    """What is commanded in each step, and what must be read before the next one begins."""
+
+    targets: Table
+    """Values that the inputs are brought to, NaN where a step leaves them, shape (steps, inputs)."""
+    rates: Table
+    """Fastest change of each input in its unit per second, shape (steps, inputs)."""
+    guards: tuple[Guard, ...]
+    """Guards of the second and later steps."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SequenceResult:
+    """What came of it."""
+
+    record: Cube
+    """Every state, shape (members, seconds, states); the first row is a second after the start."""
+    inputs: Cube
+    """Inputs of the same seconds, shape (members, seconds, inputs)."""
+    step: NDArray[np.int64]
+    """Step that each member was in during each second, shape (members, seconds)."""
+
+
+def run_sequences(
+    model: ProcessModel, batch: Batch, sequences: Sequence[InputSequence], present: Row
+) -> SequenceResult:
+    """Advance ``batch`` by its seconds; its members follow ``sequences`` (chosen by ``input_of``) from inputs ``present``.
+
+    ``batch.inputs`` is not looked at. Raises ProcessError as :func:`~homeostat.process.batch.simulate` does.
+    """
+    members, seconds = len(batch.state), batch.steps
+    record = np.empty((members, seconds, len(model.states)))
+    inputs = np.empty((members, seconds, len(model.inputs)))
+    followed = np.empty((members, seconds), dtype=np.int64)
+    walk = _Walk(model, sequences, batch.input_of, present)
+    own = np.arange(members)
+    for k in range(seconds):
+        followed[:, k] = walk.step
+        inputs[:, k] = walk.advance()
+        one = replace(
+            batch, start_s=batch.start_s + k, steps=1, stride=1, input_of=own, inputs=inputs[:, k : k + 1], record=(),
+        )  # fmt: skip
+        state = simulate(model.kernel, one, model.states.__getitem__).state
+        batch = replace(batch, state=state)
+        record[:, k] = state
+        walk.look(state)
+    return SequenceResult(record, inputs, followed)
+
+
+class _Walk:
+    """Where each member stands in its sequence, and its inputs."""
+
+    def __init__(
+        self, model: ProcessModel, sequences: Sequence[InputSequence], sequence_of: Indices, present: Row
+    ) -> None:
+        self._model, self._sequences, self._of = model, sequences, sequence_of
+        self.step = np.zeros(len(sequence_of), dtype=np.int64)
+        self._now = np.tile(present, (len(sequence_of), 1))
+        self._target = self._now.copy()
+        self._rate = np.full_like(self._now, np.inf)
+        self._enter(np.ones(len(sequence_of), dtype=bool))
+
+    def advance(self) -> Table:
+        """Inputs of the next second, shape (members, inputs)."""
+        self._now = self._now + np.clip(self._target - self._now, -self._rate, self._rate)
+        return self._now
+
+    def look(self, state: Table) -> None:
+        """Let those go on whose next guard holds on what their instruments show."""
+        shown: dict[str, Row] | None = None
+        fired = np.zeros(len(self.step), dtype=bool)
+        for s, sequence in enumerate(self._sequences):
+            mine = self._of == s
+            for j in np.unique(self.step[mine]).tolist():
+                if j < len(sequence.guards):
+                    if shown is None:
+                        shown = {name: state[:, i] for name, i in self._model.shown.items()}
+                        shown.update(zip(self._model.inputs, self._now.T, strict=True))
+                    fired |= mine & (self.step == j) & sequence.guards[j](shown)
+        if fired.any():
+            self.step[fired] += 1
+            self._enter(fired)
+
+    def _enter(self, fired: NDArray[np.bool_]) -> None:
+        for s, sequence in enumerate(self._sequences):
+            mine = np.flatnonzero(fired & (self._of == s))
+            wanted = sequence.targets[self.step[mine]]
+            self._target[mine] = np.where(np.isnan(wanted), self._target[mine], wanted)
+            self._rate[mine] = np.where(np.isnan(wanted), self._rate[mine], sequence.rates[self.step[mine]])
