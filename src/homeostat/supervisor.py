@@ -51,8 +51,6 @@ from homeostat.trace.decisions import (
 )
 from homeostat.trace.events import Trace
 
-CALM_S = 300.0
-"""Nothing is improved while the last release is younger than this: its transient is still under way [s]."""
 SHORTEST_S = 1.0
 """Thinking gets this much process time even where physics leaves less: the fallback is armed meanwhile [s]."""
 RECENT = 300
@@ -65,12 +63,20 @@ class Budget:
 
     latency_s: float = 30.0
     """Longest thinking [s]; the time that physics leaves may be shorter."""
-    improvements: int = 2
-    """Most proposals where the plant may also be left alone."""
     reserve_s: float = 5.0
     """Process time that is kept for the fallback to act [s]."""
     last_s: float = 4.0
     """Wall-clock time that is kept for the last proposer, which has never failed to answer in less [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Patience:
+    """How eagerly a plant is improved that may also be left alone."""
+
+    calm_s: float = 300.0
+    """Nothing is improved while the last release is younger than this: its transient is still under way [s]."""
+    improvements: int = 2
+    """Most proposals of an improvement."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +109,7 @@ class Supervisor:
         production: Production,
         fallbacks: Sequence[FallbackStrategy],
         scales: Mapping[str, float],
+        patience: Patience,
         budget: Budget,
         trace: Trace,
     ) -> None:
@@ -113,7 +120,7 @@ class Supervisor:
         self._plant, self._clock, self._crew, self._gate = plant, clock, crew, gate
         self._rehearsal, self._executive, self._machine, self._limits = rehearsal, executive, machine, limits
         self._restraint = Restraint(limits, production, scales)
-        self._fallbacks, self._budget, self._trace = tuple(fallbacks), budget, trace
+        self._fallbacks, self._patience, self._budget, self._trace = tuple(fallbacks), patience, budget, trace
         self._released_s = math.inf
         self._seen_s = 0.0
         self._recent: deque[Snapshot] = deque(maxlen=RECENT)
@@ -164,7 +171,7 @@ class Supervisor:
         self._trace.record(_armed(fallback, limit_s), self._seen_s)
         verdict = self._judge_idle(idle)
         fine = self._restraint.fine(verdict, self._recovered)
-        if fine and self._seen_s - self._released_s < CALM_S:
+        if fine and self._seen_s - self._released_s < self._patience.calm_s:
             return self._leave_alone(verdict)
         recent = tuple(self._recent)
         situation = Situation(recent[-1], diagnosis, self._executive.state, recent, verdict.findings, limit_s)
@@ -182,7 +189,7 @@ class Supervisor:
         Where the plant may also be left as it is (``idle`` is that rollout), only what produces clearly more will do.
         """
         advice = Advice()
-        most = proposer.attempts if idle is None else self._budget.improvements
+        most = proposer.attempts if idle is None else self._patience.improvements
         for number in range(1, most + 1):
             situation = await self._fresh(situation)
             attempt, rollout = await self._attempt(number, proposer, situation, advice)

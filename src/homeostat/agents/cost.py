@@ -31,8 +31,8 @@ class Cost:
     ) -> NDArray[np.float64]:
         """Cost of each of ``count`` candidates, shape (count,), from ``signals`` of shape (count * members, times).
 
-        Production that is lost, plus :data:`MISSING` for each scale of margin that is missing; ``required``: criterion ->
-        margin that is wanted beyond the slack, in its unit.
+        Production that is lost, plus :data:`MISSING` for each scale of margin that is missing; ``required``: criterion
+        -> margin that is wanted beyond the slack, in its unit.
         """
         rate = signals[self._production.throughput].mean(axis=1).reshape(count, -1)
         lost = 1.0 - rate.mean(axis=1) / self._production.design_rate

@@ -99,9 +99,7 @@ class Simulation(Protocol):
 class Validation(Protocol):
     """Judges rollouts."""
 
-    def judge(
-        self, actions: ActionSet, rollout: Rollout, target: State, path: RecoveryPath | None = None
-    ) -> Verdict:
+    def judge(self, actions: ActionSet, rollout: Rollout, target: State, path: RecoveryPath | None = None) -> Verdict:
         """Approve only if every criterion holds in every member; ``path`` leads to ``target`` step by step."""
         ...
 

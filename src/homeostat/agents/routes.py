@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -34,7 +35,7 @@ class RouteSearch:
     def best(self, path: RecoveryPath, situation: Situation, required: Mapping[str, float]) -> ActionSet:
         """The cheapest way to take ``path``; validation says whether it will do."""
         choices = self._choices(path)
-        routes = [ActionSet.along(path, lambda s, c=chosen: self._commands(s, c)) for chosen in choices]
+        routes = [ActionSet.along(path, partial(self._commands, chosen)) for chosen in choices]
         if len(routes) == 1:
             return routes[0]
         likely = plausible(situation.diagnosis, self._least, most=6)
@@ -46,7 +47,7 @@ class RouteSearch:
     def _choices(self, path: RecoveryPath) -> list[dict[str, float]]:
         """Tag -> value of everything that is open on the way; the design first."""
         ranges = {}
-        for name in path.commanded[0 if path.decisions else 1 :]:
+        for name in path.commanded:
             ranges.update({r.tag: r for r in path.machine.state(name).setpoints if r.high > r.low})
         options = [
             {r.design if r.design is not None else r.low, *np.linspace(r.low, r.high, LEVELS).tolist()}
@@ -66,7 +67,7 @@ class RouteSearch:
                 return found.low if found.design is None else found.design
         raise ValueError(f"{tag!r} is not open on the way through {' > '.join(path.commanded)}")
 
-    def _commands(self, state: State, chosen: Mapping[str, float]) -> tuple[Command, ...]:
+    def _commands(self, chosen: Mapping[str, float], state: State) -> tuple[Command, ...]:
         """What ``state`` is commanded: what is open as ``chosen``, the rest as by design."""
         return tuple(
             Command(r.tag, chosen[r.tag] if r.high > r.low else r.design, self._tags[r.tag].rate_limit)

@@ -20,8 +20,6 @@ class LimitValidation:
         self._limits = limits
         self._tags = tags
 
-    def judge(
-        self, actions: ActionSet, rollout: Rollout, target: State, path: RecoveryPath | None = None
-    ) -> Verdict:
+    def judge(self, actions: ActionSet, rollout: Rollout, target: State, path: RecoveryPath | None = None) -> Verdict:
         """Approve only if every criterion, permissive and command check holds in every member."""
         return judge(actions, rollout, self._limits, target, self._tags, path)

@@ -187,9 +187,7 @@ def closed_finding(states: Sequence[str]) -> Finding:
     return Finding(CLOSED, Owner.PLANNING, -float("inf"), "1", 0.0, 0, text)
 
 
-def permissive_findings(
-    snapshot: Snapshot, commands: Sequence[Command], limits: Limits
-) -> tuple[Finding, ...]:
+def permissive_findings(snapshot: Snapshot, commands: Sequence[Command], limits: Limits) -> tuple[Finding, ...]:
     """The permissives on a snapshot as it would be right after the release of ``commands``.
 
     One that reads a tag without usable reading is violated.

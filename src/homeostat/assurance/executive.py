@@ -12,8 +12,8 @@ from homeostat.domain.snapshot import Snapshot
 class Executive:
     """Knows the state of the machine and the steps that wait for their guards.
 
-    It belongs to the basic control system: it goes on while agents think, and never thinks itself. At the start it has the
-    nominal route; later what the gate released.
+    It belongs to the basic control system: it goes on while agents think, and never thinks itself. At the start it has
+    the nominal route; later what the gate released.
     """
 
     def __init__(self, machine: StateMachine, limits: Limits, nominal: tuple[Step, ...] = ()) -> None:
@@ -22,6 +22,7 @@ class Executive:
         self._waiting = nominal
         self._entered: list[tuple[str, float]] = []
         self._at_s = 0.0
+        self._sent: tuple[Command, ...] = ()
         self.state = machine.initial.name
         """State that the plant is in."""
         self.refused: str | None = None
@@ -29,18 +30,19 @@ class Executive:
 
     def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:
         """Look at the plant; the commands of the next step if its guard holds and no permissive forbids it."""
-        self.refused, self._at_s = None, snapshot.at_s
+        self.refused, self._at_s, self._sent = None, snapshot.at_s, ()
         if not self._waiting:
             return ()
         step, values = self._waiting[0], usable(snapshot)
         if step.transition.guard.tags - values.keys() or not step.transition.guard.holds(values):
             return ()
-        forbidden = next((f for f in permissive_findings(snapshot, step.commands, self._limits) if not f.satisfied), None)
-        if forbidden is not None:
-            self.refused = forbidden.message
+        found = permissive_findings(snapshot, step.commands, self._limits)
+        self.refused = next((f.message for f in found if not f.satisfied), None)
+        if self.refused is not None:
             return ()
         self._waiting = self._waiting[1:]
         self._enter(step.target)
+        self._sent = step.commands
         return step.commands
 
     def load(self, actions: ActionSet) -> None:
@@ -49,8 +51,8 @@ class Executive:
         self._enter(actions.target)
 
     def rest(self) -> ActionSet:
-        """What is left to do, as an action set without immediate commands."""
-        return ActionSet((), self.state, self._waiting)
+        """What is left to do; its immediate commands are those that no snapshot shows yet."""
+        return ActionSet(self._sent, self.state, self._waiting)
 
     def way(self) -> RecoveryPath | None:
         """The path that is left; None where nothing waits."""

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from homeostat.assurance.executive import Executive
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_at_end, outcome, production_loss
 from homeostat.campaign.watched import WatchedPlant, Watcher
-from homeostat.assurance.executive import Executive
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import Language, new_executive, wire
 from homeostat.domain.diagnosis import Hypothesis
@@ -160,7 +160,8 @@ def run(
     trace.subscribe(recorder)
     executive = new_executive(case)
     plant = build_plant(case, scenario, clock, executive)
-    supervisor = wire(case, WatchedPlant(plant, watcher), executive, clock, trace, scenario.seed, budget, archive, language)
+    watched = WatchedPlant(plant, watcher)
+    supervisor = wire(case, watched, executive, clock, trace, scenario.seed, budget, archive, language)
     asyncio.run(supervisor.supervise())
     truth = plant.truth()
     healthy = run_unattended(case, Scenario(case.name, (), scenario.seed, scenario.end_s))

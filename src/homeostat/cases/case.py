@@ -21,6 +21,7 @@ from homeostat.domain.tag import near_matches
 from homeostat.knowledge.store import GraphStore
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Row
+from homeostat.supervisor import Patience
 from homeostat.twin.twin import TwinSettings
 
 CASES = Path(__file__).parent
@@ -66,6 +67,8 @@ class Case:
     """How the twin is judged and used."""
     monitoring: MonitoringSettings
     """How patient monitoring is."""
+    patience: Patience
+    """How eagerly it is improved."""
     production: Production
     """What production is to the search."""
     delivered: tuple[str, ...]
@@ -124,6 +127,7 @@ def load_case(name: str, learned: bool = True) -> Case:
         model=model,
         baselines=read_baselines(folder / "baseline.csv") if learned else {},
         twin=_twin_settings(settings["twin"]),
+        patience=Patience(**settings.get("patience", {})),
         monitoring=MonitoringSettings(**settings.get("monitoring", {})),
         production=Production(settings["objective"]["throughput"], settings["objective"]["design_rate"]),
         delivered=tuple(settings["objective"]["delivered"]),

@@ -68,8 +68,8 @@ def new_executive(case: Case) -> Executive:
 
 
 def wire(
-    case: Case, plant: Plant, executive: Executive, clock: Clock, trace: Trace, seed: int, budget: Budget | None = None,
-    archive: Archive | None = None, language: Language | None = None,
+    case: Case, plant: Plant, executive: Executive, clock: Clock, trace: Trace, seed: int,
+    budget: Budget | None = None, archive: Archive | None = None, language: Language | None = None,
 ) -> Supervisor:  # fmt: skip
     """A supervisor for ``plant``; ``seed`` seeds the twin's draws and is the run's.
 
@@ -96,6 +96,6 @@ def wire(
     )
     gate = Gate(plant, d.limits, d.fallback_strategies[0], rehearsal, executive)
     return Supervisor(
-        plant, clock, crew, gate, rehearsal, executive, d.machine, d.limits, case.production, d.fallback_strategies, d.scales,
-        budget or Budget(), trace,
+        plant, clock, crew, gate, rehearsal, executive, d.machine, d.limits, case.production, d.fallback_strategies,
+        d.scales, case.patience, budget or Budget(), trace,
     )  # fmt: skip

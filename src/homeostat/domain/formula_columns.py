@@ -49,15 +49,15 @@ def margins_at(node: Logic, columns: Mapping[str, Column]) -> Column:
                 difference = left - right
             else:
                 difference = np.abs(left - right) * (-1.0 if node.operator == "==" else 1.0)
-            return difference / node.scale
+            return np.asarray(difference / node.scale)
         case Truth():
             return np.array(np.inf if node.value else -np.inf)
         case Not():
             return -margins_at(node.operand, columns)
         case And():
-            return np.minimum.reduce(np.broadcast_arrays(*[margins_at(o, columns) for o in node.operands]))
+            return np.asarray(np.minimum.reduce(np.broadcast_arrays(*[margins_at(o, columns) for o in node.operands])))
         case Or():
-            return np.maximum.reduce(np.broadcast_arrays(*[margins_at(o, columns) for o in node.operands]))
+            return np.asarray(np.maximum.reduce(np.broadcast_arrays(*[margins_at(o, columns) for o in node.operands])))
         case Implies():
             return np.maximum(-margins_at(node.premise, columns), margins_at(node.conclusion, columns))
         case Always() | Eventually() | Until():

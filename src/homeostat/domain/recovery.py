@@ -119,13 +119,10 @@ class ActionSet:
 
     @classmethod
     def along(cls, path: RecoveryPath, commands: Callable[[State], tuple[Command, ...]]) -> Self:
-        """What takes ``path`` when ``commands`` says what each state is commanded.
-
-        Where the path only waits, nothing is sent at release.
-        """
+        """What takes ``path``; ``commands`` says what each state is commanded, the present one once more."""
         state = path.machine.state
-        first = commands(state(path.now)) if path.decisions else ()
-        return cls(first, path.now, tuple(Step(t, commands(state(t.target))) for t in path.awaited))
+        steps = tuple(Step(t, commands(state(t.target))) for t in path.awaited)
+        return cls(commands(state(path.now)), path.now, steps)
 
     @property
     def end(self) -> str:

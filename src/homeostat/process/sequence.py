@@ -1,8 +1,8 @@
 """Sequences: members that carry out commands step by step, each at its own pace, as its instruments tell.
 
-A schedule is known in advance; a sequence is not: when a step ends depends on what the member's instruments show. So the
-engine advances all members by one second, looks at their readings, and lets those go on whose guard holds: exactly what
-the executive does with the plant, once per second.
+A schedule is known in advance; a sequence is not: when a step ends depends on what the member's instruments show. So
+the engine advances all members by one second, looks at their readings, and lets those go on whose guard holds: exactly
+what the executive does with the plant, once per second.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Cube, Indices, Row, Table
-
 
 Guard = Callable[[Mapping[str, Row]], NDArray[np.bool_]]
 """Whether a guard holds for each member; readings by variable, shape (members,)."""
@@ -49,9 +48,10 @@ class SequenceResult:
 def run_sequences(
     model: ProcessModel, batch: Batch, sequences: Sequence[InputSequence], present: Row
 ) -> SequenceResult:
-    """Advance ``batch`` by its seconds; its members follow ``sequences`` (chosen by ``input_of``) from inputs ``present``.
+    """Advance ``batch`` by its seconds; its members follow ``sequences``, chosen by ``input_of``.
 
-    ``batch.inputs`` is not looked at. Raises ProcessError as :func:`~homeostat.process.batch.simulate` does.
+    They begin with inputs ``present``; ``batch.inputs`` is not looked at. Raises ProcessError as
+    :func:`~homeostat.process.batch.simulate` does.
     """
     members, seconds = len(batch.state), batch.steps
     record = np.empty((members, seconds, len(model.states)))

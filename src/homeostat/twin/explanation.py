@@ -58,9 +58,9 @@ class Explainer:
     ) -> None:
         """``errors``: variable -> (noise per reading, model error) standard deviations in its unit.
 
-        ``gain_error``: what a reading moved by is predicted to this share at best [1]: flows add up to levels, and so do
-        their errors. ``known`` is what was believed to be wrong before; the model's response to its parameters depends
-        on it.
+        ``gain_error``: what a reading moved by is predicted to this share at best [1]: flows add up to levels, and so
+        do their errors. ``known`` is what was believed to be wrong before; the model's response to its parameters
+        depends on it.
         """
         self._model = model
         self._window = window

@@ -115,9 +115,7 @@ def follow(
     return Forecast(model.truth(result.record, result.inputs), 1.0)
 
 
-def _batch(
-    model: ProcessModel, ensemble: Ensemble, count: int, steps: int, stride: int, sensor_noise: bool
-) -> Batch:
+def _batch(model: ProcessModel, ensemble: Ensemble, count: int, steps: int, stride: int, sensor_noise: bool) -> Batch:
     """``count`` copies of the ensemble, one after the other, without inputs yet."""
     members = len(ensemble.states)
 

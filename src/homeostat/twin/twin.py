@@ -150,7 +150,8 @@ class Twin:
 
     def follow_many(self, ensemble: Ensemble, routes: Sequence[ActionSet]) -> tuple[dict[str, np.ndarray], float]:
         """As :meth:`try_many`, of action sets that go on step by step: shape (K * members, times)."""
-        result = follow(self._model, ensemble, [self._sequence(a) for a in routes], self._now(), self.settings.horizon_s)
+        sequences = [self._sequence(a) for a in routes]
+        result = follow(self._model, ensemble, sequences, self._now(), self.settings.horizon_s)
         return self.tag_signals(result.values), result.dt_s
 
     def roll_out(self, actions: ActionSet, hypotheses: Sequence[Hypothesis]) -> Rollout:
@@ -178,7 +179,7 @@ class Twin:
 
     def _now(self) -> Row:
         """The inputs of the last second, shape (inputs,)."""
-        return self._history.window(1).inputs[-1]
+        return np.asarray(self._history.window(1).inputs[-1])
 
     def _sequence(self, actions: ActionSet) -> InputSequence:
         """The steps of ``actions`` as the engine carries them out."""

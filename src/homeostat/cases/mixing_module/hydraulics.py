@@ -1,8 +1,8 @@
 """Flows through the pipes of the Mixing Module (compiled).
 
-Three junctions with unknown heads [m above the floor of the feed tanks]: S, where the feed tanks' outlets join; M, behind
-P101; D, where main and bypass line join again. Every branch has a law: the head that it takes, as a function that grows
-with its flow q [L/s]. Resistances K in m/(L/s)^2 (turbulent pipe flow with the friction factor of the design flow,
+Three junctions with unknown heads [m above the floor of the feed tanks]: S, where the feed tanks' outlets join; M,
+behind P101; D, where main and bypass line join again. Every branch has a law: the head that it takes, as a function
+that grows with its flow q [L/s]. Resistances K in m/(L/s)^2 (turbulent pipe flow with the friction factor of the design flow,
 Blasius f = 0.028 at Re = 1.6e4), R in m/(L/s) for the laminar flow that is left near zero:
 
     tank i -> S     K q |q| + R q, K = K_tank + clogging, divided by the opening squared; tanks may level out
@@ -12,13 +12,13 @@ Blasius f = 0.028 at Re = 1.6e4), R in m/(L/s) for the laminar flow that is left
     D -> B204       K q |q| of valve and pipe, divided by the opening squared
     M, D -> tray    (q / C)^2 up to the height of the leak; nothing is drawn in
 
-Head curve a = 2.141 m, b = 2.728 m s/L, c = 28.82 m s^2/L^2 at 166.43 rpm: fitted through the three flows that the plant's
-data sheet gives for its pump. The heads follow from what flows into a junction flowing out of it, by the global gradient
-method (Todini and Pilati, 1988): laws are linearised at the present flows, heads and flows solved for, and so on; what
-comes out closes every balance exactly, converged or not.
+Head curve a = 2.141 m, b = 2.728 m s/L, c = 28.82 m s^2/L^2 at 166.43 rpm: fitted through the three flows that the
+plant's data sheet gives for its pump. The heads follow from what flows into a junction flowing out of it, by the global
+gradient method (Todini and Pilati, 1988): laws are linearised at the present flows, heads and flows solved for, and so
+on; what comes out closes every balance exactly, converged or not.
 
-Hand check: no lift, K = 92.8 m/(L/s)^2 in all (4 m of 10 mm pipe), n = 0.9013 (150 rpm): 1.739 + 2.459 q = 121.6 q^2 gives
-q = 0.130 L/s.
+Hand check: no lift, K = 92.8 m/(L/s)^2 in all (4 m of 10 mm pipe), n = 0.9013 (150 rpm): 1.739 + 2.459 q = 121.6 q^2
+gives q = 0.130 L/s.
 """
 
 from __future__ import annotations

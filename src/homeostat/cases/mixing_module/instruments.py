@@ -17,19 +17,19 @@ GRAVITY = 9.80665
 @compiled
 def level(x: Row, p: Row, tank: int) -> float:
     """Level above the tank's floor [m]: liquid over cross-section."""
-    return x[S.V1 + tank] / p[P.area]
+    return float(x[S.V1 + tank] / p[P.area])
 
 
 @compiled
 def tank_height(p: Row, tank: int) -> float:
     """Height of the tank's brim above its floor [m]."""
-    return p[P.height_B204] if tank == TANKS - 1 else p[P.height_feed]
+    return float(p[P.height_B204] if tank == TANKS - 1 else p[P.height_feed])
 
 
 @compiled
 def pressure(p: Row, head: float) -> float:
     """Hydrostatic pressure [kPa] of a column of ``head`` [m], rho g h. Check: 1 m of water at 998 kg/m3, 9.787 kPa."""
-    return p[P.density] * GRAVITY * head / 1000.0
+    return float(p[P.density] * GRAVITY * head / 1000.0)
 
 
 @compiled
@@ -79,7 +79,7 @@ def measure_line(x: Row, p: Row, sev: Row, onset: Row, t: float, seed: int, sens
 
 @compiled
 def supervise_pumps(x: Row, p: Row, dt: float) -> None:
-    """Each drive counts how long its pump runs without flow [s], by the flow meter; so does the truth, by the pump's flow.
+    """Each drive counts the seconds that its pump runs without flow, by the flow meter; the truth by the true flow.
 
     Below the least flow a running pump is dry (nothing to draw) or works against a closed line (dead head); what goes
     beyond the grace period that a start needs is added up.

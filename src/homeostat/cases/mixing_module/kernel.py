@@ -6,9 +6,12 @@ States: liquid V [L] of the feed tanks B201-B203 and the collecting tank B204, v
     dV_4/dt = q_transfer - q_drain - over_4 q_drain = Cd a u sqrt(2 g h)  (orifice, Torricelli)
     du/dt   = +-1/travel towards the command;   dn/dt = (command - n)/tau
 
-q_i and q_transfer by :mod:`~homeostat.cases.mixing_module.hydraulics` from the present levels; over_i is what stands above
-the brim. Four steps per second, flows held in each; a tank gives no more than it holds, and what the leaks and B204 get is
-what the tanks gave, so that no liquid is made or lost: V + delivered + spilled + overflowed = V(0) + supplied.
+Where every outlet is closed and both pumps stand, nothing moves and the lines are without pressure.
+
+q_i and q_transfer by :mod:`~homeostat.cases.mixing_module.hydraulics` from the present levels; over_i is what stands
+above the brim. Four steps per second, flows held in each; a tank gives no more than it holds, and what the leaks and
+B204 get is what the tanks gave, so that no liquid is made or lost:
+V + delivered + spilled + overflowed = V(0) + supplied.
 
 Hand check: B204 drains from h1 to h2 in (A / (Cd a)) sqrt(2/g) (sqrt(h1) - sqrt(h2)) = 50 s for 0.65 m to 0.122 m with
 A = 143 cm2, a = 0.950 cm2 and Cd = 0.62.
@@ -63,8 +66,8 @@ def move_actuators(x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, dt: f
 def describe_line(x: Row, p: Row, sev: Row, onset: Row, t: float, rough: float, line: Row) -> bool:
     """Resistances and speeds for :func:`solve` with the faults at ``t`` [s]; whether anything can flow at all.
 
-    ``rough``: relative disturbance of the pump speeds in this second [1]. A tank that is nearly empty gives as through a
-    closing valve.
+    ``rough``: relative disturbance of the pump speeds in this second [1]. A tank that is nearly empty gives as through
+    a closing valve.
     """
     moving = False
     for i in range(FEEDS):
@@ -130,6 +133,7 @@ def step(
             left = max(left, solve(x, p, line, flows, work))
         else:
             flows[:] = 0.0
+            x[S.head_suction] = x[S.head_main] = x[S.head_discharge] = 0.0
         integrate(x, p, flows, supply, dt)
     measure_tanks(x, p, sev, onset, t + 1.0, seed, sensor)
     measure_line(x, p, sev, onset, t + 1.0, seed, sensor)

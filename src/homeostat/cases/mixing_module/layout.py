@@ -40,7 +40,7 @@ class State(NamedTuple):
     head_suction: int  # heads of the junctions above the floor of the feed tanks [m]
     head_main: int
     head_discharge: int
-    LT1: int  # last readings: levels [m], hydrostatic pressures [kPa], pressure behind P101 and of the header, flow [L/s]
+    LT1: int  # last readings: levels [m], pressures of tanks, behind P101 and in the header [kPa], flow [L/s]
     LT2: int
     LT3: int
     LT4: int

@@ -16,6 +16,8 @@ from homeostat.process.types import Cube, Row, Table
 _TANKS = ("B201", "B202", "B203", "B204")
 AREA = 14.31355
 """Cross-section of every tank, for turning a level into a volume [L/m]."""
+KPA_PER_M = 998.0 * 9.80665 / 1000.0
+"""Hydrostatic pressure of a metre of liquid [kPa/m]."""
 _READ = {
     **{f"L_{tank}": S.LT1 + i for i, tank in enumerate(_TANKS)},
     **{f"P_{tank}": S.PT1 + i for i, tank in enumerate(_TANKS)},
@@ -76,12 +78,12 @@ class MixingModel:
         return values
 
     def estimate(self, readings: Mapping[str, float]) -> Row:
-        """Levels as the transmitters show them; valves and pumps where they are commanded to."""
+        """Levels by their hydrostatic pressures; valves and pumps where they are commanded to."""
         x = np.zeros(len(S))
         for name, i in _READ.items():
             x[i] = readings[name]
         for i, tank in enumerate(_TANKS):
-            x[S.L1 + i] = max(readings[f"L_{tank}"], 0.0)
+            x[S.L1 + i] = max(readings[f"P_{tank}"] / KPA_PER_M, 0.0)
             x[S.V1 + i] = AREA * x[S.L1 + i]
         for k in range(VALVES):
             x[S.VI1_pos + k] = readings[self.inputs[k]]
@@ -89,9 +91,9 @@ class MixingModel:
         return x
 
     def correct(self, states: Table, residuals: Mapping[str, Row]) -> None:
-        """Shift levels by what their transmitters say beyond the model."""
+        """Shift levels by what the hydrostatic pressures say beyond the model: level transmitters may lie."""
         for i, tank in enumerate(_TANKS):
-            shift = residuals.get(f"L_{tank}", 0.0)
+            shift = residuals[f"P_{tank}"] / KPA_PER_M
             states[:, S.V1 + i] = np.maximum(states[:, S.V1 + i] + AREA * shift, 0.0)
             states[:, S.L1 + i] = states[:, S.V1 + i] / AREA
 
