@@ -328,8 +328,7 @@ class Supervisor:
     @property
     def _finished(self) -> bool:
         """Whether nothing but the fallback leads out of the present state: a batch that is complete."""
-        state = self._executive.state
-        return not any(t.source == state and (t.event == EVENT or not t.on_decision) for t in self._machine.transitions)
+        return self._machine.is_end(self._executive.state, EVENT)
 
     @property
     def _recovered(self) -> bool:

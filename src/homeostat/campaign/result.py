@@ -55,6 +55,14 @@ class Result:
     """Seconds outside each limit [s]; those from detection on are null in JSON where nothing was detected."""
     production_loss: float | None
     """Fraction of the fault-free production that was lost from the onset on [1]."""
+    state: str
+    """State of the machine at the end."""
+    complete_s: float | None
+    """Process time at which the batch was complete [s]; None where it was not, and for a plant that knows no batch."""
+    nominal_s: float | None
+    """The same in the fault-free run [s]."""
+    totals: dict[str, float]
+    """What the case adds up over a run -> its true value at the end; the unit is the end of the name."""
     thinking_s: float
     """Wall-clock seconds of thinking up to the first release [s]."""
     wall_s: float
@@ -93,6 +101,10 @@ class Result:
                     for e in self.limit_exposure_s
                 },
                 "production_loss": self.production_loss,
+                "state": self.state,
+                "complete_s": self.complete_s,
+                "nominal_s": self.nominal_s,
+                "totals": self.totals,
                 "thinking_s": self.thinking_s,
                 "wall_s": self.wall_s,
                 "trace": self.trace,
@@ -119,6 +131,10 @@ def result_of(run: RunResult, trace: Path) -> Result:
         min_margin=_finite(run.min_margin),
         limit_exposure_s=run.exposures,
         production_loss=_finite(run.production_loss),
+        state=run.state,
+        complete_s=run.complete_s,
+        nominal_s=run.nominal_s,
+        totals=dict(run.totals),
         thinking_s=run.thinking_s,
         wall_s=run.wall_s,
         trace=str(trace),

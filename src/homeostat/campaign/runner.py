@@ -5,10 +5,12 @@ from __future__ import annotations
 import asyncio
 import math
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from homeostat.agents.planning import EVENT
 from homeostat.assurance.executive import Executive
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_at_end, outcome, production_loss
@@ -54,6 +56,14 @@ class RunResult:
     """Seconds outside each limit."""
     production_loss: float
     """Fraction of the fault-free production lost from the onset on [1]."""
+    state: str
+    """State of the machine at the end."""
+    complete_s: float | None
+    """Process time at which a state was entered that nothing but the fallback leaves, without the fallback [s]."""
+    nominal_s: float | None
+    """The same in the fault-free run [s]."""
+    totals: Mapping[str, float]
+    """What the case adds up over a run -> its true value at the end."""
     thinking_s: float
     """Wall-clock seconds of thinking, from the notice that led to the first action until that action; all of it where
     nothing was done [s]."""
@@ -79,6 +89,7 @@ class Recorder:
         """``clock`` tells how much thinking went before each event."""
         self._clock = clock
         self.started_s: float | None = None
+        self.states: list[tuple[str, float]] = []
         self.diagnosed: list[tuple[float, Diagnosed]] = []
         self.attempts: list[Attempted] = []
         self.released: list[tuple[float, ReleasedActions]] = []
@@ -90,8 +101,9 @@ class Recorder:
     def __call__(self, event: Event, at_s: float) -> None:
         """Take one event."""
         match event:
-            case StateEntered() if self.started_s is None:
-                self.started_s = at_s
+            case StateEntered():
+                self.states.append((event.state, at_s))
+                self.started_s = at_s if self.started_s is None else self.started_s
             case Noticed():
                 self._before_notice_s = self._clock.total_s
             case Diagnosed():
@@ -121,14 +133,20 @@ def build_plant(case: Case, scenario: Scenario, clock: Clock, executive: Executi
 
 def run_unattended(case: Case, scenario: Scenario) -> Trajectory:
     """True values of a scenario in which nobody acts."""
-    plant = build_plant(case, scenario, DeclaredClock(0.0), new_executive(case))
+    return _unattended(case, scenario)[0]
+
+
+def _unattended(case: Case, scenario: Scenario) -> tuple[Trajectory, Executive]:
+    """True values of a scenario in which nobody acts, and the executive at its end."""
+    executive = new_executive(case)
+    plant = build_plant(case, scenario, DeclaredClock(0.0), executive)
 
     async def watch() -> None:
         async for _ in WatchedPlant(plant).snapshots():
             pass
 
     asyncio.run(watch())
-    return plant.truth()
+    return plant.truth(), executive
 
 
 def measured(plant: SimulatedPlant) -> Trajectory:
@@ -164,14 +182,22 @@ def run(
     supervisor = wire(case, watched, executive, clock, trace, scenario.seed, budget, archive, language)
     asyncio.run(supervisor.supervise())
     truth = plant.truth()
-    healthy = run_unattended(case, Scenario(case.name, (), scenario.seed, scenario.end_s))
+    healthy, nominal = _unattended(case, Scenario(case.name, (), scenario.seed, scenario.end_s))
+    nominal_s = _completion_s(case, nominal.drain())
     wall_s = time.monotonic() - begin
-    return _score(case, scenario, recorder, truth, measured(plant), healthy, clock.total_s, wall_s)
+    return _score(case, scenario, recorder, truth, measured(plant), healthy, nominal_s, clock.total_s, wall_s)
+
+
+def _completion_s(case: Case, states: Sequence[tuple[str, float]]) -> float | None:
+    """When the first state was entered that is an end by itself [s]; None where there was none."""
+    machine = case.description.machine
+    ends = {s.name for s in machine.states if s.recovery_target and machine.is_end(s.name, EVENT)}
+    return next((at_s for state, at_s in states if state in ends), None)
 
 
 def _score(
     case: Case, scenario: Scenario, seen: Recorder, truth: Trajectory, readings: Trajectory, healthy: Trajectory,
-    thinking_s: float, wall_s: float,
+    nominal_s: float | None, thinking_s: float, wall_s: float,
 ) -> RunResult:  # fmt: skip
     limits = case.description.limits
     # A report before the onset is a false alarm, not a detection.
@@ -193,6 +219,9 @@ def _score(
         min_margin=first[1].min_margin if first else None,
         exposures=exposures(truth, limits, started, detected),
         production_loss=production_loss(truth, healthy, case.delivered, onset if onset is not None else started),
+        state=seen.states[-1][0] if seen.states else case.description.machine.initial.name,
+        complete_s=_completion_s(case, seen.states), nominal_s=nominal_s,
+        totals={name: float(truth.signals[v][0, -1]) for name, v in case.totals.items()},
         thinking_s=thinking_s if seen.thinking_s is None else seen.thinking_s,
         wall_s=wall_s, truth=truth, measured=readings,
         reason=seen.fallbacks[0][1].reason if seen.fallbacks else "",

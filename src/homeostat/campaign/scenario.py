@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from homeostat.cases.case import Case
@@ -43,7 +44,7 @@ class Scenario:
 
 def scenario(
     case: Case, fault: str, seed: int, onset_s: float | None = None, severity: float | None = None,
-    end_s: float | None = None,
+    end_s: float | None = None, location: str | None = None,
 ) -> Scenario:  # fmt: skip
     """The scenario of ``fault``: a fault's name, several joined by '+', or 'none'.
 
@@ -51,6 +52,7 @@ def scenario(
         onset_s: process time from which the faults act [s]; the case's default where None.
         severity: in the fault's unit; the nominal one where None; only for a single fault.
         end_s: length of the run [s]; the case's default where None.
+        location: where a single fault is, for faults that are named ``fault_location``.
 
     Raises:
         ScenarioError: unknown fault, severity, onset, end or seed out of range.
@@ -58,6 +60,8 @@ def scenario(
     end = case.end_s if end_s is None else end_s
     onset = case.onset_s if onset_s is None else onset_s
     names = [] if fault == "none" else fault.split("+")
+    if location is not None:
+        names = [_located(case, names, location)]
     if not 0 <= seed <= LARGEST_SEED:
         raise ScenarioError(f"seed {seed} must lie in 0 to {LARGEST_SEED}")
     if not 1.0 <= end <= LONGEST_S:
@@ -83,3 +87,15 @@ def scenario(
     if len(set(names)) != len(names):
         raise ScenarioError(f"{fault!r} names a fault twice; name each once")
     return Scenario(case.name, tuple(states), seed, end)
+
+
+def _located(case: Case, names: Sequence[str], location: str) -> str:
+    """The fault that is called ``name_location``."""
+    if len(names) != 1:
+        raise ScenarioError(f"location {location!r} needs exactly one fault, {'+'.join(names) or 'none'!r} is named")
+    name = f"{names[0]}_{location}"
+    places = [f.name.removeprefix(names[0] + "_") for f in case.description.faults if f.name.startswith(names[0] + "_")]
+    if location not in places:
+        has = f"it can be at {', '.join(places)}" if places else "it has only one place; leave the location out"
+        raise ScenarioError(f"fault {names[0]!r} has no location {location!r}; {has}")
+    return name

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import importlib
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -73,6 +74,8 @@ class Case:
     """What production is to the search."""
     delivered: tuple[str, ...]
     """True quantities whose sum is what was produced so far."""
+    totals: Mapping[str, str]
+    """What is added up over a run -> the true quantity."""
     started: Formula
     """Holds once the plant has left start-up."""
     start: Row
@@ -131,6 +134,7 @@ def load_case(name: str, learned: bool = True) -> Case:
         monitoring=MonitoringSettings(**settings.get("monitoring", {})),
         production=Production(settings["objective"]["throughput"], settings["objective"]["design_rate"]),
         delivered=tuple(settings["objective"]["delivered"]),
+        totals=dict(settings["objective"].get("totals", {})),
         started=started,
         start=_start(settings["start"], description, model),
         end_s=settings["run"]["end_s"],

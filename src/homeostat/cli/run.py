@@ -40,6 +40,7 @@ def configure(commands: Commands) -> None:
         "--seed", type=int, default=1, metavar="N", help="seed of the plant and its noise (default: 1)"
     )
     command.add_argument("--onset", type=number(), metavar="S", help="when the fault begins [s of process time]")
+    command.add_argument("--location", metavar="L", help="where the fault is, for faults with several places")
     command.add_argument("--severity", type=number(), metavar="X", help="size of the fault, in its unit")
     command.add_argument("--end", type=number(), metavar="S", help="when the run ends [s of process time]")
     language.configure(command)
@@ -67,7 +68,7 @@ def carry_out(options: argparse.Namespace) -> int:
     from homeostat.cases.case import load_case
 
     case = load_case(options.case)
-    chosen = scenario(case, options.fault, options.seed, options.onset, options.severity, options.end)
+    chosen = scenario(case, options.fault, options.seed, options.onset, options.severity, options.end, options.location)
     thinking = Thinking(options.thinking_scale, options.thinking_declared)
     if options.out is not None:
         directory = RunDirectory(options.out)

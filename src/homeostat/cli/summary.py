@@ -33,6 +33,8 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
     if result.production_loss is not None:
         since = "the onset" if result.onset_s is not None else "the start"
         yield _row("Production", f"{100 * result.production_loss:.1f} % lost since {since}")
+    if result.nominal_s is not None:
+        yield _row("Batch", _batch(result, plant))
     yield _row("Thinking", f"{result.thinking_s:.1f} s, {result.attempts} {_plural('attempt', result.attempts)}")
     yield _row("Trace", str(run_dir))
     yield _row("Figure", str(run_dir / FIGURE))
@@ -64,6 +66,15 @@ def _done(result: Result, plant: PlantDescription) -> str:
     if result.released_s is None:
         return text
     return f"{text} (first release at {result.released_s:.0f} s)"
+
+
+def _batch(result: Result, plant: PlantDescription) -> str:
+    assert result.nominal_s is not None
+    if result.complete_s is None:
+        text = f"not complete, ended in state {plant.machine.state(result.state).label!r}"
+    else:
+        text = f"complete at {result.complete_s:.0f} s, {result.complete_s - result.nominal_s:+.0f} s against nominal"
+    return ", ".join((text, *(f"{name.replace('_', ' ')} {value:.3g}" for name, value in result.totals.items())))
 
 
 def _outside(result: Result) -> str:

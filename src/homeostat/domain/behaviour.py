@@ -109,6 +109,10 @@ class StateMachine:
                 return s
         raise ValueError(f"state machine {self.name!r} has no state {name!r}")
 
+    def is_end(self, state: str, event: str) -> bool:
+        """Whether ``state`` is left neither on ``event`` nor by itself."""
+        return not any(t.source == state and (t.event == event or not t.on_decision) for t in self.transitions)
+
     def open_from(self, state: str, values: Mapping[str, float]) -> tuple[Transition, ...]:
         """Transitions that leave ``state`` and whose guard holds at ``values``."""
         return tuple(t for t in self.transitions if t.source == state and t.guard.holds(values))

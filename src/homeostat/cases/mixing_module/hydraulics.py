@@ -2,8 +2,8 @@
 
 Three junctions with unknown heads [m above the floor of the feed tanks]: S, where the feed tanks' outlets join; M,
 behind P101; D, where main and bypass line join again. Every branch has a law: the head that it takes, as a function
-that grows with its flow q [L/s]. Resistances K in m/(L/s)^2 (turbulent pipe flow with the friction factor of the design flow,
-Blasius f = 0.028 at Re = 1.6e4), R in m/(L/s) for the laminar flow that is left near zero:
+that grows with its flow q [L/s]. Resistances K in m/(L/s)^2 (turbulent pipe flow with the friction factor of the design
+flow, Blasius f = 0.028 at Re = 1.6e4), R in m/(L/s) for the laminar flow that is left near zero:
 
     tank i -> S     K q |q| + R q, K = K_tank + clogging, divided by the opening squared; tanks may level out
     S -> M          K q^2 - head of P101, n = speed / rated speed: a n^2 + b n q - c q^2 (affinity laws)
