@@ -19,6 +19,7 @@ from homeostat.assurance.checks import command_findings, judge
 from homeostat.campaign.runner import build_plant
 from homeostat.campaign.scenario import scenario
 from homeostat.cases.case import Case
+from homeostat.cases.wiring import new_executive
 from homeostat.domain.diagnosis import Diagnosis, FaultState
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
@@ -96,9 +97,11 @@ def situation(case: Case, call: RecordedCall) -> Situation:
     """The situation of a recorded run: same fault, same onset, same second; the run's number is the seed."""
     d = case.description
     setting = scenario(case, call.fault, call.run, onset_s=call.onset_s, end_s=float(ENDS_S))
-    plant = build_plant(case, setting, DeclaredClock(0.0))
+    plant = build_plant(case, setting, DeclaredClock(0.0), new_executive(case))
     twin = Twin(case.model, d, case.twin, call.run)
-    monitoring = Monitoring(twin, Grounding(case.graph, case.namespace), d, case.baselines, case.started)
+    monitoring = Monitoring(
+        twin, Grounding(case.graph, case.namespace), d, case.baselines, case.started, case.monitoring
+    )
     snapshot, known = asyncio.run(watch(plant, monitoring, call.time_s))
     every = [f.name for f in d.faults]
     diagnosis = Diagnosis(snapshot.at_s, monitoring.symptoms, twin.explain(every, known))

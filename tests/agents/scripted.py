@@ -132,7 +132,7 @@ class ScriptedValidation:
     def __init__(self, answer: Callable[[ActionSet, Rollout, State], Verdict]) -> None:
         self._answer = answer
 
-    def judge(self, actions: ActionSet, rollout: Rollout, target: State) -> Verdict:
+    def judge(self, actions: ActionSet, rollout: Rollout, target: State, path: RecoveryPath | None = None) -> Verdict:
         return self._answer(actions, rollout, target)
 
 

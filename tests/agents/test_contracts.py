@@ -50,8 +50,8 @@ class TestSearchPlanning(PlanningContract):
         return reactor().description.machine
 
     @pytest.fixture
-    def planning(self, machine: StateMachine) -> Planning:
-        return SearchPlanning(machine, grounding())
+    def planning(self) -> Planning:
+        return SearchPlanning(reactor().description, grounding())
 
     @pytest.fixture
     def situation(self) -> Situation:
@@ -225,7 +225,7 @@ class TestTwinMonitoring(MonitoringContract):
     def monitoring(self) -> Monitoring:
         case = reactor()
         twin = follow(())
-        return TwinMonitoring(twin, grounding(), case.description, case.baselines, case.started)
+        return TwinMonitoring(twin, grounding(), case.description, case.baselines, case.started, case.monitoring)
 
 
 class TestScriptedMonitoring(MonitoringContract):

@@ -42,7 +42,7 @@ def situation(fault: str | None, state: str = "normal", probability: float = 0.9
 
 def planned(at: Situation) -> list[str]:
     """The targets that are proposed one after the other, each refused."""
-    planning, refused, targets = SearchPlanning(reactor().description.machine, grounding()), Advice(), []
+    planning, refused, targets = SearchPlanning(reactor().description, grounding()), Advice(), []
     for _ in range(20):
         try:
             path = asyncio.run(planning.plan(at, refused))
@@ -89,7 +89,7 @@ def test_a_guard_that_does_not_hold_closes_its_paths() -> None:
 
 
 def test_where_nothing_is_left_the_reason_names_what_was_refused() -> None:
-    planning = SearchPlanning(reactor().description.machine, grounding())
+    planning = SearchPlanning(reactor().description, grounding())
     everything = Advice(refused_paths=tuple(("normal", t) for t in ("compensated", "reduced_load", "holding")))
     with pytest.raises(NoAdmissiblePlan, match=r"'normal'.*fouling.*compensated, holding, reduced_load"):
         asyncio.run(planning.plan(situation("fouling"), everything))

@@ -22,7 +22,7 @@ class PlanningContract:
     ) -> None:
         path = asyncio.run(planning.plan(situation, Advice()))
         assert set(path.transitions) <= set(machine.transitions)
-        assert all(t.guard.holds(situation.snapshot.values) for t in path.transitions)
+        assert all(t.guard.holds(situation.snapshot.values) for t in path.decisions)
 
     def test_the_path_ends_where_a_recovery_may_end(
         self, planning: Planning, situation: Situation, machine: StateMachine

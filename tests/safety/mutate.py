@@ -27,7 +27,8 @@ from _pytest.runner import runtestprotocol
 REPO = Path(__file__).resolve().parents[2]
 SAFETY_LAYER = REPO / "src" / "homeostat" / "assurance"
 TESTS = tuple(
-    f"test_{name}.py" for name in ("judge", "gate", "not_finite", "fallback", "restraint", "boundaries")
+    f"test_{name}.py"
+    for name in ("judge", "routes", "gate", "executive", "not_finite", "fallback", "restraint", "boundaries")
 )  # fmt: skip
 LIMIT_S = 20.0
 """A mutant that keeps the tests busy for longer counts as noticed [s]."""
@@ -36,6 +37,10 @@ EQUIVALENT: dict[tuple[str, str], str] = {
     ('raise Refused(f"the approval is not for action set {actions.digest[:12]}; judge that one first")', "12 -> -12"): (
         "how much of the digest the message shows is a matter of taste"
     ),
+    (
+        "for commands, name in zip((actions.commands, *(s.commands for s in actions.then)), actions.states, strict=True):",
+        "True -> False",
+    ): "an action set has as many states as it has steps",
 }
 """(line of source, change) -> why nobody can tell the difference."""
 

@@ -29,6 +29,7 @@ from tests.safety.world import (
     Bench,
     Says,
     criterion,
+    guarded,
     reading,
     rollout,
     rule,
@@ -185,7 +186,7 @@ class TestPermissiveOnSnapshot(BoundaryAttack):
     limit, at_most = 11.0, True
 
     def allows(self, value: float) -> bool:
-        (found,) = permissive_findings(reading(L=value), ACTIONS, LIMITS)
+        (found,) = permissive_findings(reading(L=value), ACTIONS.commands, LIMITS)
         return found.satisfied
 
 
@@ -200,8 +201,8 @@ class TestPermissiveOnCommand(BoundaryAttack):
             actions = ActionSet((Command("F.sp", value, None),), "running")
         except ValueError:
             return False
-        on_snapshot = [f.satisfied for f in permissive_findings(reading(F_sp=0.05), actions, self.limits)]
-        on_snapshot += [f.satisfied for f in permissive_findings(reading(F_sp=0.01), actions, self.limits)]
+        on_snapshot = [f.satisfied for f in permissive_findings(reading(F_sp=0.05), actions.commands, self.limits)]
+        on_snapshot += [f.satisfied for f in permissive_findings(reading(F_sp=0.01), actions.commands, self.limits)]
         assert len(set(on_snapshot)) == 1
         return on_snapshot[0]
 
@@ -226,7 +227,7 @@ class TestGateAtRelease(BoundaryAttack):
 
     def allows(self, value: float) -> bool:
         plant = Bench(self.snapshot(value))
-        gate = Gate(plant, LIMITS, DRAIN, Says())
+        gate = guarded(plant, LIMITS, DRAIN, Says())
         try:
             asyncio.run(gate.release(ACTIONS, Approve(ACTIONS.digest, ()), 0.0))
         except Refused:
@@ -243,7 +244,7 @@ class OnWatch(BoundaryAttack):
     tag = "T"
 
     def watching(self) -> Gate:
-        return Gate(Bench(), self.limits, DRAIN, Says())
+        return guarded(Bench(), self.limits, DRAIN, Says())
 
     def allows(self, value: float) -> bool:
         gate = self.watching()
@@ -319,7 +320,7 @@ def test_soft_rules_do_not_count_for_a_fallback() -> None:
 
 
 def test_soft_limits_are_not_watched() -> None:
-    gate = Gate(Bench(), Limits((COLD, FEED), ()), DRAIN, Says())
+    gate = guarded(Bench(), Limits((COLD, FEED), ()), DRAIN, Says())
     assert gate.watch(reading(T=200.0, L=13.0)) is None
 
 

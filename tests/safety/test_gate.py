@@ -13,7 +13,7 @@ from homeostat.domain.limits import LimitKind, Limits, Owner
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve, Finding, Released, Revise, Verdict
-from tests.safety.world import ACTIONS, COLD, DRAIN, FEED, HOT, LIMITS, VENT, Bench, Says, reading, rule
+from tests.safety.world import ACTIONS, COLD, DRAIN, FEED, HOT, LIMITS, VENT, Bench, Says, guarded, reading, rule
 
 APPROVAL = Approve(ACTIONS.digest, ())
 OTHER = ActionSet((Command("T.sp", 306.0, 0.5),), "running")
@@ -42,7 +42,7 @@ def refused(plant: Bench, gate: Gate, actions: ActionSet = ACTIONS, approval: Ap
 
 def test_what_carries_its_own_approval_is_written_whole_and_in_order() -> None:
     plant, rehearsal = Bench(reading(99.0), reading(100.0)), Says()
-    released = release(plant, Gate(plant, LIMITS, DRAIN, rehearsal), seen_s=98.0)
+    released = release(plant, guarded(plant, LIMITS, DRAIN, rehearsal), seen_s=98.0)
     assert plant.written == [ACTIONS.commands]
     assert released == Released(ACTIONS, 100.0)
     ((fresh, rehearsed),) = rehearsal.asked
@@ -51,20 +51,20 @@ def test_what_carries_its_own_approval_is_written_whole_and_in_order() -> None:
 
 def test_the_rehearsal_sees_only_what_is_new() -> None:
     plant, rehearsal = Bench(reading(99.0), reading(100.0)), Says()
-    release(plant, Gate(plant, LIMITS, DRAIN, rehearsal), seen_s=99.0)
+    release(plant, guarded(plant, LIMITS, DRAIN, rehearsal), seen_s=99.0)
     assert [s.at_s for s in rehearsal.asked[0][0]] == [100.0]
 
 
 def test_nothing_is_written_before_anything_is_asked() -> None:
     plant = Bench()
-    Gate(plant, LIMITS, DRAIN, Says())
+    guarded(plant, LIMITS, DRAIN, Says())
     assert plant.written == []
 
 
 @pytest.mark.parametrize("digest", ["", "x", OTHER.digest, ACTIONS.digest[:-1], ACTIONS.digest.upper() + " "])
 def test_another_approval_releases_nothing(digest: str) -> None:
     plant = Bench()
-    gate = Gate(plant, LIMITS, DRAIN, Says())
+    gate = guarded(plant, LIMITS, DRAIN, Says())
     assert ACTIONS.digest[:12] in refused(plant, gate, approval=Approve(digest, ()))
 
 
@@ -86,13 +86,13 @@ ALTERED = {
 @pytest.mark.parametrize("change", ALTERED)
 def test_a_change_after_the_approval_releases_nothing(change: str) -> None:
     plant, rehearsal = Bench(), Says()
-    refused(plant, Gate(plant, LIMITS, DRAIN, rehearsal), ALTERED[change])
+    refused(plant, guarded(plant, LIMITS, DRAIN, rehearsal), ALTERED[change])
     assert rehearsal.asked == []
 
 
 def test_an_approval_can_be_used_again_only_for_the_same_set() -> None:
     plant = Bench()
-    gate = Gate(plant, LIMITS, DRAIN, Says())
+    gate = guarded(plant, LIMITS, DRAIN, Says())
     release(plant, gate)
     refused(plant, gate, OTHER)
     release(plant, gate)
@@ -101,7 +101,7 @@ def test_an_approval_can_be_used_again_only_for_the_same_set() -> None:
 
 def test_a_latched_gate_releases_nothing() -> None:
     plant, rehearsal = Bench(), Says()
-    gate = Gate(plant, LIMITS, DRAIN, rehearsal)
+    gate = guarded(plant, LIMITS, DRAIN, rehearsal)
     asyncio.run(gate.fall_back("T is too high"))
     assert "T is too high" in refused(plant, gate)
     assert plant.written == [DRAIN.actions.commands] and rehearsal.asked == []
@@ -109,9 +109,9 @@ def test_a_latched_gate_releases_nothing() -> None:
 
 def test_the_permissive_is_judged_on_the_freshest_snapshot() -> None:
     was_bad = Bench(reading(99.0, L=12.0), reading(100.0))
-    release(was_bad, Gate(was_bad, LIMITS, DRAIN, Says()))
+    release(was_bad, guarded(was_bad, LIMITS, DRAIN, Says()))
     is_bad, rehearsal = Bench(reading(99.0), reading(100.0, L=12.0)), Says()
-    message = refused(is_bad, Gate(is_bad, LIMITS, DRAIN, rehearsal))
+    message = refused(is_bad, guarded(is_bad, LIMITS, DRAIN, rehearsal))
     assert "PRM-FEED" in message and "1 L" in message
     assert rehearsal.asked == [], "what a permissive forbids needs no rehearsal"
 
@@ -120,12 +120,12 @@ def test_every_permissive_counts_wherever_it_stands() -> None:
     second = rule("PRM-SECOND", LimitKind.PERMISSIVE, "T >= 300")
     for limits in (Limits((FEED, HOT, second), ()), Limits((second, FEED), ())):
         plant = Bench(reading(T=299.0))
-        assert "PRM-SECOND" in refused(plant, Gate(plant, limits, DRAIN, Says()))
+        assert "PRM-SECOND" in refused(plant, guarded(plant, limits, DRAIN, Says()))
 
 
 def test_soft_limits_do_not_hold_up_a_release() -> None:
     plant = Bench(reading(T=250.0))
-    release(plant, Gate(plant, Limits((COLD, FEED), ()), DRAIN, Says()))
+    release(plant, guarded(plant, Limits((COLD, FEED), ()), DRAIN, Says()))
     assert plant.written == [ACTIONS.commands]
 
 
@@ -144,14 +144,14 @@ def test_soft_limits_do_not_hold_up_a_release() -> None:
 )
 def test_only_an_approval_of_this_very_set_passes_the_rehearsal(answer: Verdict, reason: str) -> None:
     plant = Bench()
-    assert reason in refused(plant, Gate(plant, LIMITS, DRAIN, Says(answer)))
+    assert reason in refused(plant, guarded(plant, LIMITS, DRAIN, Says(answer)))
 
 
 @pytest.mark.parametrize("error", [RuntimeError("no diagnosis"), ValueError("x"), KeyError("T"), ZeroDivisionError()])
 def test_a_rehearsal_that_fails_writes_nothing_and_is_seen(error: Exception) -> None:
     plant = Bench()
     with pytest.raises(type(error)):
-        release(plant, Gate(plant, LIMITS, DRAIN, Says(error)))
+        release(plant, guarded(plant, LIMITS, DRAIN, Says(error)))
     assert plant.written == []
 
 
@@ -170,7 +170,7 @@ class Interrupting:
 
 def test_a_fallback_during_the_rehearsal_wins() -> None:
     plant, rehearsal = Bench(), Interrupting()
-    rehearsal.gate = Gate(plant, LIMITS, DRAIN, rehearsal)
+    rehearsal.gate = guarded(plant, LIMITS, DRAIN, rehearsal)
     with pytest.raises(Refused, match="an operator pressed stop"):
         release(plant, rehearsal.gate)
     assert plant.written == [DRAIN.actions.commands]
@@ -178,7 +178,7 @@ def test_a_fallback_during_the_rehearsal_wins() -> None:
 
 def test_the_fallback_is_allowed_whatever_happened_before() -> None:
     plant = Bench(reading(T=400.0, L=20.0))
-    gate = Gate(plant, LIMITS, DRAIN, Says(RuntimeError("twin is lost")))
+    gate = guarded(plant, LIMITS, DRAIN, Says(RuntimeError("twin is lost")))
     assert gate.watch(reading(T=400.0)) is not None
     assert gate.latched is None, "watching says what is wrong, it does not act"
     assert asyncio.run(gate.fall_back("hot")) == DRAIN
@@ -187,7 +187,7 @@ def test_the_fallback_is_allowed_whatever_happened_before() -> None:
 
 def test_falling_back_twice_keeps_the_first_reason_and_the_same_plant_state() -> None:
     plant = Bench()
-    gate = Gate(plant, LIMITS, DRAIN, Says())
+    gate = guarded(plant, LIMITS, DRAIN, Says())
     asyncio.run(gate.fall_back("first"))
     state = dict(plant.state)
     asyncio.run(gate.fall_back("second"))
@@ -197,7 +197,7 @@ def test_falling_back_twice_keeps_the_first_reason_and_the_same_plant_state() ->
 
 def test_the_armed_fallback_acts() -> None:
     plant = Bench()
-    gate = Gate(plant, LIMITS, DRAIN, Says())
+    gate = guarded(plant, LIMITS, DRAIN, Says())
     assert gate.armed == DRAIN
     gate.arm(VENT)
     assert gate.armed == VENT
@@ -207,7 +207,7 @@ def test_the_armed_fallback_acts() -> None:
 
 def test_a_plant_that_cannot_be_reached_latches_the_gate_all_the_same() -> None:
     plant = Bench(reachable=False)
-    gate = Gate(plant, LIMITS, DRAIN, Says())
+    gate = guarded(plant, LIMITS, DRAIN, Says())
     with pytest.raises(ConnectionError):
         asyncio.run(gate.fall_back("hot"))
     assert gate.latched == "hot"
@@ -217,17 +217,17 @@ def test_a_plant_that_cannot_be_reached_latches_the_gate_all_the_same() -> None:
 def test_a_release_that_cannot_be_written_is_no_release() -> None:
     plant = Bench(reachable=False)
     with pytest.raises(ConnectionError):
-        release(plant, Gate(plant, LIMITS, DRAIN, Says()))
+        release(plant, guarded(plant, LIMITS, DRAIN, Says()))
 
 
 def test_watching_says_which_limit_by_how_much_and_in_which_unit() -> None:
-    gate = Gate(Bench(), LIMITS, DRAIN, Says())
+    gate = guarded(Bench(), LIMITS, DRAIN, Says())
     assert gate.watch(reading()) is None
-    assert Gate(Bench(), LIMITS, DRAIN, Says()).watch(reading(T=315.5)) == "'T <= 313' is broken by 2.5 K (LIM-HOT)"
+    assert guarded(Bench(), LIMITS, DRAIN, Says()).watch(reading(T=315.5)) == "'T <= 313' is broken by 2.5 K (LIM-HOT)"
 
 
 def test_one_wild_reading_does_not_trip_but_a_lasting_one_does() -> None:
-    gate = Gate(Bench(), LIMITS, DRAIN, Says(), filter_s=10.0)
+    gate = guarded(Bench(), LIMITS, DRAIN, Says(), filter_s=10.0)
     assert gate.watch(reading(1.0, T=312.0)) is None
     assert gate.watch(reading(2.0, T=320.0)) is None
     assert gate.watch(reading(3.0, T=312.0)) is None
@@ -238,21 +238,21 @@ def test_one_wild_reading_does_not_trip_but_a_lasting_one_does() -> None:
 @pytest.mark.parametrize("filter_s", [2.0, 10.0, 20.0])
 def test_the_filter_is_first_order_with_its_time_constant(filter_s: float) -> None:
     """A step from 312 to 314 passes 313 after filter ln 2 seconds: 1 - exp(-t / filter) = 1/2."""
-    gate = Gate(Bench(), LIMITS, DRAIN, Says(), filter_s=filter_s)
+    gate = guarded(Bench(), LIMITS, DRAIN, Says(), filter_s=filter_s)
     gate.watch(reading(0.0, T=312.0))
     seconds = next(k for k in range(1, 200) if gate.watch(reading(float(k), T=314.0)) is not None)
     assert seconds == math.floor(filter_s * math.log(2.0)) + 1
 
 
 def test_the_usual_filter_follows_within_a_minute() -> None:
-    gate = Gate(Bench(), LIMITS, DRAIN, Says())
+    gate = guarded(Bench(), LIMITS, DRAIN, Says())
     gate.watch(reading(0.0, T=310.0))
     seconds = next(k for k in range(1, 200) if gate.watch(reading(float(k), T=316.0)) is not None)
     assert 3 <= seconds <= 60
 
 
 def test_instrument_errors_replace_the_last_ones() -> None:
-    gate = Gate(Bench(), LIMITS, DRAIN, Says())
+    gate = guarded(Bench(), LIMITS, DRAIN, Says())
     gate.correct(({"T": 5.0},))
     assert gate.watch(reading(T=316.0)) is None
     gate.correct(())

@@ -149,7 +149,8 @@ def test_a_complaint_says_what_is_admitted() -> None:
 def test_what_is_wrong_before_the_release_is_wrong_at_once_and_in_every_member() -> None:
     bad = (Command("T.sp", 315.0, 1.0), Command("T", 0.0, None), Command("F.sp", None, None))
     found = command_findings(ActionSet(bad, "running"), RUNNING, TAGS)
-    found += permissive_findings(reading(L=12.0), ACTIONS, LIMITS) + permissive_findings(reading(), ACTIONS, LIMITS)
+    found += permissive_findings(reading(L=12.0), ACTIONS.commands, LIMITS)
+    found += permissive_findings(reading(), ACTIONS.commands, LIMITS)
     assert len(found) == 6
     assert {(f.at_s, f.member) for f in found} == {(0.0, 0)}
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from homeostat.assurance.checks import judge, judge_safety, permissive_findings, unjudged, usable
-from homeostat.assurance.gate import Gate, Refused
+from homeostat.assurance.gate import Refused
 from homeostat.domain.limits import LimitKind, Limits
-from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Quality, Snapshot
 from homeostat.domain.verdict import Approve, Revise
 from tests.safety.world import (
@@ -28,6 +28,7 @@ from tests.safety.world import (
     Bench,
     Says,
     criterion,
+    guarded,
     reading,
     rollout,
     rule,
@@ -47,13 +48,13 @@ def blind_snapshots(tag: str) -> list[Snapshot]:
 
 @pytest.mark.parametrize("snapshot", blind_snapshots("T"))
 def test_a_hard_limit_without_reading_is_reported(snapshot: Snapshot) -> None:
-    gate = Gate(Bench(), LIMITS, DRAIN, Says())
+    gate = guarded(Bench(), LIMITS, DRAIN, Says())
     assert gate.watch(snapshot) == "'T <= 313' cannot be judged without a usable value of 'T' (LIM-HOT)"
 
 
 @pytest.mark.parametrize("snapshot", blind_snapshots("T"))
 def test_a_reading_that_fails_later_is_reported_then(snapshot: Snapshot) -> None:
-    gate = Gate(Bench(), LIMITS, DRAIN, Says())
+    gate = guarded(Bench(), LIMITS, DRAIN, Says())
     assert [gate.watch(s) is None for s in (reading(), snapshot, reading(), snapshot)] == [True, False, True, False]
 
 
@@ -62,13 +63,13 @@ def test_nothing_is_released_on_a_reading_that_says_nothing(tag: str) -> None:
     for snapshot in blind_snapshots(tag):
         plant = Bench(snapshot)
         with pytest.raises(Refused, match=f"cannot be judged without a usable value of '{tag}'"):
-            asyncio.run(Gate(plant, LIMITS, DRAIN, Says()).release(ACTIONS, APPROVAL, 0.0))
+            asyncio.run(guarded(plant, LIMITS, DRAIN, Says()).release(ACTIONS, APPROVAL, 0.0))
         assert plant.written == []
 
 
 def test_the_fallback_needs_no_reading() -> None:
     plant = Bench(Snapshot(100.0, {}))
-    gate = Gate(plant, LIMITS, DRAIN, Says())
+    gate = guarded(plant, LIMITS, DRAIN, Says())
     asyncio.run(gate.fall_back(gate.watch(Snapshot(100.0, {})) or ""))
     assert plant.written == [DRAIN.actions.commands] and gate.latched is not None and "'T'" in gate.latched
 
@@ -76,7 +77,7 @@ def test_the_fallback_needs_no_reading() -> None:
 @pytest.mark.parametrize("value", WILD)
 def test_tags_that_no_rule_reads_may_say_anything(value: float) -> None:
     plant = Bench(reading(F=value, V_man=value))
-    gate = Gate(plant, Limits((HOT, FEED), ()), DRAIN, Says())
+    gate = guarded(plant, Limits((HOT, FEED), ()), DRAIN, Says())
     assert gate.watch(reading(F=value)) is None
     asyncio.run(gate.release(ACTIONS, APPROVAL, 0.0))
     assert plant.written == [ACTIONS.commands]
@@ -84,18 +85,18 @@ def test_tags_that_no_rule_reads_may_say_anything(value: float) -> None:
 
 
 def test_a_filtered_value_is_not_poisoned_by_another_tag() -> None:
-    gate = Gate(Bench(), Limits((HOT,), ()), DRAIN, Says())
+    gate = guarded(Bench(), Limits((HOT,), ()), DRAIN, Says())
     assert gate.watch(reading(F=math.nan)) is None
     assert gate.watch(reading(F=0.03)) is None
 
 
 def test_soft_limits_without_reading_are_not_watched() -> None:
-    assert Gate(Bench(), Limits((COLD,), ()), DRAIN, Says()).watch(reading(T=math.nan)) is None
+    assert guarded(Bench(), Limits((COLD,), ()), DRAIN, Says()).watch(reading(T=math.nan)) is None
 
 
 @pytest.mark.parametrize("snapshot", blind_snapshots("L"))
 def test_a_permissive_without_reading_does_not_hold(snapshot: Snapshot) -> None:
-    (found,) = permissive_findings(snapshot, ACTIONS, LIMITS)
+    (found,) = permissive_findings(snapshot, ACTIONS.commands, LIMITS)
     assert not found.satisfied and found.criterion == "PRM-FEED" and found.margin == -math.inf
     assert "'L'" in found.message and "PRM-FEED" in found.message
 
@@ -103,16 +104,16 @@ def test_a_permissive_without_reading_does_not_hold(snapshot: Snapshot) -> None:
 def test_a_commanded_tag_needs_no_reading() -> None:
     limits = Limits((rule("PRM-LOAD", LimitKind.PERMISSIVE, "F.sp <= 0.04"),), ())
     for snapshot in blind_snapshots("F_sp"):
-        (found,) = permissive_findings(snapshot, ACTIONS, limits)
+        (found,) = permissive_findings(snapshot, ACTIONS.commands, limits)
         assert found.satisfied and found.margin == pytest.approx(0.02)
 
 
 def test_a_tag_that_is_handed_back_to_automatic_has_no_value_after_the_release() -> None:
     limits = Limits((rule("PRM-VALVE", LimitKind.PERMISSIVE, "V.man >= 0.5"),), ())
-    hand_back = ActionSet((Command("V.man", None, None),), "running")
+    hand_back = (Command("V.man", None, None),)
     (found,) = permissive_findings(reading(V_man=0.9), hand_back, limits)
     assert not found.satisfied
-    (found,) = permissive_findings(reading(V_man=0.9), ActionSet((), "running"), limits)
+    (found,) = permissive_findings(reading(V_man=0.9), (), limits)
     assert found.satisfied
 
 
@@ -157,6 +158,6 @@ def test_each_kind_of_rule_is_among_what_is_judged() -> None:
 
 
 def test_huge_finite_readings_do_not_overflow_into_silence() -> None:
-    gate = Gate(Bench(), LIMITS, DRAIN, Says())
+    gate = guarded(Bench(), LIMITS, DRAIN, Says())
     with np.errstate(all="raise"):
         assert gate.watch(reading(T=1e308)) is not None

@@ -12,7 +12,7 @@ import homeostat
 from homeostat.campaign.runner import build_plant
 from homeostat.campaign.scenario import scenario
 from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import wire
+from homeostat.cases.wiring import new_executive, wire
 from homeostat.domain.ports import Plant
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
@@ -123,8 +123,9 @@ class RecordingPlant:
 def watched_run(case: Case, fault: str) -> tuple[RecordingPlant, MemoryTrace]:
     clock, trace = DeclaredClock(1.0), MemoryTrace()
     short = scenario(case, fault, 3, onset_s=None if fault == "none" else 1450.0, end_s=1600.0)
-    plant = RecordingPlant(build_plant(case, short, clock))
-    asyncio.run(wire(case, plant, clock, trace, seed=3).supervise())
+    executive = new_executive(case)
+    plant = RecordingPlant(build_plant(case, short, clock, executive))
+    asyncio.run(wire(case, plant, executive, clock, trace, seed=3).supervise())
     return plant, trace
 
 

@@ -7,10 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from homeostat.domain.behaviour import SetpointRange, State
+from homeostat.assurance.executive import Executive
+from homeostat.assurance.gate import Gate
+from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
 from homeostat.domain.formula import parse
 from homeostat.domain.limits import Criterion, Limit, LimitKind, Limits, Owner
-from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
+from homeostat.domain.ports import Plant, Rehearsal
+from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, RecoveryPath, Step
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.tag import Range, Role, Tag
 from homeostat.domain.verdict import Approve, Rollout, RolloutResult, Verdict
@@ -56,12 +59,35 @@ RUNNING = State(
     ),
 )  # fmt: skip
 STILL = State("still", "Still", 3, False, True, parse("F.sp <= 0.001", TAGS), frozenset(), ())
+WAITING = State("waiting", "Waiting", 0, True, False, parse("true", TAGS), frozenset(), ())
+EMPTYING = State(
+    "emptying", "Emptying", 2, False, True, parse("F.sp <= 0.01", TAGS), frozenset(),
+    (SetpointRange("F.sp", 0.0, 0.01, 0.0), SetpointRange("V.man", 0.0, 1.0, 1.0)),
+)  # fmt: skip
 
 GOOD = {"T": 305.0, "L": 8.0, "F": 0.03, "T.sp": 310.0, "F.sp": 0.03, "L.sp": 10.0, "V.man": float("nan")}
 """Readings that keep every rule."""
 ACTIONS = ActionSet((Command("T.sp", 305.0, 0.5), Command("F.sp", 0.02, 0.005)), "running")
 DRAIN = FallbackStrategy("drain", ActionSet((Command("F.sp", 0.0, None), Command("V.man", 1.0, None)), "still"))
 VENT = FallbackStrategy("vent", ActionSet((Command("F.sp", 0.0, None),), "still"))
+
+
+def awaited(name: str, source: str, target: str, guard: str) -> Transition:
+    """A transition that is taken as soon as its guard holds."""
+    return Transition(name, source, target, "", parse(guard, TAGS), on_decision=False)
+
+
+ADJUST = Transition("adjust", "running", "running", "fault_diagnosed", parse("true", TAGS))
+START = awaited("start", "waiting", "running", "L >= 5")
+EMPTY = awaited("empty", "running", "emptying", "L >= 9 and T <= 310")
+REST = awaited("rest", "emptying", "still", "L <= 1")
+MACHINE = StateMachine("vessel", (WAITING, RUNNING, EMPTYING, STILL), (ADJUST, START, EMPTY, REST))
+"""Waiting, running, emptying and still, one after the other."""
+ROUTE = RecoveryPath(MACHINE, (ADJUST, EMPTY, REST))
+POUR = Step(EMPTY, (Command("F.sp", 0.0, 0.005), Command("V.man", 1.0, 0.2)))
+END = Step(REST, ())
+BATCH = replace(ACTIONS, then=(POUR, END))
+"""New setpoints now, then empty the vessel when it is full, then rest."""
 
 MEMBERS, SAMPLES = 3, 12
 
@@ -109,6 +135,16 @@ class Bench:
     def state(self) -> Mapping[str, float | None]:
         """Tag -> what was last commanded."""
         return {command.tag: command.value for commands in self.written for command in commands}
+
+
+def executive(limits: Limits = LIMITS, *nominal: Step) -> Executive:
+    """The vessel's executive; ``nominal`` is what follows by itself."""
+    return Executive(MACHINE, limits, nominal)
+
+
+def guarded(plant: Plant, limits: Limits, fallback: FallbackStrategy, rehearsal: Rehearsal, **rest: float) -> Gate:
+    """A gate with an executive of its own."""
+    return Gate(plant, limits, fallback, rehearsal, executive(limits), **rest)
 
 
 class Says:

@@ -16,6 +16,7 @@ from homeostat.agents.crew import Action, Crew, Monitoring, Planning, Proposer, 
 from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
+from homeostat.assurance.executive import Executive, nominal_route
 from homeostat.assurance.gate import Gate
 from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
 from homeostat.domain.diagnosis import Hypothesis
@@ -27,7 +28,7 @@ from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.verdict import Rollout, RolloutResult
 from homeostat.plant.clock import DeclaredClock
-from homeostat.supervisor import Budget, Supervisor
+from homeostat.supervisor import Budget, Patience, Supervisor
 from homeostat.trace import MemoryTrace
 from tests.agents.scripted import NoGraph, ScriptedMonitoring, ScriptedPlanning, ScriptedReprompting
 from tests.safety.world import CALM, DRAIN, HOT, TAGS, VENT
@@ -47,7 +48,7 @@ def _state(name: str, risk: int, settled: str, target: bool = True, initial: boo
 
 
 def _step(name: str, source: str, target: str, guard: str = "true", event: str = "fault_diagnosed") -> Transition:
-    return Transition(name, source, target, event, parse(guard, TAGS))
+    return Transition(name, source, target, event, parse(guard, TAGS), event == "fault_diagnosed")
 
 
 MACHINE = StateMachine(
@@ -74,8 +75,11 @@ class LinePlant:
     """Implements the plant's port: one snapshot per second, and it runs on while somebody thinks."""
 
     def __init__(
-        self, clock: Clock, end_s: float = 200.0, start: float = 300.0, heating: float = 0.1, level: float = 8.0
-    ) -> None:
+        self, clock: Clock, end_s: float = 200.0, start: float = 300.0, heating: float = 0.1, level: float = 8.0,
+        sample: Callable[[Snapshot], tuple[Command, ...]] = lambda snapshot: (),
+    ) -> None:  # fmt: skip
+        """``sample``: what the basic control system commands after each snapshot."""
+        self._sample = sample
         self._clock, self._end_s, self._heating, self._level = clock, end_s, heating, level
         self._hot, self._feed, self._now_s, self._owed_s = start, FULL, 0.0, 0.0
         self._snapshots: list[Snapshot] = []
@@ -102,6 +106,9 @@ class LinePlant:
     async def write(self, commands: tuple[Command, ...]) -> None:
         self._catch_up()
         self.written.append((self._now_s, commands))
+        self._command(commands)
+
+    def _command(self, commands: tuple[Command, ...]) -> None:
         for command in commands:
             if command.tag == "F.sp" and command.value is not None:
                 self._feed = command.value
@@ -121,6 +128,7 @@ class LinePlant:
         }  # fmt: skip
         self.disturb(self._now_s, values)
         self._snapshots.append(Snapshot(self._now_s, values))
+        self._command(self._sample(self._snapshots[-1]))
 
 
 def slope(heating: float, feed: float) -> float:
@@ -179,6 +187,7 @@ class Stage:
     simulation: Simulation | None = None
     validation: Validation | None = None
     others: tuple[Proposer, ...] = ()
+    patience: Patience = field(default_factory=Patience)
     budget: Budget = field(default_factory=Budget)
     heating: float = 0.1
     start: float = 300.0
@@ -186,11 +195,13 @@ class Stage:
     limits: Limits = LIMITS
 
     def __post_init__(self) -> None:
-        self.plant = LinePlant(self.clock, self.end_s, self.start, self.heating)
+        route = nominal_route(MACHINE, {state.name: () for state in MACHINE.states})
+        self.executive = Executive(MACHINE, self.limits, route)
+        self.plant = LinePlant(self.clock, self.end_s, self.start, self.heating, sample=self.executive.sample)
         self.twin = LineTwin(self.heating)
         self.trace = MemoryTrace()
         self.rehearsal = TwinRehearsal(self.twin, self.limits, TAGS)  # type: ignore[arg-type]
-        self.gate = Gate(self.plant, self.limits, DRAIN, self.rehearsal)
+        self.gate = Gate(self.plant, self.limits, DRAIN, self.rehearsal, self.executive)
         self.planning = self.planning or ScriptedPlanning(MACHINE, ("reduce",))
 
     def supervisor(self) -> Supervisor:
@@ -204,8 +215,8 @@ class Stage:
             NoGraph(),  # type: ignore[arg-type]
         )
         return Supervisor(
-            self.plant, self.clock, crew, self.gate, self.rehearsal, MACHINE, self.limits, Production("F", FULL),
-            (DRAIN, VENT), {"K": 2.0}, self.budget, self.trace,
+            self.plant, self.clock, crew, self.gate, self.rehearsal, self.executive, MACHINE, self.limits,
+            Production("F", FULL), (DRAIN, VENT), {"K": 2.0}, self.patience, self.budget, self.trace,
         )  # fmt: skip
 
     @property
