@@ -38,7 +38,8 @@ EQUIVALENT: dict[tuple[str, str], str] = {
         "how much of the digest the message shows is a matter of taste"
     ),
     (
-        "for commands, name in zip((actions.commands, *(s.commands for s in actions.then)), actions.states, strict=True):",
+        "for commands, name in zip((actions.commands, *(s.commands for s in actions.then)), "
+        "actions.states, strict=True):",
         "True -> False",
     ): "an action set has as many states as it has steps",
 }
