@@ -129,7 +129,7 @@ def test_what_follows_by_itself_is_on_the_path_whatever_its_guard_says_now() -> 
     here = {"x": 0.0}
     assert names(machine.paths("a", here, "fault", ())) == ["t > u > v"], "nobody decides in the middle of a batch"
     assert names(machine.paths("b", here, "fault", ())) == ["u > v"], "there may be nothing to decide"
-    assert names(machine.paths("c", here, "fault", ())) == ["v", "w"]
+    assert set(names(machine.paths("c", here, "fault", ()))) == {"v", "w"}, "both, from there"
     assert names(machine.paths("a", here, "fault", (), longest=1)) == ["t > u > v"], "only decisions are counted"
 
 
