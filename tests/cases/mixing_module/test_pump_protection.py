@@ -49,9 +49,11 @@ def test_a_pump_with_every_outlet_closed_runs_dry_too() -> None:
     assert result.of("dry_s")[-1] == 60.0 - GRACE and result.of("dead_head_s")[-1] == 0.0
 
 
+@pytest.mark.parametrize("level", [0.02, 0.2])
 @pytest.mark.parametrize(("pump", "idle"), [("P1", "idle1"), ("P2", "idle2")])
-def test_a_pump_against_a_closed_valve_is_dead_headed(pump: str, idle: str) -> None:
-    result = counted({"VO1": 1.0, pump: 0.9}, B201=0.2)
+def test_a_pump_against_a_closed_valve_is_dead_headed(pump: str, idle: str, level: float) -> None:
+    """Also where the tank is nearly empty: as long as it stands above the outlet, the pump is wet."""
+    result = counted({"VO1": 1.0, pump: 0.9}, B201=level)
     t = np.arange(1, 61)
     assert np.array_equal(result.of(idle), t)
     assert np.array_equal(result.of("dead_head_s"), np.maximum(t - GRACE, 0.0))

@@ -123,6 +123,14 @@ def test_instruments_show_levels_pressures_switches_and_speeds() -> None:
         assert tuple(read[f"LS{k}_{tank}"] for k in "LMH") == switches[tank]
 
 
+@pytest.mark.parametrize(("tank", "height"), [("B201", 0.22), ("B202", 0.22), ("B203", 0.22), ("B204", 1.22)])
+@pytest.mark.parametrize(("switch", "share"), [("LSL", 0.1), ("LSM", 0.5), ("LSH", 0.9)])
+def test_a_switch_stands_at_its_share_of_the_height(tank: str, height: float, switch: str, share: float) -> None:
+    for above in (-1e-6, 1e-6):
+        state = run(batch(1, p=HERE, x=start(HERE, **{tank: share * height + above}))).state[0]
+        assert MODEL.readings(state, inputs())[f"{switch}_{tank}"] == float(above > 0.0)
+
+
 def test_calibration_errors_are_in_what_is_shown_alone() -> None:
     u, x = inputs(VO1=1.0, VI4=1.0, P1=0.9), start(HERE, B201=0.2)
     p = HERE.copy()
