@@ -7,6 +7,7 @@ import math
 import pytest
 
 from homeostat.campaign.scenario import ScenarioError, scenario
+from homeostat.cases.case import load_case
 from homeostat.domain.diagnosis import FaultState
 from tests.twin.followed import reactor
 
@@ -33,6 +34,26 @@ def test_faults_can_be_combined() -> None:
     made = scenario(reactor(), "fouling+leak", 0, onset_s=1500.0)
     assert [f.fault for f in made.faults] == ["fouling", "leak"] and made.fault == "fouling+leak"
     assert {f.onset_s for f in made.faults} == {1500.0}
+
+
+def test_a_fault_with_several_places_is_named_with_its_place() -> None:
+    case = load_case("mixing_module")
+    assert scenario(case, "clogging", 0, location="B202").faults == scenario(case, "clogging_B202", 0).faults
+    assert scenario(case, "clogging", 0, location="B202").fault == "clogging_B202"
+
+
+@pytest.mark.parametrize(
+    ("fault", "location", "message"),
+    [
+        ("clogging", "B209", r"'clogging' has no location 'B209'; it can be at main, B201, B202, B203, common"),
+        ("pump_degradation", "P101", r"'pump_degradation' has no location 'P101'; it has only one place"),
+        ("none", "B202", r"location 'B202' needs exactly one fault, 'none' is named"),
+        ("clogging+leakage", "main", r"location 'main' needs exactly one fault, 'clogging\+leakage' is named"),
+    ],
+)
+def test_a_place_that_there_is_not_is_refused(fault: str, location: str, message: str) -> None:
+    with pytest.raises(ScenarioError, match=message):
+        scenario(load_case("mixing_module"), fault, 0, location=location)
 
 
 @pytest.mark.parametrize(
