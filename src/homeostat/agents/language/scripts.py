@@ -17,6 +17,7 @@ from homeostat.llm.model import Question
 _NUMBER: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _ABOUT: Final = re.compile(r"^# What attempt (?P<number>\d+) violated", re.MULTILINE)
 _ATTEMPT: Final = re.compile(r"^(?P<number>\d+)\. [^:]*: (?P<commands>[^:]*): ", re.MULTILINE)
+_FIRST: Final = re.compile(r"^1\. (?P<path>[^:]*): ", re.MULTILINE)
 _COMMAND: Final = re.compile(rf"(?P<tag>\S+)=(?P<value>auto|{_NUMBER})")
 _VIOLATED: Final = re.compile(
     rf"^(?:holds only just: )?(?P<name>\S+) (?P<margin>{_NUMBER})[^:]*: .*; margin per step: (?P<effects>.*)$",
@@ -55,9 +56,11 @@ def reasonable(question: Question) -> str:
 
 
 def stubborn(question: Question) -> str:
-    """Names the least risky path and the present commands, whatever it is told."""
+    """Names the least risky path and the present commands at first, and says the same ever after."""
     if question.agent == "planning":
-        return json.dumps({"reasoning": "as always", "path": _paths(question)[0]})
+        before = _FIRST.search(question.prompt)
+        path = before["path"] if before else _paths(question)[0]
+        return json.dumps({"reasoning": "as always", "path": path})
     if question.agent == "reprompting":
         return json.dumps({"route": "action", "hint": "the same again"})
     limits, values = _commands(question), _present(question)
