@@ -198,15 +198,24 @@ class Supervisor:
                 case Approve() as approval:
                     # Nothing else is approved.
                     assert attempt.path is not None and attempt.actions is not None and rollout is not None
-                    if idle is not None and not self._restraint.gains(idle, rollout):
-                        raise NoAdmissiblePlan(f"{proposer.name}: nothing better than leaving the plant alone")
-                    return Approved(attempt.actions, attempt.path, approval, proposer.name)
+                    if idle is None or self._restraint.gains(idle, rollout, self._risk_added(attempt.path)):
+                        return Approved(attempt.actions, attempt.path, approval, proposer.name)
+                    refused = (*advice.refused_paths, attempt.path.states)
+                    advice = Advice(refused_paths=refused, attempts=(*advice.attempts, attempt))
                 case Revise():
                     after = await proposer.reprompting.advise(situation, attempt, advice)
                     advice = replace(after, attempts=(*advice.attempts, attempt))
                 case _:
                     assert_never(attempt.verdict)
+        if idle is not None:
+            raise NoAdmissiblePlan(f"{proposer.name}: nothing clearly better than leaving the plant alone")
         raise NoAdmissiblePlan(f"{proposer.name}: no proposal was approved in {most} attempts")
+
+    def _risk_added(self, path: RecoveryPath) -> int:
+        """By how many ranks ``path`` is riskier than what follows if nobody interferes."""
+        left = (self._executive.state, *self._executive.rest().states)
+        most = [max(self._machine.state(name).risk for name in states) for states in (path.commanded, left)]
+        return max(most[0] - most[1], 0)
 
     async def _attempt(
         self, number: int, proposer: Proposer, situation: Situation, advice: Advice

@@ -13,6 +13,9 @@ TOLERANCE = 0.3
 GAIN = 0.01
 """A plant that may be left alone is only touched for at least this much more production [1]."""
 
+RISK = 0.05
+"""Production that must be won for each rank by which an action is riskier than leaving the plant alone [1]."""
+
 
 class Restraint:
     """Judges what happens without action, and whether an action is worth taking."""
@@ -40,9 +43,9 @@ class Restraint:
         """Whether there is production to win back."""
         return self._rate(idle) < 1.0 - GAIN
 
-    def gains(self, idle: Rollout, better: Rollout) -> bool:
-        """Whether ``better`` produces clearly more than leaving the plant alone."""
-        return self._rate(better) > self._rate(idle) + GAIN
+    def gains(self, idle: Rollout, better: Rollout, risk_added: int = 0) -> bool:
+        """Whether ``better`` produces clearly more than leaving the plant alone, the more so the riskier it is."""
+        return self._rate(better) > self._rate(idle) + GAIN + RISK * risk_added
 
     def _rate(self, rollout: Rollout) -> float:
         """Mean production as a fraction of the design rate [1]."""

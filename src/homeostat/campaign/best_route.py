@@ -1,0 +1,97 @@
+"""The best route by hindsight: every way through the machine, on the true plant; no agent may see it."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from homeostat.agents.planning import EVENT
+from homeostat.assurance.executive import Executive
+from homeostat.campaign.runner import build_plant
+from homeostat.campaign.scenario import Scenario
+from homeostat.cases.case import Case
+from homeostat.domain.behaviour import State, Transition
+from homeostat.domain.limits import Limits
+from homeostat.domain.plant_description import Relation
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
+from homeostat.domain.snapshot import Trajectory
+from homeostat.plant.clock import DeclaredClock
+
+LEVELS = 3
+"""Values of each open command that are tried."""
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """One way to run the batch from its start, and what came of it."""
+
+    states: tuple[str, ...]
+    """States on the way."""
+    values: Mapping[str, float]
+    """Values of the commands that are open on the way."""
+    complete_s: float | None
+    """Process time at which it ended [s]; None where it did not end, or broke a hard limit or criterion."""
+
+
+def best_route(case: Case, scenario: Scenario) -> Route | None:
+    """The route of the earliest completion inside every limit; None where none is possible."""
+    tried = (_carry_out(case, scenario, path, values) for path, values in _ways(case))
+    complete = [r for r in tried if r.complete_s is not None]
+    return min(complete, key=lambda r: r.complete_s or 0.0, default=None)
+
+
+def _ways(case: Case) -> Iterator[tuple[RecoveryPath, dict[str, float]]]:
+    """Every path from the initial state to an end, by each set of instruments, with every combination of values."""
+    machine = case.description.machine
+    measured = {s.tag.name for s in case.description.signals if s.relation is Relation.MEASURES}
+    read = sorted({tag for t in machine.transitions if not t.on_decision for tag in t.guard.tags} & measured)
+    found: dict[tuple[Transition, ...], None] = {}
+    for lying in ((), *((tag,) for tag in read)):
+        for path in machine.paths(machine.initial.name, {}, EVENT, (), longest=0, unreliable=lying):
+            found[path] = None
+    for transitions in found:
+        path = RecoveryPath(machine, transitions)
+        if not machine.is_end(path.target, EVENT):
+            continue
+        ranges = {
+            r.tag: np.linspace(r.low, r.high, LEVELS).tolist()
+            for name in path.states for r in machine.state(name).setpoints if r.high > r.low
+        }  # fmt: skip
+        for values in itertools.product(*ranges.values()):
+            yield path, dict(zip(ranges, values, strict=True))
+
+
+def _carry_out(case: Case, scenario: Scenario, path: RecoveryPath, values: Mapping[str, float]) -> Route:
+    """Run the batch along ``path`` with nobody watching."""
+    description = case.description
+    steps = ActionSet.along(path, partial(_commands, case, values)).then
+    executive = Executive(description.machine, description.limits, tuple(Step(s.transition, s.commands) for s in steps))
+    plant = build_plant(case, scenario, DeclaredClock(0.0), executive)
+
+    async def watch() -> None:
+        async for _ in plant.snapshots():
+            if executive.state == path.target:
+                return
+
+    asyncio.run(watch())
+    complete = executive.state == path.target and _inside(plant.truth(), description.limits)
+    at_s = executive.drain()[-1][1] if complete else None
+    return Route(path.states, dict(values), at_s)
+
+
+def _commands(case: Case, values: Mapping[str, float], state: State) -> tuple[Command, ...]:
+    tags = case.description.tags_by_name
+    return tuple(Command(r.tag, values.get(r.tag, r.design) if r.high > r.low else r.design, tags[r.tag].rate_limit)
+                 for r in state.setpoints)  # fmt: skip
+
+
+def _inside(truth: Trajectory, limits: Limits) -> bool:
+    """Whether every hard limit and hard criterion holds throughout."""
+    kept = [limit.formula.margins(truth.signals, truth.dt_s).min() >= 0.0 for limit in limits.hard]
+    met = [c.formula.evaluate(truth.signals, truth.dt_s).value.min() >= 0.0 for c in limits.criteria if c.hard]
+    return all((*kept, *met))
