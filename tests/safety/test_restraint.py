@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from homeostat.assurance.checks import judge
-from homeostat.assurance.restraint import GAIN, TOLERANCE, Restraint
+from homeostat.assurance.restraint import GAIN, RISK, TOLERANCE, Restraint
 from homeostat.domain.limits import LimitKind, Limits, Owner
 from homeostat.domain.production import Production
 from homeostat.domain.recovery import ActionSet
@@ -148,9 +148,19 @@ def test_the_edge_itself_is_not_worth_it() -> None:
     assert edge.gains(constant(0.5), constant(math.nextafter(0.5 + GAIN, 1.0)))
 
 
+@pytest.mark.parametrize("risk_added", [-1, 0, 1, 2])
+def test_a_riskier_action_must_produce_more_and_a_safer_one_may_produce_less(risk_added: int) -> None:
+    edge = Restraint(LIMITS, Production("F", 1.0), {})
+    enough = 0.5 + GAIN + RISK * risk_added
+    assert not edge.gains(constant(0.5), constant(enough - 1e-9), risk_added)
+    assert edge.gains(constant(0.5), constant(enough + 1e-9), risk_added)
+    assert edge.gains(constant(0.5), constant(0.5 + GAIN + 1e-9)) is True, "no rank is added where none is named"
+
+
 def test_what_protects_is_enough() -> None:
     assert restraint().harmless(revise(ACC_CALM=1.0, LIM_HOT=1.0))
 
 
 def test_clearly_means_a_hundredth_of_the_design_rate() -> None:
     assert GAIN == 0.01 and 0.0 < TOLERANCE < 1.0
+    assert RISK >= GAIN, "a rank of risk weighs more than what is hardly worth a touch"
