@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from homeostat.assurance.checks import permissive_findings, usable
 from homeostat.domain.behaviour import StateMachine
+from homeostat.domain.formula import FormulaError
 from homeostat.domain.limits import Limits
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
 from homeostat.domain.snapshot import Snapshot
@@ -34,7 +35,11 @@ class Executive:
         if not self._waiting:
             return ()
         step, values = self._waiting[0], usable(snapshot)
-        if step.transition.guard.tags - values.keys() or not step.transition.guard.holds(values):
+        try:
+            due = step.transition.guard.holds(values)
+        except FormulaError:  # a tag without usable reading, a division by zero: what is not known does not hold
+            due = False
+        if not due:
             return ()
         found = permissive_findings(snapshot, step.commands, self._limits)
         self.refused = next((f.message for f in found if not f.satisfied), None)
@@ -47,7 +52,7 @@ class Executive:
 
     def load(self, actions: ActionSet) -> None:
         """Go on with what was released."""
-        self._waiting = actions.then
+        self._waiting, self._sent, self.refused = actions.then, (), None
         self._enter(actions.target)
 
     def rest(self) -> ActionSet:

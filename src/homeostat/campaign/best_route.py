@@ -52,8 +52,8 @@ def _ways(case: Case) -> Iterator[tuple[RecoveryPath, dict[str, float]]]:
     read = sorted({tag for t in machine.transitions if not t.on_decision for tag in t.guard.tags} & measured)
     found: dict[tuple[Transition, ...], None] = {}
     for lying in ((), *((tag,) for tag in read)):
-        for path in machine.paths(machine.initial.name, {}, EVENT, (), longest=0, unreliable=lying):
-            found[path] = None
+        for way in machine.paths(machine.initial.name, {}, EVENT, (), longest=0, unreliable=lying):
+            found[way] = None
     for transitions in found:
         path = RecoveryPath(machine, transitions)
         if not machine.is_end(path.target, EVENT):

@@ -151,7 +151,8 @@ class StateMachine:
         """Transitions by which ``path`` may go on from ``here``."""
         onward: list[Transition] = []
         if len(path) < longest and all(t.on_decision for t in path):
-            onward = [t for t in self.open_from(here, values) if t.on_decision and t.event == event]
+            decisions = [t for t in self.transitions if t.source == here and t.on_decision and t.event == event]
+            onward = [t for t in decisions if t.guard.holds(values)]
         awaited: dict[str, Transition] = {}
         for t in self.transitions:
             if t.source == here and not t.on_decision and not t.guard.tags & set(unreliable):

@@ -31,6 +31,8 @@ class RecoveryPath:
         for a, b in zip(self.transitions, self.transitions[1:], strict=False):
             if a.target != b.source:
                 raise ValueError(f"{a.name!r} ends in {a.target!r}, but {b.name!r} leaves {b.source!r}")
+            if b.on_decision and not a.on_decision:
+                raise ValueError(f"{b.name!r} is a decision and cannot be awaited after {a.name!r}")
 
     @property
     def states(self) -> tuple[str, ...]:

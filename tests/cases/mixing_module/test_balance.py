@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.cases.mixing_module.layout import S
-from homeostat.process.batch import ProcessError
 from homeostat.process.types import Row, Table
 from tests.cases.mixing_module.module import FAULTS, MODEL, RANGE, Run, batch, run, start, timed
 
@@ -76,17 +75,7 @@ def possible(result: Run) -> None:
     assert min(result.of("q_leak").min(), result.of("q_drain").min(), result.of("q_over").min()) >= 0.0
 
 
-BACKFLOW = pytest.mark.xfail(
-    strict=True,
-    reason="what an empty tank is asked for beyond its content is made: V4 is cut off at 0, transfer is not",
-)
-
-
-CUT_OFF = {"outlets that do not close"}
-"""Here B204 ends empty below an open feed tank."""
-
-
-@pytest.mark.parametrize("case", [pytest.param(c, marks=BACKFLOW) if c in CUT_OFF else c for c in CASES])
+@pytest.mark.parametrize("case", CASES)
 def test_a_batch_with_noise_conserves_liquid(case: str) -> None:
     u, faults = CASES[case]
     x = start()
@@ -125,13 +114,9 @@ def odd(draw: st.DrawFn) -> Odd:
 
 
 def simulated(what: Odd) -> Run:
-    """The run; where the iteration of the flows did not end, not an example."""
-    try:
-        return run(batch(len(what.u), x=what.x, u=what.u, faults=what.faults, process=1.0, sensor=1.0,
-                         first_seed=what.seed))  # fmt: skip
-    except ProcessError:
-        assume(False)
-        raise
+    return run(
+        batch(len(what.u), x=what.x, u=what.u, faults=what.faults, process=1.0, sensor=1.0, first_seed=what.seed)
+    )
 
 
 SOMETIMES = settings(deadline=None, max_examples=150, derandomize=True)
@@ -140,20 +125,15 @@ SOMETIMES = settings(deadline=None, max_examples=150, derandomize=True)
 @SOMETIMES
 @given(odd())
 def test_nothing_impossible_happens_whatever_is_commanded_and_whatever_fails(what: Odd) -> None:
-    """And what is missing is less than closed non-return valves let through, 1e-6 L/s."""
-    result = simulated(what)
-    possible(result)
-    assert np.abs(missing(result, what.x)).max() < 1e-3
+    possible(simulated(what))
 
 
-@BACKFLOW
 @SOMETIMES
 @given(odd())
 def test_liquid_is_conserved_whatever_is_commanded_and_whatever_fails(what: Odd) -> None:
     check(simulated(what), what.x)
 
 
-@BACKFLOW
 def test_an_empty_b204_gives_nothing_back_through_a_standing_line() -> None:
     """Drained, and a feed tank open below it: the non-return valves let 1e-8 L/s of nothing back."""
     x = start(B203=0.1, B204=0.0)
@@ -162,7 +142,6 @@ def test_an_empty_b204_gives_nothing_back_through_a_standing_line() -> None:
     check(result, x)
 
 
-@BACKFLOW
 def test_a_leak_takes_no_more_than_the_tanks_give() -> None:
     """B201 runs empty while the main line leaks and B204 is empty and closed."""
     x = start(B201=0.004, B202=0.0, B203=0.0, B204=0.0, VO1=1.0, n=(1.0, 0.0))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.cases.mixing_module import hydraulics
@@ -76,7 +76,6 @@ def test_what_flows_into_a_junction_flows_out_of_it(case: Case, guess: float) ->
 def test_another_method_finds_the_same_flows(case: Case) -> None:
     """Newton on the junctions' heads with an exact line search, laws inverted in closed form, in plain Python."""
     now = case.solved()
-    assume(now.left <= CONVERGED)
     flows, heads = case.otherwise()
     np.testing.assert_allclose(now.flows, flows, rtol=0.0, atol=1e-6)
     if max(case.outlets) > 0.01 and case.into > 0.01 and max(case.n) > 0.3:
@@ -88,7 +87,6 @@ def test_another_method_finds_the_same_flows(case: Case) -> None:
 def test_every_branch_law_is_satisfied(case: Case) -> None:
     """What a law says at the heads found is the flow found, to 1e-6 L/s."""
     now = case.solved()
-    assume(now.left <= CONVERGED)
     p, (s, m, d) = NOMINAL, now.heads
     leaks = tuple(max(p["leak_size"] * x, 1e-9) for x in case.leaks)
     laws = laws_of(p, list(case.outlets), case.into, list(case.n), main=case.main, leaks=(leaks[0], leaks[1]))
@@ -102,7 +100,6 @@ def test_every_branch_law_is_satisfied(case: Case) -> None:
 @given(CASES)
 def test_the_guess_does_not_matter(case: Case) -> None:
     one, two = case.solved(0.0), case.solved(0.3)
-    assume(max(one.left, two.left) <= CONVERGED)
     np.testing.assert_allclose(one.flows, two.flows, rtol=0.0, atol=1e-6)
 
 
@@ -127,13 +124,8 @@ STANDSTILL = {
     for leak, n in ((0.7, 0.13), (0.3, 0.12))
 }
 """A leak of the main line, B204's valve closed, and P101 so slow that its head is about that of the leak."""
-CYCLES = pytest.mark.xfail(
-    strict=True,
-    reason="the iteration goes round in a circle where non-return valve, pump and leak begin to pass at once",
-)
 
 
-@CYCLES
 @pytest.mark.parametrize("name", STANDSTILL)
 def test_the_iteration_ends_also_where_a_non_return_valve_is_about_to_open(name: str) -> None:
     now = STANDSTILL[name].solved()
@@ -141,7 +133,6 @@ def test_the_iteration_ends_also_where_a_non_return_valve_is_about_to_open(name:
     np.testing.assert_allclose(now.flows, STANDSTILL[name].otherwise()[0], rtol=0.0, atol=1e-6)
 
 
-@CYCLES
 def test_a_pump_runs_down_against_a_closed_valve_and_a_leak() -> None:
     """P101 at 0.9 with its suction open, B204 empty, its valve closed and a leak of 3 %; at 8 s it is stopped."""
     u = timed(30, (0, {"VO1": 1.0, "VO2": 1.0, "P1": 0.9}), (8, {"VO1": 1.0, "VO2": 1.0}))

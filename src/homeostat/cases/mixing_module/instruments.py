@@ -47,7 +47,8 @@ def measure_tanks(x: Row, p: Row, sev: Row, onset: Row, t: float, seed: int, sen
             if sensor > 0.0:
                 shown += sensor * p[P.sd_LT] * normal(seed, k, i)
             x[S.LT1 + i] = shown
-        x[S.PT1 + i] = pressure(p, true) + p[P.bias_PT1 + i]
+        x[S.P1 + i] = pressure(p, true)
+        x[S.PT1 + i] = x[S.P1 + i] + p[P.bias_PT1 + i]
         if sensor > 0.0:
             x[S.PT1 + i] += sensor * p[P.sd_PT] * normal(seed, k, 4 + i)
         height = tank_height(p, i)
@@ -67,8 +68,8 @@ def measure_line(x: Row, p: Row, sev: Row, onset: Row, t: float, seed: int, sens
         if sensor > 0.0:
             shown += sensor * p[P.rel_FT] * (abs(shown) + 0.02) * normal(seed, k, 8)
         x[S.FT] = shown
-    x[S.PT5] = pressure(p, x[S.head_main]) + p[P.bias_PT5]
-    x[S.PT6] = pressure(p, x[S.head_discharge]) + p[P.bias_PT6]
+    x[S.P5], x[S.P6] = pressure(p, x[S.head_main]), pressure(p, x[S.head_discharge])
+    x[S.PT5], x[S.PT6] = x[S.P5] + p[P.bias_PT5], x[S.P6] + p[P.bias_PT6]
     x[S.ST1], x[S.ST2] = x[S.N1] + p[P.bias_ST], x[S.N2] + p[P.bias_ST]
     if sensor > 0.0:
         x[S.PT5] += sensor * p[P.sd_PT] * normal(seed, k, 9)

@@ -89,16 +89,26 @@ def describe_line(x: Row, p: Row, sev: Row, onset: Row, t: float, rough: float, 
 @compiled
 def integrate(x: Row, p: Row, flows: Row, supply: float, dt: float) -> None:
     """Balances over ``dt`` [s]; ``supply``: factor on the fill rate [1]; ``flows`` as from :func:`solve` [L/s]."""
-    given = 0.0
+    out, into = 0.0, 0.0
     for i in range(FEEDS):
         fill = p[P.fill_rate] * supply * x[S.VI1_pos + i]
-        out = min(flows[i], x[S.V1 + i] / dt + fill)
-        x[S.V1 + i] = max(x[S.V1 + i] + (fill - out) * dt, 0.0)
-        x[S.q_in1 + i], x[S.q_out1 + i] = fill, out
-        x[S.supplied] += fill * dt
-        given += out
-    leak = max(flows[7], 0.0) + max(flows[8], 0.0)
-    transfer = given - leak
+        x[S.q_in1 + i], x[S.q_out1 + i] = fill, min(flows[i], x[S.V1 + i] / dt + fill)
+        out += max(x[S.q_out1 + i], 0.0)
+        into -= min(x[S.q_out1 + i], 0.0)
+    # Tanks fill each other; what a non-return valve lets by in the solution does not flow.
+    share = min(1.0, out / into) if into > 0.0 else 1.0
+    given = 0.0
+    for i in range(FEEDS):
+        if x[S.q_out1 + i] < 0.0:
+            x[S.q_out1 + i] *= share
+        given += x[S.q_out1 + i]
+    given = max(given, 0.0)
+    for i in range(FEEDS):
+        x[S.V1 + i] = max(x[S.V1 + i] + (x[S.q_in1 + i] - x[S.q_out1 + i]) * dt, 0.0)
+        x[S.supplied] += x[S.q_in1 + i] * dt
+    # What the leaks and B204 get is what the tanks gave, and B204 gives back no more than it holds.
+    transfer = max(given - max(flows[7], 0.0) - max(flows[8], 0.0), -x[S.V4] / dt)
+    leak = given - transfer
     head = level(x, p, TANKS - 1)
     drain = 1000.0 * p[P.drain_cd] * p[P.drain_area] * x[S.VO4_pos] * math.sqrt(2.0 * 9.80665 * head)
     drain = min(drain, max(x[S.V4] / dt + transfer, 0.0))
@@ -126,6 +136,7 @@ def step(
     if process > 0.0:
         rough = process * p[P.sd_speed] * normal(seed, k, 12)
         supply += process * p[P.sd_supply] * normal(seed, k, 13)
+    flows[:] = 0.05  # where the iteration begins: the same however a run is cut into calls
     for part in range(PARTS):
         now = t + part * dt
         move_actuators(x, p, sev, onset, u, now, dt)
@@ -166,12 +177,11 @@ def advance(
             broken_at[m] = t0
             continue
         row = 0
-        flows[:] = 0.05
         for k in range(steps):
             left = step(
                 x[m], p[m], sev[m], onset[m], u[u_of[m], k], t0 + k, seeds[m], process[m], sensor[m], line, flows, work
             )
-            if left > 1e-3 or not physical(x[m]):
+            if left > 1e-6 or not physical(x[m]):
                 broken_at[m] = t0 + k + 1.0
                 break
             if k % stride == stride - 1:

@@ -27,6 +27,12 @@ class State(NamedTuple):
     L2: int
     L3: int
     L4: int
+    P1: int  # true pressures: at the floors of the tanks, behind P101 and in the header [kPa]
+    P2: int
+    P3: int
+    P4: int
+    P5: int
+    P6: int
     VI1_pos: int  # valve positions, 1 open [1]: inlets, outlets, before B204, drain
     VI2_pos: int
     VI3_pos: int

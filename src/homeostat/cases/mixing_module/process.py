@@ -30,12 +30,13 @@ _READ = {
 """Variable -> column of what the instruments show."""
 _TRUE = _READ | {
     **{f"L_{tank}": S.L1 + i for i, tank in enumerate(_TANKS)},
+    **{f"P_{tank}": S.P1 + i for i, tank in enumerate(_TANKS)}, "P_main": S.P5, "P_header": S.P6,
     "flow": S.q_transfer, "speed_P101": S.N1, "speed_P102": S.N2, "idle_P101": S.no_flow1, "idle_P102": S.no_flow2,
     "delivered": S.delivered, "spilled": S.spilled, "overflowed": S.overflowed, "supplied": S.supplied,
     "dry_s": S.dry_s, "dead_head_s": S.dead_head_s, "leak": S.q_leak, "drain": S.q_drain, "flow_P101": S.q_main,
     "flow_P102": S.q_bypass,
 }  # fmt: skip
-"""Variable -> column of the truth; pressures are as the instruments show them."""
+"""Variable -> column of the truth."""
 _HIDDEN = ("delivered", "spilled", "overflowed")
 """Variables that a tag may be bound to although no instrument shows them: NaN in every reading."""
 
