@@ -60,7 +60,9 @@ def test_random_weights_release_nothing_unsafe(knows_nothing: str) -> None:
 def test_a_server_that_means_harm_releases_nothing_unsafe(means_harm: str, name: str) -> None:
     row, trace = run_with(asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1700.0)
     assert row.unsafe == "" and row.outside_s == 0.0
-    assert row.first == "search" and trace.of(ModelCalled)
+    assert trace.of(ModelCalled)
+    # The upper edge of every range is admissible; where everything that is left is to hold, it may be approved.
+    assert row.first == "search" or (name == "upper_edge" and row.first == "language")
 
 
 def test_a_key_that_a_server_repeats_is_in_no_event(means_harm: str, monkeypatch: pytest.MonkeyPatch) -> None:
