@@ -1,11 +1,13 @@
 """Measure the Mixing Module and write ``docs/results/mixing_module.md``: ``python -m benchmarks.mixing_results``.
 
-Runs that were measured before are read back from the cache folder, so an interrupted measurement goes on where it stopped.
+Runs that were measured before are read back from the cache folder, so an interrupted measurement goes on where it
+stopped.
 """
 
 from __future__ import annotations
 
 import argparse
+import asyncio
 import json
 import multiprocessing
 import platform
@@ -22,15 +24,14 @@ import numpy as np
 
 from benchmarks.cstr_results import table
 from homeostat.campaign.best_route import best_route
-from homeostat.campaign.runner import run
+from homeostat.campaign.runner import build_plant, run
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import new_executive
 from homeostat.domain.diagnosis import Fault
 from homeostat.plant.clock import DeclaredClock
-from homeostat.process.batch import Batch
-from homeostat.process.sequence import run_sequences
-from homeostat.twin.twin import Twin
+from homeostat.trace import MemoryTrace
+from homeostat.trace.decisions import StateEntered
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "mixing_module.md"
@@ -105,8 +106,9 @@ def measure(job: tuple[str, int]) -> Row:
     """Run one batch, and find out what was possible."""
     family, seed = job
     case, chosen = module(), drawn(*job)
-    states: list[str] = []
-    result = run(case, chosen, clock=DeclaredClock(1.0), on_state=states.append)
+    trace = MemoryTrace()
+    result = run(case, chosen, trace, DeclaredClock(1.0))
+    states = [e.state for e in trace.of(StateEntered)]
     best = best_route(case, chosen)
     fault = chosen.faults[0] if chosen.faults else None
     hard = {limit.name for limit in case.description.limits.hard}
@@ -117,3 +119,98 @@ def measure(job: tuple[str, int]) -> Row:
         result.attempts, any(s.startswith("bypass") for s in states), best.complete_s if best else None,
         bool(best and any(s.startswith("bypass") for s in best.states)), result.wall_s,
     )  # fmt: skip
+
+
+def measured(families: Sequence[str], seeds: int) -> list[Row]:
+    """Every batch, from the cache where it is there."""
+    CACHE.mkdir(parents=True, exist_ok=True)
+    file = CACHE / "batches.jsonl"
+    rows = [Row(**json.loads(line)) for line in file.read_text().splitlines()] if file.exists() else []
+    done = {(r.family, r.seed) for r in rows}
+    jobs = [(f, s) for f in families for s in range(1, seeds + 1) if (f, s) not in done]
+    with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool, file.open("a") as out:
+        for row in pool.map(measure, jobs):
+            rows.append(row)
+            out.write(json.dumps(asdict(row)) + "\n")
+            out.flush()
+            print(row.fault, row.seed, row.severity, f"{row.onset_s:.0f}", row.outcome, row.actor, row.state,
+                  row.complete_s, "possible" if row.best_s else "impossible", row.totals, flush=True)  # fmt: skip
+    return [r for r in rows if r.family in families and r.seed <= seeds]
+
+
+def nominal_ms() -> float:
+    """Time that one nominal batch takes on the simulated plant with its executive, best of five [ms]."""
+    case, best = module(), float("inf")
+    chosen = scenario(case, "none", 1, end_s=250.0)
+    for _ in range(5):
+        plant = build_plant(case, chosen, DeclaredClock(0.0), new_executive(case))
+
+        async def watch() -> None:
+            async for _ in plant.snapshots():  # noqa: B023
+                pass
+
+        begin = time.perf_counter()
+        asyncio.run(watch())
+        best = min(best, time.perf_counter() - begin)
+    return 1000.0 * best
+
+
+def safe(row: Row) -> bool:
+    """Whether nothing overflowed, ran dry or worked against a closed line."""
+    return max(row.totals[n] for n in ("overflowed_L", "dry_run_s", "dead_head_s")) <= 0.0 and row.outside_s == 0.0
+
+
+def summary(rows: Sequence[Row]) -> str:
+    """One line per family."""
+    lines = []
+    for family in dict.fromkeys(r.family for r in rows):
+        mine = [r for r in rows if r.family == family]
+        done = [r for r in mine if r.complete_s is not None]
+        possible = [r for r in mine if r.best_s is not None]
+        late = [r.complete_s - r.nominal_s for r in done if r.complete_s is not None and r.nominal_s is not None]
+        thought = [r.thinking_s for r in mine if r.attempts]
+        lines.append([
+            family, f"{len(done)}/{len(mine)}", f"{sum(r.state == 'held' for r in mine)}",
+            f"{sum(r.actor == 'fallback' for r in mine)}", f"{sum(safe(r) for r in mine)}/{len(mine)}",
+            f"{sum(r.complete_s is not None for r in possible)}/{len(possible)}",
+            f"{sum(r.bypass for r in mine)}", f"{sum(r.best_bypass for r in mine)}",
+            f"{median(late):.0f} ({max(late):.0f})" if late else "",
+            f"{max(r.totals['spilled_L'] for r in mine):.2f}",
+            f"{median(thought):.1f} ({max(thought):.1f})" if thought else "",
+        ])  # fmt: skip
+    head = ["fault", "complete", "held", "fallback", "no overflow, dry run, dead head, hard limit",
+            "complete where possible", "by the bypass", "bypass best by hindsight",
+            "later than nominal, median (max) [s]", "spilled, max [L]", "thinking, median (max) [s]"]  # fmt: skip
+    return table(head, lines)
+
+
+def odd(rows: Sequence[Row]) -> str:
+    """Batches that were possible and not completed, or not safe."""
+    found = [r for r in rows if not safe(r) or (r.best_s is not None and r.complete_s is None)]
+    lines = [
+        [r.fault, str(r.seed), f"{r.severity:g}", f"{r.onset_s:.0f}", r.state, r.actor,
+         "" if r.best_s is None else f"{r.best_s:.0f}", ", ".join(f"{k} {v:.3g}" for k, v in r.totals.items() if v)]
+        for r in found
+    ]  # fmt: skip
+    head = ["fault", "seed", "severity", "onset [s]", "ended in", "actor", "best complete [s]", "totals"]
+    return table(head, lines) if found else "None."
+
+
+def main(arguments: list[str]) -> int:
+    """Measure what is missing and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=SEEDS)
+    options = parser.parse_args(arguments)
+    rows = measured(("none", *PUBLISHED), options.seeds)
+    text = (ROOT / "benchmarks" / "mixing_results.md").read_text(encoding="utf-8")
+    page = text.format(
+        seeds=options.seeds, python=platform.python_version(), nominal_ms=f"{nominal_ms():.1f}", summary=summary(rows),
+        odd=odd(rows),
+    )  # fmt: skip
+    PAGE.write_text(page, encoding="utf-8")
+    print(f"wrote {PAGE.relative_to(ROOT)}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
