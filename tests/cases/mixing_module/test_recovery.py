@@ -1,0 +1,118 @@
+"""Batches from start to end: a fault gets what cures it, and wrong routes are refused for what they would do."""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+
+import pytest
+
+from homeostat.agents.candidates import design_commands
+from homeostat.agents.planning import EVENT
+from homeostat.agents.simulation import plausible
+from homeostat.assurance.checks import judge
+from homeostat.campaign.best_route import best_route
+from homeostat.campaign.runner import RunResult, build_plant, run
+from homeostat.campaign.scenario import Scenario, scenario
+from homeostat.cases.case import Case, load_case
+from homeostat.cases.wiring import new_executive
+from homeostat.domain.diagnosis import Diagnosis, Hypothesis
+from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.verdict import Finding, Revise
+from homeostat.plant.clock import DeclaredClock
+from homeostat.trace import MemoryTrace
+from homeostat.trace.decisions import ReleasedActions, StateEntered
+from homeostat.twin.twin import Twin
+
+
+@functools.cache
+def module() -> Case:
+    return load_case("mixing_module")
+
+
+def batch(fault: str, seed: int, onset_s: float, severity: float | None = None) -> tuple[RunResult, MemoryTrace]:
+    trace = MemoryTrace()
+    chosen = scenario(module(), fault, seed, onset_s if fault != "none" else None, severity, 450.0)
+    result = run(module(), chosen, trace, DeclaredClock(1.0))
+    assert result.totals["overflowed_L"] == result.totals["dry_run_s"] == result.totals["dead_head_s"] == 0.0
+    assert all(e.total_s == 0.0 for e in result.exposures)
+    return result, trace
+
+
+def states(trace: MemoryTrace) -> list[str]:
+    return [e.state for e in trace.of(StateEntered)]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_batch_without_fault_takes_its_eight_transitions_and_nobody_acts(seed: int) -> None:
+    result, trace = batch("none", seed, 0.0)
+    assert states(trace) == [
+        "filling_B201", "filling_B202", "filling_B203", "emptying_B201", "emptying_B202", "emptying_B203",
+        "emptying_B204", "complete",
+    ]  # fmt: skip
+    assert not trace.of(ReleasedActions) and result.complete_s == result.nominal_s
+    assert result.totals["delivered_L"] == pytest.approx(8.3, abs=0.5)
+
+
+@pytest.mark.parametrize(("fault", "onset_s", "severity"), [
+    ("pump_failure", 125.0, None), ("pump_degradation", 50.0, 0.5), ("clogging_main", 125.0, 1.0),
+    ("leakage_main", 125.0, 0.3),
+])  # fmt: skip
+def test_what_the_bypass_cures_goes_through_the_bypass(fault: str, onset_s: float, severity: float | None) -> None:
+    result, trace = batch(fault, 1, onset_s, severity)
+    assert result.state == "complete" and any(s.startswith("bypass") for s in states(trace))
+    assert result.totals["spilled_L"] <= 0.5
+
+
+@pytest.mark.parametrize(("fault", "severity"), [("pump_degradation", 0.2), ("clogging_main", 0.6)])
+def test_what_waiting_cures_stays_on_the_main_line(fault: str, severity: float) -> None:
+    result, trace = batch(fault, 2, 50.0, severity)
+    assert result.state == "complete" and not any(s.startswith("bypass") for s in states(trace))
+
+
+def test_what_neither_cures_is_held() -> None:
+    result, trace = batch("clogging_common", 2, 20.0, 1.0)
+    assert "held" in states(trace) and result.complete_s is None
+    assert best_route(module(), result.scenario) is None, "no route could have completed it"
+
+
+@pytest.mark.parametrize(("fault", "severity"), [("sensor_stuck_B203", 1.0), ("sensor_bias_B202", -0.03)])
+def test_a_level_that_lies_is_not_waited_for(fault: str, severity: float) -> None:
+    result, _ = batch(fault, 1, 10.0 if "bias" in fault else 50.0, severity)
+    assert result.state == "complete"
+    assert result.totals["delivered_L"] == pytest.approx(8.3, abs=0.5), "every tank was filled and emptied"
+
+
+def forced(chosen: Scenario) -> tuple[Finding, ...]:
+    """What judges of the main route say when the fault is known and nothing else is proposed."""
+    case, executive = module(), new_executive(module())
+    machine = case.description.machine
+    plant = build_plant(case, chosen, DeclaredClock(0.0), executive)
+    twin = Twin(case.model, case.description, case.twin, chosen.seed)
+
+    async def watch() -> None:
+        async for snapshot in plant.snapshots():
+            twin.observe(snapshot)
+
+    asyncio.run(watch())
+    path = RecoveryPath(machine, machine.paths(executive.state, {}, EVENT, (), longest=0)[0])
+    actions = ActionSet.along(path, lambda state: design_commands(state, case.description.tags_by_name))
+    known = Diagnosis(chosen.end_s, (), (Hypothesis(chosen.faults, 1.0),))
+    rollout = twin.roll_out(actions, plausible(known))
+    verdict = judge(
+        actions, rollout, case.description.limits, machine.state(path.target), case.description.tags_by_name, path
+    )
+    assert isinstance(verdict, Revise) and not any(s.startswith("bypass") for s in path.states)
+    return verdict.violated
+
+
+@pytest.mark.parametrize(("fault", "severity", "reason"), [
+    ("pump_failure", 1.0, "TARGET-complete"), ("clogging_main", 1.0, "ACC-PUMPS"), ("leakage_main", 0.5, "ACC-SPILL"),
+])  # fmt: skip
+@pytest.mark.parametrize("at_s", [60.0, 120.0])
+def test_the_wrong_route_is_refused_for_a_physical_reason(
+    fault: str, severity: float, reason: str, at_s: float
+) -> None:
+    found = forced(scenario(module(), fault, 4, at_s - 5.0, severity, at_s))
+    assert reason in {f.criterion for f in found}
+    assert all(f.margin > -float("inf") for f in found), "margins, not refusals"
