@@ -154,12 +154,15 @@ def trajectory() -> dict[int, list[float | None]]:
             tanks = [v[0] / area, v[1] / area, v[2] / area, p["floor_B204"] + v[3] / area]
             laws = laws_of(p, outlets, pos["VI4"], [n[0], n[1] * p["bypass_size"]])
             q, heads = network(laws, tanks, p["floor_leak"])
-        transfer = -max(q[7], 0.0) - max(q[8], 0.0)
-        for i in range(3):
-            fill = p["fill_rate"] * pos[f"VI{i + 1}"]
-            out = min(q[i], v[i] / dt + fill)
-            v[i] += (fill - out) * dt
-            transfer += out
+        fills = [p["fill_rate"] * pos[f"VI{i + 1}"] for i in range(3)]
+        outs = [min(q[i], v[i] / dt + fills[i]) for i in range(3)]
+        back = -sum(min(out, 0.0) for out in outs)
+        if back > 0.0:  # tanks fill each other; nothing comes back through the non-return valves
+            share = min(1.0, sum(max(out, 0.0) for out in outs) / back)
+            outs = [out * share if out < 0.0 else out for out in outs]
+        given = max(sum(outs), 0.0)
+        v[:3] = [max(v[i] + (fills[i] - outs[i]) * dt, 0.0) for i in range(3)]
+        transfer = max(given - max(q[7], 0.0) - max(q[8], 0.0), -v[3] / dt)
         drain = 1000.0 * p["drain_cd"] * p["drain_area"] * pos["VO4"] * math.sqrt(2.0 * 9.80665 * v[3] / area)
         drain = min(drain, v[3] / dt + transfer)
         v[3] += (transfer - drain) * dt
