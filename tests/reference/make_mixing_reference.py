@@ -31,7 +31,7 @@ COMMANDS: list[tuple[float, dict[str, float]]] = [
     (103, {"VO3": 1, "VI4": 1, "P2": 0.9}), (135, {"VI4": 1}), (140, {"VO4": 1}), (260, {}),
 ]  # fmt: skip
 """A batch by the clock: B201 and B202 through the main line, B203 through the bypass; then B204 drains."""
-LAMINAR, SHUT, CLOSED, TIGHT = 0.02, 1e7, 1e-6, 1e-9
+LAMINAR, SHUT, CLOSED, TIGHT = 0.02, 1e7, 1e-6, 1e-12
 PARTS = 4
 Law = Callable[[float], tuple[float, float]]
 

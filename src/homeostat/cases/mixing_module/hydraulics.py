@@ -34,7 +34,7 @@ LAMINAR = 0.02
 """Linear resistance of every branch [m/(L/s)]."""
 SHUT = 1e7
 """Linear resistance of what is closed, and of a non-return valve against its direction [m/(L/s)]."""
-ENOUGH = 1e-9
+ENOUGH = 1e-11
 """Flows are iterated until they change by less than this [L/s]."""
 MOST = 30
 """Most iterations; what has not arrived by then is solved :mod:`heads first <homeostat.cases.mixing_module.heads>`."""

@@ -78,8 +78,8 @@ def describe_line(x: Row, p: Row, sev: Row, onset: Row, t: float, rough: float, 
     line[3] = clogged(p[P.k_main], p[P.k_clog], acting(sev, onset, t, F.clogging_main))
     common = clogged(p[P.k_transfer], p[P.k_clog], acting(sev, onset, t, F.clogging_common))
     line[4] = throttled(common, x[S.VI4_pos])
-    line[5] = 1.0 / max(p[P.leak_size] * acting(sev, onset, t, F.leakage_main), 1e-9) ** 2
-    line[6] = 1.0 / max(p[P.leak_size] * acting(sev, onset, t, F.leakage_common), 1e-9) ** 2
+    line[5] = 1.0 / max(p[P.leak_size] * acting(sev, onset, t, F.leakage_main), 1e-12) ** 2
+    line[6] = 1.0 / max(p[P.leak_size] * acting(sev, onset, t, F.leakage_common), 1e-12) ** 2
     line[7] = x[S.N1] * (1.0 + rough)
     line[8] = x[S.N2] * (1.0 + rough) * p[P.bypass_size]
     back = x[S.VI4_pos] > 1e-6 and acting(sev, onset, t, F.leakage_common) > 0.0
