@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Measure what the pages of docs/results state and write them. Takes more than an hour on 2 cores; what was measured before is read back from runs/. docs/results/replay.md needs recorded answers, which are not
-# part of the project: `python -m benchmarks.replay_results --records FILE`.
+# Measure what the pages of docs/results state and write them. Takes more than an hour on 2 cores; what was measured
+# before is read back from runs/. docs/results/replay.md needs recorded answers, which are not part of the project:
+# `python -m benchmarks.replay_results --records FILE`.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 .venv/bin/python benchmarks/cstr_results.py "$@"
