@@ -77,6 +77,25 @@ def test_a_route_that_does_not_arrive_in_some_member_is_refused() -> None:
     assert (finding.criterion, finding.member) == ("TARGET-still", 1)
 
 
+@pytest.mark.parametrize(("left", "member"), [((0, 1), 1), ((2, 1), 0), ((1, 1), 0)])
+def test_a_route_whose_steps_are_not_all_taken_is_refused_wherever_the_plant_stands(
+    left: tuple[int, ...], member: int
+) -> None:
+    """The tank may be empty: where the transmitter that is waited for never says so, the batch does not go on."""
+    tried = replace(rollout(BATCH), steps_left=left)
+    tried.trajectory.signals["F.sp"][:, -1] = 0.0
+    finding = only(judge(BATCH, tried, NO_LIMITS, STILL, TAGS, ROUTE))
+    assert (finding.criterion, finding.owner, finding.unit) == ("TARGET-still", Owner.PLANNING, "1")
+    assert (finding.margin, finding.at_s, finding.member) == (-float(max(left)), 0.0, member)
+    assert finding.message == f"State 'still' is not entered: {max(left)} of the steps are still waited for at the end"
+
+
+def test_a_route_whose_steps_are_all_taken_is_approved() -> None:
+    tried = replace(rollout(BATCH), steps_left=(0, 0))
+    tried.trajectory.signals["F.sp"][:, -1] = 0.0
+    assert isinstance(judge(BATCH, tried, NO_LIMITS, STILL, TAGS, ROUTE), Approve)
+
+
 # --- astray -----------------------------------------------------------------------------------------------------
 
 

@@ -116,7 +116,12 @@ def target_name(target: State) -> str:
 
 
 def target_finding(rollout: Rollout, target: State) -> Finding:
-    """Whether every member has reached the target state at the end of the rollout."""
+    """Whether every member has taken every step and reached the target state at the end of the rollout."""
+    left = max(rollout.steps_left, default=0)
+    if left > 0:
+        slow = rollout.steps_left.index(left)
+        text = f"State {target.name!r} is not entered: {left} of the steps are still waited for at the end"
+        return Finding(target_name(target), Owner.PLANNING, -float(left), "1", 0.0, slow, text)
     last = {tag: values[:, -1:] for tag, values in rollout.trajectory.signals.items()}
     margins = target.settled_when.margins(last, rollout.trajectory.dt_s)
     member = int(np.argmin(margins[:, 0]))

@@ -36,6 +36,8 @@ class Rollout:
     """How it ended."""
     note: str = ""
     """Detail of the result."""
+    steps_left: tuple[int, ...] = ()
+    """Steps that each member had not taken at the end; empty where there were no later steps."""
 
 
 @dataclass(frozen=True, slots=True)

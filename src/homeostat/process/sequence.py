@@ -43,6 +43,8 @@ class SequenceResult:
     """Inputs of the same seconds, shape (members, seconds, inputs)."""
     step: NDArray[np.int64]
     """Step that each member was in during each second, shape (members, seconds)."""
+    reached: NDArray[np.int64]
+    """Step that each member has reached at the end, shape (members,)."""
 
 
 def run_sequences(
@@ -69,7 +71,7 @@ def run_sequences(
         batch = replace(batch, state=state)
         record[:, k] = state
         walk.look(state)
-    return SequenceResult(record, inputs, followed)
+    return SequenceResult(record, inputs, followed, walk.step)
 
 
 class _Walk:

@@ -86,6 +86,8 @@ class Forecast:
     """Variable -> true values, the present moment excluded."""
     dt_s: float
     """Sampling period [s]."""
+    steps_left: tuple[int, ...] = ()
+    """Steps that each member had not taken at the end; empty for schedules."""
 
 
 def forecast(
@@ -112,7 +114,9 @@ def follow(
     """
     batch = _batch(model, ensemble, len(sequences), steps, 1, sensor_noise=True)
     result = run_sequences(model, batch, sequences, present)
-    return Forecast(model.truth(result.record, result.inputs), 1.0)
+    waited_for = np.repeat([len(s.guards) for s in sequences], len(ensemble.states))
+    left = tuple((waited_for - result.reached).tolist())
+    return Forecast(model.truth(result.record, result.inputs), 1.0, left)
 
 
 def _batch(model: ProcessModel, ensemble: Ensemble, count: int, steps: int, stride: int, sensor_noise: bool) -> Batch:

@@ -168,7 +168,10 @@ class Twin:
             return Rollout(actions.digest, empty, tuple(hypotheses), (), RolloutResult.BROKE_DOWN, str(broke))
         trajectory = Trajectory(ensemble.start_s + 1.0, 1.0, self.tag_signals(result.values))
         weights = tuple(ensemble.weights.tolist())
-        return Rollout(actions.digest, trajectory, tuple(hypotheses), weights, RolloutResult.COMPLETED)
+        return Rollout(
+            actions.digest, trajectory, tuple(hypotheses), weights, RolloutResult.COMPLETED,
+            steps_left=result.steps_left,
+        )  # fmt: skip
 
     def _forecast(self, ensemble: Ensemble, actions: ActionSet) -> Forecast:
         """Second by second, with sensor noise: along a schedule, or step by step where there is more than one."""

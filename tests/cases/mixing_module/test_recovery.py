@@ -83,6 +83,16 @@ def test_a_level_that_lies_is_not_waited_for(fault: str, severity: float) -> Non
     assert result.totals["delivered_L"] == pytest.approx(8.3, abs=0.5), "every tank was filled and emptied"
 
 
+def test_a_level_that_lies_at_the_end_of_the_batch_does_not_keep_it_open() -> None:
+    result, _ = batch("sensor_stuck_B204", 9, 150.0, 1.0)
+    assert result.state == "complete"
+
+
+def test_a_flow_meter_that_is_stuck_at_nothing_stops_no_batch() -> None:
+    result, _ = batch("sensor_stuck_flow", 13, 60.0, 1.0)
+    assert result.state == "complete"
+
+
 def forced(chosen: Scenario) -> tuple[Finding, ...]:
     """What judges of the main route say when the fault is known and nothing else is proposed."""
     case, executive = module(), new_executive(module())

@@ -80,7 +80,7 @@ def measure_line(x: Row, p: Row, sev: Row, onset: Row, t: float, seed: int, sens
 
 @compiled
 def supervise_pumps(x: Row, p: Row, dt: float) -> None:
-    """Each drive counts the seconds that its pump runs without flow, by the flow meter; the truth by the true flow.
+    """Each drive counts the seconds that its pump runs without flow, which it finds from the load of its motor.
 
     Below the least flow a running pump is dry (nothing to draw) or works against a closed line (dead head); what goes
     beyond the grace period that a start needs is added up.
@@ -89,9 +89,9 @@ def supervise_pumps(x: Row, p: Row, dt: float) -> None:
     wet = max(x[S.q_out1], x[S.q_out2], x[S.q_out3])
     for j in range(2):
         running = x[S.N1 + j] > 0.1
-        x[S.idle1 + j] = x[S.idle1 + j] + dt if running and x[S.FT] < p[P.flow_least] else 0.0
         short = x[S.q_main + j] < p[P.flow_least]
         x[S.no_flow1 + j] = x[S.no_flow1 + j] + dt if running and short else 0.0
+        x[S.idle1 + j] = x[S.no_flow1 + j]
         if x[S.no_flow1 + j] > p[P.grace]:
             if x[S.head_suction] < 0.0 and wet < p[P.flow_least] and total < p[P.flow_least]:
                 x[S.dry_s] += dt

@@ -102,6 +102,7 @@ class MixingModel:
         """Set what the instruments show and count totals from now on; there are no controllers with a memory."""
         for name, i in _READ.items():
             states[:, i] = readings[name][-1]
+        states[:, S.no_flow1], states[:, S.no_flow2] = states[:, S.idle1], states[:, S.idle2]
         states[:, S.supplied :] = 0.0
 
     def shown_and_true(
