@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from benchmarks.recorded_calls import RecordedCall
-from homeostat.agents.language.answers import Unusable, action_type, free, read, schema
+from homeostat.agents.language.answers import Unusable, action_type, read, schema
 from homeostat.cases.case import Case
 from homeostat.domain.behaviour import State
 from homeostat.llm.calls import Call
@@ -23,7 +23,7 @@ def as_call(recorded: RecordedCall, target: State) -> Call:
     """The recorded answer as it would stand in a file of recorded calls for ``target``."""
     s = recorded.proposed
     given: dict[str, float | None] = {"T1.sp": s.temperature, "L1.sp": s.level, "F1.sp": s.feed, "V2.man": None}
-    commands = {r.tag: given[r.tag] for r in free(target)}
+    commands = {r.tag: given[r.tag] for r in target.open_setpoints}
     return Call(
         agent="action", at_s=float(recorded.time_s), model="recorded", served=recorded.model_served, system="",
         prompt="", schema={}, answer=json.dumps({"reasoning": "", "commands": commands}), failure=None, detail="",
@@ -46,7 +46,7 @@ def answer_rows(case: Case, calls: Sequence[RecordedCall]) -> list[tuple[object,
 
 
 async def _read_all(case: Case, target: State, group: Sequence[RecordedCall]) -> list[object]:
-    kind = action_type(target, case.description.tags_by_name)
+    kind = action_type(target.open_setpoints, case.description.tags_by_name)
     model = ReplayModel("recorded", [as_call(c, target) for c in group])
     said: list[object] = []
     for call in group:

@@ -121,7 +121,7 @@ class ScriptedSimulation:
         return self._answer(actions)
 
     async def sensitivities(
-        self, diagnosis: Diagnosis, actions: ActionSet, target: State, criteria: Sequence[str]
+        self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]
     ) -> tuple[Sensitivity, ...]:
         return ()
 

@@ -80,7 +80,7 @@ def differences(
     """(criterion, tag) -> slope."""
     simulation = TwinSimulation(twin, TAGS, LIMITS)  # type: ignore[arg-type]
     found = asyncio.run(
-        simulation.sensitivities(belief or diagnosis(50.0), actions or feeding(FULL), RUNNING, criteria)
+        simulation.sensitivities(belief or diagnosis(50.0), actions or feeding(FULL), (RUNNING,), criteria)
     )
     assert all(isinstance(s, Sensitivity) for s in found)
     slopes = {(s.criterion, s.tag): s.slope for s in found}
@@ -206,7 +206,7 @@ def test_the_loop_is_not_blocked_meanwhile() -> None:
 
     async def both() -> int:
         simulation = TwinSimulation(Slow(), TAGS, LIMITS)  # type: ignore[arg-type]
-        task = asyncio.create_task(simulation.sensitivities(diagnosis(50.0), feeding(FULL), RUNNING, ["ACC-CALM"]))
+        task = asyncio.create_task(simulation.sensitivities(diagnosis(50.0), feeding(FULL), (RUNNING,), ["ACC-CALM"]))
         ticks = 0
         while not task.done():
             await asyncio.sleep(0.01)

@@ -35,13 +35,13 @@ def store() -> EmbeddedStore:
 
 
 def planning(store: EmbeddedStore, state: str, *faults: str, budget: int = PLENTY) -> Excerpt:
-    return Grounding(store, NS).planning_excerpt(state, EVENT, faults, budget, estimate)
+    return Grounding(store, NS).planning_excerpt(state, EVENT, (), faults, budget, estimate)
 
 
 def acting(store: EmbeddedStore, target: str, *faults: str, budget: int = PLENTY) -> Excerpt:
     tags = [r.tag for r in MACHINE.state(target).setpoints if r.high > r.low]
     hard = [limit.name for limit in PLANT.limits.hard]
-    return Grounding(store, NS).action_excerpt(target, tags, faults, hard, budget, estimate)
+    return Grounding(store, NS).action_excerpt([target], tags, faults, hard, budget, estimate)
 
 
 def lines(found: Excerpt, kind: str) -> dict[str, str]:
@@ -217,7 +217,7 @@ BOUND: dict[str, dict[str, Argument]] = {
         "faults": (NamedNode(f"{NS}fault_cool_stuck_closed"), NamedNode(f"{NS}fault_leak")),
     },
     "action_fragment": {
-        "state": NamedNode(f"{NS}state_reduced_load"), "faults": (NamedNode(f"{NS}fault_cool_stuck_closed"),),
+        "states": (NamedNode(f"{NS}state_reduced_load"),), "faults": (NamedNode(f"{NS}fault_cool_stuck_closed"),),
     },
 }  # fmt: skip
 

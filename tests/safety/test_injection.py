@@ -10,7 +10,7 @@ import pytest
 from benchmarks.language_runs import reactor, run_with
 from homeostat.agents.grounding import Grounding
 from homeostat.agents.language.action import LanguageAction, Order
-from homeostat.agents.language.answers import Unusable, action_set, read
+from homeostat.agents.language.answers import Unusable, commands_in, read
 from homeostat.agents.language.planning import Choice, LanguagePlanning
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.assurance.checks import command_findings
@@ -94,9 +94,9 @@ def test_what_an_obedient_model_answers_is_a_finding_or_within_the_tables(inject
     if isinstance(answer, Unusable):
         assert answer.findings and all(not f.satisfied for f in answer.findings)
     else:
-        tags = case.description.tags_by_name
-        commands = action_set(answer, order.target, tags)
-        assert command_findings(commands, path.machine.state(path.target), tags) == ()
+        tags, target = case.description.tags_by_name, path.machine.state(path.target)
+        commands = ActionSet(commands_in(target, answer, tags), target.name)
+        assert command_findings(commands, target, tags) == ()
 
 
 def test_the_agents_say_the_same_as_their_parts() -> None:

@@ -85,7 +85,7 @@ def test_a_route_whose_steps_are_not_all_taken_is_refused_wherever_the_plant_sta
     tried = replace(rollout(BATCH), steps_left=left)
     tried.trajectory.signals["F.sp"][:, -1] = 0.0
     finding = only(judge(BATCH, tried, NO_LIMITS, STILL, TAGS, ROUTE))
-    assert (finding.criterion, finding.owner, finding.unit) == ("TARGET-still", Owner.PLANNING, "1")
+    assert (finding.criterion, finding.owner, finding.unit) == ("TARGET-still", Owner.PLANNING, "steps")
     assert (finding.margin, finding.at_s, finding.member) == (-float(max(left)), 0.0, member)
     assert finding.message == f"State 'still' is not entered: {max(left)} of the steps are still waited for at the end"
 

@@ -90,9 +90,9 @@ class Simulation(Protocol):
         ...
 
     async def sensitivities(
-        self, diagnosis: Diagnosis, actions: ActionSet, target: State, criteria: Sequence[str]
+        self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]
     ) -> tuple[Sensitivity, ...]:
-        """How the margins of ``criteria`` change with each command that ``target`` leaves free."""
+        """How the margins of ``criteria`` change with each command that ``states``, one per step, leave open."""
         ...
 
 

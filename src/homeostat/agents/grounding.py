@@ -53,27 +53,32 @@ class Grounding:
         return answer
 
     def planning_excerpt(
-        self, state: str, event: str, faults: Sequence[str], budget: int, count: Callable[[str], int]
-    ) -> Excerpt:
-        """What planning is shown: what ``event`` can lead to from ``state``, and what ``faults`` block (CONSTRUCT)."""
+        self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int,
+        count: Callable[[str], int],
+    ) -> Excerpt:  # fmt: skip
+        """What planning is shown (CONSTRUCT): what ``event`` can lead to from ``state``, and what ``faults`` block.
+
+        ``ahead``: states on the paths that are open, whose guards are awaited.
+        """
         (here,), present = self._nodes("state", [state]), self._nodes("fault", faults)
         (trigger,) = self._nodes("event", [event])
         reached = questions.reachable_states(self._store, here, trigger)
-        bound: Arguments = {"states": reached, "event": trigger, "faults": present}
-        return self._excerpt("planning_fragment", (state, *faults), bound, (here, *present), budget, count)
+        shown = tuple(dict.fromkeys((*reached, *self._nodes("state", ahead))))
+        bound: Arguments = {"states": shown, "event": trigger, "faults": present}
+        return self._excerpt("planning_fragment", (state, *ahead, *faults), bound, (here, *present), budget, count)
 
     def action_excerpt(
-        self, target: str, tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int,
+        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int,
         count: Callable[[str], int],
     ) -> Excerpt:  # fmt: skip
-        """What acting is shown: from the setpoints of state ``target`` to what they move and what limits it.
+        """What acting is shown: from the setpoints of ``states`` to what they move and what limits it.
 
         ``tags`` may be commanded there; ``hard``: limits that are never left out before anything else is.
         """
-        (state,), present = self._nodes("state", [target]), self._nodes("fault", faults)
+        present = self._nodes("fault", faults)
         seeds = (*present, *self._nodes("tag", tags), *self._nodes("limit", hard))
-        bound: Arguments = {"state": state, "faults": present}
-        return self._excerpt("action_fragment", (target, *faults), bound, seeds, budget, count)
+        bound: Arguments = {"states": self._nodes("state", states), "faults": present}
+        return self._excerpt("action_fragment", (*states, *faults), bound, seeds, budget, count)
 
     def drain(self) -> tuple[Retrieved, ...]:
         """What was asked since the last call, in order."""

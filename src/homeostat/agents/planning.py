@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 
 from homeostat.agents.crew import NoAdmissiblePlan, Situation
 from homeostat.agents.grounding import Grounding
@@ -22,22 +22,30 @@ class SearchPlanning:
     def __init__(self, plant: PlantDescription, grounding: Grounding) -> None:
         """``plant`` as the graph has it; ``grounding`` knows what faults take away."""
         self._plant = plant
-        self._machine = plant.machine
         self._grounding = grounding
 
     async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath:
         """The least risky path that was not refused yet."""
         faults = plausible_faults(situation.diagnosis)
-        # A path is refused for the states that it commands: another way to them admits the same commands.
-        refused = {states[-length:] for states in advice.refused_paths for length in range(1, len(states) + 1)}
-        values, lying = situation.snapshot.values, unreliable_tags(self._plant, faults)
-        for transitions in self._machine.paths(situation.state, values, EVENT, blocked=(), unreliable=lying):
-            path = RecoveryPath(self._machine, transitions)
-            if path.commanded not in refused and self._grounding.allows(path.states, faults):
-                return path
-        tried = ", ".join(sorted({states[-1] for states in refused})) or "none"
+        for path in open_paths(self._plant, self._grounding, situation, advice):
+            return path
+        tried = ", ".join(sorted({states[-1] for states in advice.refused_paths})) or "none"
         present = ", ".join(faults) or "no fault"
         raise NoAdmissiblePlan(f"no path from {situation.state!r} is open with {present}; targets refused: {tried}")
+
+
+def open_paths(
+    plant: PlantDescription, grounding: Grounding, situation: Situation, advice: Advice
+) -> Iterator[RecoveryPath]:
+    """The paths that guards and plausible faults leave open and that were not refused yet, the least risky first."""
+    faults = plausible_faults(situation.diagnosis)
+    # A path is refused for the states that it commands: another way to them admits the same commands.
+    refused = {states[-length:] for states in advice.refused_paths for length in range(1, len(states) + 1)}
+    values, lying = situation.snapshot.values, unreliable_tags(plant, faults)
+    for transitions in plant.machine.paths(situation.state, values, EVENT, blocked=(), unreliable=lying):
+        path = RecoveryPath(plant.machine, transitions)
+        if path.commanded not in refused and grounding.allows(path.states, faults):
+            yield path
 
 
 def plausible_faults(diagnosis: Diagnosis) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from homeostat.agents.cost import Cost
 from homeostat.agents.crew import Situation
 from homeostat.agents.simulation import plausible
 from homeostat.domain.behaviour import State
-from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, open_setpoints
 from homeostat.domain.tag import Tag
 from homeostat.twin.twin import Purpose, Twin
 
@@ -41,31 +41,26 @@ class RouteSearch:
         likely = plausible(situation.diagnosis, self._least, most=6)
         ensemble = self._twin.ensemble(likely, self._twin.settings.search_draws, Purpose.REFINE)
         cost = self._cost.of(*self._twin.follow_many(ensemble, routes), required, len(routes))
-        far = [sum(abs(v - self._design(path, tag)) for tag, v in c.items()) for c in choices]
+        design = self._design(path)
+        far = [sum(abs(v - design[tag]) for tag, v in c.items()) for c in choices]
         return routes[int(np.argmin(cost + CHANGE * np.array(far)))]
 
     def _choices(self, path: RecoveryPath) -> list[dict[str, float]]:
         """Tag -> value of everything that is open on the way; the design first."""
-        ranges = {}
-        for name in path.commanded:
-            ranges.update({r.tag: r for r in path.machine.state(name).setpoints if r.high > r.low})
+        design = self._design(path)
         options = [
-            {r.design if r.design is not None else r.low, *np.linspace(r.low, r.high, LEVELS).tolist()}
-            for r in ranges.values()
+            {design[r.tag], *np.linspace(r.low, r.high, LEVELS).tolist()} for r in open_setpoints(path.commanded_states)
         ]
-        design = {tag: self._design(path, tag) for tag in ranges}
         if np.prod([len(o) for o in options], dtype=float) > MOST:
             return [design]
-        found = [dict(zip(ranges, values, strict=True)) for values in itertools.product(*map(sorted, options))]
+        found = [dict(zip(design, values, strict=True)) for values in itertools.product(*map(sorted, options))]
         return [design, *(c for c in found if c != design)]
 
-    def _design(self, path: RecoveryPath, tag: str) -> float:
-        """The design value of an open command on the way."""
-        for name in path.commanded:
-            found = path.machine.state(name).setpoint(tag)
-            if found is not None and found.high > found.low:
-                return found.low if found.design is None else found.design
-        raise ValueError(f"{tag!r} is not open on the way through {' > '.join(path.commanded)}")
+    @staticmethod
+    def _design(path: RecoveryPath) -> dict[str, float]:
+        """Tag -> design value of everything that is open on the way."""
+        choices = open_setpoints(path.commanded_states)
+        return {r.tag: r.low if r.design is None else r.design for r in choices}
 
     def _commands(self, chosen: Mapping[str, float], state: State) -> tuple[Command, ...]:
         """What ``state`` is commanded: what is open as ``chosen``, the rest as by design."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from homeostat.domain.advice import Sensitivity
 from homeostat.domain.behaviour import SetpointRange, State
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.limits import Limits
-from homeostat.domain.recovery import ActionSet
+from homeostat.domain.recovery import ActionSet, open_setpoints
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Finding, Rollout, RolloutResult
@@ -63,25 +62,28 @@ class TwinSimulation:
         return await asyncio.to_thread(self._twin.roll_out, actions, plausible(diagnosis))
 
     async def sensitivities(
-        self, diagnosis: Diagnosis, actions: ActionSet, target: State, criteria: Sequence[str]
+        self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]
     ) -> tuple[Sensitivity, ...]:
         """Central differences of the margins that are judged, every variation in one call of the engine.
 
-        Over the same hypotheses and draws as a rollout, without sensor noise and sampled as in a search. None where
-        the twin breaks down beside ``actions``.
+        Over the same hypotheses and draws as a rollout, and, without later steps, without sensor noise and sampled as
+        in a search. None where the twin breaks down beside ``actions``.
         """
-        return await asyncio.to_thread(self._differences, diagnosis, actions, target, criteria)
+        return await asyncio.to_thread(self._differences, diagnosis, actions, states, criteria)
 
     def _differences(
-        self, diagnosis: Diagnosis, actions: ActionSet, target: State, criteria: Sequence[str]
+        self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]
     ) -> tuple[Sensitivity, ...]:
-        pairs = [(r, *_neighbours(actions, r)) for r in target.setpoints if _varies(actions, r)]
+        chosen = actions.choices(states)
+        pairs = [
+            (r, *_neighbours(value, r)) for r in open_setpoints(states) if (value := chosen.get(r.tag)) is not None
+        ]
         if not pairs or not criteria:
             return ()
-        varied = [_with(actions, r.tag, value) for r, low, high in pairs for value in (low, high)]
+        varied = [actions.changed(states, r.tag, value) for r, low, high in pairs for value in (low, high)]
         try:
             rollouts = self._roll_out_varied(plausible(diagnosis), varied)
-            judged = [self._margins(a, r, target, criteria) for a, r in zip(varied, rollouts, strict=True)]
+            judged = [self._margins(a, r, states[-1], criteria) for a, r in zip(varied, rollouts, strict=True)]
         except ProcessError:
             return ()
         return tuple(
@@ -93,8 +95,11 @@ class TwinSimulation:
     def _roll_out_varied(self, hypotheses: tuple[Hypothesis, ...], varied: Sequence[ActionSet]) -> list[Rollout]:
         """A rollout of each action set, all over the same members; ProcessError where one leaves the physical world."""
         ensemble = self._twin.ensemble(hypotheses, self._twin.settings.judged_draws, Purpose.JUDGE)
-        schedules = np.stack([self._twin.schedule(a, self._twin.settings.horizon_s) for a in varied])
-        signals, dt_s = self._twin.try_many(ensemble, schedules)
+        if varied[0].then:
+            signals, dt_s = self._twin.follow_many(ensemble, varied)
+        else:
+            schedules = np.stack([self._twin.schedule(a, self._twin.settings.horizon_s) for a in varied])
+            signals, dt_s = self._twin.try_many(ensemble, schedules)
         count, weights = len(ensemble.states), tuple(ensemble.weights.tolist())
         return [
             Rollout(
@@ -110,27 +115,13 @@ class TwinSimulation:
         criteria = [c for c in self._limits.criteria if c.name in wanted]
         limits = [x for x in self._limits.limits if x.name in wanted]
         found: list[Finding] = [*rollout_findings(rollout, criteria, limits, actions)]
-        if target_name(target) in wanted:
+        if target_name(target) in wanted and not actions.then:  # whether every step is taken is no matter of degree
             found.append(target_finding(rollout, target))
         return {f.criterion: f.margin for f in found}
 
 
-def _varies(actions: ActionSet, admitted: SetpointRange) -> bool:
-    """Whether the command can be moved a little: it has a value, and its range has a width."""
-    command = actions.command(admitted.tag)
-    return command is not None and command.value is not None and admitted.high > admitted.low
-
-
-def _neighbours(actions: ActionSet, admitted: SetpointRange) -> tuple[float, float]:
-    """Values a step below and above the proposal, inside the range."""
-    command = actions.command(admitted.tag)
-    assert command is not None and command.value is not None
+def _neighbours(value: float, admitted: SetpointRange) -> tuple[float, float]:
+    """Values a step below and above the proposal's, inside the range."""
     step = STEP * (admitted.high - admitted.low)
-    value = min(max(command.value, admitted.low), admitted.high)
-    return max(value - step, admitted.low), min(value + step, admitted.high)
-
-
-def _with(actions: ActionSet, tag: str, value: float) -> ActionSet:
-    """The action set with another value of one command."""
-    changed = tuple(replace(c, value=value) if c.tag == tag else c for c in actions.commands)
-    return ActionSet(changed, actions.target)
+    inside = min(max(value, admitted.low), admitted.high)
+    return max(inside - step, admitted.low), min(inside + step, admitted.high)

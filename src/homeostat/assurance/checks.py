@@ -121,7 +121,7 @@ def target_finding(rollout: Rollout, target: State) -> Finding:
     if left > 0:
         slow = rollout.steps_left.index(left)
         text = f"State {target.name!r} is not entered: {left} of the steps are still waited for at the end"
-        return Finding(target_name(target), Owner.PLANNING, -float(left), "1", 0.0, slow, text)
+        return Finding(target_name(target), Owner.PLANNING, -float(left), "steps", 0.0, slow, text)
     last = {tag: values[:, -1:] for tag, values in rollout.trajectory.signals.items()}
     margins = target.settled_when.margins(last, rollout.trajectory.dt_s)
     member = int(np.argmin(margins[:, 0]))

@@ -54,6 +54,11 @@ class State:
         """What this state admits for ``tag``; None where it may not be commanded."""
         return next((s for s in self.setpoints if s.tag == tag), None)
 
+    @property
+    def open_setpoints(self) -> tuple[SetpointRange, ...]:
+        """What this state leaves a choice about."""
+        return tuple(s for s in self.setpoints if s.high > s.low)
+
 
 @dataclass(frozen=True, slots=True)
 class Transition:

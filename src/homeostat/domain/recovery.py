@@ -6,11 +6,11 @@ import hashlib
 import itertools
 import json
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Self
 
-from homeostat.domain.behaviour import State, StateMachine, Transition
+from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +63,11 @@ class RecoveryPath:
     def now(self) -> str:
         """Name of the state that the plant is in after the release."""
         return self.states[len(self.decisions)]
+
+    @property
+    def commanded_states(self) -> tuple[State, ...]:
+        """The states that the plant is in from the release on: what each of them is commanded is to be chosen."""
+        return tuple(map(self.machine.state, self.commanded))
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,6 +152,34 @@ class ActionSet:
     def command(self, tag: str) -> Command | None:
         """The command to ``tag``; None where there is none."""
         return next((c for c in self.commands if c.tag == tag), None)
+
+    def choices(self, states: Sequence[State]) -> dict[str, float | None]:
+        """Tag -> the value first chosen for it where ``states``, one per step, leave a choice."""
+        found: dict[str, float | None] = {}
+        for commands, state in zip((self.commands, *(s.commands for s in self.then)), states, strict=False):
+            admitted = {r.tag for r in state.open_setpoints}
+            found = {c.tag: c.value for c in commands if c.tag in admitted} | found
+        return found
+
+    def changed(self, states: Sequence[State], tag: str, value: float) -> Self:
+        """The same with ``value`` for ``tag`` wherever ``states``, one per step, leave a choice about it."""
+
+        def change(commands: tuple[Command, ...], state: State) -> tuple[Command, ...]:
+            admitted = {r.tag for r in state.open_setpoints}
+            return tuple(replace(c, value=value) if c.tag == tag and tag in admitted else c for c in commands)
+
+        first, *later = states
+        steps = tuple(replace(s, commands=change(s.commands, x)) for s, x in zip(self.then, later, strict=True))
+        return replace(self, commands=change(self.commands, first), then=steps)
+
+
+def open_setpoints(states: Sequence[State]) -> tuple[SetpointRange, ...]:
+    """What ``states`` leave a choice about, which is made once for all of them: where ranges differ, what all admit."""
+    found: dict[str, SetpointRange] = {}
+    for r in (r for state in states for r in state.open_setpoints):
+        known = found.get(r.tag, r)
+        found[r.tag] = replace(known, low=max(known.low, r.low), high=min(known.high, r.high))
+    return tuple(found.values())
 
 
 def _texts(commands: tuple[Command, ...]) -> list[list[object]]:

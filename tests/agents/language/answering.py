@@ -9,8 +9,9 @@ from decimal import Decimal
 
 from pydantic import BaseModel
 
-from homeostat.agents.language.answers import action_set, free
+from homeostat.agents.language.answers import commands_in
 from homeostat.domain.behaviour import State
+from homeostat.domain.recovery import ActionSet
 from tests.twin.followed import reactor
 
 TAGS = reactor().description.tags_by_name
@@ -30,11 +31,16 @@ def values_of(state: State, tag: str) -> list[str]:
 
 def text(state: State, changed: Mapping[str, str] | None = None, reasoning: str = "because") -> str:
     """An answer that is fine, but for the spellings ``changed`` of some commands."""
-    spelled = {r.tag: values_of(state, r.tag)[0] for r in free(state)} | dict(changed or {})
+    spelled = {r.tag: values_of(state, r.tag)[0] for r in state.open_setpoints} | dict(changed or {})
     inner = ", ".join(f"{json.dumps(tag)}: {value}" for tag, value in spelled.items())
     return f'{{"reasoning": {json.dumps(reasoning)}, "commands": {{{inner}}}}}'
 
 
 def commands(answer: BaseModel, state: State) -> dict[str, float | None]:
     """Tag -> value that an answer is taken for."""
-    return {c.tag: c.value for c in action_set(answer, state, TAGS).commands}
+    return {c.tag: c.value for c in commands_in(state, answer, TAGS)}
+
+
+def taken(answer: BaseModel, state: State) -> ActionSet:
+    """What an answer for one state is taken for."""
+    return ActionSet(commands_in(state, answer, TAGS), state.name)

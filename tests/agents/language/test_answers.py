@@ -16,10 +16,8 @@ from homeostat.agents.language.answers import (
     NONE,
     AnswerType,
     Unusable,
-    action_set,
     action_type,
     bounds,
-    free,
     planning_type,
     read,
     reprompting_type,
@@ -28,7 +26,7 @@ from homeostat.agents.language.answers import (
 from homeostat.assurance.checks import command_findings
 from homeostat.domain.behaviour import State
 from homeostat.domain.limits import Owner
-from tests.agents.language.answering import STATES, TAGS, commands, text, values_of
+from tests.agents.language.answering import STATES, TAGS, commands, taken, text, values_of
 from tests.safety.world import RUNNING
 from tests.safety.world import TAGS as VESSEL_TAGS
 
@@ -36,8 +34,8 @@ PATHS = ("normal > reduced_load", "normal > holding")
 KINDS: dict[str, AnswerType] = {
     "planning": planning_type(PATHS),
     "reprompting": reprompting_type(),
-    **{f"action in {state.name}": action_type(state, TAGS) for state in STATES},
-    "action without increments": action_type(RUNNING, VESSEL_TAGS),
+    **{f"action in {state.name}": action_type(state.open_setpoints, TAGS) for state in STATES},
+    "action without increments": action_type(RUNNING.open_setpoints, VESSEL_TAGS),
 }
 REDUCED = next(s for s in STATES if s.name == "reduced_load")
 
@@ -83,10 +81,10 @@ def test_a_schema_leaves_nothing_open(kind: AnswerType) -> None:
 
 @pytest.mark.parametrize("state", STATES, ids=lambda s: s.name)
 def test_only_what_the_state_leaves_free_is_asked_for(state: State) -> None:
-    asked: Any = schema(action_type(state, TAGS))
+    asked: Any = schema(action_type(state.open_setpoints, TAGS))
     numbers = asked["properties"]["commands"]["properties"]
     assert set(numbers) == {r.tag for r in state.setpoints if r.low < r.high}
-    for r in free(state):
+    for r in state.open_setpoints:
         (number,) = (n for n in nodes(numbers[r.tag]) if n.get("type") == "number")
         assert r.low - 1e-9 <= number["minimum"] <= number["maximum"] <= r.high + 1e-9
         assert number["multipleOf"] == TAGS[r.tag].increment
@@ -113,20 +111,20 @@ def test_advice_is_for_planning_or_action() -> None:
 
 # --- what is accepted -------------------------------------------------------------------------------------------
 
-INCREMENTS = [(state, r.tag) for state in STATES for r in free(state)]
+INCREMENTS = [(state, r.tag) for state in STATES for r in state.open_setpoints]
 
 
 @pytest.mark.parametrize(("state", "tag"), INCREMENTS, ids=lambda x: getattr(x, "name", x))
 def test_every_whole_multiple_inside_the_bounds_is_accepted(state: State, tag: str) -> None:
     """Spelled as decimals, as a model would, as a product of floats, and in exponents: every one of them."""
-    kind, values = action_type(state, TAGS), values_of(state, tag)
+    kind, values = action_type(state.open_setpoints, TAGS), values_of(state, tag)
     assert len(values) >= 2
     low, high = next((r.low, r.high) for r in state.setpoints if r.tag == tag)
     for spelled in values:
         for form in (spelled, f"{float(spelled)!r}", f"{float(spelled):.6e}", f"{spelled}0"):
             answer = read(kind, text(state, {tag: form}))
             assert not isinstance(answer, Unusable), (form, answer)
-            actions = action_set(answer, state, TAGS)
+            actions = taken(answer, state)
             assert command_findings(actions, state, TAGS) == ()
             command = actions.command(tag)
             assert command is not None and command.value == pytest.approx(float(spelled), abs=1e-12)
@@ -140,39 +138,39 @@ def test_what_lies_between_or_beyond_is_refused(state: State, tag: str) -> None:
     wrong = [values[0] - step, values[-1] + step, math.nextafter(values[0], -1e9), math.nextafter(values[-1], 1e9)]
     wrong += [v + step * f for v in values[:-1:3] for f in (0.5, 0.1, 0.9)]
     for value in wrong:
-        found = unusable(action_type(state, TAGS), text(state, {tag: repr(value)}))
+        found = unusable(action_type(state.open_setpoints, TAGS), text(state, {tag: repr(value)}))
         assert any(tag in f.message for f in found.findings), "the finding names the command"
 
 
 @pytest.mark.parametrize(("state", "tag"), INCREMENTS, ids=lambda x: getattr(x, "name", x))
 def test_automatic_is_an_answer_where_there_is_an_automatic_mode(state: State, tag: str) -> None:
     admitted = next(r for r in state.setpoints if r.tag == tag)
-    answer = read(action_type(state, TAGS), text(state, {tag: "null"}))
+    answer = read(action_type(state.open_setpoints, TAGS), text(state, {tag: "null"}))
     assert isinstance(answer, Unusable) is (admitted.design is not None)
 
 
 def test_what_the_state_fixes_is_commanded_without_being_asked() -> None:
-    answer = read(action_type(REDUCED, TAGS), text(REDUCED))
+    answer = read(action_type(REDUCED.open_setpoints, TAGS), text(REDUCED))
     assert not isinstance(answer, Unusable)
-    actions = action_set(answer, REDUCED, TAGS)
+    actions = taken(answer, REDUCED)
     assert [c.tag for c in actions.commands] == [r.tag for r in REDUCED.setpoints], "in the state's own order"
     fixed = {r.tag: r.design for r in REDUCED.setpoints if r.low == r.high}
     assert fixed and all(c.value == fixed[c.tag] for c in actions.commands if c.tag in fixed)
     assert all(c.rate == (None if c.value is None else TAGS[c.tag].rate_limit) for c in actions.commands)
-    unusable(action_type(REDUCED, TAGS), text(REDUCED, {"XV1.cmd": "1"}))
+    unusable(action_type(REDUCED.open_setpoints, TAGS), text(REDUCED, {"XV1.cmd": "1"}))
 
 
 def test_the_same_commands_are_the_same_action_set_however_they_are_spelled() -> None:
     """Otherwise a model could have the same proposal simulated again and again."""
-    kind = action_type(REDUCED, TAGS)
+    kind = action_type(REDUCED.open_setpoints, TAGS)
     spellings = ["0", "0.0", "-0.0", "0e3", "0.00"]
     answers = [read(kind, text(REDUCED, {"V2.man": spelled})) for spelled in spellings]
-    digests = {action_set(a, REDUCED, TAGS).digest for a in answers if not isinstance(a, Unusable)}
+    digests = {taken(a, REDUCED).digest for a in answers if not isinstance(a, Unusable)}
     assert len(digests) == 1
 
 
 def test_a_value_beside_a_multiple_is_that_multiple_or_refused() -> None:
-    kind = action_type(REDUCED, TAGS)
+    kind = action_type(REDUCED.open_setpoints, TAGS)
     for tag, near, multiple in (("T1.sp", "310.0000000001", 310.0), ("T1.sp", "309.9999999999", 310.0),
                                 ("V2.man", "5e-324", 0.0), ("V2.man", "0.4999999999", 0.5)):  # fmt: skip
         answer = read(kind, text(REDUCED, {tag: near}))
@@ -184,13 +182,13 @@ def test_a_value_beside_a_multiple_is_that_multiple_or_refused() -> None:
 def test_a_fence_around_an_answer_is_taken_off(fence: str) -> None:
     answer = fence.replace("{}", text(REDUCED))
     if fence.startswith("\ufeff"):
-        unusable(action_type(REDUCED, TAGS), answer)
+        unusable(action_type(REDUCED.open_setpoints, TAGS), answer)
     else:
-        assert not isinstance(read(action_type(REDUCED, TAGS), answer), Unusable)
+        assert not isinstance(read(action_type(REDUCED.open_setpoints, TAGS), answer), Unusable)
 
 
 def test_reasoning_has_an_end() -> None:
-    kind = action_type(REDUCED, TAGS)
+    kind = action_type(REDUCED.open_setpoints, TAGS)
     assert not isinstance(read(kind, text(REDUCED, reasoning="x" * 400)), Unusable)
     unusable(kind, text(REDUCED, reasoning="x" * 401))
     unusable(kind, " " * (MOST_ANSWER + 1))
@@ -199,15 +197,15 @@ def test_reasoning_has_an_end() -> None:
 @settings(deadline=None)
 @given(st.data())
 def test_any_answer_of_the_schema_is_accepted(data: st.DataObject) -> None:
-    state = data.draw(st.sampled_from([s for s in STATES if free(s)]))
-    chosen = {r.tag: data.draw(st.sampled_from(values_of(state, r.tag))) for r in free(state)}
-    answer = read(action_type(state, TAGS), text(state, chosen))
+    state = data.draw(st.sampled_from([s for s in STATES if s.open_setpoints]))
+    chosen = {r.tag: data.draw(st.sampled_from(values_of(state, r.tag))) for r in state.open_setpoints}
+    answer = read(action_type(state.open_setpoints, TAGS), text(state, chosen))
     assert not isinstance(answer, Unusable)
-    assert command_findings(action_set(answer, state, TAGS), state, TAGS) == ()
+    assert command_findings(taken(answer, state), state, TAGS) == ()
 
 
 def test_bounds_are_inside_the_range() -> None:
     for state in STATES:
-        for r in free(state):
+        for r in state.open_setpoints:
             low, high = bounds(r, TAGS[r.tag])
             assert r.low - 1e-9 <= low <= high <= r.high + 1e-9

@@ -18,17 +18,16 @@ from homeostat.agents.language.answers import (
     NONE,
     AnswerType,
     Unusable,
-    action_set,
     action_type,
     planning_type,
     read,
     reprompting_type,
 )
 from homeostat.assurance.checks import command_findings
-from tests.agents.language.answering import STATES, TAGS, text, values_of
+from tests.agents.language.answering import STATES, TAGS, taken, text, values_of
 
 REDUCED = next(s for s in STATES if s.name == "reduced_load")
-ACTION = action_type(REDUCED, TAGS)
+ACTION = action_type(REDUCED.open_setpoints, TAGS)
 PATHS = ("normal > reduced_load", "normal > holding")
 KINDS = (ACTION, planning_type(PATHS), reprompting_type())
 
@@ -42,7 +41,7 @@ def judged(kind: AnswerType, answer: str) -> BaseModel | Unusable:
             assert finding.criterion == ANSWER and finding.margin == -math.inf
             assert finding.message
     elif kind is ACTION:
-        assert command_findings(action_set(found, REDUCED, TAGS), REDUCED, TAGS) == ()
+        assert command_findings(taken(found, REDUCED), REDUCED, TAGS) == ()
     else:
         given_ = found.model_dump()
         assert given_.get("path", NONE) in (*PATHS, NONE) and given_.get("route", "action") in ("action", "planning")
@@ -206,7 +205,7 @@ def test_what_models_say_instead(answer: str) -> None:
 def test_reasoning_may_be_anything_and_goes_nowhere(reasoning: str) -> None:
     found = judged(ACTION, text(REDUCED, reasoning=reasoning))
     if not isinstance(found, Unusable):
-        assert reasoning not in repr(action_set(found, REDUCED, TAGS))
+        assert reasoning not in repr(taken(found, REDUCED))
 
 
 @settings(deadline=None)

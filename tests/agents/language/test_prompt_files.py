@@ -34,7 +34,7 @@ def test_a_place_without_value_is_an_error() -> None:
 
 def test_a_place_that_is_empty_leaves_no_line() -> None:
     assert "\n\n" not in fill("action.prompt", dict.fromkeys(
-        ("situation", "target", "label", "commands", "turtle", "omission", "feedback"), "")
+        ("situation", "where", "commands", "turtle", "omission", "feedback"), "")
     )  # fmt: skip
 
 

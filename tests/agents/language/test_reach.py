@@ -14,7 +14,6 @@ from homeostat.domain.advice import Sensitivity
 from homeostat.domain.behaviour import SetpointRange, State
 from homeostat.domain.formula import parse
 from homeostat.domain.limits import Owner
-from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.verdict import Finding
 from tests.safety.world import TAGS
 
@@ -24,7 +23,6 @@ TARGET = State(
      SetpointRange("V.man", 0.0, 1.0, None)),
 )  # fmt: skip
 VALUES = {"F.sp": 0.03, "T.sp": 310.0, "V.man": None}
-ACTIONS = ActionSet(tuple(Command(tag, value, None) for tag, value in VALUES.items()), "running")
 SCALES = {"K": 25.0}
 
 
@@ -33,7 +31,7 @@ def finding(name: str, margin: float) -> Finding:
 
 
 def cured(findings: list[Finding], *slopes: tuple[str, str, float]) -> bool:
-    return curable(findings, [Sensitivity(*s) for s in slopes], ACTIONS, TARGET, SCALES)
+    return curable(findings, [Sensitivity(*s) for s in slopes], VALUES, TARGET.open_setpoints, SCALES)
 
 
 @pytest.mark.parametrize(("tag", "slope", "way"), [("T.sp", 1.0, 10.0), ("F.sp", 100.0, 0.02), ("F.sp", -100.0, 0.03)])

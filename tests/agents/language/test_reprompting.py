@@ -48,7 +48,7 @@ class Slopes(ScriptedSimulation):
         self.criteria: list[tuple[str, ...]] = []
 
     async def sensitivities(
-        self, diagnosis: Diagnosis, actions: ActionSet, target: State, criteria: Sequence[str]
+        self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]
     ) -> tuple[Sensitivity, ...]:
         self.criteria.append(tuple(criteria))
         return tuple(s for s in self._slopes if s.criterion in criteria)

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.agents.language.answers import Unusable, action_type, free, planning_type, read, reprompting_type
+from homeostat.agents.language.answers import Unusable, action_type, planning_type, read, reprompting_type
 from homeostat.agents.language.scripts import SCRIPTS, reasonable, stubborn
 from homeostat.domain.advice import Advice
 from homeostat.domain.verdict import Approve, Revise
@@ -31,7 +31,7 @@ def asked(prompt: str) -> Any:
     """A question about the commands of reduced load."""
     from homeostat.agents.language.answers import schema
 
-    return question(agent="action", prompt=prompt, schema=schema(action_type(REDUCED, TAGS)))
+    return question(agent="action", prompt=prompt, schema=schema(action_type(REDUCED.open_setpoints, TAGS)))
 
 
 def commands(answer: str) -> dict[str, float | None]:
@@ -54,7 +54,8 @@ def test_every_answer_satisfies_the_schema(script: str, fault: str) -> None:
             targets = [s for s in machine.states if s.recovery_target]
             asked_for = set(q.schema["properties"]["commands"]["properties"])  # type: ignore[index]
             assert any(
-                {r.tag for r in free(s)} == asked_for and not isinstance(read(action_type(s, TAGS), answer), Unusable)
+                {r.tag for r in s.open_setpoints} == asked_for
+                and not isinstance(read(action_type(s.open_setpoints, TAGS), answer), Unusable)
                 for s in targets
             )
     advice = SCRIPTS[script](question(agent="reprompting"))
@@ -102,11 +103,11 @@ def test_curing_one_does_not_break_another_where_it_is_told() -> None:
 def test_a_question_without_anything_to_read_gets_admissible_commands() -> None:
     for script in (reasonable, stubborn):
         answer = script(asked("nothing that can be read"))
-        assert not isinstance(read(action_type(REDUCED, TAGS), answer), Unusable)
+        assert not isinstance(read(action_type(REDUCED.open_setpoints, TAGS), answer), Unusable)
 
 
 def test_the_answers_of_other_tests_are_read() -> None:
-    assert not isinstance(read(action_type(REDUCED, TAGS), text(REDUCED)), Unusable)
+    assert not isinstance(read(action_type(REDUCED.open_setpoints, TAGS), text(REDUCED)), Unusable)
 
 
 @pytest.mark.parametrize("fault", ["cool_stuck_closed", "pump_degrade", "fouling"])

@@ -63,7 +63,7 @@ def test_on_the_reactor_the_slope_is_that_between_two_rollouts() -> None:
     counted = Counted(twin)
     simulation = TwinSimulation(counted, d.tags_by_name, d.limits)  # type: ignore[arg-type]
     names = ["ACC-T-HIGH", "LIM-T-HIGH", target_name(REDUCED)]
-    found = asyncio.run(simulation.sensitivities(BELIEF, PROPOSAL, REDUCED, names))
+    found = asyncio.run(simulation.sensitivities(BELIEF, PROPOSAL, (REDUCED,), names))
     assert counted.schedules == [6], "three commands with a value and a range, in one call"
     slopes = {(s.criterion, s.tag): s.slope for s in found}
     assert len(slopes) == 9
@@ -86,7 +86,7 @@ def test_what_is_validated_later_moves_the_same_way() -> None:
     simulation = TwinSimulation(follow(stuck()[:NOW_S]), d.tags_by_name, d.limits)
 
     async def ask() -> tuple[float, float]:
-        (told, *_) = await simulation.sensitivities(BELIEF, PROPOSAL, REDUCED, ["ACC-T-HIGH"])
+        (told, *_) = await simulation.sensitivities(BELIEF, PROPOSAL, (REDUCED,), ["ACC-T-HIGH"])
         assert told.tag == "F1.sp"
         low, high = [await simulation.roll_out(BELIEF, with_feed(value)) for value in (0.020, 0.028)]
         margins = [worst(r.trajectory.signals, r.trajectory.dt_s) for r in (low, high)]
@@ -101,7 +101,7 @@ def test_the_same_question_has_the_same_answer() -> None:
     one, two = (
         asyncio.run(
             TwinSimulation(follow(stuck()[:NOW_S]), d.tags_by_name, d.limits).sensitivities(
-                BELIEF, PROPOSAL, REDUCED, ["ACC-T-HIGH"]
+                BELIEF, PROPOSAL, (REDUCED,), ["ACC-T-HIGH"]
             )
         )
         for _ in range(2)

@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from homeostat.agents.candidates import SearchSpace, present_point
+from homeostat.agents.candidates import SearchSpace, design_commands, present_point
 from homeostat.agents.crew import Simulation, Situation
 from homeostat.agents.grounding import Grounding
-from homeostat.agents.language.answers import AnswerType, Unusable, action_set, action_type, bounds, free
+from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in
 from homeostat.agents.language.feedback import feedback_text, idle_text
 from homeostat.agents.language.prompt_files import fill, prompt_file
 from homeostat.agents.language.situation import MOST_FINDINGS, situation_text, worst_first
@@ -20,7 +20,7 @@ from homeostat.domain.behaviour import SetpointRange, State
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.production import Production
 from homeostat.domain.quotation import quote
-from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.recovery import ActionSet, RecoveryPath, open_setpoints
 from homeostat.domain.verdict import Revise
 from homeostat.llm.model import LanguageModel, Question
 from homeostat.llm.tokens import estimate
@@ -34,8 +34,8 @@ class Order:
     """As the model sees it."""
     kind: AnswerType
     """Type of the answers."""
-    target: State
-    """State that the commands lead to."""
+    path: RecoveryPath
+    """Path that the commands take."""
 
 
 class LanguageAction:
@@ -58,43 +58,51 @@ class LanguageAction:
         self._notes = tuple(notes)
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
-        """The commands that the model gives, with those that the state fixes."""
+        """The commands that the model gives, and what the states fix; it is not asked where nothing is to be chosen."""
+        tags = self._plant.tags_by_name
+        if not open_setpoints(path.commanded_states):
+            return ActionSet.along(path, lambda state: design_commands(state, tags))
         slopes = () if advice.sensitivities else await self._slopes(situation, path)
         order = self.order(situation, path, advice, slopes)
         answer = await ask(self._model, order.question, order.kind, situation)
         if isinstance(answer, Unusable):
             return Revise(answer.findings)
-        return action_set(answer, order.target, self._plant.tags_by_name)
+        return ActionSet.along(path, lambda state: commands_in(state, answer, tags))
 
     def order(
         self, situation: Situation, path: RecoveryPath, advice: Advice, slopes: Sequence[Sensitivity] = ()
     ) -> Order:
         """What the model is asked; ``slopes``: how the margins without action change with each command."""
-        target = self._plant.machine.state(path.target)
-        faults = plausible_faults(situation.diagnosis)
-        commanded = [r.tag for r in free(target)]
+        faults, choices = plausible_faults(situation.diagnosis), open_setpoints(path.commanded_states)
+        chosen = [state for state in path.commanded_states if state.open_setpoints]
         hard = [limit.name for limit in self._plant.limits.hard]
         role = {"rules": prompt_file("rules"), "guide": prompt_file("guide"), "throughput": self._production.throughput}
         told = (feedback_text(advice, self._plant), idle_text(situation.idle, slopes, self._plant) if slopes else "")
         values = {
             "situation": situation_text(situation, self._plant, self._notes, idle=not slopes),
-            "target": target.name, "label": quote(target.label, 60),
-            "commands": "\n".join(self._describe(r, situation) for r in free(target)),
+            "where": _where(path, chosen), "commands": "\n".join(self._describe(r, situation) for r in choices),
             "turtle": "", "omission": "", "feedback": "\n".join(told),
         }  # fmt: skip
-        system, kind = fill("action.system", role), action_type(target, self._plant.tags_by_name)
+        system, kind = fill("action.system", role), action_type(choices, self._plant.tags_by_name)
         budget = room(system, fill("action.prompt", values))
-        shown = self._grounding.action_excerpt(target.name, commanded, faults, hard, budget, estimate)
+        shown = self._grounding.action_excerpt(
+            [s.name for s in chosen], [r.tag for r in choices], faults, hard, budget, estimate
+        )
         values |= {"turtle": shown.text, "omission": shown.omission}
         asked = question("action", situation, system, fill("action.prompt", values), kind)
-        return Order(asked, kind, target)
+        return Order(asked, kind, path)
 
     async def _slopes(self, situation: Situation, path: RecoveryPath) -> tuple[Sensitivity, ...]:
-        """How what happens without action would change: differences from the present commands in the target state."""
+        """How what happens without action would change: differences from the present commands in the target state.
+
+        Nothing where steps follow: what happens along a path that is not taken yet cannot be told from idling.
+        """
+        if path.awaited:
+            return ()
         space = SearchSpace(path.machine.state(path.target), self._plant.tags_by_name)
         present = space.actions(present_point(space.state, situation.snapshot.values))
         names = [f.criterion for f in worst_first(situation.idle, self._plant.scales)[:MOST_FINDINGS]]
-        return await self._simulation.sensitivities(situation.diagnosis, present, space.state, names)
+        return await self._simulation.sensitivities(situation.diagnosis, present, (space.state,), names)
 
     def _describe(self, admitted: SetpointRange, situation: Situation) -> str:
         tag = self._plant.tag(admitted.tag)
@@ -108,3 +116,12 @@ class LanguageAction:
         present = unset if math.isnan(now) else f"{now:.6g}{unit}"
         words = quote(tag.description, 60)
         return f"- {tag.name} {words}: {low:g} to {high:g}{unit}{steps}{ramp}; now {present}, design {design}"
+
+
+def _where(path: RecoveryPath, chosen: Sequence[State]) -> str:
+    """What the commands are for: the state that is reached, or the route and the states of it with a choice."""
+    target = path.machine.state(path.target)
+    if not path.awaited:
+        return f"in state {target.name} ({quote(target.label, 60)})"
+    told = ", ".join(state.name for state in chosen)
+    return f"on the route {' > '.join(path.states)}, one value each for all of {told}"

@@ -14,7 +14,7 @@ from pydantic_core import ErrorDetails
 from homeostat.domain.behaviour import SetpointRange, State
 from homeostat.domain.limits import Owner
 from homeostat.domain.quotation import quoted
-from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.recovery import Command
 from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Finding
 
@@ -48,10 +48,10 @@ def planning_type(paths: Sequence[str]) -> AnswerType:
     return create_model("Planning", __config__=_STRICT, reasoning=(_Reasoning, ...), path=(options, ...))
 
 
-def action_type(target: State, tags: Mapping[str, Tag]) -> AnswerType:
-    """The answers that give every command that ``target`` leaves free a value inside its bounds."""
+def action_type(choices: Sequence[SetpointRange], tags: Mapping[str, Tag]) -> AnswerType:
+    """The answers that give every command there is a choice about a value inside its bounds."""
     fields: dict[str, Any] = {}
-    for k, r in enumerate(free(target)):
+    for k, r in enumerate(choices):
         tag = tags[r.tag]
         low, high = bounds(r, tag)
         text = f"[{tag.unit}], increment {tag.increment or 'any'}"
@@ -94,21 +94,16 @@ def read(kind: AnswerType, text: str) -> BaseModel | Unusable:
         return unusable(f"not a JSON object that can be read: {quoted(str(error))}")
 
 
-def action_set(answer: BaseModel, target: State, tags: Mapping[str, Tag]) -> ActionSet:
-    """The commands of an answer of :func:`action_type`, with those that ``target`` fixes, at the tags' rate limits."""
+def commands_in(state: State, answer: BaseModel, tags: Mapping[str, Tag]) -> tuple[Command, ...]:
+    """The commands of an answer of :func:`action_type`, with those that ``state`` fixes, at the tags' rate limits."""
     given = answer.model_dump(by_alias=True)["commands"]
     commands = []
-    for r in target.setpoints:
+    for r in state.setpoints:
         tag, value = tags[r.tag], r.design
-        if r.tag in given:
+        if r.high > r.low and r.tag in given:
             value = None if given[r.tag] is None else _multiple(given[r.tag], tag.increment)
         commands.append(Command(r.tag, value, None if value is None else tag.rate_limit))
-    return ActionSet(tuple(commands), target.name)
-
-
-def free(target: State) -> tuple[SetpointRange, ...]:
-    """The commands that ``target`` leaves a choice about."""
-    return tuple(r for r in target.setpoints if r.high > r.low)
+    return tuple(commands)
 
 
 def bounds(admitted: SetpointRange, tag: Tag) -> tuple[float, float]:

@@ -62,12 +62,12 @@ def idle_text(findings: Sequence[Finding], slopes: Sequence[Sensitivity], plant:
 
 
 def command_text(attempt: Attempt) -> str:
-    """The commands of an attempt: ``T1.sp=310 F1.sp=0.0255``."""
-    if attempt.actions is None:
+    """What was chosen in an attempt: ``T1.sp=310 F1.sp=0.0255``."""
+    if attempt.actions is None or attempt.path is None:
         return "no usable commands"
-    return " ".join(
-        f"{c.tag}={'auto' if c.value is None else format(c.value, '.6g')}" for c in attempt.actions.commands
-    )
+    chosen = attempt.actions.choices(attempt.path.commanded_states)
+    told = (f"{tag}={'auto' if value is None else format(value, '.6g')}" for tag, value in chosen.items())
+    return " ".join(told) or "as by design"
 
 
 def _attempt(attempt: Attempt, scales: Mapping[str, float]) -> str:

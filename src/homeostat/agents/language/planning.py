@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -13,7 +14,7 @@ from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.prompt_files import fill, prompt_file
 from homeostat.agents.language.situation import situation_text
 from homeostat.agents.language.speaker import ask, question, room
-from homeostat.agents.planning import EVENT, plausible_faults
+from homeostat.agents.planning import EVENT, open_paths, plausible_faults
 from homeostat.domain.advice import Advice
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.quotation import quote
@@ -64,7 +65,8 @@ class LanguagePlanning:
     def choice(self, situation: Situation, advice: Advice) -> Choice:
         """What the model is asked; NoAdmissiblePlan where there is nothing to choose from."""
         faults = plausible_faults(situation.diagnosis)
-        paths = self._open_paths(situation, advice, faults)
+        offered = itertools.islice(open_paths(self._plant, self._grounding, situation, advice), MOST_PATHS)
+        paths = {" > ".join(path.states): path for path in offered}
         if not paths:
             raise NoAdmissiblePlan(
                 f"no further path from {situation.state!r} is open with {', '.join(faults) or 'no fault'}"
@@ -72,27 +74,18 @@ class LanguagePlanning:
         rules = {"rules": prompt_file("rules"), "guide": prompt_file("guide"), "none": NONE}
         values = {
             "situation": situation_text(situation, self._plant, self._notes),
-            "paths": "\n".join(f"- {name}: {self._describe(path)}" for name, path in paths.items()),
+            "paths": "\n".join(f"- {name}: {_describe(path)}" for name, path in paths.items()),
             "turtle": "", "omission": "", "feedback": feedback_text(advice, self._plant),
         }  # fmt: skip
         system, kind = fill("planning.system", rules), planning_type(tuple(paths))
         budget = room(system, fill("planning.prompt", values))
-        shown = self._grounding.planning_excerpt(situation.state, EVENT, faults, budget, estimate)
+        ahead = sorted({name for path in paths.values() for name in path.states})
+        shown = self._grounding.planning_excerpt(situation.state, EVENT, ahead, faults, budget, estimate)
         values |= {"turtle": shown.text, "omission": shown.omission}
         asked = question("planning", situation, system, fill("planning.prompt", values), kind)
         return Choice(asked, kind, paths)
 
-    def _open_paths(self, situation: Situation, advice: Advice, faults: Sequence[str]) -> dict[str, RecoveryPath]:
-        found: dict[str, RecoveryPath] = {}
-        machine = self._plant.machine
-        # A path is refused for the state in which it ends: another way there admits the same commands.
-        refused = {states[-1] for states in advice.refused_paths}
-        for transitions in machine.paths(situation.state, situation.snapshot.values, EVENT, blocked=()):
-            path = RecoveryPath(machine, transitions)
-            if path.target not in refused and len(found) < MOST_PATHS and self._grounding.allows(path.states, faults):
-                found[" > ".join(path.states)] = path
-        return found
 
-    def _describe(self, path: RecoveryPath) -> str:
-        target = self._plant.machine.state(path.target)
-        return f"risk {target.risk}, {quote(target.label, 60)}"
+def _describe(path: RecoveryPath) -> str:
+    states = path.commanded_states
+    return f"risk {max(s.risk for s in states)}, {quote(states[-1].label, 60)}"

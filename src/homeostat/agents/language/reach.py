@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.domain.advice import Sensitivity
-from homeostat.domain.behaviour import State
-from homeostat.domain.recovery import ActionSet
+from homeostat.domain.behaviour import SetpointRange
 from homeostat.domain.verdict import Finding
 
 HALF: Final = 0.5
@@ -32,23 +31,23 @@ Matrix: TypeAlias = NDArray[np.float64]
 
 
 def curable(
-    findings: Sequence[Finding], slopes: Sequence[Sensitivity], actions: ActionSet, target: State,
-    scales: Mapping[str, float],
+    findings: Sequence[Finding], slopes: Sequence[Sensitivity], chosen: Mapping[str, float | None],
+    choices: Sequence[SetpointRange], scales: Mapping[str, float],
 ) -> bool:  # fmt: skip
-    """Whether some commands inside the ranges of ``target`` could cure what ``findings`` violate.
+    """Whether other values inside the ranges of ``choices`` could cure what ``findings`` violate with ``chosen``.
 
     Margins are taken for straight lines of the commands. Where all violations are small, all must be cured together:
     what a command wins for one margin and loses for another counts. Where one is large, each must be curable by itself,
-    because slopes may change their sign on the way. A margin that does not move near ``actions`` says nothing about
+    because slopes may change their sign on the way. A margin that does not move near ``chosen`` says nothing about
     what is farther away and is left out; where none moves, nothing is known to help. A refusal without margin can be
     cured by another answer.
     """
     known = {(s.criterion, s.tag): s.slope for s in slopes}
-    tags = [r.tag for r in target.setpoints if any(known.get((f.criterion, r.tag)) for f in findings)]
+    tags = [r.tag for r in choices if any(known.get((f.criterion, r.tag)) for f in findings)]
     moving = [f for f in findings if any(known.get((f.criterion, tag)) for tag in tags)]
     if not any(not f.satisfied for f in moving):
         return all(f.criterion.startswith("CHK-") for f in findings if not f.satisfied)
-    low, high = _ways(tags, actions, target)
+    low, high = _ways(tags, chosen, choices)
     units = [scales.get(f.unit, 1.0) for f in moving]
     steep = [[known.get((f.criterion, tag), 0.0) / unit for tag in tags] for f, unit in zip(moving, units, strict=True)]
     margins = np.array([f.relative(scales) * (1.0 if f.satisfied else HALF) for f in moving])
@@ -81,12 +80,15 @@ def best_together(margins: Vector, slopes: Matrix, low: Vector, high: Vector) ->
     return best
 
 
-def _ways(tags: Sequence[str], actions: ActionSet, target: State) -> tuple[Vector, Vector]:
+def _ways(
+    tags: Sequence[str], chosen: Mapping[str, float | None], choices: Sequence[SetpointRange]
+) -> tuple[Vector, Vector]:
     """How far each command can be moved down (negative) and up, in its unit, shapes (tags,)."""
+    ranges = {r.tag: r for r in choices}
     low, high = [], []
     for tag in tags:
-        command, admitted = actions.command(tag), target.setpoint(tag)
-        assert command is not None and command.value is not None and admitted is not None  # or it would have no slope
-        low.append(min(admitted.low - command.value, 0.0))
-        high.append(max(admitted.high - command.value, 0.0))
+        value, admitted = chosen[tag], ranges[tag]
+        assert value is not None  # or it would have no slope
+        low.append(min(admitted.low - value, 0.0))
+        high.append(max(admitted.high - value, 0.0))
     return np.array(low), np.array(high)

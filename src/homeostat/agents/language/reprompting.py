@@ -19,7 +19,7 @@ from homeostat.assurance.checks import REPEATED
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.limits import Owner
 from homeostat.domain.plant_description import PlantDescription
-from homeostat.domain.recovery import ActionSet
+from homeostat.domain.recovery import open_setpoints
 from homeostat.domain.verdict import Approve, Finding
 from homeostat.llm.model import LanguageModel
 
@@ -84,11 +84,12 @@ class TeachingReprompting:
     ) -> tuple[Sensitivity, ...]:
         if attempt.path is None or attempt.actions is None or attempt.members == 0:
             return ()
-        target = self._plant.machine.state(attempt.path.target)
         scales = self._plant.scales
         near = nearest(attempt.verdict.findings, scales)
         names = [f.criterion for f in (*worst_first(violated, scales)[:MOST_FINDINGS], *near)]
-        return await self._simulation.sensitivities(situation.diagnosis, attempt.actions, target, names)
+        return await self._simulation.sensitivities(
+            situation.diagnosis, attempt.actions, attempt.path.commanded_states, names
+        )
 
     def _route(
         self, attempt: Attempt, violated: Sequence[Finding], slopes: Sequence[Sensitivity], before: Advice
@@ -98,10 +99,10 @@ class TeachingReprompting:
             return Owner.PLANNING
         if before.tries + 1 >= TRIES or any(f.owner is Owner.PLANNING for f in violated):
             return Owner.PLANNING
-        target = self._plant.machine.state(attempt.path.target)
-        actions = attempt.actions or ActionSet((), target.name)
+        states = attempt.path.commanded_states
+        chosen = attempt.actions.choices(states) if attempt.actions else {}
         findings = (*violated, *nearest(attempt.verdict.findings, self._plant.scales))
-        cured = curable(findings, slopes, actions, target, self._plant.scales)
+        cured = curable(findings, slopes, chosen, open_setpoints(states), self._plant.scales)
         return Owner.ACTION if cured else Owner.PLANNING
 
     def _stuck(self, violated: Sequence[Finding], before: Advice) -> bool:
