@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.assurance.executive import Executive, nominal_route
+from homeostat.assurance.executive import Executive, nominal_route, under_way
 from homeostat.assurance.gate import Gate, Refused
 from homeostat.domain.behaviour import State, StateMachine, Transition
 from homeostat.domain.formula import parse
@@ -224,6 +224,56 @@ def test_what_is_left_shrinks_step_by_step() -> None:
     assert subject.rest() == ActionSet((), "emptying", (END,)), "the last snapshot shows them"
     subject.sample(reading(L=LOW))
     assert subject.rest() == ActionSet((), "still") and subject.way() is None
+
+
+RAMP = Command("F.sp", 0.0, 0.005)
+"""A ramp down that takes several seconds."""
+
+
+@pytest.mark.parametrize(
+    ("sent", "before", "now", "goes_on"),
+    [
+        (RAMP, 0.03, 0.025, True),
+        (replace(RAMP, value=0.05), 0.03, 0.035, True),
+        (RAMP, 0.03, 0.03, False),
+        (RAMP, 0.02, 0.025, False),
+        (RAMP, 0.005, 0.0, False),
+        (replace(RAMP, value=0.01), 0.04, 0.01, False),
+        (RAMP, 0.03, math.nan, False),
+        (RAMP, math.nan, 0.03, False),
+        (replace(RAMP, rate=None), 0.03, 0.025, False),
+        (replace(RAMP, value=None), 0.03, 0.025, False),
+    ],
+    ids=[
+        "down",
+        "up",
+        "stands",
+        "somebody else's",
+        "there",
+        "there above zero",
+        "blind",
+        "was blind",
+        "step",
+        "automatic",
+    ],
+)
+def test_a_ramp_that_goes_on_is_part_of_what_is_left(sent: Command, before: float, now: float, goes_on: bool) -> None:
+    seen = reading(100.0, **{"F.sp": before}), reading(101.0, **{"F.sp": now})
+    assert under_way((sent,), seen[1], seen[0]) == ((sent,) if goes_on else ())
+    assert under_way((sent,), seen[1], None) == (), "one look tells no movement"
+
+
+def test_a_ramp_is_left_to_do_until_it_arrives() -> None:
+    """Idling means that the pump runs down, not that it stays at the speed it passes through just now."""
+    subject = executive(LIMITS)
+    subject.sample(reading(0.0, **{"F.sp": 0.03}))
+    subject.load(ActionSet((RAMP,), "running"))
+    assert subject.rest().commands == (RAMP,), "no snapshot shows it yet"
+    left = []
+    for k, value in enumerate((0.025, 0.015, 0.0, 0.0), 1):
+        subject.sample(reading(float(k), **{"F.sp": value}))
+        left.append(subject.rest().commands)
+    assert left == [(RAMP,), (RAMP,), (), ()]
 
 
 def test_states_are_told_once_each_with_the_time_of_the_look() -> None:

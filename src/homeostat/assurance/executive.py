@@ -24,6 +24,7 @@ class Executive:
         self._entered: list[tuple[str, float]] = []
         self._at_s = 0.0
         self._sent: tuple[Command, ...] = ()
+        self._seen: Snapshot | None = None
         self.state = machine.initial.name
         """State that the plant is in."""
         self.refused: str | None = None
@@ -31,7 +32,8 @@ class Executive:
 
     def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:
         """Look at the plant; the commands of the next step if its guard holds and no permissive forbids it."""
-        self.refused, self._at_s, self._sent = None, snapshot.at_s, ()
+        self.refused, self._at_s = None, snapshot.at_s
+        self._sent, self._seen = under_way(self._sent, snapshot, self._seen), snapshot
         if not self._waiting:
             return ()
         step, values = self._waiting[0], usable(snapshot)
@@ -52,11 +54,11 @@ class Executive:
 
     def load(self, actions: ActionSet) -> None:
         """Go on with what was released."""
-        self._waiting, self._sent, self.refused = actions.then, (), None
+        self._waiting, self._sent, self.refused = actions.then, actions.commands, None
         self._enter(actions.target)
 
     def rest(self) -> ActionSet:
-        """What is left to do; its immediate commands are those that no snapshot shows yet."""
+        """What is left to do; its immediate commands are those that no snapshot shows yet, or whose ramp goes on."""
         return ActionSet(self._sent, self.state, self._waiting)
 
     def way(self) -> RecoveryPath | None:
@@ -73,6 +75,21 @@ class Executive:
     def _enter(self, state: str) -> None:
         self.state = state
         self._entered.append((state, self._at_s))
+
+
+def under_way(sent: tuple[Command, ...], now: Snapshot, before: Snapshot | None) -> tuple[Command, ...]:
+    """Those of the commands ``sent`` whose ramp goes on: the reading is nearer than it was before, and not yet there.
+
+    A ramp is not to be taken for its present value by whoever asks what follows if nobody interferes. Where somebody
+    else commands the tag meanwhile, it comes no nearer, and what was sent is over.
+    """
+    if before is None:
+        return ()
+    return tuple(
+        c for c in sent
+        if c.rate is not None and c.value is not None
+        and 0.0 < abs(c.value - now.values.get(c.tag, c.value)) < abs(c.value - before.values.get(c.tag, c.value))
+    )  # fmt: skip
 
 
 def nominal_route(machine: StateMachine, commands: dict[str, tuple[Command, ...]]) -> tuple[Step, ...]:

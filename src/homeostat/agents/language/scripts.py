@@ -25,7 +25,10 @@ _VIOLATED: Final = re.compile(
 )
 _IDLE: Final = "# What leaving it alone violates"
 _EFFECT: Final = re.compile(rf"(?P<tag>[^\s,]+) (?P<step>{_NUMBER}) -> (?P<change>{_NUMBER}|no change)")
-_PRESENT: Final = re.compile(rf"^- (?P<tag>\S+) «[^»]*»: .*; now (?P<value>automatic|{_NUMBER})", re.MULTILINE)
+_PRESENT: Final = re.compile(
+    rf"^- (?P<tag>\S+) «[^»]*»: .*; now (?P<value>automatic|{_NUMBER}).*, design (?P<design>automatic|{_NUMBER})",
+    re.MULTILINE,
+)
 RESERVE: Final = 0.05
 """Margin that is wanted beyond zero, in the margin's unit."""
 MOVES: Final = 201
@@ -44,7 +47,8 @@ def reasonable(question: Question) -> str:
     if question.agent == "reprompting":
         return json.dumps({"route": "action", "hint": "move the command with the largest effect"})
     limits = _commands(question)
-    base = _present(question) if _IDLE in question.prompt else _last(question) or _present(question)
+    present = _present(question, limits)
+    base = present if _IDLE in question.prompt else _last(question) or present
     base = {tag: _inside(base.get(tag), limits[tag]) for tag in limits}
     values = dict(base)
     for _ in limits:
@@ -63,7 +67,8 @@ def stubborn(question: Question) -> str:
         return json.dumps({"reasoning": "as always", "path": path})
     if question.agent == "reprompting":
         return json.dumps({"route": "action", "hint": "the same again"})
-    limits, values = _commands(question), _present(question)
+    limits = _commands(question)
+    values = _present(question, limits)
     commands = {tag: _inside(values.get(tag), limits[tag]) for tag in limits}
     return json.dumps({"reasoning": "as always", "commands": commands})
 
@@ -96,9 +101,15 @@ def _last(question: Question) -> dict[str, float | None]:
     return {p["tag"]: None if p["value"] == "auto" else float(p["value"]) for p in pairs}
 
 
-def _present(question: Question) -> dict[str, float | None]:
-    pairs = _PRESENT.finditer(question.prompt)
-    return {p["tag"]: None if p["value"] == "automatic" else float(p["value"]) for p in pairs}
+def _present(question: Question, limits: Mapping[str, Mapping[str, Any]]) -> dict[str, float | None]:
+    """Tag -> its present value; the design value of what is off its range now, like a pump that stands still."""
+    found = {}
+    for p in _PRESENT.finditer(question.prompt):
+        now, design = (None if p[name] == "automatic" else float(p[name]) for name in ("value", "design"))
+        limit = limits[p["tag"]]
+        inside = now is None or limit["minimum"] <= now <= limit["maximum"]
+        found[p["tag"]] = now if inside else design
+    return found
 
 
 def _inside(value: float | None, limits: Mapping[str, Any]) -> float | None:
