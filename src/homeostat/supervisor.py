@@ -174,7 +174,9 @@ class Supervisor:
         if fine and self._seen_s - self._released_s < self._patience.calm_s:
             return self._leave_alone(verdict)
         recent = tuple(self._recent)
-        situation = Situation(recent[-1], diagnosis, self._executive.state, recent, verdict.findings, limit_s)
+        situation = Situation(
+            recent[-1], diagnosis, self._executive.state, recent, verdict.findings, limit_s, self._executive.way()
+        )  # fmt: skip
         try:
             return await self._ask_proposers(situation, idle if fine else None, began)
         except (TimeoutError, NoAdmissiblePlan, Refused) as reason:
@@ -289,7 +291,7 @@ class Supervisor:
         left_s = situation.deadline_s - (seen[-1].at_s - situation.snapshot.at_s)
         return replace(
             situation, snapshot=seen[-1], recent=tuple(self._recent), state=self._executive.state,
-            deadline_s=max(left_s, SHORTEST_S),
+            deadline_s=max(left_s, SHORTEST_S), rest=self._executive.way(),
         )  # fmt: skip
 
     async def _look(self, diagnosis: Diagnosis) -> Rollout:

@@ -35,6 +35,8 @@ class Situation:
     """Every check on what happens without action."""
     deadline_s: float = 0.0
     """Process time that is left for thinking [s]."""
+    rest: RecoveryPath | None = None
+    """What follows if nobody interferes; None where the plant stays in its state."""
 
 
 class Monitoring(Protocol):

@@ -74,7 +74,7 @@ class LanguagePlanning:
         rules = {"rules": prompt_file("rules"), "guide": prompt_file("guide"), "none": NONE}
         values = {
             "situation": situation_text(situation, self._plant, self._notes),
-            "paths": "\n".join(f"- {name}: {_describe(path)}" for name, path in paths.items()),
+            "paths": "\n".join(f"- {name}: {_describe(path, situation.rest)}" for name, path in paths.items()),
             "turtle": "", "omission": "", "feedback": feedback_text(advice, self._plant),
         }  # fmt: skip
         system, kind = fill("planning.system", rules), planning_type(tuple(paths))
@@ -86,6 +86,7 @@ class LanguagePlanning:
         return Choice(asked, kind, paths)
 
 
-def _describe(path: RecoveryPath) -> str:
+def _describe(path: RecoveryPath, rest: RecoveryPath | None) -> str:
     states = path.commanded_states
-    return f"risk {max(s.risk for s in states)}, {quote(states[-1].label, 60)}"
+    same = "; this is what follows without action" if path == rest else ""
+    return f"risk {max(s.risk for s in states)}, {quote(states[-1].label, 60)}{same}"

@@ -29,6 +29,7 @@ _PRESENT: Final = re.compile(
     rf"^- (?P<tag>\S+) «[^»]*»: .*; now (?P<value>automatic|{_NUMBER}).*, design (?P<design>automatic|{_NUMBER})",
     re.MULTILINE,
 )
+_SAME: Final = re.compile(r"^- (?P<path>[^:]*): .*; this is what follows without action$", re.MULTILINE)
 RESERVE: Final = 0.05
 """Margin that is wanted beyond zero, in the margin's unit."""
 MOVES: Final = 201
@@ -38,12 +39,12 @@ STRIDE: Final = 0.5
 
 
 def reasonable(question: Question) -> str:
-    """Names the least risky path; starts from the present commands and takes one step against what was violated.
+    """Names the least risky path that changes something; starts from the present commands; steps against the worst.
 
     The step moves one command after the other as long as, along straight lines, less is missing with every move.
     """
     if question.agent == "planning":
-        return json.dumps({"reasoning": "the least risky path that is open", "path": _paths(question)[0]})
+        return json.dumps({"reasoning": "the least risky path that changes something", "path": _change(question)})
     if question.agent == "reprompting":
         return json.dumps({"route": "action", "hint": "move the command with the largest effect"})
     limits = _commands(question)
@@ -80,6 +81,13 @@ SCRIPTS: Final[Mapping[str, Callable[[Question], str]]] = {"reasonable": reasona
 def _paths(question: Question) -> list[str]:
     schema: Any = question.schema
     return list(schema["properties"]["path"]["enum"])
+
+
+def _change(question: Question) -> str:
+    """The least risky path that is not the one which is violated already; that one where there is no other."""
+    same = {found["path"] for found in _SAME.finditer(question.prompt)}
+    paths = _paths(question)
+    return next((path for path in paths if path not in same), paths[0])
 
 
 def _commands(question: Question) -> dict[str, dict[str, Any]]:
