@@ -2,102 +2,136 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from io import BytesIO
 from typing import TYPE_CHECKING, Final
 
-from homeostat.campaign.figure_marks import draw_marks
-from homeostat.campaign.figure_panel import draw_panel
+from homeostat.campaign.figure_marks import draw_marks, explained, strip_rows
+from homeostat.campaign.figure_panel import draw_lines
+from homeostat.campaign.figure_states import draw_states, rows
+from homeostat.campaign.figure_strips import draw_strips
 from homeostat.campaign.milestones import Milestones
 from homeostat.campaign.runner import RunResult
 from homeostat.campaign.scoring import OutcomeKind
 from homeostat.cases.case import Case
-from homeostat.domain.behaviour import StateMachine
+from homeostat.cases.panel import LinePanel, StripPanel
+from homeostat.domain.tag import Role
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 BEFORE_S: Final = 300.0
 """How much of a run is shown before the onset [s]."""
-_RISK: Final = ("#eef3ee", "#e3ecf6", "#f6ecd2", "#f3dcc4", "#ecc9c1", "#ddb3b3")
-"""Backgrounds of the states by their risk, calm ones first."""
-_CHARACTER: Final = 0.0085
-"""Width of a character in the band of states, as part of the picture [1]."""
+AFTER: Final = 0.06
+"""How much is shown after the last moment of a completed batch, as part of the time until then [1]."""
+_WIDTH: Final = 11.0
+"""Width of the picture [in]; heights below are in inches too."""
+_LEFT, _RIGHT, _TOP, _BOTTOM = 1.22, 1.2, 0.85, 0.55
+"""Room beside the panels: names of axes and rows, legends, title, time axis [in]."""
+_NAMES: Final = 0.82
+"""Room between an axis and its name, for the names of rows [in]."""
+_BETWEEN: Final = 0.15
+_LINES: Final = 1.4
+_ROW: Final = 0.19
 _ENDINGS: Final = {
-    OutcomeKind.RECOVERED: "recovered",
-    OutcomeKind.HANDED_OVER: "handed over to the operator",
-    OutcomeKind.NO_ACTION: "left alone",
-    OutcomeKind.NOT_DETECTED: "the fault was not noticed",
+    OutcomeKind.RECOVERED: "Recovered",
+    OutcomeKind.HANDED_OVER: "Handed over to the operator",
+    OutcomeKind.NO_ACTION: "Left alone",
+    OutcomeKind.NOT_DETECTED: "The fault was not noticed",
 }
 
 
 def draw(case: Case, run: RunResult, milestones: Milestones) -> bytes:
     """The picture as PNG."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    first_s = max(0.0, (run.scenario.onset_s or 0.0) - BEFORE_S)
-    heights = [0.62, *(1.5 for _ in case.panels), 0.2]
-    figure = Figure(figsize=(11.0, 1.0 + 1.32 * sum(heights)), dpi=110)
-    FigureCanvasAgg(figure)
-    axes: list[Axes] = figure.subplots(
-        len(heights), 1, sharex=True, gridspec_kw={"height_ratios": heights, "hspace": 0.12}
-    ).tolist()
-    figure.subplots_adjust(left=0.085, right=0.9, top=0.935, bottom=0.075)
-    axes[0].set_xlim(first_s, run.scenario.end_s)
-    started_s = milestones.states[0].at_s if milestones.states else run.scenario.end_s
-    for panel, axis in zip(case.panels, axes[1:-1], strict=True):
-        draw_panel(axis, panel, case.description, run, started_s)
-    draw_marks(axes[0], axes[1:-1], run, milestones)
-    _draw_states(axes[-1], case.description.machine, milestones, run.scenario.end_s)
-    _caption(axes[0], case, run, first_s)
     content = BytesIO()
-    figure.savefig(content, format="png", metadata={"Software": None})
+    compose(case, run, milestones).savefig(content, format="png", metadata={"Software": None})
     return content.getvalue()
 
 
-def _draw_states(axis: Axes, machine: StateMachine, milestones: Milestones, end_s: float) -> None:
-    """A band that says in which supervisory state the plant was."""
-    first_s = axis.get_xlim()[0]
-    entered = [(0.0, machine.initial.name), *((m.at_s, m.what) for m in milestones.states)]
-    entered += [(m.at_s, "fallback") for m in milestones.fallbacks]
-    entered.sort(key=lambda entry: entry[0])
-    ends = [*(at_s for at_s, _ in entered[1:]), end_s]
-    known = {state.name: state for state in machine.states}
-    joined: list[tuple[float, float, str]] = []
-    for (begin, name), end in zip(entered, ends, strict=True):
-        if joined and joined[-1][2] == name:
-            joined[-1] = (joined[-1][0], end, name)
-        else:
-            joined.append((begin, end, name))
-    for begin, end, name in joined:
-        left, right = max(begin, first_s), min(end, end_s)
-        if right <= left:
-            continue
-        risk = known[name].risk if name in known else len(_RISK) - 1
-        label = known[name].label if name in known else "Safe state (fallback)"
-        room = (right - left) / (end_s - first_s) / _CHARACTER
-        words = label if len(label) < room else name
-        axis.axvspan(left, right, color=_RISK[min(risk, len(_RISK) - 1)], linewidth=0)
-        axis.axvline(left, color="#8a8a8a", linewidth=0.6)
-        if len(words) < room:
-            axis.text((left + right) / 2, 0.46, words, ha="center", va="center", fontsize=8.5, color="#303030")
-    axis.set_ylim(0.0, 1.0)
-    axis.set_yticks([])
-    axis.set_ylabel("State", rotation=0, ha="right", va="center", fontsize=9)
-    axis.tick_params(axis="x", labelsize=9)
-    axis.set_xlabel("Process time [s]", fontsize=9.5)
+def compose(case: Case, run: RunResult, milestones: Milestones) -> Figure:
+    """The picture, from the top: title, moments, panels, states."""
+    machine = case.description.machine
+    first_s, last_s = window(run, milestones)
+    marks = explained(run, milestones, machine)
+    states = rows(machine, milestones, first_s, last_s)
+    heights = [_LINES if isinstance(panel, LinePanel) else _ROW * len(panel.tags) for panel in case.panels]
+    strip, *axes = _stack([_ROW * strip_rows(marks, milestones), *heights, _ROW * len(states)])
+    strip.set_xlim(first_s, last_s)
+    for axis in axes:
+        axis.yaxis.set_label_coords(-_NAMES / (_WIDTH - _LEFT - _RIGHT), 0.5)
+    started_s = milestones.states[0].at_s if milestones.states else run.scenario.end_s
+    for panel, axis in zip(case.panels, axes[:-1], strict=True):
+        match panel:
+            case LinePanel():
+                draw_lines(axis, panel, case.description, run, started_s)
+            case StripPanel():
+                draw_strips(axis, panel, run.truth)
+    draw_states(axes[-1], states)
+    draw_marks(strip, axes, marks, milestones)
+    axes[-1].tick_params(axis="x", labelsize=9, labelbottom=True)
+    axes[-1].set_xlabel("Process time [s]", fontsize=9.5)
+    figure = axes[-1].figure.get_figure(root=True)
+    assert figure is not None
+    _caption(figure, case, run, (first_s, last_s))
+    return figure
 
 
-def _caption(axis: Axes, case: Case, run: RunResult, first_s: float) -> None:
+def window(run: RunResult, milestones: Milestones) -> tuple[float, float]:
+    """Part of the run that is shown [s]: from before the onset to its end; of a batch that was completed, all of it."""
+    onset_s, end_s = run.scenario.onset_s or 0.0, run.scenario.end_s
+    if run.complete_s is None:
+        return max(0.0, onset_s - BEFORE_S), end_s
+    moments = [m.at_s for m in (*milestones.states, *milestones.releases, *milestones.fallbacks)]
+    last_s = max(run.complete_s, onset_s, *moments, *milestones.reports)
+    return 0.0, min(end_s, (1.0 + AFTER) * last_s)
+
+
+def _stack(heights: Sequence[float]) -> list[Axes]:
+    """Axes of the given heights [in] below each other, with one time axis."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    total = _TOP + sum(heights) + _BETWEEN * (len(heights) - 1) + _BOTTOM
+    figure = Figure(figsize=(_WIDTH, total), dpi=110)
+    FigureCanvasAgg(figure)
+    axes: list[Axes] = []
+    top = total - _TOP
+    for height in heights:
+        place = (_LEFT / _WIDTH, (top - height) / total, (_WIDTH - _LEFT - _RIGHT) / _WIDTH, height / total)
+        axes.append(figure.add_axes(place, sharex=axes[0] if axes else None))
+        axes[-1].tick_params(axis="x", labelbottom=False)
+        top -= height + _BETWEEN
+    return axes
+
+
+def _caption(figure: Figure, case: Case, run: RunResult, shown: tuple[float, float]) -> None:
     """Title and how to read the picture."""
     sizes = []
     for fault in run.scenario.faults:
         unit = case.description.fault(fault.fault).severity_unit
         sizes.append(f"{fault.fault} {fault.severity:g}{'' if unit == '1' else ' ' + unit}")
     what = " + ".join(sizes) or "no fault"
-    figure = axis.figure
-    title = f"{case.name}, {what}, seed {run.scenario.seed}: {_ENDINGS[run.outcome]}"
-    figure.text(0.085, 0.978, title, fontsize=12, fontweight="bold", va="center")
-    shown = f"Shown: {first_s:g} s to {run.scenario.end_s:g} s."
-    reading = "Solid: true value. Pale: measured. Dashed: setpoint. Dotted: command. Red: limit (pale: not in force)."
-    figure.text(0.085, 0.953, f"{shown} {reading}", fontsize=8.5, color="#555555", va="center")
+    end = case.description.machine.state(run.state).label
+    title = f"{case.name}, {what}, seed {run.scenario.seed}"
+    left, height = _LEFT / _WIDTH, figure.get_figheight()
+    figure.text(left, 1 - 0.2 / height, title, fontsize=12, fontweight="bold", va="center")
+    outcome = f"{_ENDINGS[run.outcome]}. At the end: {end}."
+    figure.text(left, 1 - 0.42 / height, outcome, fontsize=10.5, va="center")
+    span = f"Shown: {shown[0]:.0f} s to {shown[1]:.0f} s of {run.scenario.end_s:.0f} s."
+    figure.text(left, 1 - 0.63 / height, f"{span} {_key(case)}", fontsize=8.5, color="#555555", va="center")
+
+
+def _key(case: Case) -> str:
+    """What the lines and bars of the case's panels mean."""
+    lines = [panel for panel in case.panels if isinstance(panel, LinePanel)]
+    roles = {case.description.tag(tag).role for panel in lines for tag in panel.tags}
+    meanings = {
+        "Solid: true value. Pale: measured.": bool(lines),
+        "Dashed: setpoint.": Role.SP in roles,
+        "Dotted: command.": Role.MV in roles,
+        "Red: limit (pale: not in force).": any(panel.limits for panel in lines),
+        "Grey: a step ends.": any(panel.guards for panel in lines),
+        "Bar: as high as the value.": len(lines) < len(case.panels),
+    }
+    return " ".join(words for words, present in meanings.items() if present)

@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 
 from homeostat.agents.monitoring import MonitoringSettings
+from homeostat.cases.error import CaseError
 from homeostat.cases.graph import open_graph, read_description
+from homeostat.cases.panel import Panel, read_panel
 from homeostat.domain.baseline import Baseline
 from homeostat.domain.formula import Formula
 from homeostat.domain.plant_description import PlantDescription
@@ -26,24 +28,6 @@ from homeostat.supervisor import Patience
 from homeostat.twin.twin import TwinSettings
 
 CASES = Path(__file__).parent
-
-
-class CaseError(ValueError):
-    """A case is unknown or cannot be used; the message says what to do."""
-
-
-@dataclass(frozen=True, slots=True)
-class Panel:
-    """One panel of a run's figure."""
-
-    title: str
-    """What it shows."""
-    tags: tuple[str, ...]
-    """Tags that are drawn."""
-    limits: tuple[str, ...]
-    """Limits that are drawn as lines."""
-    window: tuple[float, float]
-    """Range of the axis, in the unit of the first tag."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +96,7 @@ def load_case(name: str, learned: bool = True) -> Case:
     """Read the case called ``name``: its graph, its model and, unless not ``learned`` yet, its reference values.
 
     Raises:
-        CaseError: the case is unknown, or its graph, tables and model disagree.
+        CaseError: the case is unknown, or its graph, tables, model and settings disagree.
     """
     folder = case_folder(name)
     settings = tomllib.loads((folder / "case.toml").read_text(encoding="utf-8"))
@@ -139,10 +123,7 @@ def load_case(name: str, learned: bool = True) -> Case:
         start=_start(settings["start"], description, model),
         end_s=settings["run"]["end_s"],
         onset_s=settings["run"]["onset_s"],
-        panels=tuple(
-            Panel(p["title"], tuple(p["tags"]), tuple(p["limits"]), (p["window"][0], p["window"][1]))
-            for p in settings["figure"]
-        ),
+        panels=tuple(read_panel(table, description) for table in settings["figure"]),
     )
 
 

@@ -61,7 +61,7 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.campaign.recording import RunDirectoryError
     from homeostat.campaign.result import ResultError
     from homeostat.campaign.scenario import ScenarioError
-    from homeostat.cases.case import CaseError
+    from homeostat.cases.error import CaseError
     from homeostat.knowledge.graph_error import GraphError
     from homeostat.knowledge.store import StoreError
     from homeostat.trace import BrokenChain
