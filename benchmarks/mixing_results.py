@@ -28,7 +28,7 @@ from homeostat.campaign.runner import build_plant, run
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import new_executive
-from homeostat.domain.diagnosis import Fault
+from homeostat.domain.diagnosis import Fault, FaultState
 from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import StateEntered
@@ -49,6 +49,11 @@ PUBLISHED = {
     ),
 }
 """The five published faults, each with the places and kinds that it may have here."""
+VALVES = ("VI201", "VI202", "VI203", "VO201", "VO202", "VO203", "VI204", "VO204")
+FAMILIES = PUBLISHED | {"stuck_valve": tuple(f"stuck_{way}_{valve}" for way in ("closed", "open") for valve in VALVES)}
+"""What a single fault is drawn from; new families come last, so that the draws of the others stay."""
+PAIR = "pair"
+"""Two of the published five at once, each with its own place, severity and onset."""
 SEEDS = 20
 END_S = 900.0
 BATCH_S = 230.0
@@ -62,8 +67,8 @@ class Row:
     family: str
     fault: str
     seed: int
-    severity: float
-    onset_s: float
+    severity: tuple[float, ...]
+    onset_s: tuple[float, ...]
     outcome: str
     actor: str
     state: str
@@ -91,10 +96,18 @@ def drawn(family: str, seed: int) -> Scenario:
     case = module()
     if family == "none":
         return scenario(case, "none", seed, end_s=END_S)
-    generator = np.random.default_rng([seed, list(PUBLISHED).index(family)])
-    fault = case.description.fault(str(generator.choice(PUBLISHED[family])))
+    if family != PAIR:
+        generator = np.random.default_rng([seed, list(FAMILIES).index(family)])
+        return Scenario(case.name, (_fault(family, generator),), seed, END_S)
+    generator = np.random.default_rng([seed, len(FAMILIES)])
+    families = generator.choice(list(PUBLISHED), size=2, replace=False)
+    return Scenario(case.name, tuple(_fault(str(f), generator) for f in families), seed, END_S)
+
+
+def _fault(family: str, generator: np.random.Generator) -> FaultState:
+    fault = module().description.fault(str(generator.choice(FAMILIES[family])))
     severity, onset = _severity(fault, generator), float(generator.uniform(5.0, BATCH_S))
-    return scenario(case, fault.name, seed, onset, severity, END_S)
+    return FaultState(fault.name, severity, onset)
 
 
 def _severity(fault: Fault, generator: np.random.Generator) -> float:
@@ -110,10 +123,9 @@ def measure(job: tuple[str, int]) -> Row:
     result = run(case, chosen, trace, DeclaredClock(1.0))
     states = [e.state for e in trace.of(StateEntered)]
     best = best_route(case, chosen)
-    fault = chosen.faults[0] if chosen.faults else None
     hard = {limit.name for limit in case.description.limits.hard}
     return Row(
-        family, chosen.fault, seed, fault.severity if fault else 0.0, fault.onset_s if fault else 0.0,
+        family, chosen.fault, seed, tuple(f.severity for f in chosen.faults), tuple(f.onset_s for f in chosen.faults),
         result.outcome.value, result.actor, result.state, result.complete_s, result.nominal_s, dict(result.totals),
         max(e.total_s for e in result.exposures if e.limit in hard), result.detected_s, result.thinking_s,
         result.attempts, any(s.startswith("bypass") for s in states), best.complete_s if best else None,
@@ -133,9 +145,15 @@ def measured(families: Sequence[str], seeds: int) -> list[Row]:
             rows.append(row)
             out.write(json.dumps(asdict(row)) + "\n")
             out.flush()
-            print(row.fault, row.seed, row.severity, f"{row.onset_s:.0f}", row.outcome, row.actor, row.state,
-                  row.complete_s, "possible" if row.best_s else "impossible", row.totals, flush=True)  # fmt: skip
+            print(row.fault, row.seed, _list(row.severity, "g"), _list(row.onset_s, ".0f"), row.outcome, row.actor,
+                  row.state, row.complete_s, "possible" if row.best_s else "impossible", row.totals,
+                  flush=True)  # fmt: skip
     return [r for r in rows if r.family in families and r.seed <= seeds]
+
+
+def _list(numbers: Sequence[float], form: str) -> str:
+    """One number per fault."""
+    return " + ".join(format(number, form) for number in numbers)
 
 
 def nominal_ms() -> float:
@@ -188,7 +206,7 @@ def odd(rows: Sequence[Row]) -> str:
     """Batches that were possible and not completed, or not safe."""
     found = [r for r in rows if not safe(r) or (r.best_s is not None and r.complete_s is None)]
     lines = [
-        [r.fault, str(r.seed), f"{r.severity:g}", f"{r.onset_s:.0f}", r.state, r.actor,
+        [r.fault, str(r.seed), _list(r.severity, "g"), _list(r.onset_s, ".0f"), r.state, r.actor,
          "" if r.best_s is None else f"{r.best_s:.0f}", ", ".join(f"{k} {v:.3g}" for k, v in r.totals.items() if v)]
         for r in found
     ]  # fmt: skip
@@ -201,7 +219,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=SEEDS)
     options = parser.parse_args(arguments)
-    rows = measured(("none", *PUBLISHED), options.seeds)
+    rows = measured(("none", *FAMILIES, PAIR), options.seeds)
     text = (ROOT / "benchmarks" / "mixing_results.md").read_text(encoding="utf-8")
     page = text.format(
         seeds=options.seeds, python=platform.python_version(), nominal_ms=f"{nominal_ms():.1f}", summary=summary(rows),
