@@ -153,7 +153,7 @@ class Supervisor:
             return
         await self._predict()
         departure = self._expectation.departs(self._executive, snapshot.at_s)
-        if (noticed or departure is not None) and not self._finished:
+        if noticed or departure is not None:
             await self._attend(departure)
 
     async def _attend(self, departure: Departure | None = None) -> None:
@@ -190,6 +190,9 @@ class Supervisor:
         fine = self._restraint.fine(verdict, self._recovered)
         if fine and (not diagnosis.faulty or self._seen_s - self._released_s < self._patience.calm_s):
             return self._leave_alone(verdict)
+        if self._finished:  # nobody can propose anything: what matters is that nothing breaks
+            safe = fine or self._restraint.harmless(verdict)
+            return self._leave_alone(verdict) if safe else await self._hand_over("the batch is over, but not safe")
         recent = tuple(self._recent)
         situation = Situation(recent[-1], diagnosis, self._executive.state, recent, verdict.findings, limit_s)
         try:

@@ -160,4 +160,4 @@ class FallbackStrategy:
     name: str
     """Identifier."""
     actions: ActionSet
-    """What it commands."""
+    """What it commands, and what follows by itself."""
