@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import assert_never
 
+from homeostat.agents.bounds import Budget as Budget
+from homeostat.agents.bounds import Patience as Patience
 from homeostat.agents.crew import Crew, NoAdmissiblePlan, Proposer, Situation
 from homeostat.agents.deadline import SHORTEST_S, deadline_s
 from homeostat.agents.expectation import Expectation
@@ -59,32 +61,6 @@ FIRST_LOOK = 5
 
 
 @dataclass(frozen=True, slots=True)
-class Budget:
-    """What a recovery may take."""
-
-    latency_s: float = 30.0
-    """Longest thinking [s]; the time that physics leaves may be shorter."""
-    reserve_s: float = 5.0
-    """Process time that is kept for the fallback to act [s]."""
-    last_s: float = 4.0
-    """Wall-clock time that is kept for the last proposer, which has never failed to answer in less [s]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Patience:
-    """How eagerly a plant is improved that may also be left alone."""
-
-    calm_s: float = 300.0
-    """Nothing is improved while the last release is younger than this: its transient is still under way [s]."""
-    improvements: int = 2
-    """Most proposals of an improvement."""
-    slack_s: float = math.inf
-    """A step this far outside the times that were predicted for it calls for attention; infinite for none [s]."""
-    repeat_s: float = 20.0
-    """Between two such calls [s]."""
-
-
-@dataclass(frozen=True, slots=True)
 class Approved:
     """What deliberation found."""
 
@@ -127,6 +103,7 @@ class Supervisor:
         self._restraint = Restraint(limits, production, scales)
         self._fallbacks, self._patience, self._budget, self._trace = tuple(fallbacks), patience, budget, trace
         self._expectation = Expectation(patience.slack_s, patience.repeat_s)
+        self._accepted: frozenset[str] = frozenset()
         self._released_s = math.inf
         self._seen_s = 0.0
         self._recent: deque[Snapshot] = deque(maxlen=RECENT)
@@ -153,7 +130,7 @@ class Supervisor:
             return
         await self._predict()
         departure = self._expectation.departs(self._executive, snapshot.at_s)
-        if noticed or departure is not None:
+        if (noticed and not self._judged) or departure is not None:
             await self._attend(departure)
 
     async def _attend(self, departure: Departure | None = None) -> None:
@@ -191,8 +168,10 @@ class Supervisor:
         if fine and (not diagnosis.faulty or self._seen_s - self._released_s < self._patience.calm_s):
             return self._leave_alone(verdict)
         if self._finished:  # nobody can propose anything: what matters is that nothing breaks
-            safe = fine or self._restraint.harmless(verdict)
-            return self._leave_alone(verdict) if safe else await self._hand_over("the batch is over, but not safe")
+            if not (fine or self._restraint.harmless(verdict)):
+                return await self._hand_over("the batch is over, and what follows breaks a limit")
+            self._accepted = self._rules
+            return self._leave_alone(verdict)
         recent = tuple(self._recent)
         situation = Situation(recent[-1], diagnosis, self._executive.state, recent, verdict.findings, limit_s)
         try:
@@ -353,6 +332,16 @@ class Supervisor:
     def _finished(self) -> bool:
         """Whether nothing but the fallback leads out of the present state: a batch that is complete."""
         return self._machine.is_end(self._executive.state, EVENT)
+
+    @property
+    def _rules(self) -> frozenset[str]:
+        """Names of the symptoms that are active."""
+        return frozenset(s.rule for s in self._crew.monitoring.symptoms)
+
+    @property
+    def _judged(self) -> bool:
+        """Whether the batch is over, and safe with every symptom that there is: nothing is left to review."""
+        return self._finished and self._rules <= self._accepted
 
     @property
     def _recovered(self) -> bool:

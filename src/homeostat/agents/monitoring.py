@@ -29,6 +29,8 @@ class MonitoringSettings:
     """Probability from which an explanation needs no more evidence [1]."""
     evidence_s: float = 6.0
     """How long to gather evidence while the explanation is unsure [s]."""
+    again_s: float = 6.0
+    """While evidence is gathered, how soon it is looked at again [s]."""
     transient_s: float = 120.0
     """After a release, the time in which new symptoms are expected [s]."""
     review_s: float = 600.0
@@ -189,6 +191,6 @@ class Monitoring:
         if self._first_s is None:
             self._first_s = at_s
         if at_s - self._first_s < self._settings.evidence_s:
-            self._quiet_until_s = self._first_s + self._settings.evidence_s
+            self._quiet_until_s = min(self._first_s + self._settings.evidence_s, at_s + self._settings.again_s)
             return True
         return False
