@@ -306,6 +306,7 @@ class Supervisor:
         """Say when steps should be taken if nothing is wrong, where nobody has said so: the nominal route."""
         rest = self._executive.rest()
         if self._expectation.lacks(rest.then) and len(self._recent) >= FIRST_LOOK:
+            self._crew.simulation.observe(tuple(self._recent))
             healthy = Diagnosis(self._seen_s, (), ())
             self._expectation.expect(rest.then, await self._crew.simulation.roll_out(healthy, rest))
 

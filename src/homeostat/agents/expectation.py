@@ -46,16 +46,20 @@ class Expectation:
         """What calls for attention at ``at_s`` [s]; None where all is as expected, or it was called not long ago."""
         waiting = executive.rest().then
         if not waiting or self.lacks(waiting) or not self._bands:
-            return None
+            return self._called(self._early, at_s)
         if executive.refused is None:
             self._forbidden_s = None
         elif self._forbidden_s is None:
             self._forbidden_s = at_s
-        if at_s < self._quiet_until_s:
+        return self._called(
+            self._forbidden(executive, waiting[0], at_s) or self._late(waiting, at_s) or self._early, at_s
+        )
+
+    def _called(self, found: Departure | None, at_s: float) -> Departure | None:
+        """``found``, unless there was a call not long ago."""
+        if found is None or at_s < self._quiet_until_s:
             return None
-        found = self._forbidden(executive, waiting[0], at_s) or self._late(waiting, at_s) or self._early
-        if found is not None:
-            self._quiet_until_s, self._early = at_s + self._repeat_s, None
+        self._quiet_until_s, self._early = at_s + self._repeat_s, None
         return found
 
     def _band(self, waiting: Sequence[Step]) -> StepBand:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -29,8 +30,8 @@ class MonitoringSettings:
     """Probability from which an explanation needs no more evidence [1]."""
     evidence_s: float = 6.0
     """How long to gather evidence while the explanation is unsure [s]."""
-    again_s: float = 6.0
-    """While evidence is gathered, how soon it is looked at again [s]."""
+    again_s: float = math.inf
+    """While evidence is gathered, how soon it is looked at again; infinite for not before the end [s]."""
     transient_s: float = 120.0
     """After a release, the time in which new symptoms are expected [s]."""
     review_s: float = 600.0
