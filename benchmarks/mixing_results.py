@@ -254,7 +254,7 @@ def main(arguments: list[str]) -> int:
     text = (ROOT / "benchmarks" / "mixing_results.md").read_text(encoding="utf-8")
     page = text.format(
         seeds=options.seeds, python=platform.python_version(), nominal_ms=f"{nominal_ms():.1f}", summary=summary(rows),
-        odd=odd(rows),
+        odd=odd(rows), whole=WHOLE,
     )  # fmt: skip
     PAGE.write_text(page, encoding="utf-8")
     print(f"wrote {PAGE.relative_to(ROOT)}")
