@@ -9,9 +9,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import assert_never
 
-import numpy as np
-
+from homeostat.agents.bounds import Budget as Budget
+from homeostat.agents.bounds import Patience as Patience
 from homeostat.agents.crew import Crew, NoAdmissiblePlan, Proposer, Situation
+from homeostat.agents.deadline import SHORTEST_S, deadline_s
+from homeostat.agents.expectation import Expectation
 from homeostat.agents.planning import EVENT
 from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.assurance.checks import closed_finding, repetition_finding
@@ -29,17 +31,18 @@ from homeostat.domain.recovery import ActionSet, FallbackStrategy, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import (
     Approve,
+    Departure,
     HandedOver,
     LeftAlone,
     Outcome,
     Released,
     Revise,
     Rollout,
-    RolloutResult,
     Verdict,
 )
 from homeostat.trace.decisions import (
     Attempted,
+    Departed,
     Diagnosed,
     FallbackArmed,
     FellBack,
@@ -51,32 +54,10 @@ from homeostat.trace.decisions import (
 )
 from homeostat.trace.events import Trace
 
-SHORTEST_S = 1.0
-"""Thinking gets this much process time even where physics leaves less: the fallback is armed meanwhile [s]."""
 RECENT = 300
 """Snapshots that proposers may look back on."""
-
-
-@dataclass(frozen=True, slots=True)
-class Budget:
-    """What a recovery may take."""
-
-    latency_s: float = 30.0
-    """Longest thinking [s]; the time that physics leaves may be shorter."""
-    reserve_s: float = 5.0
-    """Process time that is kept for the fallback to act [s]."""
-    last_s: float = 4.0
-    """Wall-clock time that is kept for the last proposer, which has never failed to answer in less [s]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Patience:
-    """How eagerly a plant is improved that may also be left alone."""
-
-    calm_s: float = 300.0
-    """Nothing is improved while the last release is younger than this: its transient is still under way [s]."""
-    improvements: int = 2
-    """Most proposals of an improvement."""
+FIRST_LOOK = 5
+"""Snapshots that the twin needs before it predicts the nominal route."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +102,8 @@ class Supervisor:
         self._rehearsal, self._executive, self._machine, self._limits = rehearsal, executive, machine, limits
         self._restraint = Restraint(limits, production, scales)
         self._fallbacks, self._patience, self._budget, self._trace = tuple(fallbacks), patience, budget, trace
+        self._expectation = Expectation(patience.slack_s, patience.repeat_s)
+        self._accepted: frozenset[str] = frozenset()
         self._released_s = math.inf
         self._seen_s = 0.0
         self._recent: deque[Snapshot] = deque(maxlen=RECENT)
@@ -135,7 +118,7 @@ class Supervisor:
             raise
 
     async def _take(self, snapshot: Snapshot) -> None:
-        """One snapshot: hard limits first, then monitoring."""
+        """One snapshot: hard limits first, then monitoring, then whether the batch goes as predicted."""
         self._remember((snapshot,))
         self._note_states()
         broken = self._gate.watch(snapshot)
@@ -144,18 +127,29 @@ class Supervisor:
             return
         if broken is not None and self._executive.state != self._machine.initial.name:
             self._crew.monitoring.follow(await self._hand_over(broken))
-        elif noticed and not self._finished:
-            await self._attend()
+            return
+        await self._predict()
+        departure = self._expectation.departs(self._executive, snapshot.at_s)
+        if (noticed and not self._judged) or departure is not None:
+            await self._attend(departure)
 
-    async def _attend(self) -> None:
-        """Find out what is wrong, and recover if anything is; the plant runs on meanwhile."""
+    async def _attend(self, departure: Departure | None = None) -> None:
+        """Find out what is wrong, and recover if anything is; the plant runs on meanwhile.
+
+        Where the batch departs from its prediction, it is judged again although no fault explains why.
+        """
         self._clock.start()
         try:
             self._trace.record(Noticed(tuple(s.rule for s in self._crew.monitoring.symptoms)), self._seen_s)
-            diagnosis = await asyncio.to_thread(self._crew.monitoring.diagnose)
+            if departure is not None:
+                self._trace.record(Departed.of(departure, self._executive.state), self._seen_s)
+            diagnosis = await asyncio.to_thread(self._crew.monitoring.diagnose, departure is not None)
             if diagnosis.faulty:
                 self._trace.record(Diagnosed.of(diagnosis), diagnosis.at_s)
-                self._crew.monitoring.follow(await self.recover(diagnosis))
+            if diagnosis.faulty or departure is not None:
+                outcome = await self.recover(diagnosis)
+                if diagnosis.faulty or not isinstance(outcome, LeftAlone):
+                    self._crew.monitoring.follow(outcome)
         finally:
             self._clock.stop()
             for retrieved in self._crew.grounding.drain():
@@ -167,11 +161,16 @@ class Supervisor:
         idle = await self._look(diagnosis)
         self._gate.correct(self._crew.simulation.instrument_errors(diagnosis))
         fallback = await self._arm_fallback(diagnosis)
-        limit_s = self._deadline_s(idle)
+        limit_s = deadline_s(idle, self._limits, self._budget.latency_s, self._budget.reserve_s)
         self._trace.record(_armed(fallback, limit_s), self._seen_s)
         verdict = self._judge_idle(idle)
         fine = self._restraint.fine(verdict, self._recovered)
-        if fine and self._seen_s - self._released_s < self._patience.calm_s:
+        if fine and (not diagnosis.faulty or self._seen_s - self._released_s < self._patience.calm_s):
+            return self._leave_alone(verdict)
+        if self._finished:  # nobody can propose anything: what matters is that nothing breaks
+            if not (fine or self._restraint.harmless(verdict)):
+                return await self._hand_over("the batch is over, and what follows breaks a limit")
+            self._accepted = self._rules
             return self._leave_alone(verdict)
         recent = tuple(self._recent)
         situation = Situation(
@@ -280,6 +279,8 @@ class Supervisor:
         """Let the gate release what was approved; Refused where it does not hold any more."""
         self._rehearsal.prepare(diagnosis, self._machine.state(found.path.target), found.path)
         released = await self._gate.release(found.actions, found.approval, self._seen_s)
+        if self._rehearsal.last is not None:
+            self._expectation.expect(found.actions.then, self._rehearsal.last)
         self._note_release(found, released)
         return released
 
@@ -299,7 +300,18 @@ class Supervisor:
         seen = await self._plant.since(self._seen_s)
         self._remember(seen)
         self._crew.simulation.observe(seen)
-        return await self._crew.simulation.roll_out(diagnosis, self._executive.rest())
+        rest = self._executive.rest()
+        idle = await self._crew.simulation.roll_out(diagnosis, rest)
+        self._expectation.expect(rest.then, idle)
+        return idle
+
+    async def _predict(self) -> None:
+        """Say when steps should be taken if nothing is wrong, where nobody has said so: the nominal route."""
+        rest = self._executive.rest()
+        if self._expectation.lacks(rest.then) and len(self._recent) >= FIRST_LOOK:
+            self._crew.simulation.observe(tuple(self._recent))
+            healthy = Diagnosis(self._seen_s, (), ())
+            self._expectation.expect(rest.then, await self._crew.simulation.roll_out(healthy, rest))
 
     def _judge_idle(self, idle: Rollout) -> Verdict:
         """What follows if nobody interferes: the steps that are left, if any."""
@@ -320,27 +332,20 @@ class Supervisor:
         self._gate.arm(best.strategy)
         return best
 
-    def _deadline_s(self, idle: Rollout) -> float:
-        """Thinking time [s]: the configured one, or what is left before the first hard limit breaks without action."""
-        left_s = max(self._first_broken_s(idle) - self._budget.reserve_s, SHORTEST_S)
-        return min(self._budget.latency_s, left_s)
-
-    def _first_broken_s(self, idle: Rollout) -> float:
-        """Process time until a hard limit breaks in any member; at once where the twin cannot say [s]."""
-        if idle.result is not RolloutResult.COMPLETED:
-            return 0.0
-        first = math.inf
-        for limit in self._limits.hard:
-            margins = limit.formula.margins(idle.trajectory.signals, idle.trajectory.dt_s)
-            broken = np.flatnonzero((margins < 0.0).any(axis=0))
-            if broken.size:
-                first = min(first, float(broken[0]) * idle.trajectory.dt_s)
-        return first
-
     @property
     def _finished(self) -> bool:
         """Whether nothing but the fallback leads out of the present state: a batch that is complete."""
         return self._machine.is_end(self._executive.state, EVENT)
+
+    @property
+    def _rules(self) -> frozenset[str]:
+        """Names of the symptoms that are active."""
+        return frozenset(s.rule for s in self._crew.monitoring.symptoms)
+
+    @property
+    def _judged(self) -> bool:
+        """Whether the batch is over, and safe with every symptom that there is: nothing is left to review."""
+        return self._finished and self._rules <= self._accepted
 
     @property
     def _recovered(self) -> bool:
@@ -377,6 +382,7 @@ class Supervisor:
         """Record the states that the executive entered since it was last asked."""
         for state, at_s in self._executive.drain():
             self._trace.record(StateEntered(state), at_s)
+            self._expectation.entered(state, at_s, len(self._executive.rest().then))
 
 
 def _armed(fallback: ValidatedFallback, deadline_s: float) -> FallbackArmed:

@@ -61,7 +61,10 @@ class OneSymptomEach(NoGraph):
 class Scene:
     """A plant with two signals, watched second by second."""
 
-    def __init__(self, answer: Callable[[float], tuple[Hypothesis, ...]] = lambda at_s: SURE) -> None:
+    def __init__(
+        self, answer: Callable[[float], tuple[Hypothesis, ...]] = lambda at_s: SURE,
+        settings: MonitoringSettings = SETTINGS,
+    ) -> None:  # fmt: skip
         features = tuple(Feature(f"F-{n.upper()}", parse_expression(n), None, 0.0, 0.0, "K", "C") for n in ("x", "y"))
         rules = tuple(SymptomRule(f"S-{n}", f"F-{n}", Direction.HIGH, 5.0, 0.5, 2.0, (), "") for n in ("X", "Y"))
         baselines = {f"F-{n}": Baseline(f"F-{n}", 0.0, 0.1, 0.1, 0, 0, 0, 0, 0) for n in ("X", "Y")}
@@ -73,7 +76,7 @@ class Scene:
             description,
             baselines,
             parse("on >= 1"),
-            SETTINGS,  # type: ignore[arg-type]
+            settings,  # type: ignore[arg-type]
         )
         self.at_s = 0.0
 
@@ -147,6 +150,30 @@ def test_unsure_evidence_is_gathered_for_a_while_and_then_used() -> None:
     again = scene.until_attention(20, x=2.0)
     assert again == first + SETTINGS.evidence_s
     assert scene.monitoring.diagnose().hypotheses == UNSURE
+
+
+def test_unsure_evidence_may_be_looked_at_in_between() -> None:
+    scene = Scene(lambda at_s: UNSURE, replace(SETTINGS, again_s=2.0))
+    scene.watch(30)
+    first = scene.until_attention(10, x=2.0)
+    assert first is not None and not scene.monitoring.diagnose().faulty
+    assert scene.until_attention(20, x=2.0) == first + 2.0
+    assert not scene.monitoring.diagnose().faulty, "still gathering"
+
+
+def test_a_departure_is_explained_by_any_fault_and_waits_for_nothing() -> None:
+    scene = Scene(lambda at_s: UNSURE)
+    scene.watch(30)
+    assert scene.monitoring.diagnose(departed=True).hypotheses == UNSURE
+    ((candidates, _),) = scene.twin.asked
+    assert set(candidates) == {fault.name for fault in reactor().description.faults}
+
+
+def test_a_departure_that_nothing_explains_silences_no_symptom() -> None:
+    scene = Scene(lambda at_s: NOTHING)
+    scene.watch(30)
+    assert not scene.monitoring.diagnose(departed=True).faulty
+    assert scene.until_attention(10, x=2.0) == 33.0
 
 
 def test_nothing_as_the_best_explanation_is_not_a_fault() -> None:

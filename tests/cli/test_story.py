@@ -7,6 +7,7 @@ import pytest
 from homeostat.cases.case import load_case
 from homeostat.cli.story import Story
 from homeostat.trace.calls import ModelCalled
+from homeostat.trace.decisions import Departed
 
 
 def called(served: str = "", failure: str = "", detail: str = "") -> ModelCalled:
@@ -25,3 +26,12 @@ def test_a_server_forges_no_line(event: ModelCalled) -> None:
     """Also in a journal that was written by somebody else."""
     (line,) = Story(load_case("cstr").description).tell(event, 930.0)
     assert str(line).isprintable() and "m 931 s released" in str(line)
+
+
+def test_a_departure_is_told_with_its_reason() -> None:
+    event = Departed("filling_B201", "t1", 36.0, 40.0, "'B201.level >= 0.198' does not hold at 49 s, predicted by 40 s")
+    (line,) = Story(load_case("mixing_module").description).tell(event, 49.0)
+    assert str(line) == (
+        "     49 s  departed  from the prediction in 'filling_B201': "
+        "'B201.level >= 0.198' does not hold at 49 s, predicted by 40 s"
+    )

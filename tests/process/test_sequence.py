@@ -293,3 +293,10 @@ def test_a_member_that_is_the_plant_runs_the_batch_as_the_plant_does() -> None:
     mine = model.truth(result.record, result.inputs)
     for tag, variable in variables.items():
         np.testing.assert_allclose(mine[variable], truth[tag], rtol=1e-9, atol=1e-12, err_msg=tag)
+
+
+def test_when_steps_are_taken_is_told_for_each_member() -> None:
+    step = np.array([[0, 0, 1, 1, 2], [0, 0, 0, 0, 0], [0, 1, 1, 1, 1]])
+    result = SequenceResult(np.empty((3, 5, 0)), np.empty((3, 5, 0)), step, np.array([2, 1, 1]))
+    assert result.taken(1).tolist() == [2.0, 5.0, 1.0], "the second member took it at the very end"
+    assert result.taken(2).tolist() == [4.0, math.inf, math.inf]

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.assurance.executive import Executive, nominal_route, under_way
+from homeostat.assurance.executive import Executive, nominal_route, under_way, what_follows
 from homeostat.assurance.gate import Gate, Refused
 from homeostat.domain.behaviour import State, StateMachine, Transition
 from homeostat.domain.formula import parse
@@ -422,3 +422,19 @@ def test_the_vessel_runs_and_is_emptied_by_itself() -> None:
     commands = {s.name: (Command(f"{s.name}.sp", 0.0, None),) for s in MACHINE.states}
     assert [s.transition for s in nominal_route(MACHINE, commands)] == [START, EMPTY, REST]
     assert ADJUST not in [s.transition for s in nominal_route(MACHINE, commands)]
+
+
+def test_what_follows_begins_anywhere() -> None:
+    commands = {s.name: (Command(f"{s.name}.sp", 0.0, None),) for s in MACHINE.states}
+    assert [s.transition for s in what_follows(MACHINE, "running", commands)] == [EMPTY, REST]
+    assert what_follows(MACHINE, "still", commands) == ()
+
+
+def test_what_follows_a_fallback_is_carried_out() -> None:
+    subject, plant = loaded(), Bench()
+    gate = gate_with(subject, plant)
+    gate.arm(replace(VENT, actions=replace(VENT.actions, target="emptying", then=(END,))))
+    asyncio.run(gate.fall_back("hot"))
+    assert subject.state == "emptying" and subject.sample(reading(L=FULL)) == () and subject.state == "emptying"
+    subject.sample(reading(L=LOW))
+    assert subject.state == "still"

@@ -26,7 +26,7 @@ from homeostat.domain.ports import Clock
 from homeostat.domain.production import Production
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot, Trajectory
-from homeostat.domain.verdict import Rollout, RolloutResult
+from homeostat.domain.verdict import Rollout, RolloutResult, StepBand
 from homeostat.plant.clock import DeclaredClock
 from homeostat.supervisor import Budget, Patience, Supervisor
 from homeostat.trace import MemoryTrace
@@ -144,6 +144,7 @@ class LineTwin:
         self.last: Snapshot | None = None
         self.result: Callable[[ActionSet], RolloutResult] = lambda actions: RolloutResult.COMPLETED
         self.bug: Callable[[ActionSet], Exception | None] = lambda actions: None
+        self.bands: Callable[[ActionSet], tuple[StepBand, ...]] = lambda actions: ()
 
     def observe(self, snapshot: Snapshot) -> None:
         if self.last is None or snapshot.at_s > self.last.at_s:
@@ -171,7 +172,9 @@ class LineTwin:
                 self.last.values["T"] + (slope(self.heating, feed) + mismatch * self.heating) * seconds
             )
         trajectory = Trajectory(self.last.at_s + 1.0, 1.0, signals)
-        return Rollout(actions.digest, trajectory, tuple(hypotheses), weights, RolloutResult.COMPLETED)
+        return Rollout(
+            actions.digest, trajectory, tuple(hypotheses), weights, RolloutResult.COMPLETED, bands=self.bands(actions)
+        )
 
 
 @dataclass
@@ -193,16 +196,17 @@ class Stage:
     start: float = 300.0
     end_s: float = 120.0
     limits: Limits = LIMITS
+    machine: StateMachine = MACHINE
 
     def __post_init__(self) -> None:
-        route = nominal_route(MACHINE, {state.name: () for state in MACHINE.states})
-        self.executive = Executive(MACHINE, self.limits, route)
+        route = nominal_route(self.machine, {state.name: () for state in self.machine.states})
+        self.executive = Executive(self.machine, self.limits, route)
         self.plant = LinePlant(self.clock, self.end_s, self.start, self.heating, sample=self.executive.sample)
         self.twin = LineTwin(self.heating)
         self.trace = MemoryTrace()
         self.rehearsal = TwinRehearsal(self.twin, self.limits, TAGS)  # type: ignore[arg-type]
         self.gate = Gate(self.plant, self.limits, DRAIN, self.rehearsal, self.executive)
-        self.planning = self.planning or ScriptedPlanning(MACHINE, ("reduce",))
+        self.planning = self.planning or ScriptedPlanning(self.machine, ("reduce",))
 
     def supervisor(self) -> Supervisor:
         """The wired supervisor."""
@@ -215,7 +219,7 @@ class Stage:
             NoGraph(),  # type: ignore[arg-type]
         )
         return Supervisor(
-            self.plant, self.clock, crew, self.gate, self.rehearsal, self.executive, MACHINE, self.limits,
+            self.plant, self.clock, crew, self.gate, self.rehearsal, self.executive, self.machine, self.limits,
             Production("F", FULL), (DRAIN, VENT), {"K": 2.0}, self.patience, self.budget, self.trace,
         )  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -29,6 +30,8 @@ class MonitoringSettings:
     """Probability from which an explanation needs no more evidence [1]."""
     evidence_s: float = 6.0
     """How long to gather evidence while the explanation is unsure [s]."""
+    again_s: float = math.inf
+    """While evidence is gathered, how soon it is looked at again; infinite for not before the end [s]."""
     transient_s: float = 120.0
     """After a release, the time in which new symptoms are expected [s]."""
     review_s: float = 600.0
@@ -56,6 +59,7 @@ class Monitoring:
         self._settings = settings or MonitoringSettings()
         self._filters = [FeatureFilter(f) for f in description.features]
         self._watches = [SymptomWatch(r, baselines[r.feature]) for r in description.symptom_rules]
+        self._every = tuple(fault.name for fault in description.faults)
         self._sums = {f.name: 0.0 for f in description.features}
         self._counted = 0
         self._started_s: float | None = None
@@ -83,13 +87,18 @@ class Monitoring:
         """The symptoms that are active now."""
         return self._symptoms
 
-    def diagnose(self) -> Diagnosis:
-        """What is believed now; not faulty where evidence is missing or nothing is the best explanation."""
-        hypotheses = self._explain(self._symptoms)
+    def diagnose(self, departed: bool = False) -> Diagnosis:
+        """What is believed now; not faulty where evidence is missing or nothing is the best explanation.
+
+        A batch that ``departed`` from its prediction is evidence enough: every fault is tried, and none is waited for.
+        """
+        hypotheses = self._explain(self._symptoms, departed)
         nothing = Diagnosis(self._at_s, (), ())
-        if not hypotheses or (self._unsure(hypotheses) and self._waiting(self._at_s)):
+        if not hypotheses or (not departed and self._unsure(hypotheses) and self._waiting(self._at_s)):
             return nothing
         if sum(h.probability for h in hypotheses if not h.faults) > 0.5:
+            if departed:
+                return nothing
             self._quiet_until_s = self._at_s + self._settings.repeat_s
             self._first_s = None
             return nothing
@@ -153,11 +162,12 @@ class Monitoring:
         fresh = {s.rule for s in self._symptoms if self._acknowledged.get(s.rule, 0.0) <= at_s}
         return bool(fresh) and at_s >= self._quiet_until_s
 
-    def _explain(self, symptoms: tuple[Symptom, ...]) -> tuple[Hypothesis, ...]:
-        """Candidate faults from the graph, and those believed before, explained by the twin."""
+    def _explain(self, symptoms: tuple[Symptom, ...], departed: bool) -> tuple[Hypothesis, ...]:
+        """Candidate faults from the graph, and those believed before, explained by the twin; all where ``departed``."""
         indicated = [s.rule for s in symptoms]
         candidates = self._grounding.candidate_faults(indicated) if indicated else ()
-        ordered = list(dict.fromkeys([*candidates, *(f.fault for f in self._known)]))
+        others = self._every if departed else ()
+        ordered = list(dict.fromkeys([*candidates, *(f.fault for f in self._known), *others]))
         return self._twin.explain(ordered, self._known) if ordered else ()
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
@@ -182,6 +192,6 @@ class Monitoring:
         if self._first_s is None:
             self._first_s = at_s
         if at_s - self._first_s < self._settings.evidence_s:
-            self._quiet_until_s = self._first_s + self._settings.evidence_s
+            self._quiet_until_s = min(self._first_s + self._settings.evidence_s, at_s + self._settings.again_s)
             return True
         return False

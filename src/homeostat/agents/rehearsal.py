@@ -12,7 +12,7 @@ from homeostat.domain.limits import Limits
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.tag import Tag
-from homeostat.domain.verdict import Verdict
+from homeostat.domain.verdict import Rollout, Verdict
 from homeostat.twin.twin import Twin
 
 
@@ -25,6 +25,8 @@ class TwinRehearsal:
         self._diagnosis: Diagnosis | None = None
         self._target: State | None = None
         self._path: RecoveryPath | None = None
+        self.last: Rollout | None = None
+        """The last rollout that was judged; None before the first."""
 
     def prepare(self, diagnosis: Diagnosis, target: State, path: RecoveryPath | None = None) -> None:
         """Under which diagnosis, towards which state and by which path the next action set was approved."""
@@ -37,4 +39,5 @@ class TwinRehearsal:
         for snapshot in fresh:
             self._twin.observe(snapshot)
         rollout = self._twin.roll_out(actions, plausible(self._diagnosis))
+        self.last = rollout
         return judge(actions, rollout, self._limits, self._target, self._tags, self._path)

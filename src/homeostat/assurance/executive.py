@@ -93,9 +93,14 @@ def under_way(sent: tuple[Command, ...], now: Snapshot, before: Snapshot | None)
 
 
 def nominal_route(machine: StateMachine, commands: dict[str, tuple[Command, ...]]) -> tuple[Step, ...]:
-    """What follows from the initial state by itself, the least risky transition first; ``commands`` by state."""
+    """What follows from the initial state by itself; ``commands`` by state."""
+    return what_follows(machine, machine.initial.name, commands)
+
+
+def what_follows(machine: StateMachine, start: str, commands: dict[str, tuple[Command, ...]]) -> tuple[Step, ...]:
+    """What follows from ``start`` by itself, the least risky transition first; ``commands`` by state."""
     steps: list[Step] = []
-    here, been = machine.initial.name, {machine.initial.name}
+    here, been = start, {start}
     while True:
         onward = [t for t in machine.transitions if t.source == here and not t.on_decision and t.target not in been]
         if not onward:

@@ -79,7 +79,7 @@ def _carry_out(case: Case, scenario: Scenario, path: RecoveryPath, values: Mappi
                 return
 
     asyncio.run(watch())
-    complete = executive.state == path.target and _inside(plant.truth(), description.limits)
+    complete = executive.state == path.target and inside(plant.truth(), description.limits)
     at_s = executive.drain()[-1][1] if complete else None
     return Route(path.states, dict(values), at_s)
 
@@ -90,7 +90,7 @@ def _commands(case: Case, values: Mapping[str, float], state: State) -> tuple[Co
                  for r in state.setpoints)  # fmt: skip
 
 
-def _inside(truth: Trajectory, limits: Limits) -> bool:
+def inside(truth: Trajectory, limits: Limits) -> bool:
     """Whether every hard limit and hard criterion holds throughout."""
     kept = [limit.formula.margins(truth.signals, truth.dt_s).min() >= 0.0 for limit in limits.hard]
     met = [c.formula.evaluate(truth.signals, truth.dt_s).value.min() >= 0.0 for c in limits.criteria if c.hard]

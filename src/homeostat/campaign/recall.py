@@ -11,6 +11,7 @@ from homeostat.trace import Event, Record, RunFinished, RunStarted
 from homeostat.trace.calls import ModelCalled
 from homeostat.trace.decisions import (
     Attempted,
+    Departed,
     Diagnosed,
     FallbackArmed,
     FellBack,
@@ -26,6 +27,7 @@ EVENTS: Final[tuple[type[Event], ...]] = (
     RunStarted,
     RunFinished,
     Noticed,
+    Departed,
     Retrieved,
     Diagnosed,
     FallbackArmed,

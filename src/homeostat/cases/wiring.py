@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from homeostat.agents.action import SearchAction
@@ -17,10 +17,12 @@ from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.agents.reprompting import MarginReprompting
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
-from homeostat.assurance.executive import Executive, nominal_route
+from homeostat.assurance.executive import Executive, nominal_route, what_follows
 from homeostat.assurance.gate import Gate
 from homeostat.cases.case import Case
+from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.ports import Clock, Plant
+from homeostat.domain.recovery import Command, FallbackStrategy
 from homeostat.llm.address import KEY_VARIABLES
 from homeostat.llm.model import LanguageModel
 from homeostat.llm.recorded import RecordedModel
@@ -63,8 +65,22 @@ class Language:
 def new_executive(case: Case) -> Executive:
     """The executive of ``case`` before its first sample, with the nominal route."""
     d = case.description
-    commands = {state.name: design_commands(state, d.tags_by_name) for state in d.machine.states}
-    return Executive(d.machine, d.limits, nominal_route(d.machine, commands))
+    return Executive(d.machine, d.limits, nominal_route(d.machine, _by_design(d)))
+
+
+def fallbacks(case: Case) -> tuple[FallbackStrategy, ...]:
+    """The fallback strategies of ``case``, each with the steps that follow from its state by themselves."""
+    d = case.description
+    commands = _by_design(d)
+    return tuple(
+        replace(s, actions=replace(s.actions, then=what_follows(d.machine, s.actions.target, commands)))
+        for s in d.fallback_strategies
+    )
+
+
+def _by_design(plant: PlantDescription) -> dict[str, tuple[Command, ...]]:
+    """State -> what it is commanded by design."""
+    return {state.name: design_commands(state, plant.tags_by_name) for state in plant.machine.states}
 
 
 def wire(
@@ -94,8 +110,9 @@ def wire(
         validation=LimitValidation(d.limits, tags),
         grounding=grounding,
     )
-    gate = Gate(plant, d.limits, d.fallback_strategies[0], rehearsal, executive)
+    strategies = fallbacks(case)
+    gate = Gate(plant, d.limits, strategies[0], rehearsal, executive)
     return Supervisor(
-        plant, clock, crew, gate, rehearsal, executive, d.machine, d.limits, case.production, d.fallback_strategies,
+        plant, clock, crew, gate, rehearsal, executive, d.machine, d.limits, case.production, strategies,
         d.scales, case.patience, budget or Budget(), trace,
     )  # fmt: skip

@@ -14,6 +14,7 @@ from homeostat.trace import Event, RunFinished, RunStarted
 from homeostat.trace.calls import ModelCalled
 from homeostat.trace.decisions import (
     Attempted,
+    Departed,
     Diagnosed,
     FallbackArmed,
     FellBack,
@@ -115,6 +116,8 @@ class Story:
                 self._asked.add(event.query_sha256)
                 about = ", ".join(event.about)
                 yield Line(at_s, "asked", f"the graph: {event.question} ({about}): {event.answer}", Tone.MUTED)
+            case Departed():
+                yield Line(at_s, "departed", f"from the prediction in {event.state!r}: {event.reason}", Tone.WARNING)
             case Diagnosed():
                 yield from self._report(event, at_s)
             case FallbackArmed() if not event.approved or self._reports == 1:

@@ -193,4 +193,4 @@ class FallbackStrategy:
     name: str
     """Identifier."""
     actions: ActionSet
-    """What it commands."""
+    """What it commands, and what follows by itself."""

@@ -21,6 +21,16 @@ class RolloutResult(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class StepBand:
+    """When the members of a rollout take one later step."""
+
+    earliest_s: float
+    """Process time of the first member; infinite where none takes it [s]."""
+    latest_s: float
+    """Process time of the last member; infinite where one does not take it [s]."""
+
+
+@dataclass(frozen=True, slots=True)
 class Rollout:
     """What the twin says an action set would do."""
 
@@ -38,6 +48,22 @@ class Rollout:
     """Detail of the result."""
     steps_left: tuple[int, ...] = ()
     """Steps that each member had not taken at the end; empty where there were no later steps."""
+    bands: tuple[StepBand, ...] = ()
+    """When each later step is taken, in order; empty where there were none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Departure:
+    """One way in which the plant does not do what was predicted."""
+
+    transition: str
+    """Name of the transition that is too late, too early or forbidden."""
+    earliest_s: float
+    """Earliest process time at which a member of the prediction took it [s]."""
+    latest_s: float
+    """Latest one; infinite where a member never took it [s]."""
+    reason: str
+    """One sentence."""
 
 
 @dataclass(frozen=True, slots=True)

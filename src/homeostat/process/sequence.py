@@ -46,6 +46,11 @@ class SequenceResult:
     reached: NDArray[np.int64]
     """Step that each member has reached at the end, shape (members,)."""
 
+    def taken(self, number: int) -> Row:
+        """Seconds from the start after which each member took step ``number``; infinite where it did not."""
+        before = (self.step < number).sum(axis=1, dtype=np.float64)
+        return np.where(self.reached >= number, before, np.inf)
+
 
 def run_sequences(
     model: ProcessModel, batch: Batch, sequences: Sequence[InputSequence], present: Row

@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 from homeostat.domain.advice import Attempt
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom
 from homeostat.domain.recovery import Command
-from homeostat.domain.verdict import Approve, Finding
+from homeostat.domain.verdict import Approve, Departure, Finding
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +143,28 @@ class Noticed:
     kind: ClassVar[str] = "noticed"
     symptoms: tuple[str, ...]
     """Names of the symptom rules that are active; empty for a scheduled review."""
+
+
+@dataclass(frozen=True, slots=True)
+class Departed:
+    """A batch does not go as predicted: a step is late, early or forbidden."""
+
+    kind: ClassVar[str] = "departed"
+    state: str
+    """State that the plant is in."""
+    transition: str
+    """Transition that is concerned."""
+    earliest_s: float
+    """Earliest process time at which a member of the prediction took it [s]."""
+    latest_s: float
+    """Latest one; infinite where a member never took it [s]."""
+    reason: str
+    """One sentence."""
+
+    @classmethod
+    def of(cls, departure: Departure, state: str) -> Self:
+        """The event of one departure."""
+        return cls(state, departure.transition, departure.earliest_s, departure.latest_s, departure.reason)
 
 
 @dataclass(frozen=True, slots=True)

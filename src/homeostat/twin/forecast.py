@@ -88,6 +88,9 @@ class Forecast:
     """Sampling period [s]."""
     steps_left: tuple[int, ...] = ()
     """Steps that each member had not taken at the end; empty for schedules."""
+    taken_s: Table | None = None
+    """Process times at which each member took each later step, infinite where it did not, shape (members, steps) [s];
+    None for schedules."""
 
 
 def forecast(
@@ -116,7 +119,9 @@ def follow(
     result = run_sequences(model, batch, sequences, present)
     waited_for = np.repeat([len(s.guards) for s in sequences], len(ensemble.states))
     left = tuple((waited_for - result.reached).tolist())
-    return Forecast(model.truth(result.record, result.inputs), 1.0, left)
+    most = max(len(s.guards) for s in sequences)
+    taken = np.stack([ensemble.start_s + result.taken(k + 1) for k in range(most)], axis=1)
+    return Forecast(model.truth(result.record, result.inputs), 1.0, left, taken)
 
 
 def _batch(model: ProcessModel, ensemble: Ensemble, count: int, steps: int, stride: int, sensor_noise: bool) -> Batch:

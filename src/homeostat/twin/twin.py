@@ -15,7 +15,7 @@ from homeostat.domain.parameter import ModelParameter
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Snapshot, Trajectory
-from homeostat.domain.verdict import Rollout, RolloutResult
+from homeostat.domain.verdict import Rollout, RolloutResult, StepBand
 from homeostat.process.batch import ProcessError
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.schedule import InputRamp
@@ -170,7 +170,7 @@ class Twin:
         weights = tuple(ensemble.weights.tolist())
         return Rollout(
             actions.digest, trajectory, tuple(hypotheses), weights, RolloutResult.COMPLETED,
-            steps_left=result.steps_left,
+            steps_left=result.steps_left, bands=_bands(result),
         )  # fmt: skip
 
     def _forecast(self, ensemble: Ensemble, actions: ActionSet) -> Forecast:
@@ -203,3 +203,10 @@ class Twin:
             return formula.holds_each({tag: shown[v] for tag, v in variables.items()})
 
         return holds
+
+
+def _bands(result: Forecast) -> tuple[StepBand, ...]:
+    """When the first and the last member take each later step."""
+    if result.taken_s is None:
+        return ()
+    return tuple(StepBand(float(t.min()), float(t.max())) for t in result.taken_s.T)

@@ -15,13 +15,13 @@ from homeostat.campaign.best_route import best_route
 from homeostat.campaign.runner import RunResult, build_plant, run
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import new_executive
+from homeostat.cases.wiring import fallbacks, new_executive
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Finding, Revise
 from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import ReleasedActions, StateEntered
+from homeostat.trace.decisions import Departed, FellBack, ReleasedActions, StateEntered
 from homeostat.twin.twin import Twin
 
 
@@ -50,7 +50,7 @@ def test_a_batch_without_fault_takes_its_eight_transitions_and_nobody_acts(seed:
         "filling_B201", "filling_B202", "filling_B203", "emptying_B201", "emptying_B202", "emptying_B203",
         "emptying_B204", "complete",
     ]  # fmt: skip
-    assert not trace.of(ReleasedActions) and result.complete_s == result.nominal_s
+    assert not trace.of(ReleasedActions) and not trace.of(Departed) and result.complete_s == result.nominal_s
     assert result.totals["delivered_L"] == pytest.approx(8.3, abs=0.5)
 
 
@@ -91,6 +91,46 @@ def test_a_level_that_lies_at_the_end_of_the_batch_does_not_keep_it_open() -> No
 def test_a_flow_meter_that_is_stuck_at_nothing_stops_no_batch() -> None:
     result, _ = batch("sensor_stuck_flow", 13, 60.0, 1.0)
     assert result.state == "complete"
+
+
+@pytest.mark.parametrize(("fault", "seed", "onset_s", "severity"), [
+    ("sensor_drift_B203", 7, 111.0, -0.0021), ("sensor_stuck_B201", 5, 133.0, 0.9),
+])  # fmt: skip
+def test_a_level_that_begins_to_lie_overfills_nothing_and_ends_no_batch(
+    fault: str, seed: int, onset_s: float, severity: float
+) -> None:
+    result, _ = batch(fault, seed, onset_s, severity)
+    assert result.state == "complete" and result.totals["delivered_L"] == pytest.approx(8.3, abs=0.5)
+
+
+@pytest.mark.parametrize("severity", [0.2, 0.9])
+def test_what_goes_on_filling_a_tank_is_led_out(severity: float) -> None:
+    result, trace = batch("stuck_open_VI201", 3, 145.0, severity)
+    assert result.complete_s is None and states(trace)[-1] == "pumping_out"
+    assert [e.strategy for e in trace.of(FellBack)] == ["pump_out"]
+
+
+def test_a_batch_that_is_over_is_not_left_to_a_valve_that_does_not_close() -> None:
+    result, trace = batch("stuck_open_VI203", 2, 240.0, 0.6)
+    assert result.complete_s is not None, "the batch itself was complete"
+    assert [e.strategy for e in trace.of(FellBack)] == ["pump_out"]
+
+
+def test_a_pump_that_has_emptied_every_tank_stops_before_it_is_hurt() -> None:
+    case, executive = module(), new_executive(module())
+    plant = build_plant(case, scenario(case, "none", 1, end_s=400.0), DeclaredClock(0.0), executive)
+    (pump_out,) = (s for s in fallbacks(case) if s.name == "pump_out")
+
+    async def watch() -> None:
+        async for snapshot in plant.snapshots():
+            if snapshot.at_s == 100.0:
+                executive.load(pump_out.actions)
+                await plant.write(pump_out.actions.commands)
+
+    asyncio.run(watch())
+    truth = plant.truth().signals
+    assert executive.state == "emptied" and truth["dry_s"][0, -1] == truth["dead_head_s"][0, -1] == 0.0
+    assert all(truth[f"B20{n}.level"][0, -1] < 0.15 for n in (1, 2, 3)), "gravity leaves what stands below B204"
 
 
 def forced(chosen: Scenario) -> tuple[Finding, ...]:

@@ -1,0 +1,32 @@
+"""Bounds of a recovery: how long it may take, and how eagerly a plant is improved that may also be left alone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """What a recovery may take."""
+
+    latency_s: float = 30.0
+    """Longest thinking [s]; the time that physics leaves may be shorter."""
+    reserve_s: float = 5.0
+    """Process time that is kept for the fallback to act [s]."""
+    last_s: float = 4.0
+    """Wall-clock time that is kept for the last proposer, which has never failed to answer in less [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Patience:
+    """How eagerly a plant is improved that may also be left alone, and how far it may depart from its prediction."""
+
+    calm_s: float = 300.0
+    """Nothing is improved while the last release is younger than this: its transient is still under way [s]."""
+    improvements: int = 2
+    """Most proposals of an improvement."""
+    slack_s: float = math.inf
+    """A step this far outside the times that were predicted for it calls for attention; infinite for none [s]."""
+    repeat_s: float = 20.0
+    """Between two such calls [s]."""

@@ -1,0 +1,44 @@
+"""The latest fallback by hindsight: how soon after a fault a strategy had to act; no agent may see it."""
+
+from __future__ import annotations
+
+import asyncio
+
+from homeostat.campaign.best_route import inside
+from homeostat.campaign.runner import build_plant
+from homeostat.campaign.scenario import Scenario
+from homeostat.cases.case import Case
+from homeostat.cases.wiring import fallbacks, new_executive
+from homeostat.domain.recovery import FallbackStrategy
+from homeostat.plant.clock import DeclaredClock
+
+
+def latest_fallback(case: Case, scenario: Scenario, longest_s: int = 60) -> int | None:
+    """Latest whole second after the first onset at which some strategy still keeps the plant inside every hard limit.
+
+    None where even the first one is too late; at most ``longest_s``.
+    """
+    assert scenario.onset_s is not None
+    found: int | None = None
+    for after_s in range(longest_s + 1):
+        if not any(_keeps(case, scenario, s, scenario.onset_s + after_s) for s in fallbacks(case)):
+            return found
+        found = after_s
+    return found
+
+
+def _keeps(case: Case, scenario: Scenario, strategy: FallbackStrategy, at_s: float) -> bool:
+    """Whether ``strategy`` keeps every hard limit and criterion to the end if it acts at ``at_s`` [s]."""
+    executive = new_executive(case)
+    plant = build_plant(case, scenario, DeclaredClock(0.0), executive)
+
+    async def watch() -> None:
+        acted = False
+        async for snapshot in plant.snapshots():
+            if snapshot.at_s >= at_s and not acted:
+                acted = True
+                executive.load(strategy.actions)
+                await plant.write(strategy.actions.commands)
+
+    asyncio.run(watch())
+    return inside(plant.truth(), case.description.limits)
