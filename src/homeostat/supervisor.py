@@ -6,12 +6,12 @@ import asyncio
 import math
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import assert_never
 
 from homeostat.agents.bounds import Budget as Budget
 from homeostat.agents.bounds import Patience as Patience
-from homeostat.agents.crew import Crew, NoAdmissiblePlan, Proposer, Situation
+from homeostat.agents.crew import Approved, Crew, NoAdmissiblePlan, Proposer, Situation
 from homeostat.agents.deadline import SHORTEST_S, deadline_s
 from homeostat.agents.expectation import Expectation
 from homeostat.agents.planning import EVENT
@@ -27,7 +27,7 @@ from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.limits import Limits
 from homeostat.domain.ports import Clock, Plant
 from homeostat.domain.production import Production
-from homeostat.domain.recovery import ActionSet, FallbackStrategy, RecoveryPath
+from homeostat.domain.recovery import FallbackStrategy, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import (
     Approve,
@@ -60,20 +60,6 @@ FIRST_LOOK = 5
 """Snapshots that the twin needs before it predicts the nominal route."""
 
 
-@dataclass(frozen=True, slots=True)
-class Approved:
-    """What deliberation found."""
-
-    actions: ActionSet
-    """The action set."""
-    path: RecoveryPath
-    """The path that it takes."""
-    approval: Approve
-    """Its approval."""
-    proposer: str
-    """Who proposed it."""
-
-
 class Supervisor:
     """Watches the plant; every fault that monitoring reports gets one bounded recovery."""
 
@@ -93,10 +79,12 @@ class Supervisor:
         patience: Patience,
         budget: Budget,
         trace: Trace,
+        every_step: bool = False,
     ) -> None:
         """Wire the parts together; nothing happens before :meth:`supervise`.
 
-        ``scales``: unit -> what counts as one unit of margin in it.
+        ``scales``: unit -> what counts as one unit of margin in it. With ``every_step`` the proposers are asked in
+        every state that the plant enters, also where nothing is wrong.
         """
         self._plant, self._clock, self._crew, self._gate = plant, clock, crew, gate
         self._rehearsal, self._executive, self._machine, self._limits = rehearsal, executive, machine, limits
@@ -104,6 +92,7 @@ class Supervisor:
         self._fallbacks, self._patience, self._budget, self._trace = tuple(fallbacks), patience, budget, trace
         self._expectation = Expectation(patience.slack_s, patience.repeat_s)
         self._accepted: frozenset[str] = frozenset()
+        self._every_step, self._asked_in = every_step, ""
         self._released_s = math.inf
         self._seen_s = 0.0
         self._recent: deque[Snapshot] = deque(maxlen=RECENT)
@@ -130,7 +119,7 @@ class Supervisor:
             return
         await self._predict()
         departure = self._expectation.departs(self._executive, snapshot.at_s)
-        if (noticed and not self._judged) or departure is not None:
+        if (noticed and not self._judged) or departure is not None or self._step_is_due:
             await self._attend(departure)
 
     async def _attend(self, departure: Departure | None = None) -> None:
@@ -146,7 +135,7 @@ class Supervisor:
             diagnosis = await asyncio.to_thread(self._crew.monitoring.diagnose, departure is not None)
             if diagnosis.faulty:
                 self._trace.record(Diagnosed.of(diagnosis), diagnosis.at_s)
-            if diagnosis.faulty or departure is not None:
+            if diagnosis.faulty or departure is not None or self._step_is_due:
                 outcome = await self.recover(diagnosis)
                 if diagnosis.faulty or not isinstance(outcome, LeftAlone):
                     self._crew.monitoring.follow(outcome)
@@ -165,7 +154,10 @@ class Supervisor:
         self._trace.record(_armed(fallback, limit_s), self._seen_s)
         verdict = self._judge_idle(idle)
         fine = self._restraint.fine(verdict, self._recovered)
-        if fine and (not diagnosis.faulty or self._seen_s - self._released_s < self._patience.calm_s):
+        if due := self._step_is_due:
+            self._asked_in = self._executive.state
+        calm = not diagnosis.faulty or self._seen_s - self._released_s < self._patience.calm_s
+        if fine and calm and not due:
             return self._leave_alone(verdict)
         if self._finished:  # nobody can propose anything: what matters is that nothing breaks
             if not (fine or self._restraint.harmless(verdict)):
@@ -174,10 +166,11 @@ class Supervisor:
             return self._leave_alone(verdict)
         recent = tuple(self._recent)
         situation = Situation(
-            recent[-1], diagnosis, self._executive.state, recent, verdict.findings, limit_s, self._executive.way()
+            recent[-1], diagnosis, self._executive.state, recent, verdict.findings, limit_s, self._executive.way(),
+            self._executive.rest().commands,
         )  # fmt: skip
         try:
-            return await self._ask_proposers(situation, idle if fine else None, began)
+            return await self._ask_proposers(situation, idle if fine and not due else None, began)
         except (TimeoutError, NoAdmissiblePlan, Refused) as reason:
             if fine or (self._recovered and self._restraint.harmless(verdict)):
                 return self._leave_alone(verdict)
@@ -293,6 +286,7 @@ class Supervisor:
         return replace(
             situation, snapshot=seen[-1], recent=tuple(self._recent), state=self._executive.state,
             deadline_s=max(left_s, SHORTEST_S), rest=self._executive.way(),
+            under_way=self._executive.rest().commands,
         )  # fmt: skip
 
     async def _look(self, diagnosis: Diagnosis) -> Rollout:
@@ -331,6 +325,12 @@ class Supervisor:
         best = choose(rollouts, self._limits)
         self._gate.arm(best.strategy)
         return best
+
+    @property
+    def _step_is_due(self) -> bool:
+        """Whether the proposers are asked in every state, and were not asked in this one yet."""
+        new = self._every_step and self._executive.state != self._asked_in
+        return new and not self._finished and len(self._recent) >= FIRST_LOOK
 
     @property
     def _finished(self) -> bool:

@@ -4,15 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Protocol
 
 from homeostat.agents.grounding import Grounding
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.behaviour import State
 from homeostat.domain.diagnosis import Diagnosis, Symptom
-from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Finding, Outcome, Revise, Rollout, Verdict
+from homeostat.domain.verdict import Approve, Finding, Outcome, Revise, Rollout, Verdict
+
+
+class AskingProtocol(StrEnum):
+    """When proposers are asked, and for how much."""
+
+    ROUTE = "route"
+    """When something is wrong, for everything that is to follow."""
+    PER_STEP = "per-step"
+    """In every state that the plant enters, a language model for the next step only."""
 
 
 class NoAdmissiblePlan(Exception):
@@ -37,6 +47,22 @@ class Situation:
     """Process time that is left for thinking [s]."""
     rest: RecoveryPath | None = None
     """What follows if nobody interferes; None where the plant stays in its state."""
+    under_way: tuple[Command, ...] = ()
+    """Commands that were sent and that the readings do not show yet."""
+
+
+@dataclass(frozen=True, slots=True)
+class Approved:
+    """What deliberation found."""
+
+    actions: ActionSet
+    """The action set."""
+    path: RecoveryPath
+    """The path that it takes."""
+    approval: Approve
+    """Its approval."""
+    proposer: str
+    """Who proposed it."""
 
 
 class Monitoring(Protocol):

@@ -80,6 +80,12 @@ class Grounding:
         bound: Arguments = {"states": self._nodes("state", states), "faults": present}
         return self._excerpt("action_fragment", (*states, *faults), bound, seeds, budget, count)
 
+    def step_excerpt(self, state: str, faults: Sequence[str], budget: int, count: Callable[[str], int]) -> Excerpt:
+        """What acting in one step is shown: what ``state`` admits for each tag (CONSTRUCT)."""
+        (here,), present = self._nodes("state", [state]), self._nodes("fault", faults)
+        bound: Arguments = {"state": here, "faults": present}
+        return self._excerpt("step_fragment", (state, *faults), bound, (here,), budget, count)
+
     def drain(self) -> tuple[Retrieved, ...]:
         """What was asked since the last call, in order."""
         pending, self._pending = tuple(self._pending), []

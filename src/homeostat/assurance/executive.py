@@ -55,7 +55,8 @@ class Executive:
     def load(self, actions: ActionSet) -> None:
         """Go on with what was released."""
         self._waiting, self._sent, self.refused = actions.then, actions.commands, None
-        self._enter(actions.target)
+        if actions.target != self.state:
+            self._enter(actions.target)
 
     def rest(self) -> ActionSet:
         """What is left to do; its immediate commands are those that no snapshot shows yet, or whose ramp goes on."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from importlib.metadata import version
 
+from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.figure import draw
 from homeostat.campaign.milestones import Milestones
 from homeostat.campaign.recording import FIGURE, RunDirectory
@@ -56,10 +57,11 @@ def record_run(
     subscriber: Subscriber,
     watcher: Callable[[Snapshot], None],
     language: Language | None = None,
+    conditions: Conditions | None = None,
 ) -> Result:
     """Run ``scenario``, keep everything in ``directory`` and close it; ``subscriber`` and ``watcher`` follow the run.
 
-    ``proposer`` is what was asked for; ``language`` proposes before the search does.
+    ``proposer`` is what was asked for; ``language`` proposes before the search does; ``conditions`` are a study's.
 
     A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other exception leaves it
     without manifest, which verifies as incomplete.
@@ -67,9 +69,13 @@ def record_run(
     journal, milestones, seen = directory.journal, Milestones(), _LastTime(watcher)
     journal.subscribe(milestones)
     journal.subscribe(subscriber)
-    journal.record(_started(scenario, thinking, proposer), 0.0)
+    conditions = conditions or Conditions()
+    journal.record(_started(scenario, thinking, proposer, conditions), 0.0)
     try:
-        done = run(case, scenario, journal, thinking.clock(), watcher=seen, archive=directory, language=language)
+        done = run(
+            case, scenario, journal, thinking.clock(), watcher=seen, archive=directory, language=language,
+            conditions=conditions,
+        )  # fmt: skip
         journal.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
         result = result_of(done, directory.path)
         _store(case, directory, done, milestones, result)
@@ -93,12 +99,12 @@ class _LastTime:
         self._watcher(snapshot)
 
 
-def _started(scenario: Scenario, thinking: Thinking, proposer: str) -> RunStarted:
+def _started(scenario: Scenario, thinking: Thinking, proposer: str, conditions: Conditions) -> RunStarted:
     configuration = [Setting("end_s", scenario.end_s)]
     for fault in scenario.faults:
         configuration.append(Setting(f"onset_s {fault.fault}", fault.onset_s))
         configuration.append(Setting(f"severity {fault.fault}", fault.severity))
-    configuration += [Setting("proposer", proposer), thinking.setting]
+    configuration += [Setting("proposer", proposer), thinking.setting, *conditions.settings]
     versions = [Setting("python", sys.version.split()[0]), *(Setting(name, version(name)) for name in LIBRARIES)]
     return RunStarted(
         case=scenario.case,

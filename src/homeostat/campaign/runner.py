@@ -7,11 +7,14 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from homeostat.agents.planning import EVENT
 from homeostat.assurance.executive import Executive
+from homeostat.campaign.conditions import Conditions
+from homeostat.campaign.label_given import LabelGiven
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_at_end, outcome, production_loss
 from homeostat.campaign.watched import WatchedPlant, Watcher
@@ -165,21 +168,26 @@ def run(
     watcher: Watcher | None = None,
     archive: Archive | None = None,
     language: Language | None = None,
+    conditions: Conditions | None = None,
 ) -> RunResult:
     """Run ``scenario`` to its end and score it; everything that happens goes to ``trace``.
 
     ``watcher`` is shown every snapshot; ``archive`` keeps what graph and models were asked and answered;
-    ``language`` proposes before the search does.
+    ``language`` proposes before the search does; ``conditions`` are those of a study.
     """
     begin = time.monotonic()
+    conditions = conditions or Conditions()
     clock = clock or ThinkingClock()
     trace = trace or MemoryTrace()
     recorder = Recorder(clock)
     trace.subscribe(recorder)
-    executive = new_executive(case)
+    executive = new_executive(case, conditions.protocol)
     plant = build_plant(case, scenario, clock, executive)
     watched = WatchedPlant(plant, watcher)
-    supervisor = wire(case, watched, executive, clock, trace, scenario.seed, budget, archive, language)
+    given = partial(LabelGiven, faults=scenario.faults) if conditions.label_given else None
+    supervisor = wire(
+        case, watched, executive, clock, trace, scenario.seed, budget, archive, language, conditions.protocol, given
+    )  # fmt: skip
     asyncio.run(supervisor.supervise())
     truth = plant.truth()
     healthy, nominal = _unattended(case, Scenario(case.name, (), scenario.seed, scenario.end_s))

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from homeostat.agents.action import SearchAction
 from homeostat.agents.candidates import design_commands
-from homeostat.agents.crew import Crew, Proposer, Simulation
+from homeostat.agents.crew import AskingProtocol, Crew, Proposer, Simulation
+from homeostat.agents.crew import Monitoring as MonitoringRole
 from homeostat.agents.grounding import Grounding
-from homeostat.agents.language.proposer import language_proposer
+from homeostat.agents.language.proposer import language_proposer, step_proposer
 from homeostat.agents.monitoring import Monitoring
 from homeostat.agents.planning import SearchPlanning
 from homeostat.agents.rehearsal import TwinRehearsal
@@ -52,20 +54,23 @@ class Language:
     """File that every call is added to; None for none."""
 
     def proposer(
-        self, case: Case, grounding: Grounding, simulation: Simulation, trace: Trace, archive: Archive
-    ) -> Proposer:
+        self, case: Case, grounding: Grounding, simulation: Simulation, trace: Trace, archive: Archive,
+        protocol: AskingProtocol,
+    ) -> Proposer:  # fmt: skip
         """The proposer; whatever keys the environment holds are struck out of what it records."""
         secrets = tuple(value for name in KEY_VARIABLES if (value := os.environ.get(name)))
         recorded = RecordedModel(self.model, trace, archive, secrets, self.file)
         d = case.description
         notes = tuple(map(Secrets(secrets).strike, self.notes))  # before a prompt cuts them: half a key is not found
-        return language_proposer(recorded, d, grounding, simulation, case.production, notes)
+        propose = step_proposer if protocol is AskingProtocol.PER_STEP else language_proposer
+        return propose(recorded, d, grounding, simulation, case.production, notes)
 
 
-def new_executive(case: Case) -> Executive:
-    """The executive of ``case`` before its first sample, with the nominal route."""
+def new_executive(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> Executive:
+    """The executive of ``case`` before its first sample, with the nominal route unless every step is asked for."""
     d = case.description
-    return Executive(d.machine, d.limits, nominal_route(d.machine, _by_design(d)))
+    nominal = nominal_route(d.machine, _by_design(d)) if protocol is AskingProtocol.ROUTE else ()
+    return Executive(d.machine, d.limits, nominal)
 
 
 def fallbacks(case: Case) -> tuple[FallbackStrategy, ...]:
@@ -86,12 +91,14 @@ def _by_design(plant: PlantDescription) -> dict[str, tuple[Command, ...]]:
 def wire(
     case: Case, plant: Plant, executive: Executive, clock: Clock, trace: Trace, seed: int,
     budget: Budget | None = None, archive: Archive | None = None, language: Language | None = None,
+    protocol: AskingProtocol = AskingProtocol.ROUTE, given: Callable[[Monitoring], MonitoringRole] | None = None,
 ) -> Supervisor:  # fmt: skip
     """A supervisor for ``plant``; ``seed`` seeds the twin's draws and is the run's.
 
     ``executive`` is the one that ``plant`` asks after each snapshot.
 
     ``archive`` keeps what graph and models were asked and answered; ``language`` proposes first where it is given.
+    ``given`` puts another monitoring in front of the case's, for studies that take the diagnosis from elsewhere.
     """
     d = case.description
     twin = Twin(case.model, d, case.twin, seed)
@@ -102,9 +109,10 @@ def wire(
     simulation = TwinSimulation(twin, tags, d.limits)
     proposers = [search_proposer(case, twin, grounding)]
     if language is not None:
-        proposers.insert(0, language.proposer(case, grounding, simulation, trace, archive))
+        proposers.insert(0, language.proposer(case, grounding, simulation, trace, archive, protocol))
+    monitoring = Monitoring(twin, grounding, d, case.baselines, case.started, case.monitoring)
     crew = Crew(
-        monitoring=Monitoring(twin, grounding, d, case.baselines, case.started, case.monitoring),
+        monitoring=given(monitoring) if given else monitoring,
         proposers=tuple(proposers),
         simulation=simulation,
         validation=LimitValidation(d.limits, tags),
@@ -114,5 +122,5 @@ def wire(
     gate = Gate(plant, d.limits, strategies[0], rehearsal, executive)
     return Supervisor(
         plant, clock, crew, gate, rehearsal, executive, d.machine, d.limits, case.production, strategies,
-        d.scales, case.patience, budget or Budget(), trace,
+        d.scales, case.patience, budget or Budget(), trace, protocol is AskingProtocol.PER_STEP,
     )  # fmt: skip

@@ -11,6 +11,7 @@ from homeostat.cli import language
 from homeostat.cli.arguments import number
 
 if TYPE_CHECKING:
+    from homeostat.campaign.conditions import Conditions
     from homeostat.campaign.recorded_run import Thinking
     from homeostat.campaign.recording import RunDirectory
     from homeostat.campaign.scenario import Scenario
@@ -44,6 +45,13 @@ def configure(commands: Commands) -> None:
     command.add_argument("--severity", type=number(), metavar="X", help="size of the fault, in its unit")
     command.add_argument("--end", type=number(), metavar="S", help="when the run ends [s of process time]")
     language.configure(command)
+    command.add_argument(
+        "--protocol", choices=("route", "per-step"), default="route",
+        help="per-step: agents are asked in every state, a language model for the next step only (default: route)",
+    )  # fmt: skip
+    command.add_argument(
+        "--label-given", action="store_true", help="tell the agents the true fault, as in studies without detection"
+    )
     command.add_argument("--out", type=Path, metavar="DIR", help="new or empty directory to keep the run in")
     command.add_argument("--json", action="store_true", help="print the result as one JSON object and nothing else")
     thinking = command.add_mutually_exclusive_group()
@@ -62,6 +70,8 @@ def carry_out(options: argparse.Namespace) -> int:
     """Check everything, run, show, keep; 0 where the run ended well, 3 where it did not."""
     speaker = language.speaker(options)
 
+    from homeostat.agents.crew import AskingProtocol
+    from homeostat.campaign.conditions import Conditions
     from homeostat.campaign.recorded_run import Thinking
     from homeostat.campaign.recording import RunDirectory
     from homeostat.campaign.scenario import scenario
@@ -70,16 +80,17 @@ def carry_out(options: argparse.Namespace) -> int:
     case = load_case(options.case)
     chosen = scenario(case, options.fault, options.seed, options.onset, options.severity, options.end, options.location)
     thinking = Thinking(options.thinking_scale, options.thinking_declared)
+    conditions = Conditions(AskingProtocol(options.protocol), options.label_given)
     if options.out is not None:
         directory = RunDirectory(options.out)
     else:
         directory = RunDirectory.next_free(RUNS, f"{case.name}-{chosen.fault}-{chosen.seed}")
-    return _run(case, chosen, directory, thinking, options.proposer, speaker, options.json)
+    return _run(case, chosen, directory, thinking, options.proposer, speaker, conditions, options.json)
 
 
 def _run(
     case: Case, chosen: Scenario, directory: RunDirectory, thinking: Thinking, proposer: str,
-    speaker: Language | None, as_json: bool,
+    speaker: Language | None, conditions: Conditions, as_json: bool,
 ) -> int:  # fmt: skip
     from homeostat.campaign.recorded_run import record_run
     from homeostat.cli.notices import notices
@@ -101,7 +112,7 @@ def _run(
 
     try:
         with directory, notices():
-            result = record_run(case, chosen, directory, thinking, proposer, on_event, on_snapshot, speaker)
+            result = record_run(case, chosen, directory, thinking, proposer, on_event, on_snapshot, speaker, conditions)
     finally:
         view.close()
     if as_json:

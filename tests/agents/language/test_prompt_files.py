@@ -62,6 +62,7 @@ def hashes(package: Path) -> dict[str, str]:
 READ_BY = {
     "rules.md": AGENTS, "feedback.md": AGENTS, "guide.md": ("planning", "action"),
     **{f"{agent}.{part}.md": (agent,) for agent in AGENTS for part in ("system", "prompt")},
+    **{f"{agent}.{part}.md": (agent,) for agent in ("planning", "action") for part in ("route", "step")},
 }  # fmt: skip
 
 

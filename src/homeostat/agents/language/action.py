@@ -76,7 +76,7 @@ class LanguageAction:
         faults, choices = plausible_faults(situation.diagnosis), open_setpoints(path.commanded_states)
         chosen = [state for state in path.commanded_states if state.open_setpoints]
         hard = [limit.name for limit in self._plant.limits.hard]
-        role = {"rules": prompt_file("rules"), "guide": prompt_file("guide"), "throughput": self._production.throughput}
+        role = action_role("action.route", self._production)
         told = (feedback_text(advice, self._plant), idle_text(situation.idle, slopes, self._plant) if slopes else "")
         values = {
             "situation": situation_text(situation, self._plant, self._notes, idle=not slopes),
@@ -116,6 +116,14 @@ class LanguageAction:
         present = unset if math.isnan(now) else f"{now:.6g}{unit}"
         words = quote(tag.description, 60)
         return f"- {tag.name} {words}: {low:g} to {high:g}{unit}{steps}{ramp}; now {present}, design {design}"
+
+
+def action_role(task: str, production: Production) -> dict[str, str]:
+    """What the system prompt of an action agent is filled in with; ``task``: prompt file with what is asked for."""
+    return {
+        "task": prompt_file(task).strip(), "rules": prompt_file("rules"), "guide": prompt_file("guide"),
+        "throughput": production.throughput,
+    }  # fmt: skip
 
 
 def _where(path: RecoveryPath, chosen: Sequence[State]) -> str:

@@ -114,6 +114,12 @@ def bounds(admitted: SetpointRange, tag: Tag) -> tuple[float, float]:
     return _multiple(low * tag.increment, tag.increment), _multiple(high * tag.increment, tag.increment)
 
 
+def open_range(admitted: SetpointRange, every: Sequence[SetpointRange]) -> SetpointRange:
+    """``admitted`` as wide as the widest of ``every``, and without its design value where it has one."""
+    low, high = min(r.low for r in every), max(r.high for r in every)
+    return SetpointRange(admitted.tag, low, high, None if admitted.design is None else low)
+
+
 def unusable(*reasons: str) -> Unusable:
     """An answer that is wrong for ``reasons``."""
     return Unusable(tuple(Finding(ANSWER, Owner.ACTION, -math.inf, "1", 0.0, 0, reason) for reason in reasons))

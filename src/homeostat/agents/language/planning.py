@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -23,6 +23,8 @@ from homeostat.domain.verdict import Revise
 from homeostat.llm.model import LanguageModel, Question
 from homeostat.llm.tokens import estimate
 
+SAME: Final = "; this is what follows without action"
+"""Said of the path that the plant takes if nobody interferes."""
 MOST_PATHS: Final = 24
 """Most paths that are offered, those with least risk."""
 
@@ -41,6 +43,9 @@ class Choice:
 
 class LanguagePlanning:
     """Implements :class:`homeostat.agents.crew.Planning` with a language model."""
+
+    TASK = "planning.route"
+    """Prompt file with what is asked for."""
 
     def __init__(
         self, model: LanguageModel, plant: PlantDescription, grounding: Grounding, notes: Sequence[str] = ()
@@ -65,16 +70,20 @@ class LanguagePlanning:
     def choice(self, situation: Situation, advice: Advice) -> Choice:
         """What the model is asked; NoAdmissiblePlan where there is nothing to choose from."""
         faults = plausible_faults(situation.diagnosis)
-        offered = itertools.islice(open_paths(self._plant, self._grounding, situation, advice), MOST_PATHS)
-        paths = {" > ".join(path.states): path for path in offered}
+        paths = self._offered(open_paths(self._plant, self._grounding, situation, advice))
         if not paths:
             raise NoAdmissiblePlan(
                 f"no further path from {situation.state!r} is open with {', '.join(faults) or 'no fault'}"
             )
-        rules = {"rules": prompt_file("rules"), "guide": prompt_file("guide"), "none": NONE}
+        rules = {
+            "task": prompt_file(self.TASK).strip(), "rules": prompt_file("rules"), "guide": prompt_file("guide"),
+            "none": NONE,
+        }  # fmt: skip
         values = {
             "situation": situation_text(situation, self._plant, self._notes),
-            "paths": "\n".join(f"- {name}: {_describe(path, situation.rest)}" for name, path in paths.items()),
+            "paths": "\n".join(
+                f"- {name}: {self._describe(p)}{SAME if p == situation.rest else ''}" for name, p in paths.items()
+            ),
             "turtle": "", "omission": "", "feedback": feedback_text(advice, self._plant),
         }  # fmt: skip
         system, kind = fill("planning.system", rules), planning_type(tuple(paths))
@@ -85,8 +94,10 @@ class LanguagePlanning:
         asked = question("planning", situation, system, fill("planning.prompt", values), kind)
         return Choice(asked, kind, paths)
 
+    def _offered(self, paths: Iterator[RecoveryPath]) -> dict[str, RecoveryPath]:
+        """The paths by how they are named."""
+        return {" > ".join(path.states): path for path in itertools.islice(paths, MOST_PATHS)}
 
-def _describe(path: RecoveryPath, rest: RecoveryPath | None) -> str:
-    states = path.commanded_states
-    same = "; this is what follows without action" if path == rest else ""
-    return f"risk {max(s.risk for s in states)}, {quote(states[-1].label, 60)}{same}"
+    def _describe(self, path: RecoveryPath) -> str:
+        states = path.commanded_states
+        return f"risk {max(s.risk for s in states)}, {quote(states[-1].label, 60)}"

@@ -30,6 +30,7 @@ def fill(name: str, values: Mapping[str, str]) -> str:
 @functools.cache
 def template_sha256(agent: str) -> str:
     """Hash over every file that the prompts of ``agent`` are made from."""
-    names = ("rules.md", "guide.md", "feedback.md", "hints.toml", f"{agent}.system.md", f"{agent}.prompt.md")
-    texts = (PROMPTS.joinpath(name).read_text("utf-8") for name in names)
+    shared = ("rules.md", "guide.md", "feedback.md", "hints.toml")
+    own = sorted(file.name for file in PROMPTS.iterdir() if file.name.startswith(f"{agent}."))
+    texts = (PROMPTS.joinpath(name).read_text("utf-8") for name in (*shared, *own))
     return hashlib.sha256("\0".join(texts).encode()).hexdigest()

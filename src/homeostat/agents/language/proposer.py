@@ -9,6 +9,7 @@ from homeostat.agents.grounding import Grounding
 from homeostat.agents.language.action import LanguageAction
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.reprompting import TeachingReprompting
+from homeostat.agents.language.stepwise import StepAction, StepPlanning
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.production import Production
 from homeostat.llm.model import LanguageModel
@@ -17,6 +18,22 @@ NAME = "language"
 """Who acts where a language model's proposal is released."""
 ATTEMPTS = 6
 """Most proposals in one recovery: each costs an answer or two."""
+STEP_ATTEMPTS = 12
+"""Most proposals for one step: what may follow a step is tried without asking."""
+
+
+def step_proposer(
+    model: LanguageModel, plant: PlantDescription, grounding: Grounding, simulation: Simulation,
+    production: Production, notes: Sequence[str] = (),
+) -> Proposer:  # fmt: skip
+    """As :func:`language_proposer`, but asking for one step of the machine at a time."""
+    return Proposer(
+        NAME,
+        StepPlanning(model, plant, grounding, notes),
+        StepAction(model, plant, grounding, production, notes),
+        TeachingReprompting(model, plant, simulation),
+        STEP_ATTEMPTS,
+    )
 
 
 def language_proposer(

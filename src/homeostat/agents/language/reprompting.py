@@ -97,6 +97,8 @@ class TeachingReprompting:
         """Action keeps the path while it has tries left, gets on, and its commands could cure what is violated."""
         if attempt.path is None or self._stuck(violated, before):
             return Owner.PLANNING
+        if before.tries + 1 < TRIES and any(_is_inadmissible(f) for f in violated):
+            return Owner.ACTION  # what a rollout of commands shows that may not be given says nothing about the path
         if before.tries + 1 >= TRIES or any(f.owner is Owner.PLANNING for f in violated):
             return Owner.PLANNING
         states = attempt.path.commanded_states
@@ -131,6 +133,11 @@ class TeachingReprompting:
             return route, ""
         given = answer.model_dump()
         return (Owner(given["route"]) if route is Owner.ACTION else route), given["hint"]
+
+
+def _is_inadmissible(finding: Finding) -> bool:
+    """Whether a command may not be given at all, whatever would come of it."""
+    return finding.criterion.startswith("CHK-") and finding.owner is Owner.ACTION
 
 
 def known_hint(violated: Sequence[Finding]) -> str:

@@ -29,6 +29,11 @@ _PRESENT: Final = re.compile(
     rf"^- (?P<tag>\S+) «[^»]*»: .*; now (?P<value>automatic|{_NUMBER}).*, design (?P<design>automatic|{_NUMBER})",
     re.MULTILINE,
 )
+_ADMITTED: Final = re.compile(
+    rf"^:range_\S+ .*hs:high (?P<high>{_NUMBER}); hs:low (?P<low>{_NUMBER}); hs:ofTag :tag_(?P<tag>\S+)\.$",
+    re.MULTILINE,
+)
+_FINE: Final = "Without action: every criterion holds."
 _SAME: Final = re.compile(r"^- (?P<path>[^:]*): .*; this is what follows without action$", re.MULTILINE)
 RESERVE: Final = 0.05
 """Margin that is wanted beyond zero, in the margin's unit."""
@@ -47,6 +52,8 @@ def reasonable(question: Question) -> str:
         return json.dumps({"reasoning": "the least risky path that changes something", "path": _change(question)})
     if question.agent == "reprompting":
         return json.dumps({"route": "action", "hint": "move the command with the largest effect"})
+    if admitted := _admitted(question):
+        return json.dumps({"reasoning": "what the graph says that the state admits", "commands": admitted})
     limits = _commands(question)
     present = _present(question, limits)
     base = present if _IDLE in question.prompt else _last(question) or present
@@ -84,10 +91,17 @@ def _paths(question: Question) -> list[str]:
 
 
 def _change(question: Question) -> str:
-    """The least risky path that is not the one which is violated already; that one where there is no other."""
-    same = {found["path"] for found in _SAME.finditer(question.prompt)}
+    """What follows anyway where every criterion holds then, else the least risky path that changes something."""
+    same = [found["path"] for found in _SAME.finditer(question.prompt)]
     paths = _paths(question)
+    if _FINE in question.prompt:
+        return (*same, *paths)[0]
     return next((path for path in paths if path not in same), paths[0])
+
+
+def _admitted(question: Question) -> dict[str, float]:
+    """Tag -> the largest value that the graph admits for it in one state; empty where it does not say."""
+    return {found["tag"]: float(found["high"]) for found in _ADMITTED.finditer(question.prompt)}
 
 
 def _commands(question: Question) -> dict[str, dict[str, Any]]:

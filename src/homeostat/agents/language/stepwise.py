@@ -1,0 +1,143 @@
+"""Step by step: a model names only the state that is entered next, and gives every actuator its value in it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from homeostat.agents.candidates import SearchSpace, design_commands, present_point
+from homeostat.agents.crew import Situation
+from homeostat.agents.grounding import Grounding
+from homeostat.agents.language.action import action_role
+from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in, open_range
+from homeostat.agents.language.feedback import feedback_text
+from homeostat.agents.language.planning import LanguagePlanning
+from homeostat.agents.language.prompt_files import fill
+from homeostat.agents.language.situation import situation_text
+from homeostat.agents.language.speaker import ask, question, room
+from homeostat.agents.planning import open_paths, plausible_faults
+from homeostat.domain.advice import Advice
+from homeostat.domain.behaviour import SetpointRange, State
+from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.production import Production
+from homeostat.domain.quotation import quote
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from homeostat.domain.verdict import Revise
+from homeostat.llm.model import LanguageModel, Question
+from homeostat.llm.tokens import estimate
+
+
+def entered(path: RecoveryPath) -> str:
+    """Name of the state that is entered next on ``path``."""
+    return path.states[1]
+
+
+def went_on(path: RecoveryPath, advice: Advice) -> bool:
+    """Whether the last attempt entered the same state next, so that only what comes later is to be found anew."""
+    last = advice.attempts[-1].path if advice.attempts else None
+    return last is not None and entered(last) == entered(path)
+
+
+class StepPlanning(LanguagePlanning):
+    """Asks for the state that is entered next; what may follow it is looked for, and tried before it is asked again."""
+
+    TASK = "planning.step"
+
+    async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath | Revise:
+        """A path whose first step is the one that the model names."""
+        paths = _steps(open_paths(self._plant, self._grounding, situation, advice))
+        further = next((path for path in paths if went_on(path, advice)), None)
+        return further or await super().plan(situation, advice)
+
+    def _offered(self, paths: Iterator[RecoveryPath]) -> dict[str, RecoveryPath]:
+        found: dict[str, RecoveryPath] = {}
+        for path in _steps(paths):
+            found.setdefault(entered(path), path)
+        return found
+
+    def _describe(self, path: RecoveryPath) -> str:
+        state = self._plant.machine.state(entered(path))
+        return f"risk {state.risk}, {quote(state.label, 60)}"
+
+
+class StepAction:
+    """Implements :class:`homeostat.agents.crew.Action`: asks for every actuator in the state that is entered next.
+
+    What the state admits is not part of the question's type, so that a wrong answer is told from a right one by
+    validation. Before that state the plant is left as it is; after it, it is commanded as by design.
+    """
+
+    def __init__(
+        self, model: LanguageModel, plant: PlantDescription, grounding: Grounding, production: Production,
+        notes: Sequence[str] = (),
+    ) -> None:  # fmt: skip
+        """``notes`` are what operators wrote."""
+        self._model, self._plant, self._grounding = model, plant, grounding
+        self._production, self._notes = production, tuple(notes)
+
+    async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
+        """The commands that the model gives, and what comes before and after them."""
+        last = advice.attempts[-1].actions if advice.attempts else None
+        if last is not None and went_on(path, advice) and path != advice.keep_path:
+            return self._along(path, situation, _commands_of(last, entered(path)))
+        state = path.machine.state(entered(path))
+        asked, kind = self.order(situation, state, advice)
+        answer = await ask(self._model, asked, kind, situation)
+        if isinstance(answer, Unusable):
+            return Revise(answer.findings)
+        opened = replace(state, setpoints=self._actuators(state))
+        return self._along(path, situation, commands_in(opened, answer, self._plant.tags_by_name))
+
+    def order(self, situation: Situation, state: State, advice: Advice) -> tuple[Question, AnswerType]:
+        """What the model is asked about ``state``, and the type of its answers."""
+        actuators, faults = self._actuators(state), plausible_faults(situation.diagnosis)
+        values = {
+            "situation": situation_text(situation, self._plant, self._notes),
+            "where": f"in state {state.name} ({quote(state.label, 60)})",
+            "commands": "\n".join(self._tell(r, situation) for r in actuators),
+            "turtle": "", "omission": "", "feedback": feedback_text(advice, self._plant),
+        }  # fmt: skip
+        system = fill("action.system", action_role("action.step", self._production))
+        kind = action_type(actuators, self._plant.tags_by_name)
+        budget = room(system, fill("action.prompt", values))
+        shown = self._grounding.step_excerpt(state.name, faults, budget, estimate)
+        values |= {"turtle": shown.text, "omission": shown.omission}
+        return question("action", situation, system, fill("action.prompt", values), kind), kind
+
+    def _along(self, path: RecoveryPath, situation: Situation, given: tuple[Command, ...]) -> ActionSet:
+        tags = self._plant.tags_by_name
+        sent = {c.tag: c.value for c in situation.under_way if c.value is not None}
+        values = {**situation.snapshot.values, **sent}
+
+        def commands(state: State) -> tuple[Command, ...]:
+            if state.name == entered(path):
+                return given
+            if state.name == situation.state:
+                return SearchSpace(state, tags).actions(present_point(state, values)).commands
+            return design_commands(state, tags)
+
+        return ActionSet.along(path, commands)
+
+    def _actuators(self, state: State) -> tuple[SetpointRange, ...]:
+        """Every tag that ``state`` commands, with the range that it has over all states."""
+        every = [r for s in self._plant.machine.states for r in s.setpoints]
+        return tuple(open_range(r, [other for other in every if other.tag == r.tag]) for r in state.setpoints)
+
+    def _tell(self, actuator: SetpointRange, situation: Situation) -> str:
+        tag = self._plant.tag(actuator.tag)
+        low, high = bounds(actuator, tag)
+        now = situation.snapshot.values.get(tag.name, math.nan)
+        present = "not known" if math.isnan(now) else f"{now:.6g}"
+        return f"- {tag.name} {quote(tag.description, 60)}: {low:g} to {high:g}; now {present}"
+
+
+def _steps(paths: Iterator[RecoveryPath]) -> Iterator[RecoveryPath]:
+    """Those of ``paths`` that stay for a while in the state that they enter next: at most one decision."""
+    return (path for path in paths if len(path.decisions) <= 1)
+
+
+def _commands_of(actions: ActionSet, state: str) -> tuple[Command, ...]:
+    """What ``actions`` command in ``state``."""
+    later = {step.target: step.commands for step in actions.then}
+    return actions.commands if actions.target == state else later[state]

@@ -1,0 +1,23 @@
+"""Conditions: how the agents of a run are asked, and what they are told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from homeostat.agents.crew import AskingProtocol
+from homeostat.trace import Setting
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """What a study varies besides the scenario."""
+
+    protocol: AskingProtocol = AskingProtocol.ROUTE
+    """When proposers are asked, and for how much."""
+    label_given: bool = False
+    """Whether agents are told the true faults from their onset on, as in studies without detection."""
+
+    @property
+    def settings(self) -> tuple[Setting, ...]:
+        """As the journal has them."""
+        return Setting("protocol", self.protocol.value), Setting("label_given", int(self.label_given))

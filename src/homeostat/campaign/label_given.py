@@ -1,0 +1,46 @@
+"""The label given: agents are told which faults are there, as in studies that have no detection."""
+
+from __future__ import annotations
+
+from homeostat.agents.crew import Monitoring
+from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import Outcome
+
+
+class LabelGiven:
+    """Implements :class:`homeostat.agents.crew.Monitoring` over another one, with the truth for a diagnosis.
+
+    Only studies that compare with published ones use it: a plant has nobody to tell the truth.
+    """
+
+    def __init__(self, monitoring: Monitoring, faults: tuple[FaultState, ...]) -> None:
+        """``monitoring`` goes on watching; ``faults`` are those that are truly there, each from its onset on."""
+        self._monitoring = monitoring
+        self._faults = faults
+        self._told: tuple[FaultState, ...] = ()
+        self._at_s = 0.0
+
+    def notices(self, snapshot: Snapshot) -> bool:
+        """Take one more snapshot; whether a fault began since the last diagnosis."""
+        self._monitoring.notices(snapshot)
+        self._at_s = snapshot.at_s
+        return self._present != self._told
+
+    @property
+    def symptoms(self) -> tuple[Symptom, ...]:
+        """Those of the monitoring behind it."""
+        return self._monitoring.symptoms
+
+    def diagnose(self, departed: bool = False) -> Diagnosis:
+        """What is truly there now."""
+        self._told = self._present
+        hypotheses = (Hypothesis(self._told, 1.0),) if self._told else ()
+        return Diagnosis(self._at_s, self.symptoms, hypotheses)
+
+    def follow(self, outcome: Outcome) -> None:
+        """Nothing to learn: whoever knows the truth needs no review."""
+
+    @property
+    def _present(self) -> tuple[FaultState, ...]:
+        return tuple(f for f in self._faults if f.onset_s <= self._at_s)
