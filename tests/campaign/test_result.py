@@ -11,6 +11,7 @@ import pytest
 from homeostat.campaign.belief import Belief
 from homeostat.campaign.result import RESULT, Result, ResultError, read_result
 from homeostat.campaign.scoring import Exposure, OutcomeKind
+from homeostat.campaign.step_scores import StepScores
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.recovery import Command
 
@@ -34,6 +35,7 @@ RESULT_OF_TWO = Result(
     complete_s=None,
     nominal_s=2100.0,
     totals={"spilled_L": 0.25},
+    steps=StepScores(8, 7, 8, 6, on_right=12, on_wrong=2, on_missed=1),
     thinking_s=1.5,
     wall_s=8.25,
     trace="runs/one",
@@ -53,8 +55,8 @@ def test_read_back_as_written(tmp_path: Path, detected_s: float | None) -> None:
     (tmp_path / RESULT).write_text(result.to_json())
     again = read_result(tmp_path)
     assert again is not None and again.to_json() == result.to_json()
-    assert (again.actions, again.outcome, again.limit_exposure_s) == (
-        result.actions, result.outcome, result.limit_exposure_s,
+    assert (again.actions, again.outcome, again.limit_exposure_s, again.steps) == (
+        result.actions, result.outcome, result.limit_exposure_s, result.steps,
     )  # fmt: skip
     exposure = json.loads(result.to_json())["limit_exposure_s"]["LIM-T-HIGH"]
     assert exposure == {"from_detection": seconds if detected_s is not None else None, "total": 4.0}

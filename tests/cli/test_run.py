@@ -17,7 +17,7 @@ from tests.cli.command import Done, homeostat
 
 KEYS = (
     "case", "fault", "seed", "outcome", "actor", "onset_s", "detected_s", "released_s", "attempts", "hypotheses",
-    "actions", "min_margin", "limit_exposure_s", "production_loss", "state", "complete_s", "nominal_s", "totals",
+    "actions", "min_margin", "limit_exposure_s", "production_loss", "state", "complete_s", "nominal_s", "totals", "steps",
     "thinking_s", "wall_s", "trace",
 )  # fmt: skip
 
@@ -45,6 +45,7 @@ def test_a_recovery_as_json(recovered_json: Done) -> None:
     assert (result["outcome"], result["actor"], result["trace"]) == ("recovered", "search", "run")
     assert result["state"] in ("compensated", "reduced_load", "holding")
     assert (result["complete_s"], result["nominal_s"], result["totals"]) == (None, None, {}), "the reactor has no batch"
+    assert result["steps"] is None, "nobody asked for single steps"
     assert 900.0 == result["onset_s"] <= result["detected_s"] <= result["released_s"] <= 960.0
     assert isinstance(result["attempts"], int) and result["attempts"] >= 1
     for name in ("min_margin", "production_loss", "thinking_s", "wall_s"):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from importlib.metadata import version
 
+from homeostat.agents.crew import AskingProtocol
 from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.figure import draw
 from homeostat.campaign.milestones import Milestones
@@ -15,6 +16,7 @@ from homeostat.campaign.recording import FIGURE, RunDirectory
 from homeostat.campaign.result import RESULT, Result, result_of
 from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import Scenario
+from homeostat.campaign.step_scores import score_steps
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import Language
 from homeostat.domain.snapshot import Snapshot
@@ -77,7 +79,9 @@ def record_run(
             conditions=conditions,
         )  # fmt: skip
         journal.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
-        result = result_of(done, directory.path)
+        stepwise = language is not None and conditions.protocol is AskingProtocol.PER_STEP
+        steps = score_steps(case, scenario, done.said) if stepwise else None
+        result = result_of(done, directory.path, steps)
         _store(case, directory, done, milestones, result)
     except KeyboardInterrupt:
         journal.record(RunFinished(INTERRUPTED, "stopped from outside"), seen.at_s)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from homeostat.campaign.belief import Belief, merge
 from homeostat.campaign.runner import RunResult
 from homeostat.campaign.scoring import Exposure, OutcomeKind
+from homeostat.campaign.step_scores import StepScores
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.recovery import Command
 from homeostat.trace.encode import Json
@@ -63,6 +64,8 @@ class Result:
     """The same in the fault-free run [s]."""
     totals: dict[str, float]
     """What the case adds up over a run -> its true value at the end; the unit is the end of the name."""
+    steps: StepScores | None
+    """How many single steps a language model got right; None unless it was asked in every state."""
     thinking_s: float
     """Wall-clock seconds of thinking up to the first release [s]."""
     wall_s: float
@@ -105,6 +108,7 @@ class Result:
                 "complete_s": self.complete_s,
                 "nominal_s": self.nominal_s,
                 "totals": self.totals,
+                "steps": None if self.steps is None else asdict(self.steps),
                 "thinking_s": self.thinking_s,
                 "wall_s": self.wall_s,
                 "trace": self.trace,
@@ -114,8 +118,11 @@ class Result:
         )
 
 
-def result_of(run: RunResult, trace: Path) -> Result:
-    """The result of ``run``, whose record is in folder ``trace``; what is not a finite number becomes None."""
+def result_of(run: RunResult, trace: Path, steps: StepScores | None = None) -> Result:
+    """The result of ``run``, whose record is in folder ``trace``; what is not a finite number becomes None.
+
+    ``steps``: scores of single steps, where they were asked for.
+    """
     return Result(
         case=run.scenario.case,
         fault=run.scenario.fault,
@@ -135,6 +142,7 @@ def result_of(run: RunResult, trace: Path) -> Result:
         complete_s=run.complete_s,
         nominal_s=run.nominal_s,
         totals=dict(run.totals),
+        steps=steps,
         thinking_s=run.thinking_s,
         wall_s=run.wall_s,
         trace=str(trace),
@@ -154,6 +162,7 @@ def read_result(run_dir: Path) -> Result | None:
             **{
                 **content,
                 "outcome": OutcomeKind(content["outcome"]),
+                "steps": None if content["steps"] is None else StepScores(**content["steps"]),
                 "hypotheses": tuple(_belief(item) for item in content["hypotheses"]),
                 "actions": tuple(Command(**item) for item in content["actions"]),
                 "limit_exposure_s": tuple(

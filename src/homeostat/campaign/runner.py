@@ -6,7 +6,7 @@ import asyncio
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -15,6 +15,7 @@ from homeostat.agents.planning import EVENT
 from homeostat.assurance.executive import Executive
 from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.label_given import LabelGiven
+from homeostat.campaign.listening import ListeningModel, Said
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_at_end, outcome, production_loss
 from homeostat.campaign.watched import WatchedPlant, Watcher
@@ -50,7 +51,7 @@ class RunResult:
     attempts: int
     """Proposals that were judged."""
     hypotheses: tuple[Hypothesis, ...]
-    """The last diagnosis before the first release, or the last one."""
+    """The last diagnosis before the first release; the first one where there was none, the last where no release."""
     actions: tuple[Command, ...]
     """The last commands that were written."""
     min_margin: float | None
@@ -78,6 +79,8 @@ class RunResult:
     """What the instruments said, at the same times."""
     reason: str
     """Why the fallback acted; empty where it did not."""
+    said: tuple[Said, ...] = ()
+    """What a language model answered, in order."""
 
     @property
     def good(self) -> bool:
@@ -184,6 +187,9 @@ def run(
     executive = new_executive(case, conditions.protocol)
     plant = build_plant(case, scenario, clock, executive)
     watched = WatchedPlant(plant, watcher)
+    listening = ListeningModel(language.model, executive) if language else None
+    if language and listening:
+        language = replace(language, model=listening)
     given = partial(LabelGiven, faults=scenario.faults) if conditions.label_given else None
     supervisor = wire(
         case, watched, executive, clock, trace, scenario.seed, budget, archive, language, conditions.protocol, given
@@ -193,7 +199,8 @@ def run(
     healthy, nominal = _unattended(case, Scenario(case.name, (), scenario.seed, scenario.end_s))
     nominal_s = _completion_s(case, nominal.drain())
     wall_s = time.monotonic() - begin
-    return _score(case, scenario, recorder, truth, measured(plant), healthy, nominal_s, clock.total_s, wall_s)
+    result = _score(case, scenario, recorder, truth, measured(plant), healthy, nominal_s, clock.total_s, wall_s)
+    return replace(result, said=tuple(listening.said)) if listening else result
 
 
 def _completion_s(case: Case, states: Sequence[tuple[str, float]]) -> float | None:
@@ -217,7 +224,7 @@ def _score(
         inside_at_end(truth, limits, math.inf if seen.started_s is None else seen.started_s),
     )  # fmt: skip
     first = seen.released[0] if seen.released else None
-    believed = [e for t, e in seen.diagnosed if first is None or t <= first[0]]
+    believed = [e for t, e in seen.diagnosed if first is None or t <= first[0]] or [e for _, e in seen.diagnosed[:1]]
     actor = "fallback" if seen.fallbacks else (seen.released[-1][1].proposer if seen.released else "none")
     commands = seen.fallbacks[-1][1].commands if seen.fallbacks else (seen.released[-1][1].commands if first else ())
     started = seen.started_s if seen.started_s is not None else truth.start_s

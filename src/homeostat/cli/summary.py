@@ -9,6 +9,7 @@ from typing import Final
 from homeostat.campaign.recording import FIGURE
 from homeostat.campaign.result import Result
 from homeostat.campaign.scoring import OutcomeKind
+from homeostat.campaign.step_scores import StepScores
 from homeostat.cli.story import Onset, Story
 from homeostat.cli.wording import beliefs, commands, quantity
 from homeostat.domain.plant_description import PlantDescription
@@ -35,6 +36,8 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
         yield _row("Production", f"{100 * result.production_loss:.1f} % lost since {since}")
     if result.nominal_s is not None:
         yield _row("Batch", _batch(result, plant))
+    if result.steps is not None:
+        yield _row("Steps", _steps(result.steps))
     yield _row("Thinking", f"{result.thinking_s:.1f} s, {result.attempts} {_plural('attempt', result.attempts)}")
     yield _row("Trace", str(run_dir))
     yield _row("Figure", str(run_dir / FIGURE))
@@ -75,6 +78,13 @@ def _batch(result: Result, plant: PlantDescription) -> str:
     else:
         text = f"complete at {result.complete_s:.0f} s, {result.complete_s - result.nominal_s:+.0f} s against nominal"
     return ", ".join((text, *(f"{name.replace('_', ' ')} {value:.3g}" for name, value in result.totals.items())))
+
+
+def _steps(steps: StepScores) -> str:
+    parts = [f"{steps.plans_right} of {steps.plans} plans right", f"{steps.actions_right} of {steps.actions} actions"]
+    if steps.precision is not None and steps.recall is not None:
+        parts.append(f"actuators: precision {100 * steps.precision:.0f} %, recall {100 * steps.recall:.0f} %")
+    return ", ".join(parts)
 
 
 def _outside(result: Result) -> str:

@@ -1,0 +1,51 @@
+"""Listening: what a language model was asked in which state, and what it answered."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from homeostat.assurance.executive import Executive
+from homeostat.llm.model import LanguageModel, Question, Reply
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """One answer."""
+
+    agent: str
+    """Who asked: ``planning``, ``action`` or ``reprompting``."""
+    state: str
+    """State that the plant was in."""
+    answer: str
+    """As the model gave it; empty where it gave none."""
+
+
+class ListeningModel:
+    """Implements :class:`homeostat.llm.model.LanguageModel` over another one, and keeps what it said."""
+
+    def __init__(self, model: LanguageModel, executive: Executive) -> None:
+        """``executive`` knows the state that the plant is in."""
+        self._model, self._executive = model, executive
+        self.said: list[Said] = []
+        """Every answer so far."""
+
+    @property
+    def name(self) -> str:
+        """The other model's."""
+        return self._model.name
+
+    @property
+    def settings(self) -> Mapping[str, float | int | str | None]:
+        """The other model's."""
+        return self._model.settings
+
+    async def ask(self, question: Question, within_s: float) -> Reply:
+        """The other model's answer."""
+        state, answer = self._executive.state, ""
+        try:
+            reply = await self._model.ask(question, within_s)
+            answer = reply.answer
+        finally:
+            self.said.append(Said(question.agent, state, answer))
+        return reply

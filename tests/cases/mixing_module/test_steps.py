@@ -1,0 +1,142 @@
+"""The published protocol: agents are asked in every state for the next step, and judged on a route that begins with it."""
+
+from __future__ import annotations
+
+import functools
+import json
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from homeostat.agents.crew import AskingProtocol
+from homeostat.agents.language.scripts import reasonable
+from homeostat.campaign.conditions import Conditions
+from homeostat.campaign.result import RunResult
+from homeostat.campaign.runner import run
+from homeostat.campaign.scenario import scenario
+from homeostat.campaign.step_scores import StepScores, score_steps
+from homeostat.cases.case import Case, load_case
+from homeostat.cases.wiring import Language
+from homeostat.llm.model import Question
+from homeostat.llm.scripted import ScriptedModel
+from homeostat.plant.clock import DeclaredClock
+from homeostat.trace import MemoryTrace
+from homeostat.trace.decisions import Attempted, StateEntered
+
+MAIN = (
+    "filling_B201", "filling_B202", "filling_B203", "emptying_B201", "emptying_B202", "emptying_B203", "emptying_B204",
+    "complete",
+)  # fmt: skip
+BYPASS = tuple(s.replace("emptying", "bypass_emptying") if "B204" not in s else s for s in MAIN)
+STATE = re.compile(r"^State (\S+) \(", re.MULTILINE)
+
+
+@functools.cache
+def case() -> Case:
+    return load_case("mixing_module")
+
+
+def stepwise(
+    fault: str, severity: float | None, answer: Callable[[Question], str], label_given: bool = True
+) -> tuple[RunResult, list[Question], MemoryTrace]:
+    """A batch in which every step is asked for; the fault is there from the start."""
+    model, trace = ScriptedModel("scripted", answer), MemoryTrace()
+    chosen = scenario(case(), fault, 3, None if fault == "none" else 0.0, severity, 400.0)
+    conditions = Conditions(AskingProtocol.PER_STEP, label_given)
+    result = run(case(), chosen, trace, DeclaredClock(1.0), language=Language(model), conditions=conditions)
+    assert max(result.totals[n] for n in ("overflowed_L", "dry_run_s", "dead_head_s")) == 0.0
+    return result, model.asked, trace
+
+
+def entered(trace: MemoryTrace) -> tuple[str, ...]:
+    return tuple(e.state for e in trace.of(StateEntered))
+
+
+def state(question: Question) -> str:
+    found = STATE.search(question.prompt)
+    assert found is not None
+    return found[1]
+
+
+@pytest.mark.parametrize(
+    ("fault", "severity", "states"),
+    [("none", None, MAIN), ("pump_failure", 1.0, BYPASS), ("sensor_bias_flow", -0.15, MAIN)],
+)
+def test_both_agents_are_asked_once_in_every_state(fault: str, severity: float | None, states: tuple[str, ...]) -> None:
+    result, asked, trace = stepwise(fault, severity, reasonable)
+    assert entered(trace) == states and result.actor == "language" and result.complete_s is not None
+    assert [(q.agent, state(q)) for q in asked] == [
+        (agent, name) for name in ("idle", *states[:-1]) for agent in ("planning", "action")
+    ]
+    scores = score_steps(case(), result.scenario, result.said)
+    assert scores == StepScores(8, 8, 8, 8, scores.on_right if scores else 0, 0, 0)
+
+
+def test_every_actuator_is_asked_for_and_none_is_told() -> None:
+    _, asked, _ = stepwise("none", None, reasonable)
+    schema: Any = asked[1].schema
+    commands = schema["properties"]["commands"]["properties"]
+    assert len(commands) == 10 and all((c["minimum"], c["maximum"]) == (0.0, 1.0) for c in commands.values())
+    assert "design" not in asked[1].prompt
+    assert ":range_filling_B201_VI201.cmd hs:high 1; hs:low 1; hs:ofTag :tag_VI201.cmd." in asked[1].prompt
+
+
+def test_a_wrong_line_is_refused_by_the_rollout_and_the_other_one_asked_for() -> None:
+    """The main line is clogged: nobody tells the model, who names the main line, that the bypass is right."""
+
+    def main_first(question: Question) -> str:
+        schema: Any = question.schema
+        if question.agent == "planning" and "emptying_B201" in schema["properties"]["path"]["enum"]:
+            return json.dumps({"reasoning": "", "path": "emptying_B201"})
+        return reasonable(question)
+
+    result, asked, trace = stepwise("clogging_main", 1.0, main_first)
+    assert entered(trace) == BYPASS and result.actor == "language"
+    refused = [a for a in trace.of(Attempted) if not a.approved and a.path[:2] == ("filling_B203", "emptying_B201")]
+    assert len(refused) == 1
+    assert {"LIM-P101-IDLE"} <= {f.criterion for f in refused[0].findings if f.margin < 0}
+    again = [q for q in asked if q.agent == "planning" and state(q) == "filling_B203"]
+    options: Any = again[-1].schema
+    assert len(again) == 2 and "emptying_B201" not in options["properties"]["path"]["enum"]
+    scores = score_steps(case(), result.scenario, result.said)
+    assert scores is not None and scores.plans_right < scores.plans and scores.actions_right == scores.actions
+
+
+EXTRA = {"filling_B201": {"VO201.cmd": 1.0, "VI204.cmd": 1.0}, "emptying_B204": {"P101.cmd": 1.0, "VI204.cmd": 1.0}}
+
+
+@pytest.mark.parametrize("target", EXTRA)
+def test_an_actuator_too_many_is_refused_and_asked_for_again(target: str) -> None:
+    wrong: list[str] = []
+
+    def once_wrong(question: Question) -> str:
+        answer = json.loads(reasonable(question))
+        if question.agent == "action" and f"state {target} (" in question.prompt and not wrong:
+            wrong.append(question.prompt)
+            answer["commands"] |= EXTRA[target]
+        return json.dumps(answer)
+
+    result, asked, trace = stepwise("none", None, once_wrong)
+    assert entered(trace) == MAIN and result.actor == "language" and len(wrong) == 1
+    (refused,) = [a for a in trace.of(Attempted) if not a.approved]
+    violated = {f.criterion for f in refused.findings if f.margin < 0}
+    assert "CHK-RANGE" in violated
+    assert ("PRM-DRAIN" in violated) == (target == "emptying_B204"), "the drain is closed during a transfer"
+    following = asked[[q.prompt for q in asked].index(wrong[0]) + 1]
+    assert following.agent == "action" and "CHK-RANGE" in following.prompt, "the path was not at fault"
+
+
+def test_a_model_that_never_says_anything_usable_costs_nothing_but_time() -> None:
+    """What was approved for a step is approved as the begin of a whole route; the search takes every step instead."""
+    result, asked, trace = stepwise("none", None, lambda question: "no")
+    assert entered(trace) == MAIN and result.actor == "search" and result.complete_s is not None
+    assert len(asked) >= 8 and not [a for a in trace.of(Attempted) if a.approved and a.proposer == "language"]
+
+
+def test_without_a_label_the_line_is_changed_when_the_fault_is_found() -> None:
+    """A failed pump that nobody can know of before it is started."""
+    result, _, trace = stepwise("pump_failure", 1.0, reasonable, label_given=False)
+    assert "emptying_B201" in entered(trace) and "bypass_emptying_B201" in entered(trace)
+    assert result.complete_s is not None and result.detected_s is not None and result.hypotheses
