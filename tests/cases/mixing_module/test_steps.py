@@ -1,4 +1,4 @@
-"""The published protocol: agents are asked in every state for the next step, and judged on a route that begins with it."""
+"""The published protocol: agents are asked in every state for the next step, judged as the begin of a whole route."""
 
 from __future__ import annotations
 
