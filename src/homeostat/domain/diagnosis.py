@@ -140,4 +140,4 @@ class Diagnosis:
     @property
     def faulty(self) -> bool:
         """Whether anything is believed to be wrong."""
-        return bool(self.symptoms)
+        return any(h.faults for h in self.hypotheses)
