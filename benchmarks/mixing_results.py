@@ -51,10 +51,15 @@ PUBLISHED = {
 }
 """The five published faults, each with the places and kinds that it may have here."""
 VALVES = ("VI201", "VI202", "VI203", "VO201", "VO202", "VO203", "VI204", "VO204")
-FAMILIES = PUBLISHED | {"stuck_valve": tuple(f"stuck_{way}_{valve}" for way in ("closed", "open") for valve in VALVES)}
+FAMILIES = PUBLISHED | {
+    "stuck_valve": tuple(f"stuck_{way}_{valve}" for way in ("closed", "open") for valve in VALVES),
+    "open_inlet": tuple(f"stuck_open_{valve}" for valve in VALVES[:3]),
+}
 """What a single fault is drawn from; new families come last, so that the draws of the others stay."""
 PAIR = "pair"
 """Two of the published five at once, each with its own place, severity and onset."""
+PAIR_STREAM = 6
+"""Random stream of the pairs."""
 SEEDS = 20
 END_S = 900.0
 WHOLE = 0.9
@@ -104,7 +109,7 @@ def drawn(family: str, seed: int) -> Scenario:
     if family != PAIR:
         generator = np.random.default_rng([seed, list(FAMILIES).index(family)])
         return Scenario(case.name, (_fault(family, generator),), seed, END_S)
-    generator = np.random.default_rng([seed, len(FAMILIES)])
+    generator = np.random.default_rng([seed, PAIR_STREAM])
     families = generator.choice(list(PUBLISHED), size=2, replace=False)
     return Scenario(case.name, tuple(_fault(str(f), generator) for f in families), seed, END_S)
 

@@ -39,7 +39,9 @@ class ScriptedTwin:
     def observe(self, snapshot: Snapshot) -> None:
         self.at_s = snapshot.at_s
 
-    def explain(self, candidates: Sequence[str], known: Sequence[FaultState]) -> tuple[Hypothesis, ...]:
+    def explain(
+        self, candidates: Sequence[str], known: Sequence[FaultState], dense: bool = False
+    ) -> tuple[Hypothesis, ...]:
         self.asked.append((tuple(candidates), tuple(known)))
         return self.answer(self.at_s)
 

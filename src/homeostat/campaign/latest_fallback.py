@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 
+from homeostat.agents.rehearsal import TwinRehearsal
+from homeostat.assurance.gate import Gate
 from homeostat.campaign.best_route import inside
 from homeostat.campaign.runner import build_plant
 from homeostat.campaign.scenario import Scenario
@@ -11,6 +13,7 @@ from homeostat.cases.case import Case
 from homeostat.cases.wiring import fallbacks, new_executive
 from homeostat.domain.recovery import FallbackStrategy
 from homeostat.plant.clock import DeclaredClock
+from homeostat.twin.twin import Twin
 
 
 def latest_fallback(case: Case, scenario: Scenario, longest_s: int = 60) -> int | None:
@@ -31,14 +34,15 @@ def _keeps(case: Case, scenario: Scenario, strategy: FallbackStrategy, at_s: flo
     """Whether ``strategy`` keeps every hard limit and criterion to the end if it acts at ``at_s`` [s]."""
     executive = new_executive(case)
     plant = build_plant(case, scenario, DeclaredClock(0.0), executive)
+    description = case.description
+    twin = Twin(case.model, description, case.twin, scenario.seed)
+    rehearsal = TwinRehearsal(twin, description.limits, description.tags_by_name)
+    gate = Gate(plant, description.limits, strategy, rehearsal, executive)
 
     async def watch() -> None:
-        acted = False
         async for snapshot in plant.snapshots():
-            if snapshot.at_s >= at_s and not acted:
-                acted = True
-                executive.load(strategy.actions)
-                await plant.write(strategy.actions.commands)
+            if snapshot.at_s >= at_s and gate.latched is None:
+                await gate.fall_back("hindsight")
 
     asyncio.run(watch())
-    return inside(plant.truth(), case.description.limits)
+    return inside(plant.truth(), description.limits)

@@ -165,7 +165,8 @@ class Story:
         rules = {rule.name: rule.description for rule in self._plant.symptom_rules}
         seen = "; ".join(f"{rules.get(s.rule, s.rule)} ({s.rule}, {s.severity:.1f} times its threshold)"
                          for s in event.symptoms)  # fmt: skip
-        yield Line(at_s, "noticed", seen, Tone.WARNING)
+        if seen:
+            yield Line(at_s, "noticed", seen, Tone.WARNING)
         yield Line(at_s, "believed", believed)
 
     def _arm(self, event: FallbackArmed, at_s: float) -> Line:

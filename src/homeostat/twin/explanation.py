@@ -27,6 +27,8 @@ LEAST_PROBABILITY = 0.03
 """Faults below this are dropped."""
 LAGS_S = (2, 4, 6, 9, 13, 18, 25, 35, 50, 70, 100, 140, 190, 250, 320, 400, 490, 590)
 """Onsets that are tried first, seconds before the last reading."""
+DENSE_LAGS_S = (*range(2, 30, 2), *range(30, 121, 3))
+"""The same where a fault may have gone unnoticed for a while: its onset is a narrow valley between coarse ones."""
 
 
 FaultSet: TypeAlias = tuple[FaultState, ...]
@@ -245,6 +247,7 @@ def explain(
     every: Sequence[str],
     known: Sequence[FaultState],
     end_s: float,
+    dense: bool = False,
 ) -> tuple[Hypothesis, ...]:
     """Explanations of the readings: single faults among ``candidates``, and a second one where one does not do.
 
@@ -255,8 +258,9 @@ def explain(
         every: all known faults, tried as the second one.
         known: what was believed before; its onsets are tried as well, and it is not forgotten without a reason.
         end_s: process time of the last reading [s].
+        dense: whether onsets are tried at :data:`DENSE_LAGS_S` as well.
     """
-    lags = [end_s - lag for lag in LAGS_S]
+    lags = [end_s - lag for lag in {*LAGS_S, *(DENSE_LAGS_S if dense else ())}]
     none = float(whole.score([()])[0]) - MENDED_NATS * len(known)
     scored = whole.singles(candidates, sorted({*lags, *(f.onset_s for f in known)}))
     best = max(scored, key=lambda s: s.score)

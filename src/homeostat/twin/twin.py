@@ -101,15 +101,20 @@ class Twin:
         errors, initial = dict(self.settings.errors), dict(self.settings.initial)
         self._belief = calibrate(self._model, window, self._belief, errors, initial, tuple(faults))
 
-    def explain(self, candidates: Sequence[str], known: Sequence[FaultState]) -> tuple[Hypothesis, ...]:
-        """Which of the ``candidates`` explain the last readings; ``known`` is what was believed before."""
+    def explain(
+        self, candidates: Sequence[str], known: Sequence[FaultState], dense: bool = False
+    ) -> tuple[Hypothesis, ...]:
+        """Which of the ``candidates`` explain the last readings; ``known`` is what was believed before.
+
+        ``dense``: onsets are tried more closely, for what may have gone unnoticed for a while.
+        """
         errors, names = self.settings.errors, [f.name for f in self._faults]
         window = self._history.window(self.settings.replay_s)
         whole, recent = (
             Explainer(self._model, w, self._belief, errors, self._faults, self.settings.gain_error, known)
             for w in (window, self._history.window(self.settings.recent_s))
         )
-        return explain(whole, recent, candidates, names, known, window.end_s)
+        return explain(whole, recent, candidates, names, known, window.end_s, dense)
 
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[dict[str, float], ...]:
         """What each hypothesis says the instruments show beyond the truth: tag -> error in the tag's unit."""

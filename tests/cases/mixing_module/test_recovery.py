@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import functools
+from dataclasses import replace
 
 import pytest
 
@@ -21,7 +22,7 @@ from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Finding, Revise
 from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import Departed, FellBack, ReleasedActions, StateEntered
+from homeostat.trace.decisions import Departed, Diagnosed, FellBack, ReleasedActions, StateEntered
 from homeostat.twin.twin import Twin
 
 
@@ -131,6 +132,22 @@ def test_a_pump_that_has_emptied_every_tank_stops_before_it_is_hurt() -> None:
     truth = plant.truth().signals
     assert executive.state == "emptied" and truth["dry_s"][0, -1] == truth["dead_head_s"][0, -1] == 0.0
     assert all(truth[f"B20{n}.level"][0, -1] < 0.15 for n in (1, 2, 3)), "gravity leaves what stands below B204"
+
+
+@pytest.mark.parametrize(("fault", "onset_s", "where"), [
+    ("pump_failure", 125.0, ("emptying_B201", "t4")), ("stuck_closed_VI202", 45.0, ("filling_B202", "t2")),
+])  # fmt: skip
+def test_what_no_symptom_shows_is_found_when_the_batch_departs_from_its_prediction(
+    fault: str, onset_s: float, where: tuple[str, str]
+) -> None:
+    case = module()
+    deaf = replace(case, description=replace(case.description, symptom_rules=()))
+    trace = MemoryTrace()
+    result = run(deaf, scenario(case, fault, 1, onset_s, 1.0, 400.0), trace, DeclaredClock(1.0))
+    departed, diagnosed = trace.of(Departed)[0], trace.of(Diagnosed)[0]
+    assert (departed.state, departed.transition) == where
+    assert diagnosed.symptoms == () and diagnosed.hypotheses[0].name == fault
+    assert trace.of(ReleasedActions) and not trace.of(FellBack) and result.state == "complete"
 
 
 def forced(chosen: Scenario) -> tuple[Finding, ...]:
