@@ -14,17 +14,16 @@ import sys
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 from benchmarks.cstr_results import table
+from benchmarks.mixing_batches import module
 from benchmarks.mixing_calls import FAULTS, Answer, answers, route
 from homeostat.agents.crew import AskingProtocol
 from homeostat.agents.language.scripts import reasonable
 from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.runner import run
 from homeostat.campaign.scenario import scenario
-from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import Language
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
@@ -97,12 +96,6 @@ class _Speaker:
         return json.dumps({"reasoning": "", "path": named})
 
 
-@cache
-def module() -> Case:
-    """The Mixing Module."""
-    return load_case("mixing_module")
-
-
 def judged(answer: Answer) -> Judgement:
     """Say ``answer`` where it was said, and see what becomes of it."""
     trace = MemoryTrace()
@@ -140,11 +133,15 @@ def rows(counted: Iterable[tuple[Answer, int, Judgement]]) -> list[tuple[object,
     return lines
 
 
+def replay_table(counted: Iterable[tuple[Answer, int, Judgement]]) -> str:
+    """The rows as a table."""
+    head = ["agent", "published key", "answer", "answers", "accepted", "refused by"]
+    return table(head, [[str(cell) for cell in row] for row in rows(counted)])
+
+
 def main() -> int:
     """Judge every distinct answer and print the table."""
-    counted = [(a, n, judged(a)) for a, n in sorted(answers().items())]
-    head = ["agent", "published key", "answer", "answers", "accepted", "refused by"]
-    print(table(head, [[str(cell) for cell in row] for row in rows(counted)]))
+    print(replay_table([(a, n, judged(a)) for a, n in sorted(answers().items())]))
     return 0
 
 

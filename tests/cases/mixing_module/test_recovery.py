@@ -8,22 +8,16 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.agents.candidates import design_commands
-from homeostat.agents.planning import EVENT
-from homeostat.agents.simulation import plausible
-from homeostat.assurance.checks import judge
+from benchmarks.mixing_wrong_routes import forced
 from homeostat.campaign.best_route import best_route
 from homeostat.campaign.runner import RunResult, build_plant, run
-from homeostat.campaign.scenario import Scenario, scenario
+from homeostat.campaign.scenario import scenario
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import fallbacks, new_executive
-from homeostat.domain.diagnosis import Diagnosis, Hypothesis
-from homeostat.domain.recovery import ActionSet, RecoveryPath
-from homeostat.domain.verdict import Finding, Revise
+from homeostat.domain.verdict import Revise
 from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import Departed, Diagnosed, FellBack, ReleasedActions, StateEntered
-from homeostat.twin.twin import Twin
 
 
 @functools.cache
@@ -150,29 +144,6 @@ def test_what_no_symptom_shows_is_found_when_the_batch_departs_from_its_predicti
     assert trace.of(ReleasedActions) and not trace.of(FellBack) and result.state == "complete"
 
 
-def forced(chosen: Scenario) -> tuple[Finding, ...]:
-    """What judges of the main route say when the fault is known and nothing else is proposed."""
-    case, executive = module(), new_executive(module())
-    machine = case.description.machine
-    plant = build_plant(case, chosen, DeclaredClock(0.0), executive)
-    twin = Twin(case.model, case.description, case.twin, chosen.seed)
-
-    async def watch() -> None:
-        async for snapshot in plant.snapshots():
-            twin.observe(snapshot)
-
-    asyncio.run(watch())
-    path = RecoveryPath(machine, machine.paths(executive.state, {}, EVENT, (), longest=0)[0])
-    actions = ActionSet.along(path, lambda state: design_commands(state, case.description.tags_by_name))
-    known = Diagnosis(chosen.end_s, (), (Hypothesis(chosen.faults, 1.0),))
-    rollout = twin.roll_out(actions, plausible(known))
-    verdict = judge(
-        actions, rollout, case.description.limits, machine.state(path.target), case.description.tags_by_name, path
-    )
-    assert isinstance(verdict, Revise) and not any(s.startswith("bypass") for s in path.states)
-    return verdict.violated
-
-
 @pytest.mark.parametrize(("fault", "severity", "reason"), [
     ("pump_failure", 1.0, "TARGET-complete"), ("clogging_main", 1.0, "ACC-PUMPS"), ("leakage_main", 0.5, "ACC-SPILL"),
 ])  # fmt: skip
@@ -180,6 +151,6 @@ def forced(chosen: Scenario) -> tuple[Finding, ...]:
 def test_the_wrong_route_is_refused_for_a_physical_reason(
     fault: str, severity: float, reason: str, at_s: float
 ) -> None:
-    found = forced(scenario(module(), fault, 4, at_s - 5.0, severity, at_s))
-    assert reason in {f.criterion for f in found}
-    assert all(f.margin > -float("inf") for f in found), "margins, not refusals"
+    verdict = forced(scenario(module(), fault, 4, at_s - 5.0, severity, at_s))
+    assert isinstance(verdict, Revise) and reason in {f.criterion for f in verdict.violated}
+    assert all(f.margin > -float("inf") for f in verdict.violated), "margins, not refusals"
