@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.mixing_wrong_routes import forced
+from homeostat.agents.planning import EVENT
 from homeostat.campaign.best_route import best_route
 from homeostat.campaign.runner import RunResult, build_plant, run
 from homeostat.campaign.scenario import scenario
@@ -128,11 +129,12 @@ def test_a_pump_that_has_emptied_every_tank_stops_before_it_is_hurt() -> None:
     assert all(truth[f"B20{n}.level"][0, -1] < 0.15 for n in (1, 2, 3)), "gravity leaves what stands below B204"
 
 
-@pytest.mark.parametrize(("fault", "onset_s", "where"), [
-    ("pump_failure", 125.0, ("emptying_B201", "t4")), ("stuck_closed_VI202", 45.0, ("filling_B202", "t2")),
+@pytest.mark.parametrize(("fault", "onset_s", "where", "end"), [
+    ("pump_failure", 125.0, ("emptying_B201", "t4"), "complete"),
+    ("stuck_closed_VI202", 45.0, ("filling_B202", "t2"), "held"),
 ])  # fmt: skip
 def test_what_no_symptom_shows_is_found_when_the_batch_departs_from_its_prediction(
-    fault: str, onset_s: float, where: tuple[str, str]
+    fault: str, onset_s: float, where: tuple[str, str], end: str
 ) -> None:
     case = module()
     deaf = replace(case, description=replace(case.description, symptom_rules=()))
@@ -141,7 +143,7 @@ def test_what_no_symptom_shows_is_found_when_the_batch_departs_from_its_predicti
     departed, diagnosed = trace.of(Departed)[0], trace.of(Diagnosed)[0]
     assert (departed.state, departed.transition) == where
     assert diagnosed.symptoms == () and diagnosed.hypotheses[0].name == fault
-    assert trace.of(ReleasedActions) and not trace.of(FellBack) and result.state == "complete"
+    assert trace.of(ReleasedActions) and not trace.of(FellBack) and result.state == end
 
 
 @pytest.mark.parametrize(("fault", "severity", "reason"), [
@@ -154,3 +156,36 @@ def test_the_wrong_route_is_refused_for_a_physical_reason(
     verdict = forced(scenario(module(), fault, 4, at_s - 5.0, severity, at_s))
     assert isinstance(verdict, Revise) and reason in {f.criterion for f in verdict.violated}
     assert all(f.margin > -float("inf") for f in verdict.violated), "margins, not refusals"
+
+
+def test_a_batch_without_one_of_its_parts_is_held_not_completed() -> None:
+    """An inlet that never opens: what the recipe wants of that tank would be missing from the product."""
+    result, trace = batch("stuck_closed_VI201", 3, 5.0, 1.0)
+    assert states(trace)[-1] == "held" and result.complete_s is None and result.totals["delivered_L"] == 0.0
+    assert best_route(module(), result.scenario) is None
+
+
+@pytest.mark.parametrize(
+    ("readings", "resumed"),
+    [
+        ({}, {"filling_B201"}),
+        ({"B201": 0.2}, {"filling_B201", "filling_B202"}),
+        ({"B201": 0.2, "B202": 0.2}, {"filling_B201", "filling_B202", "filling_B203"}),
+        ({"B202": 0.2, "B203": 0.2}, {"filling_B201", "emptying_B201", "bypass_emptying_B201"}),
+        ({"B203": 0.2, "B204": 0.3}, {"filling_B201", "emptying_B202", "bypass_emptying_B202"}),
+        ({"B203": 0.1, "B204": 0.5}, {"filling_B201", "emptying_B203", "bypass_emptying_B203"}),
+        ({"B204": 0.66}, {"filling_B201", "emptying_B203", "bypass_emptying_B203", "emptying_B204"}),
+    ],
+)
+@pytest.mark.parametrize("blind", ["level", "pressure"])
+def test_a_held_batch_goes_on_where_what_the_recipe_wants_before_is_there(
+    readings: dict[str, float], resumed: set[str], blind: str
+) -> None:
+    """Either transmitter is enough: one that reads nothing does not keep the batch."""
+    levels = dict.fromkeys(("B201", "B202", "B203"), 0.02) | {"B204": 0.122} | readings
+    values = {f"{tank}.level": level for tank, level in levels.items()}
+    values |= {f"{tank}.pressure": 9.81 * level for tank, level in levels.items()}
+    values |= dict.fromkeys((tag for tag in values if tag.endswith(blind)), 0.0)
+    machine = module().description.machine
+    found = {t.target for t in machine.open_from("held", values) if t.on_decision and t.event == EVENT}
+    assert found == resumed
