@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 
+from homeostat.agents.bounds import Budget
 from homeostat.campaign.runner import RunResult, run, run_unattended
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.campaign.scoring import exposures
@@ -14,7 +15,6 @@ from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import Language
 from homeostat.llm.model import LanguageModel
 from homeostat.plant.clock import DeclaredClock, ThinkingClock
-from homeostat.supervisor import Budget
 from homeostat.trace import MemoryTrace
 from homeostat.trace.calls import ModelCalled
 from homeostat.trace.decisions import Attempted, FellBack, ReleasedActions

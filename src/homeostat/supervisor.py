@@ -9,8 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import assert_never
 
-from homeostat.agents.bounds import Budget as Budget
-from homeostat.agents.bounds import Patience as Patience
+from homeostat.agents.bounds import Budget, Patience
 from homeostat.agents.crew import Approved, Crew, NoAdmissiblePlan, Proposer, Situation
 from homeostat.agents.deadline import SHORTEST_S, deadline_s
 from homeostat.agents.expectation import Expectation
@@ -19,7 +18,7 @@ from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.assurance.checks import closed_finding, repetition_finding
 from homeostat.assurance.executive import Executive
 from homeostat.assurance.fallback import ValidatedFallback, choose
-from homeostat.assurance.gate import Gate, Refused
+from homeostat.assurance.gate import Gate, Overtaken, Refused
 from homeostat.assurance.restraint import Restraint
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.behaviour import StateMachine
@@ -92,7 +91,7 @@ class Supervisor:
         self._fallbacks, self._patience, self._budget, self._trace = tuple(fallbacks), patience, budget, trace
         self._expectation = Expectation(patience.slack_s, patience.repeat_s)
         self._accepted: frozenset[str] = frozenset()
-        self._every_step, self._asked_in = every_step, ""
+        self._every_step, self._asked = every_step, ("", -math.inf)
         self._released_s = math.inf
         self._seen_s = 0.0
         self._recent: deque[Snapshot] = deque(maxlen=RECENT)
@@ -103,7 +102,7 @@ class Supervisor:
             async for snapshot in self._plant.snapshots():
                 await self._take(snapshot)
         except BaseException as error:  # a bug or a shutdown: make the plant safe, then let it be seen
-            await self._hand_over(f"internal error ({type(error).__name__})")
+            await self._hand_over(f"internal error ({type(error).__name__})", unattended=True)
             raise
 
     async def _take(self, snapshot: Snapshot) -> None:
@@ -137,7 +136,8 @@ class Supervisor:
                 self._trace.record(Diagnosed.of(diagnosis), diagnosis.at_s)
             if diagnosis.faulty or departure is not None or self._step_is_due:
                 outcome = await self.recover(diagnosis)
-                if diagnosis.faulty or not isinstance(outcome, LeftAlone):
+                told = diagnosis.faulty or departure is not None or isinstance(outcome, HandedOver)
+                if told and (diagnosis.faulty or not isinstance(outcome, LeftAlone)):
                     self._crew.monitoring.follow(outcome)
         finally:
             self._clock.stop()
@@ -155,7 +155,7 @@ class Supervisor:
         verdict = self._judge_idle(idle)
         fine = self._restraint.fine(verdict, self._recovered)
         if due := self._step_is_due:
-            self._asked_in = self._executive.state
+            self._asked = self._executive.state, self._seen_s
         calm = not diagnosis.faulty or self._seen_s - self._released_s < self._patience.calm_s
         if fine and calm and not due:
             return self._leave_alone(verdict)
@@ -194,7 +194,7 @@ class Supervisor:
                     assert attempt.path is not None and attempt.actions is not None and rollout is not None
                     if idle is None or self._restraint.gains(idle, rollout, self._risk_added(attempt.path)):
                         return Approved(attempt.actions, attempt.path, approval, proposer.name)
-                    refused = (*advice.refused_paths, attempt.path.states)
+                    refused = (*advice.refused_paths, attempt.path.commanded)
                     advice = Advice(refused_paths=refused, attempts=(*advice.attempts, attempt))
                 case Revise():
                     after = await proposer.reprompting.advise(situation, attempt, advice)
@@ -258,9 +258,7 @@ class Supervisor:
         for proposer in proposers:
             last = proposer is proposers[-1]
             try:
-                async with asyncio.timeout_at(end if last else end - self._budget.last_s):
-                    found = await self.deliberate(proposer, situation, idle)
-                return await self._release(found, situation.diagnosis)
+                return await self._ask(proposer, situation, idle, end if last else end - self._budget.last_s)
             except TimeoutError as late:
                 reason, text = late, f"{proposer.name}: no approved proposal in the time that was left for it"
             except (NoAdmissiblePlan, Refused) as failed:
@@ -268,13 +266,23 @@ class Supervisor:
             self._trace.record(GaveUp(proposer.name, text), self._seen_s)
         raise reason
 
+    async def _ask(self, proposer: Proposer, situation: Situation, idle: Rollout | None, end: float) -> Released:
+        """Let ``proposer`` find something until ``end`` (time of the event loop) and release it; again if overtaken."""
+        while True:
+            async with asyncio.timeout_at(end):
+                found = await self.deliberate(proposer, situation, idle)
+            try:
+                return await self._release(found, situation.diagnosis)
+            except Overtaken:
+                situation = await self._fresh(situation)
+
     async def _release(self, found: Approved, diagnosis: Diagnosis) -> Released:
         """Let the gate release what was approved; Refused where it does not hold any more."""
         self._rehearsal.prepare(diagnosis, self._machine.state(found.path.target), found.path)
-        released = await self._gate.release(found.actions, found.approval, self._seen_s)
+        released = await self._gate.release(found.actions, found.approval, self._seen_s, found.path.states[0])
         if self._rehearsal.last is not None:
             self._expectation.expect(found.actions.then, self._rehearsal.last)
-        self._note_release(found, released)
+        self._note_release(found, released, diagnosis)
         return released
 
     async def _fresh(self, situation: Situation) -> Situation:
@@ -328,9 +336,11 @@ class Supervisor:
 
     @property
     def _step_is_due(self) -> bool:
-        """Whether the proposers are asked in every state, and were not asked in this one yet."""
-        new = self._every_step and self._executive.state != self._asked_in
-        return new and not self._finished and len(self._recent) >= FIRST_LOOK
+        """Whether every state is asked about, and this one was not yet, or a while ago in vain."""
+        state, at_s = self._asked
+        stands = self._executive.way() is None and self._seen_s - at_s >= self._patience.repeat_s
+        due = self._every_step and (self._executive.state != state or stands)
+        return due and not self._finished and len(self._recent) >= FIRST_LOOK
 
     @property
     def _finished(self) -> bool:
@@ -357,24 +367,21 @@ class Supervisor:
         self._trace.record(LeftAsIs(self._executive.state, worst), self._seen_s)
         return LeftAlone(self._seen_s, worst)
 
-    async def _hand_over(self, reason: str, thought: bool = False) -> HandedOver:
+    async def _hand_over(self, reason: str, thought: bool = False, unattended: bool = False) -> HandedOver:
         """Let the fallback act and say why; after thinking (``thought``) the plant was last seen a while ago."""
-        strategy = await self._gate.fall_back(reason)
+        strategy = await self._gate.fall_back(reason, unattended)
         if thought:
             self._remember(await self._plant.since(self._seen_s))
         self._trace.record(FellBack(strategy.name, strategy.actions.commands, reason), self._seen_s)
         return HandedOver(reason, self._seen_s)
 
-    def _note_release(self, found: Approved, released: Released) -> None:
-        self._released_s = released.at_s
+    def _note_release(self, found: Approved, released: Released, diagnosis: Diagnosis) -> None:
+        if diagnosis.faulty or not self._every_step:  # a step as usual is no recovery
+            self._released_s = released.at_s
         self._seen_s = max(self._seen_s, released.at_s)
         event = ReleasedActions(
-            found.proposer,
-            found.actions.commands,
-            found.actions.digest,
-            found.actions.end,
-            found.approval.min_margin,
-        )
+            found.proposer, found.actions.commands, found.actions.digest, found.actions.end, found.approval.min_margin
+        )  # fmt: skip
         self._trace.record(event, released.at_s)
         self._note_states()
 

@@ -49,7 +49,7 @@ def planned(at: Situation) -> list[str]:
         except NoAdmissiblePlan:
             return targets
         targets.append(path.target)
-        refused = Advice(refused_paths=(*refused.refused_paths, path.states))
+        refused = Advice(refused_paths=(*refused.refused_paths, path.commanded))
     raise AssertionError("planning never ends")
 
 
@@ -90,7 +90,7 @@ def test_a_guard_that_does_not_hold_closes_its_paths() -> None:
 
 def test_where_nothing_is_left_the_reason_names_what_was_refused() -> None:
     planning = SearchPlanning(reactor().description, grounding())
-    everything = Advice(refused_paths=tuple(("normal", t) for t in ("compensated", "reduced_load", "holding")))
+    everything = Advice(refused_paths=tuple((t,) for t in ("compensated", "reduced_load", "holding")))
     with pytest.raises(NoAdmissiblePlan, match=r"'normal'.*fouling.*compensated, holding, reduced_load"):
         asyncio.run(planning.plan(situation("fouling"), everything))
 
@@ -214,7 +214,7 @@ def test_a_path_is_given_up_after_some_tries() -> None:
     while advice.keep_path is not None or tries == 0:
         advice = advise(REPROMPTING, reduce(), Revise((finding(-1e-9),)), advice)
         tries += 1
-    assert tries == TRIES and advice.refused_paths == (reduce().states,) and advice.required == ()
+    assert tries == TRIES and advice.refused_paths == (reduce().commanded,) and advice.required == ()
 
 
 EDGE = -CURABLE * 2.0
@@ -224,12 +224,12 @@ EDGE = -CURABLE * 2.0
 def test_a_large_violation_asks_for_another_path(margin: float, kept: bool) -> None:
     advice = advise(REPROMPTING, reduce(), Revise((finding(margin),)), Advice())
     assert (advice.keep_path is not None) is kept
-    assert advice.refused_paths == (() if kept else (reduce().states,))
+    assert advice.refused_paths == (() if kept else (reduce().commanded,))
 
 
 def test_what_only_planning_can_cure_asks_for_another_path() -> None:
     advice = advise(REPROMPTING, reduce(), Revise((finding(-1e-6, Owner.PLANNING),)), Advice())
-    assert advice.keep_path is None and advice.refused_paths == (reduce().states,)
+    assert advice.keep_path is None and advice.refused_paths == (reduce().commanded,)
 
 
 def test_an_approval_needs_no_advice() -> None:

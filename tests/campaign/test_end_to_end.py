@@ -7,11 +7,11 @@ import functools
 import numpy as np
 import pytest
 
+from homeostat.agents.bounds import Budget
 from homeostat.campaign.runner import RunResult, run, run_unattended
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.campaign.scoring import OutcomeKind, exposures
 from homeostat.plant.clock import DeclaredClock
-from homeostat.supervisor import Budget
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import Attempted, Diagnosed, FallbackArmed, Noticed, ReleasedActions
 from tests.twin.followed import reactor

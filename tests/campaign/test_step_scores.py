@@ -68,6 +68,12 @@ def test_an_answer_that_is_none_is_a_wrong_one(answer: str) -> None:
     assert scores == StepScores(2, 1, 1, 0, on_right=0, on_wrong=0, on_missed=1)
 
 
+def test_an_answer_in_a_code_fence_is_read_as_the_agents_read_it() -> None:
+    said = plan("idle", "filling_B201")
+    fenced = Said(said.agent, said.state, f"```json\n{said.answer}\n```")
+    assert score_steps(case(), failed(), [fenced]) == score_steps(case(), failed(), [said])
+
+
 def test_where_nothing_completes_there_is_no_key() -> None:
     plugged = scenario(case(), "clogging_common", 3, 0.0, 1.0, 400.0)
     assert score_steps(case(), plugged, [plan("idle", "filling_B201")]) is None

@@ -39,4 +39,4 @@ class PlanningContract:
             except NoAdmissiblePlan as end:
                 assert str(end) and "\n" not in str(end)
                 break
-            refused = (*refused, path.states)
+            refused = (*refused, path.commanded)

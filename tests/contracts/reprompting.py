@@ -57,4 +57,4 @@ class RepromptingContract:
     def test_refused_paths_stay_refused(self, reprompting: Reprompting, path: RecoveryPath, verdict: Revise) -> None:
         before = Advice(refused_paths=(("a", "b"),))
         after = advise(reprompting, path, verdict, before)
-        assert set(after.refused_paths) <= {("a", "b"), path.states}
+        assert set(after.refused_paths) <= {("a", "b"), path.commanded}

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.domain.behaviour import State, StateMachine, Transition
+from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
 from homeostat.domain.formula import parse
-from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step, open_setpoints
 
 STATES = tuple(State(f"s{k}", f"s{k}", 0, k == 0, True, parse("true"), frozenset(), ()) for k in range(6))
 """A chain of states; the machine can stay in s0, too."""
@@ -80,3 +80,23 @@ def test_an_action_set_finds_only_what_it_sends_at_once() -> None:
     actions = ActionSet.along(chain(True, False), sent)
     assert actions.command("x.sp") == Command("x.sp", 1.0, None)
     assert ActionSet((), "s0", actions.then).command("x.sp") is None
+
+
+def chosen_in(*ranges: tuple[float, float, float | None]) -> tuple[SetpointRange, ...]:
+    """What is chosen once for states that leave the speed of a pump open in these ranges."""
+    return open_setpoints([
+        State(f"s{k}", "", 0, False, True, parse("true"), frozenset(), (SetpointRange("P.cmd", *r),))
+        for k, r in enumerate(ranges)
+    ])  # fmt: skip
+
+
+def test_what_is_chosen_for_a_whole_route_is_what_all_its_states_admit() -> None:
+    assert chosen_in((0.6, 1.0, 0.9), (0.0, 0.0, 0.0), (0.5, 0.8, 0.7)) == (SetpointRange("P.cmd", 0.6, 0.8, 0.8),)
+    assert chosen_in((0.6, 0.95, 0.7), (0.85, 1.0, 0.9)) == (SetpointRange("P.cmd", 0.85, 0.95, 0.85),)
+    assert chosen_in((0.0, 0.0, 0.0)) == () and chosen_in((0.0, 1.0, None))[0].design is None
+
+
+@pytest.mark.parametrize("second", [(0.85, 1.0, 0.9), (0.8, 1.0, 0.9)])
+def test_states_that_admit_nothing_in_common_leave_no_choice(second: tuple[float, float, float]) -> None:
+    with pytest.raises(ValueError, match=r"'P.cmd' is open in state 's1' from .* nothing can be chosen"):
+        chosen_in((0.6, 0.8, 0.7), second)

@@ -28,7 +28,7 @@ REPO = Path(__file__).resolve().parents[2]
 SAFETY_LAYER = REPO / "src" / "homeostat" / "assurance"
 TESTS = tuple(
     f"test_{name}.py"
-    for name in ("judge", "routes", "gate", "executive", "not_finite", "fallback", "restraint", "boundaries")
+    for name in ("judge", "routes", "gate", "abort", "executive", "not_finite", "fallback", "restraint", "boundaries")
 )  # fmt: skip
 LIMIT_S = 20.0
 """A mutant that keeps the tests busy for longer counts as noticed [s]."""

@@ -192,7 +192,7 @@ def test_falling_back_twice_keeps_the_first_reason_and_the_same_plant_state() ->
     state = dict(plant.state)
     asyncio.run(gate.fall_back("second"))
     assert gate.latched == "first" and dict(plant.state) == state
-    assert plant.written == [DRAIN.actions.commands] * 2
+    assert plant.written == [DRAIN.actions.commands]
 
 
 def test_the_armed_fallback_acts() -> None:

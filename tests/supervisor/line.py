@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from homeostat.agents.bounds import Budget, Patience
 from homeostat.agents.crew import Action, Crew, Monitoring, Planning, Proposer, Reprompting, Simulation, Validation
 from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.agents.simulation import TwinSimulation
@@ -28,7 +29,7 @@ from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.verdict import Rollout, RolloutResult, StepBand
 from homeostat.plant.clock import DeclaredClock
-from homeostat.supervisor import Budget, Patience, Supervisor
+from homeostat.supervisor import Supervisor
 from homeostat.trace import MemoryTrace
 from tests.agents.scripted import NoGraph, ScriptedMonitoring, ScriptedPlanning, ScriptedReprompting
 from tests.safety.world import CALM, DRAIN, HOT, TAGS, VENT

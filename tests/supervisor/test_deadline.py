@@ -8,9 +8,9 @@ import time
 
 import pytest
 
+from homeostat.agents.bounds import Budget
 from homeostat.domain.verdict import HandedOver
 from homeostat.plant.clock import DeclaredClock, ThinkingClock
-from homeostat.supervisor import Budget
 from homeostat.trace.decisions import FallbackArmed
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
 from tests.supervisor.line import BAD, GOOD, Stage, run, safe

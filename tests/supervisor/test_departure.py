@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from homeostat.agents.bounds import Patience
 from homeostat.domain.behaviour import Transition
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.formula import parse
 from homeostat.domain.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.verdict import StepBand
-from homeostat.supervisor import Patience
 from homeostat.trace.decisions import Departed, LeftAsIs, Noticed, ReleasedActions
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
 from tests.safety.world import CALM, HOT, TAGS, rule

@@ -9,14 +9,15 @@ from itertools import pairwise
 
 import pytest
 
+from homeostat.agents.bounds import Budget
 from homeostat.agents.crew import NoAdmissiblePlan, Proposer, Situation
 from homeostat.assurance.checks import CLOSED, REPEATED
+from homeostat.assurance.gate import Overtaken
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.limits import Owner
 from homeostat.domain.recovery import ActionSet, RecoveryPath
-from homeostat.domain.verdict import Finding, HandedOver, Released, Revise, RolloutResult
+from homeostat.domain.verdict import Approve, Finding, HandedOver, Released, Revise, RolloutResult
 from homeostat.plant.clock import ThinkingClock
-from homeostat.supervisor import Budget
 from homeostat.trace.decisions import Attempted, FellBack, GaveUp, ReleasedActions
 from tests.agents.scripted import ScriptedAction, ScriptedPlanning, ScriptedReprompting
 from tests.supervisor.line import BAD, GOOD, HALF, MACHINE, Stage, feed, monitoring, run, safe
@@ -292,3 +293,21 @@ def test_when_all_give_up_the_reason_is_the_last_one_s() -> None:
     assert [g.proposer for g in stage.trace.of(GaveUp)] == ["scripted", "second", "third"]
     (fell,) = stage.trace.of(FellBack)
     assert fell.reason.startswith("third: no proposal was approved") and safe(stage)
+
+
+def test_a_release_that_the_plant_has_overtaken_is_found_again_by_the_same_proposer() -> None:
+    stage = Stage(
+        ScriptedAction(GOOD, feed(0.8 * HALF, "reduced")), others=(second(ScriptedAction(GOOD)),), start=305.0
+    )
+    release, states = stage.gate.release, []
+
+    async def once_late(actions: ActionSet, approval: Approve, seen_s: float, state: str | None = None) -> Released:
+        states.append(state)
+        if len(states) == 1:
+            raise Overtaken("the plant went on meanwhile")
+        return await release(actions, approval, seen_s, state)
+
+    stage.gate.release = once_late  # type: ignore[method-assign]
+    run(stage)
+    assert states == ["running", "running"] and not stage.trace.of(GaveUp)
+    assert [r.proposer for r in stage.trace.of(ReleasedActions)] == ["scripted"] and stage.gate.latched is None

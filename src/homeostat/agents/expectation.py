@@ -32,7 +32,7 @@ class Expectation:
     def expect(self, steps: tuple[Step, ...], rollout: Rollout) -> None:
         """From now on the plant should do what ``rollout`` says of ``steps``."""
         self._steps, self._bands = steps, rollout.bands
-        self._early = None
+        self._early, self._forbidden_s = None, None
 
     def entered(self, state: str, at_s: float, waiting: int) -> None:
         """The executive entered ``state`` at ``at_s`` [s]; at present it has ``waiting`` steps left."""
@@ -52,7 +52,7 @@ class Expectation:
         elif self._forbidden_s is None:
             self._forbidden_s = at_s
         return self._called(
-            self._forbidden(executive, waiting[0], at_s) or self._late(waiting, at_s) or self._early, at_s
+            self._forbidden(executive, waiting[0], at_s) or self._late(executive, waiting, at_s) or self._early, at_s
         )
 
     def _called(self, found: Departure | None, at_s: float) -> Departure | None:
@@ -73,10 +73,11 @@ class Expectation:
         text = f"{step.target!r} is due and forbidden since {self._forbidden_s:.0f} s: {executive.refused}"
         return Departure(step.transition.name, band.earliest_s, band.latest_s, text)
 
-    def _late(self, waiting: Sequence[Step], at_s: float) -> Departure | None:
+    def _late(self, executive: Executive, waiting: Sequence[Step], at_s: float) -> Departure | None:
         """By how much the next step is later than any member of the prediction took it."""
         band, step = self._band(waiting), waiting[0]
         if at_s <= band.latest_s + self._slack_s:
             return None
-        text = f"{step.transition.guard.text!r} does not hold at {at_s:.0f} s, predicted by {band.latest_s:.0f} s"
+        what = f"{step.transition.guard.text!r} does not hold" if executive.refused is None else executive.refused
+        text = f"{what} at {at_s:.0f} s, predicted by {band.latest_s:.0f} s"
         return Departure(step.transition.name, band.earliest_s, band.latest_s, text)

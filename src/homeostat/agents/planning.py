@@ -40,7 +40,7 @@ def open_paths(
     """The paths that guards and plausible faults leave open and that were not refused yet, the least risky first."""
     faults = plausible_faults(situation.diagnosis)
     # A path is refused for the states that it commands: another way to them admits the same commands.
-    refused = {states[-length:] for states in advice.refused_paths for length in range(1, len(states) + 1)}
+    refused = set(advice.refused_paths)
     values, lying = situation.snapshot.values, unreliable_tags(plant, faults)
     for transitions in plant.machine.paths(situation.state, values, EVENT, blocked=(), unreliable=lying):
         path = RecoveryPath(plant.machine, transitions)

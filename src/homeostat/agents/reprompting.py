@@ -35,7 +35,7 @@ class MarginReprompting:
         tries = before.tries + 1
         hopeless = any(f.owner is Owner.PLANNING or f.relative(self._scales) < -CURABLE for f in violated)
         if attempt.path is None or hopeless or tries >= TRIES:
-            refused = () if attempt.path is None else (attempt.path.states,)
+            refused = () if attempt.path is None else (attempt.path.commanded,)
             return Advice(findings=violated, refused_paths=(*before.refused_paths, *refused))
         wanted = dict(before.required)
         for f in violated:

@@ -25,6 +25,7 @@ class Executive:
         self._at_s = 0.0
         self._sent: tuple[Command, ...] = ()
         self._seen: Snapshot | None = None
+        self._aborting = False
         self.state = machine.initial.name
         """State that the plant is in."""
         self.refused: str | None = None
@@ -43,8 +44,9 @@ class Executive:
             due = False
         if not due:
             return ()
-        found = permissive_findings(snapshot, step.commands, self._limits)
-        self.refused = next((f.message for f in found if not f.satisfied), None)
+        if not self._aborting:  # what leads to a safe state is always allowed
+            found = permissive_findings(snapshot, step.commands, self._limits)
+            self.refused = next((f.message for f in found if not f.satisfied), None)
         if self.refused is not None:
             return ()
         self._waiting = self._waiting[1:]
@@ -52,9 +54,14 @@ class Executive:
         self._sent = step.commands
         return step.commands
 
-    def load(self, actions: ActionSet) -> None:
-        """Go on with what was released."""
+    def stop(self) -> None:
+        """Take no further step before something is loaded: what is being written is not to be overtaken."""
+        self._waiting, self.refused = (), None
+
+    def load(self, actions: ActionSet, aborting: bool = False) -> None:
+        """Go on with what was released; no permissive forbids a step of a fallback (``aborting``)."""
         self._waiting, self._sent, self.refused = actions.then, actions.commands, None
+        self._aborting = aborting
         if actions.target != self.state:
             self._enter(actions.target)
 

@@ -18,6 +18,10 @@ class Refused(Exception):
     """The gate did not release; the message names the check, the value and the limit."""
 
 
+class Overtaken(Refused):
+    """The plant went on to another state while the release was prepared; what was approved may be found again."""
+
+
 class Gate:
     """Releases an action set that carries its own approval, or a fallback; nothing else reaches the plant."""
 
@@ -27,13 +31,19 @@ class Gate:
     ) -> None:  # fmt: skip
         """``fallback`` acts until a better one is armed; ``filter_s`` smooths readings before limits are judged [s].
 
+        It also acts where nobody will be there to take later steps, so it must have none; ValueError where it has.
         ``executive`` carries out the later steps of what is released.
         """
         self._plant = plant
         self._executive = executive
         self._limits = limits
         self._rehearsal = rehearsal
-        self._armed = fallback
+        if fallback.actions.then:
+            raise ValueError(
+                f"fallback {fallback.name!r} has later steps; the first one must be done when it is written"
+            )
+        self._armed = self._first = fallback
+        self._fell_back = False
         self._gain = 1.0 - math.exp(-1.0 / filter_s)
         self._smooth: dict[str, float] = {}
         self._errors: tuple[Mapping[str, float], ...] = ({},)
@@ -49,10 +59,13 @@ class Gate:
         """The fallback that would act now."""
         return self._armed
 
-    async def release(self, actions: ActionSet, approval: Approve, seen_s: float) -> Released:
+    async def release(self, actions: ActionSet, approval: Approve, seen_s: float, state: str | None = None) -> Released:
         """Write ``actions`` to the plant; ``seen_s`` is the process time up to which the rehearsal knows the plant.
 
+        ``state``: the one that they start in, where the executive may go on meanwhile.
+
         Raises:
+            Overtaken: the executive has left ``state``, and nothing else is the matter.
             Refused: the gate is latched, the approval is another action set's, a hard limit cannot be judged or a
                 permissive does not hold on a fresh snapshot, or the rollout repeated from there is not approved.
         """
@@ -65,6 +78,9 @@ class Gate:
         match self._rehearsal.rehearse(fresh, actions):
             case Approve(digest=digest) if digest == actions.digest:
                 self._refuse_if_latched()  # the fallback may have acted while the plant was read
+                if state is not None and self._executive.state != state:
+                    raise Overtaken(f"the plant went on from {state!r} to {self._executive.state!r} meanwhile")
+                self._executive.stop()
                 await self._plant.write(actions.commands)
                 self._executive.load(actions)
                 return Released(actions, snapshot.at_s)
@@ -74,12 +90,24 @@ class Gate:
             case _:
                 raise Refused("the rehearsal approved another action set; nothing is released")
 
-    async def fall_back(self, reason: str) -> FallbackStrategy:
-        """Bring the plant to a safe state and latch, even if the plant cannot be reached; safe to call twice."""
+    async def fall_back(self, reason: str, unattended: bool = False) -> FallbackStrategy:
+        """Bring the plant to a safe state and latch, even if the plant cannot be reached; safe to call twice.
+
+        Once it was written it is not begun again: its later steps may have been taken. ``unattended``: nobody will be
+        there to take later steps, so the first strategy acts, which has none.
+        """
         if self.latched is None:
             self.latched = reason
-        self._executive.load(self._armed.actions)
-        await self._plant.write(self._armed.actions.commands)
+        if self._fell_back and not (unattended and self._executive.rest().then):
+            return self._armed
+        if unattended and self._armed.actions.then:
+            self._armed = self._first
+        self._executive.stop()
+        try:
+            await self._plant.write(self._armed.actions.commands)
+            self._fell_back = True
+        finally:
+            self._executive.load(self._armed.actions, aborting=True)
         return self._armed
 
     def correct(self, errors: tuple[Mapping[str, float], ...]) -> None:

@@ -17,9 +17,9 @@ from homeostat.twin.twin import Twin
 
 
 def latest_fallback(case: Case, scenario: Scenario, longest_s: int = 60) -> int | None:
-    """Latest whole second after the first onset at which some strategy still keeps the plant inside every hard limit.
+    """Latest whole second after the first onset up to which some strategy keeps the plant inside every hard limit.
 
-    None where even the first one is too late; at most ``longest_s``.
+    None where acting at the onset does not; at most ``longest_s``.
     """
     assert scenario.onset_s is not None
     found: int | None = None
@@ -37,7 +37,8 @@ def _keeps(case: Case, scenario: Scenario, strategy: FallbackStrategy, at_s: flo
     description = case.description
     twin = Twin(case.model, description, case.twin, scenario.seed)
     rehearsal = TwinRehearsal(twin, description.limits, description.tags_by_name)
-    gate = Gate(plant, description.limits, strategy, rehearsal, executive)
+    gate = Gate(plant, description.limits, fallbacks(case)[0], rehearsal, executive)
+    gate.arm(strategy)
 
     async def watch() -> None:
         async for snapshot in plant.snapshots():

@@ -78,9 +78,9 @@ def record_run(
             case, scenario, journal, thinking.clock(), watcher=seen, archive=directory, language=language,
             conditions=conditions,
         )  # fmt: skip
-        journal.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
         stepwise = language is not None and conditions.protocol is AskingProtocol.PER_STEP
         steps = score_steps(case, scenario, done.said) if stepwise else None
+        journal.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
         result = result_of(done, directory.path, steps)
         _store(case, directory, done, milestones, result)
     except KeyboardInterrupt:

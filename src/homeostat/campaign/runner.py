@@ -11,6 +11,8 @@ from functools import partial
 
 import numpy as np
 
+from homeostat.agents.bounds import Budget
+from homeostat.agents.crew import AskingProtocol
 from homeostat.agents.planning import EVENT
 from homeostat.assurance.executive import Executive
 from homeostat.campaign.conditions import Conditions
@@ -27,7 +29,6 @@ from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
 from homeostat.plant.clock import DeclaredClock, ThinkingClock
 from homeostat.plant.simulated import PlantConfiguration, SimulatedPlant
-from homeostat.supervisor import Budget
 from homeostat.trace import MemoryTrace, Trace
 from homeostat.trace.archive import Archive
 from homeostat.trace.decisions import Attempted, Diagnosed, FellBack, Noticed, ReleasedActions, StateEntered
@@ -51,7 +52,7 @@ class RunResult:
     attempts: int
     """Proposals that were judged."""
     hypotheses: tuple[Hypothesis, ...]
-    """The last diagnosis before the first release; the first one where there was none, the last where no release."""
+    """The last diagnosis before the first release, or the last one."""
     actions: tuple[Command, ...]
     """The last commands that were written."""
     min_margin: float | None
@@ -91,9 +92,12 @@ class RunResult:
 class Recorder:
     """Follows a trace and keeps what the score needs."""
 
-    def __init__(self, clock: ThinkingClock | DeclaredClock) -> None:
-        """``clock`` tells how much thinking went before each event."""
-        self._clock = clock
+    def __init__(self, clock: ThinkingClock | DeclaredClock, stepwise: bool = False) -> None:
+        """``clock`` tells how much thinking went before each event; ``stepwise``: every step is released.
+
+        Then what is released before anything was diagnosed is the batch as usual, and counts for nothing.
+        """
+        self._clock, self._stepwise = clock, stepwise
         self.started_s: float | None = None
         self.states: list[tuple[str, float]] = []
         self.diagnosed: list[tuple[float, Diagnosed]] = []
@@ -116,7 +120,7 @@ class Recorder:
                 self.diagnosed.append((at_s, event))
             case Attempted():
                 self.attempts.append(event)
-            case ReleasedActions():
+            case ReleasedActions() if self.diagnosed or not self._stepwise:
                 self.released.append((at_s, event))
                 self._acted()
             case FellBack():
@@ -182,7 +186,7 @@ def run(
     conditions = conditions or Conditions()
     clock = clock or ThinkingClock()
     trace = trace or MemoryTrace()
-    recorder = Recorder(clock)
+    recorder = Recorder(clock, conditions.protocol is AskingProtocol.PER_STEP)
     trace.subscribe(recorder)
     executive = new_executive(case, conditions.protocol)
     plant = build_plant(case, scenario, clock, executive)
@@ -224,7 +228,7 @@ def _score(
         inside_at_end(truth, limits, math.inf if seen.started_s is None else seen.started_s),
     )  # fmt: skip
     first = seen.released[0] if seen.released else None
-    believed = [e for t, e in seen.diagnosed if first is None or t <= first[0]] or [e for _, e in seen.diagnosed[:1]]
+    believed = [e for t, e in seen.diagnosed if first is None or t <= first[0]]
     actor = "fallback" if seen.fallbacks else (seen.released[-1][1].proposer if seen.released else "none")
     commands = seen.fallbacks[-1][1].commands if seen.fallbacks else (seen.released[-1][1].commands if first else ())
     started = seen.started_s if seen.started_s is not None else truth.start_s

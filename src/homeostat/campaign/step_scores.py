@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from homeostat.agents.language.answers import unfenced
 from homeostat.campaign.best_route import best_route
 from homeostat.campaign.listening import Said
 from homeostat.campaign.scenario import Scenario
@@ -14,7 +15,7 @@ from homeostat.cases.case import Case
 from homeostat.domain.behaviour import State
 
 ON = 0.05
-"""An actuator is on above this share of its range [1]."""
+"""An actuator is on above this value; everything that is switched goes from 0 to 1 [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +107,7 @@ def _on(commands: object) -> frozenset[str]:
 def _field(answer: str, name: str) -> object:
     """A field of an answer; None where the answer is no JSON object or has no such field."""
     try:
-        value: Any = json.loads(answer)
+        value: Any = json.loads(unfenced(answer))
     except ValueError:
         return None
     return value.get(name) if isinstance(value, dict) else None

@@ -12,19 +12,21 @@ from typing import Any
 
 import numpy as np
 
+from homeostat.agents.bounds import Patience
 from homeostat.agents.monitoring import MonitoringSettings
 from homeostat.cases.error import CaseError
 from homeostat.cases.graph import open_graph, read_description
 from homeostat.cases.panel import Panel, read_panel
 from homeostat.domain.baseline import Baseline
+from homeostat.domain.behaviour import StateMachine
 from homeostat.domain.formula import Formula
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.production import Production
+from homeostat.domain.recovery import open_setpoints
 from homeostat.domain.tag import near_matches
 from homeostat.knowledge.store import GraphStore
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Row
-from homeostat.supervisor import Patience
 from homeostat.twin.twin import TwinSettings
 
 CASES = Path(__file__).parent
@@ -104,6 +106,7 @@ def load_case(name: str, learned: bool = True) -> Case:
     model: ProcessModel = getattr(importlib.import_module(module), attribute)()
     graph = open_graph(folder / "plant.ttl")
     description = read_description(graph, settings["system"], model, settings["twin"]["horizon_s"])
+    _check_choices(description.machine)
     started = next(t.guard for t in description.machine.transitions if t.name == settings["run"]["started_by"])
     return Case(
         name=name,
@@ -125,6 +128,16 @@ def load_case(name: str, learned: bool = True) -> Case:
         onset_s=settings["run"]["onset_s"],
         panels=tuple(read_panel(table, description) for table in settings["figure"]),
     )
+
+
+def _check_choices(machine: StateMachine) -> None:
+    """CaseError where what is chosen once for a whole route has no value that all its states admit."""
+    for state in machine.states:
+        for way in machine.paths(state.name, {}, "", blocked=(), longest=0):
+            try:
+                open_setpoints((state, *(machine.state(t.target) for t in way)))
+            except ValueError as error:
+                raise CaseError(f"{error}; give the states ranges that overlap") from None
 
 
 def read_baselines(path: Path) -> dict[str, Baseline]:

@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from homeostat.agents.action import SearchAction
+from homeostat.agents.bounds import Budget
 from homeostat.agents.candidates import design_commands
 from homeostat.agents.crew import AskingProtocol, Crew, Proposer, Simulation
 from homeostat.agents.crew import Monitoring as MonitoringRole
 from homeostat.agents.grounding import Grounding
 from homeostat.agents.language.proposer import language_proposer, step_proposer
 from homeostat.agents.monitoring import Monitoring
-from homeostat.agents.planning import SearchPlanning
+from homeostat.agents.planning import EVENT, SearchPlanning
 from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.agents.reprompting import MarginReprompting
 from homeostat.agents.simulation import TwinSimulation
@@ -22,6 +23,7 @@ from homeostat.agents.validation import LimitValidation
 from homeostat.assurance.executive import Executive, nominal_route, what_follows
 from homeostat.assurance.gate import Gate
 from homeostat.cases.case import Case
+from homeostat.cases.error import CaseError
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.ports import Clock, Plant
 from homeostat.domain.recovery import Command, FallbackStrategy
@@ -29,7 +31,7 @@ from homeostat.llm.address import KEY_VARIABLES
 from homeostat.llm.model import LanguageModel
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.secrets import Secrets
-from homeostat.supervisor import Budget, Supervisor
+from homeostat.supervisor import Supervisor
 from homeostat.trace import Trace
 from homeostat.trace.archive import Archive, NoArchive
 from homeostat.twin.twin import Twin
@@ -67,8 +69,18 @@ class Language:
 
 
 def new_executive(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> Executive:
-    """The executive of ``case`` before its first sample, with the nominal route unless every step is asked for."""
+    """The executive of ``case`` before its first sample, with the nominal route unless every step is asked for.
+
+    Raises:
+        CaseError: every step is to be asked for, but from the initial state no path leads to where a recovery may end.
+    """
     d = case.description
+    start = d.machine.initial.name
+    if protocol is AskingProtocol.PER_STEP and not d.machine.paths(start, {}, EVENT, blocked=()):
+        raise CaseError(
+            f"{case.name} cannot be asked for step by step: from {start!r} no path leads to where a recovery may end; "
+            "leave --protocol per-step to batches"
+        )
     nominal = nominal_route(d.machine, _by_design(d)) if protocol is AskingProtocol.ROUTE else ()
     return Executive(d.machine, d.limits, nominal)
 

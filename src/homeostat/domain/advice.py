@@ -50,7 +50,7 @@ class Advice:
     tries: int = 0
     """Attempts on that path so far."""
     refused_paths: tuple[tuple[str, ...], ...] = ()
-    """State sequences that were tried and cannot be cured."""
+    """What was tried and cannot be cured: the states that a path commands."""
     required: tuple[tuple[str, float], ...] = ()
     """Criterion -> margin that the next proposal should show on its own rollouts, in the criterion's unit."""
     attempts: tuple[Attempt, ...] = ()

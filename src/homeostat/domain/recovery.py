@@ -174,11 +174,23 @@ class ActionSet:
 
 
 def open_setpoints(states: Sequence[State]) -> tuple[SetpointRange, ...]:
-    """What ``states`` leave a choice about, which is made once for all of them: where ranges differ, what all admit."""
+    """What ``states`` leave a choice about, which is made once for all of them: where ranges differ, what all admit.
+
+    The design value is the first one's, brought into that range. ValueError where the ranges have no more than a point
+    in common.
+    """
     found: dict[str, SetpointRange] = {}
-    for r in (r for state in states for r in state.open_setpoints):
-        known = found.get(r.tag, r)
-        found[r.tag] = replace(known, low=max(known.low, r.low), high=min(known.high, r.high))
+    for state in states:
+        for r in state.open_setpoints:
+            known = found.get(r.tag, r)
+            low, high = max(known.low, r.low), min(known.high, r.high)
+            if low >= high:
+                raise ValueError(
+                    f"{r.tag!r} is open in state {state.name!r} from {r.low:g} to {r.high:g}, in those before it from "
+                    f"{known.low:g} to {known.high:g}; nothing can be chosen for all of them"
+                )
+            design = None if known.design is None else min(max(known.design, low), high)
+            found[r.tag] = SetpointRange(r.tag, low, high, design)
     return tuple(found.values())
 
 

@@ -138,11 +138,11 @@ class FellBack:
 
 @dataclass(frozen=True, slots=True)
 class Noticed:
-    """Monitoring saw something that needs an explanation; thinking begins."""
+    """Monitoring saw something, the batch departs from its prediction, or a step is to be asked for; thinking begins."""
 
     kind: ClassVar[str] = "noticed"
     symptoms: tuple[str, ...]
-    """Names of the symptom rules that are active; empty for a scheduled review."""
+    """Names of the symptom rules that are active; empty for a scheduled review, and mostly for a step."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -116,7 +116,7 @@ def questions(fault: str) -> tuple[Question, ...]:
         advice = await weak.attempt(Advice())
         await crew.action.act(now, path, advice)
         with contextlib.suppress(NoAdmissiblePlan):  # where only one path is open
-            await crew.planning.plan(now, replace(advice, refused_paths=(path.states,)))
+            await crew.planning.plan(now, replace(advice, refused_paths=(path.commanded,)))
 
     asyncio.run(ask())
     return tuple(model.asked)

@@ -115,7 +115,7 @@ EDGE = 400.0 * FEED_WAY / HALF
 def test_what_is_beyond_the_commands_reach_is_for_planning(missing: float, kept: bool) -> None:
     advice = Desk(feed(-400.0)).advise(attempt(finding(-missing)))
     assert keeps(advice) is kept
-    assert advice.refused_paths == (() if kept else (PATH.states,))
+    assert advice.refused_paths == (() if kept else (PATH.commanded,))
 
 
 def test_one_violation_out_of_reach_is_enough() -> None:
@@ -127,7 +127,7 @@ def test_one_violation_out_of_reach_is_enough() -> None:
 def test_what_only_planning_can_cure_is_for_planning() -> None:
     """However well the commands move it."""
     advice = Desk(feed(-400.0)).advise(attempt(finding(-1.0), finding(-0.1, "X", Owner.PLANNING)))
-    assert not keeps(advice) and advice.refused_paths == (PATH.states,)
+    assert not keeps(advice) and advice.refused_paths == (PATH.commanded,)
 
 
 def test_a_path_is_given_up_when_its_tries_are_used_up() -> None:
@@ -135,7 +135,7 @@ def test_a_path_is_given_up_when_its_tries_are_used_up() -> None:
     while advice.keep_path is not None or attempts == 0:
         advice = desk.advise(attempt(finding(-(0.5**attempts)), number=attempts + 1), advice)
         attempts += 1
-    assert attempts == TRIES and advice.refused_paths == (PATH.states,) and advice.tries == 0
+    assert attempts == TRIES and advice.refused_paths == (PATH.commanded,) and advice.tries == 0
 
 
 @pytest.mark.parametrize(("missing", "kept"), [(PROGRESS * 2.0 - 0.01, True), (PROGRESS * 2.0, False), (3.0, False)])
@@ -152,10 +152,10 @@ def test_progress_is_measured_from_a_margin_not_from_a_refusal() -> None:
 
 
 def test_what_was_refused_stays_refused() -> None:
-    before = Advice(refused_paths=(("normal", "holding"),))
+    before = Advice(refused_paths=(("holding",),))
     assert Desk(feed(-400.0)).advise(attempt(finding(-1.0)), before).refused_paths == before.refused_paths
     given_up = Desk(feed(-400.0)).advise(attempt(finding(-1e6)), before)
-    assert given_up.refused_paths == (("normal", "holding"), PATH.states)
+    assert given_up.refused_paths == (("holding",), PATH.commanded)
 
 
 def test_an_answer_without_path_is_for_planning_and_refuses_none() -> None:
@@ -190,7 +190,7 @@ def test_the_same_again_gives_the_path_up_and_is_told_so() -> None:
     first = desk.advise(attempt(finding(-1.0)))
     first = replace(first, attempts=(attempt(finding(-1.0)),))
     again = desk.advise(repeated(2), first)
-    assert not keeps(again) and again.refused_paths == (PATH.states,), "nothing else is seen on this path"
+    assert not keeps(again) and again.refused_paths == (PATH.commanded,), "nothing else is seen on this path"
     assert again.findings == first.findings and "judged before" in again.hint
     assert len(desk.simulation.criteria) == 1, "nothing is computed twice"
 
@@ -207,6 +207,6 @@ def test_a_model_that_goes_on_saying_the_same_is_not_asked_any_more() -> None:
 
 def test_the_same_by_another_path_refuses_that_path() -> None:
     other = RecoveryPath(PLANT.machine, (next(t for t in PLANT.machine.transitions if t.name == "t_hold"),))
-    before = Advice(findings=(finding(-1.0),), attempts=(attempt(finding(-1.0)),), refused_paths=(PATH.states,))
+    before = Advice(findings=(finding(-1.0),), attempts=(attempt(finding(-1.0)),), refused_paths=(PATH.commanded,))
     advice = Desk().advise(Attempt(2, other, ACTIONS, Revise((repetition_finding(1),))), before)
-    assert advice.route is Owner.PLANNING and advice.refused_paths == (PATH.states, other.states)
+    assert advice.route is Owner.PLANNING and advice.refused_paths == (PATH.commanded, other.commanded)

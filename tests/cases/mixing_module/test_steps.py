@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
+import asyncio
 import functools
 import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from homeostat.agents.crew import AskingProtocol
+from homeostat.agents.crew import AskingProtocol, NoAdmissiblePlan
 from homeostat.agents.language.scripts import reasonable
 from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.result import RunResult
-from homeostat.campaign.runner import run
+from homeostat.campaign.runner import build_plant, run
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.step_scores import StepScores, score_steps
 from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import Language
-from homeostat.llm.model import Question
+from homeostat.cases.error import CaseError
+from homeostat.cases.wiring import Language, new_executive, wire
+from homeostat.llm.model import Failure, ModelError, Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import Attempted, StateEntered
+from homeostat.trace.decisions import Attempted, GaveUp, LeftAsIs, StateEntered
 
+PER_STEP = AskingProtocol.PER_STEP
 MAIN = (
     "filling_B201", "filling_B202", "filling_B203", "emptying_B201", "emptying_B202", "emptying_B203", "emptying_B204",
     "complete",
@@ -44,7 +48,7 @@ def stepwise(
     """A batch in which every step is asked for; the fault is there from the start."""
     model, trace = ScriptedModel("scripted", answer), MemoryTrace()
     chosen = scenario(case(), fault, 3, None if fault == "none" else 0.0, severity, 400.0)
-    conditions = Conditions(AskingProtocol.PER_STEP, label_given)
+    conditions = Conditions(PER_STEP, label_given)
     result = run(case(), chosen, trace, DeclaredClock(1.0), language=Language(model), conditions=conditions)
     assert max(result.totals[n] for n in ("overflowed_L", "dry_run_s", "dead_head_s")) == 0.0
     return result, model.asked, trace
@@ -140,3 +144,49 @@ def test_without_a_label_the_line_is_changed_when_the_fault_is_found() -> None:
     result, _, trace = stepwise("pump_failure", 1.0, reasonable, label_given=False)
     assert "emptying_B201" in entered(trace) and "bypass_emptying_B201" in entered(trace)
     assert result.complete_s is not None and result.detected_s is not None and result.hypotheses
+
+
+def test_a_step_that_was_asked_for_in_vain_is_asked_for_again() -> None:
+    """A plant that stands because nobody had an answer would stand for ever."""
+    refused: list[str] = []
+
+    def at_second(question: Question) -> str:
+        if not refused:
+            refused.append(question.prompt)
+            raise ModelError(Failure.TIMEOUT, "late")
+        return reasonable(question)
+
+    class Silent:
+        """Implements planning: the search has nothing to say the first time either."""
+
+        def __init__(self, planning: Any) -> None:
+            self._planning, self._asked = planning, 0
+
+        async def plan(self, situation: Any, advice: Any) -> Any:
+            self._asked += 1
+            if self._asked == 1:
+                raise NoAdmissiblePlan("nothing comes to mind")
+            return await self._planning.plan(situation, advice)
+
+    model, trace, executive = ScriptedModel("scripted", at_second), MemoryTrace(), new_executive(case(), PER_STEP)
+    chosen, clock = scenario(case(), "none", 3, end_s=300.0), DeclaredClock(1.0)
+    plant = build_plant(case(), chosen, clock, executive)
+    supervisor = wire(case(), plant, executive, clock, trace, 3, language=Language(model), protocol=PER_STEP)
+    search = supervisor._crew.proposers[-1]
+    silent = replace(search, planning=Silent(search.planning))
+    supervisor._crew = replace(supervisor._crew, proposers=(supervisor._crew.proposers[0], silent))
+    asyncio.run(supervisor.supervise())
+    assert len(trace.of(GaveUp)) == 2 and entered(trace) == MAIN
+
+
+def test_steps_are_refused_where_there_is_no_batch() -> None:
+    with pytest.raises(CaseError, match="from 'starting' no path leads"):
+        new_executive(load_case("cstr"), PER_STEP)
+
+
+def test_steps_as_usual_are_no_recovery() -> None:
+    """Monitoring gathers its evidence as if nothing had been released."""
+    result, _, trace = stepwise("pump_failure", 1.0, reasonable, label_given=False)
+    assert result.detected_s is not None and result.detected_s > 100.0
+    usual = [e for e in trace.entries if isinstance(e.event, LeftAsIs)]
+    assert not usual or usual[0].at_s > result.detected_s

@@ -86,7 +86,7 @@ def read(kind: AnswerType, text: str) -> BaseModel | Unusable:
     if len(text) > MOST_ANSWER:
         return unusable(f"the answer has {len(text)} characters; at most {MOST_ANSWER} are read")
     try:
-        value = json.loads(_unfenced(text), object_pairs_hook=_unique, parse_constant=_refuse)
+        value = json.loads(unfenced(text), object_pairs_hook=_unique, parse_constant=_refuse)
         return kind.model_validate(value, by_alias=True)
     except ValidationError as error:
         return unusable(*(_said(e) for e in error.errors(include_input=False)[:MOST_SAID]))
@@ -136,7 +136,7 @@ def _said(error: ErrorDetails) -> str:
     return f"{quoted(where, 80)}: {quoted(error['msg'], 120)}"
 
 
-def _unfenced(text: str) -> str:
+def unfenced(text: str) -> str:
     """``text`` without the code fence that some models put around JSON."""
     text = text.strip()
     if text.startswith("```") and text.endswith("```"):

@@ -9,7 +9,7 @@ from homeostat.agents.grounding import Grounding
 from homeostat.agents.language.action import LanguageAction
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.reprompting import TeachingReprompting
-from homeostat.agents.language.stepwise import StepAction, StepPlanning
+from homeostat.agents.language.stepwise import StepAction, StepPlanning, StepReprompting
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.production import Production
 from homeostat.llm.model import LanguageModel
@@ -31,7 +31,7 @@ def step_proposer(
         NAME,
         StepPlanning(model, plant, grounding, notes),
         StepAction(model, plant, grounding, production, notes),
-        TeachingReprompting(model, plant, simulation),
+        StepReprompting(model, plant, simulation),
         STEP_ATTEMPTS,
     )
 

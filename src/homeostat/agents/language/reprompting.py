@@ -76,7 +76,7 @@ class TeachingReprompting:
             return Advice(
                 violated, route, attempt.path, before.tries + 1, before.refused_paths, sensitivities=slopes, hint=hint
             )
-        refused = () if attempt.path is None else (attempt.path.states,)
+        refused = () if attempt.path is None else (attempt.path.commanded,)
         return Advice(violated, Owner.PLANNING, refused_paths=(*before.refused_paths, *refused), hint=hint)
 
     async def _slopes(
@@ -97,7 +97,7 @@ class TeachingReprompting:
         """Action keeps the path while it has tries left, gets on, and its commands could cure what is violated."""
         if attempt.path is None or self._stuck(violated, before):
             return Owner.PLANNING
-        if before.tries + 1 < TRIES and any(_is_inadmissible(f) for f in violated):
+        if before.tries + 1 < TRIES and any(is_inadmissible(f) for f in violated):
             return Owner.ACTION  # what a rollout of commands shows that may not be given says nothing about the path
         if before.tries + 1 >= TRIES or any(f.owner is Owner.PLANNING for f in violated):
             return Owner.PLANNING
@@ -135,7 +135,7 @@ class TeachingReprompting:
         return (Owner(given["route"]) if route is Owner.ACTION else route), given["hint"]
 
 
-def _is_inadmissible(finding: Finding) -> bool:
+def is_inadmissible(finding: Finding) -> bool:
     """Whether a command may not be given at all, whatever would come of it."""
     return finding.criterion.startswith("CHK-") and finding.owner is Owner.ACTION
 

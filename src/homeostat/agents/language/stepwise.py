@@ -14,16 +14,18 @@ from homeostat.agents.language.answers import AnswerType, Unusable, action_type,
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.prompt_files import fill
+from homeostat.agents.language.reprompting import TeachingReprompting, is_inadmissible
 from homeostat.agents.language.situation import situation_text
 from homeostat.agents.language.speaker import ask, question, room
 from homeostat.agents.planning import open_paths, plausible_faults
-from homeostat.domain.advice import Advice
+from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.behaviour import SetpointRange, State
+from homeostat.domain.limits import Owner
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.production import Production
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
-from homeostat.domain.verdict import Revise
+from homeostat.domain.verdict import Finding, Revise
 from homeostat.llm.model import LanguageModel, Question
 from homeostat.llm.tokens import estimate
 
@@ -78,9 +80,9 @@ class StepAction:
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
         """The commands that the model gives, and what comes before and after them."""
-        last = advice.attempts[-1].actions if advice.attempts else None
-        if last is not None and went_on(path, advice) and path != advice.keep_path:
-            return self._along(path, situation, _commands_of(last, entered(path)))
+        said = _said_before(path, advice)
+        if said is not None:
+            return self._along(path, situation, said)
         state = path.machine.state(entered(path))
         asked, kind = self.order(situation, state, advice)
         answer = await ask(self._model, asked, kind, situation)
@@ -132,12 +134,31 @@ class StepAction:
         return f"- {tag.name} {quote(tag.description, 60)}: {low:g} to {high:g}; now {present}"
 
 
+class StepReprompting(TeachingReprompting):
+    """As for whole routes, without sensitivities and a model's advice: there is hardly anything to vary in a step."""
+
+    async def _slopes(
+        self, situation: Situation, attempt: Attempt, violated: Sequence[Finding]
+    ) -> tuple[Sensitivity, ...]:
+        return ()
+
+    async def _asked(
+        self, situation: Situation, attempt: Attempt, before: Advice, violated: tuple[Finding, ...], route: Owner
+    ) -> tuple[Owner, str]:  # fmt: skip
+        return route, ""
+
+
 def _steps(paths: Iterator[RecoveryPath]) -> Iterator[RecoveryPath]:
     """Those of ``paths`` that stay for a while in the state that they enter next: at most one decision."""
     return (path for path in paths if len(path.decisions) <= 1)
 
 
-def _commands_of(actions: ActionSet, state: str) -> tuple[Command, ...]:
-    """What ``actions`` command in ``state``."""
-    later = {step.target: step.commands for step in actions.then}
-    return actions.commands if actions.target == state else later[state]
+def _said_before(path: RecoveryPath, advice: Advice) -> tuple[Command, ...] | None:
+    """What was said for the same next state, where only what comes later is tried anew; None where to ask again."""
+    last = advice.attempts[-1] if advice.attempts else None
+    if last is None or last.actions is None or path == advice.keep_path or not went_on(path, advice):
+        return None
+    if any(is_inadmissible(f) for f in last.verdict.findings if not f.satisfied):
+        return None
+    later = {step.target: step.commands for step in last.actions.then}
+    return last.actions.commands if last.actions.target == entered(path) else later[entered(path)]
