@@ -95,13 +95,14 @@ def published_scenario(fault: str, seed: int) -> Scenario:
 def step_by_step(job: tuple[str, int, bool]) -> StepRow:
     """One batch under the published protocol."""
     fault, seed, label_given = job
-    chosen, model = published_scenario(fault, seed), ScriptedModel("reasonable", reasonable)
+    chosen, model, trace = published_scenario(fault, seed), ScriptedModel("reasonable", reasonable), MemoryTrace()
     conditions = Conditions(AskingProtocol.PER_STEP, label_given)
-    result = run(module(), chosen, MemoryTrace(), DeclaredClock(1.0), language=Language(model), conditions=conditions)
+    result = run(module(), chosen, trace, DeclaredClock(1.0), language=Language(model), conditions=conditions)
+    alone = all(released.proposer == "language" for released in trace.of(ReleasedActions))
     scores = score_steps(module(), chosen, result.said)
     assert scores is not None, "every published fault leaves a way"
     return StepRow(
-        fault, seed, label_given, result.complete_s is not None and result.actor == "language", scores.plans,
+        fault, seed, label_given, result.complete_s is not None and alone, scores.plans,
         scores.plans_right, scores.actions, scores.actions_right, scores.on_right, scores.on_wrong, scores.on_missed,
         len(model.asked), sum(map(tokens_of, model.asked)),
     )  # fmt: skip

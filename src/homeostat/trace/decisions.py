@@ -138,7 +138,7 @@ class FellBack:
 
 @dataclass(frozen=True, slots=True)
 class Noticed:
-    """Monitoring saw something, the batch departs from its prediction, or a step is to be asked for; thinking begins."""
+    """Monitoring saw something, a batch departs from its prediction, or a step is to be asked for: thinking begins."""
 
     kind: ClassVar[str] = "noticed"
     symptoms: tuple[str, ...]
