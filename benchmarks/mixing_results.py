@@ -113,11 +113,12 @@ def main(arguments: list[str]) -> int:
     rows = measured("batches", Row, measure, drawn, workers)
     asked = [job for job in drawn if job[0] in ("none", *PUBLISHED)]
     routes = measured("language", LanguageRow, whole_routes, asked, workers)
-    steps = [(fault, seed, given) for fault in FAULTS for given in (True, False) for seed in seeds[:STEP_SEEDS]]
+    few = seeds[:STEP_SEEDS]
+    steps = [(fault, seed, given) for fault in FAULTS for given in (True, False) for seed in few]
     text = (ROOT / "benchmarks" / "mixing_results.md").read_text(encoding="utf-8")
     page = text.format(
         seeds=options.seeds, python=platform.python_version(), nominal_ms=f"{nominal_ms():.1f}", summary=summary(rows),
-        odd=odd(rows), whole=WHOLE, needless=needless(rows), routes=routes_table(routes), step_seeds=min(STEP_SEEDS, options.seeds),
+        odd=odd(rows), whole=WHOLE, needless=needless(rows), routes=routes_table(routes), step_seeds=len(few),
         steps=steps_table(measured("steps", StepRow, step_by_step, steps, workers)), wrong=wrong_routes(options.seeds),
         replay=replayed(), graph=published_graph(),
     )  # fmt: skip
