@@ -9,10 +9,10 @@ import pytest
 
 from homeostat.assurance.executive import Executive
 from homeostat.assurance.gate import Gate, Overtaken
-from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
+from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve
-from tests.safety.world import BATCH, DRAIN, END, LIMITS, MACHINE, POUR, Bench, Says, executive, reading
+from tests.safety.world import BATCH, DRAIN, END, LIMITS, MACHINE, POUR, START, Bench, Says, executive, reading
 
 EMPTYING = FallbackStrategy(
     "empty", ActionSet(POUR.commands, "emptying", (replace(END, commands=DRAIN.actions.commands),))
@@ -135,3 +135,22 @@ def test_a_release_in_a_state_that_the_plant_has_left_is_overtaken() -> None:
         asyncio.run(gate.release(BATCH, Approve(BATCH.digest, ()), 0.0, "running"))
     assert plant.written == [] and plant.executive.state == "emptying" and gate.latched is None
     assert MACHINE.state("emptying").recovery_target
+
+
+def test_no_old_step_is_taken_while_a_fallback_is_written() -> None:
+    plant = CatchingUp(reading(101.0, L=9.5))
+    plant.executive.load(replace(BATCH, commands=()))
+    asyncio.run(gate_over(plant, replace(DRAIN, name="better")).fall_back("hot"))
+    assert plant.written == [DRAIN.actions.commands] and plant.executive.state == "still"
+
+
+def test_no_permissive_forbids_the_steps_of_a_fallback_that_acted() -> None:
+    plant = CatchingUp()
+    long = FallbackStrategy("long", ActionSet(DRAIN.actions.commands, "running", (POUR, END)))
+    asyncio.run(gate_over(plant, long).fall_back("hot"))
+    assert plant.executive.sample(reading(101.0, L=12.0)) == POUR.commands
+
+
+def test_a_permissive_forbids_a_nominal_step_from_the_start() -> None:
+    subject = executive(LIMITS, Step(START, (Command("F.sp", 0.03, 0.005),)))
+    assert subject.sample(reading(1.0, L=12.0)) == () and subject.refused is not None

@@ -57,7 +57,7 @@ class Language:
 
     def proposer(
         self, case: Case, grounding: Grounding, simulation: Simulation, trace: Trace, archive: Archive,
-        protocol: AskingProtocol,
+        protocol: AskingProtocol = AskingProtocol.ROUTE,
     ) -> Proposer:  # fmt: skip
         """The proposer; whatever keys the environment holds are struck out of what it records."""
         secrets = tuple(value for name in KEY_VARIABLES if (value := os.environ.get(name)))
