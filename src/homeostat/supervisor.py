@@ -136,8 +136,8 @@ class Supervisor:
                 self._trace.record(Diagnosed.of(diagnosis), diagnosis.at_s)
             if diagnosis.faulty or departure is not None or self._step_is_due:
                 outcome = await self.recover(diagnosis)
-                told = diagnosis.faulty or departure is not None or isinstance(outcome, HandedOver)
-                if told and (diagnosis.faulty or not isinstance(outcome, LeftAlone)):
+                released = departure is not None and isinstance(outcome, Released)
+                if diagnosis.faulty or released or isinstance(outcome, HandedOver):
                     self._crew.monitoring.follow(outcome)
         finally:
             self._clock.stop()

@@ -31,6 +31,8 @@ REFUSED = [
     ("a seed that is no number", ("cstr", "--seed", "one"), ("--seed", "'one'")),
     ("two ways of thinking", ("cstr", "--thinking-scale", "1", "--thinking-declared", "1"), ("not allowed with",)),
     ("thinking backwards", ("cstr", "--thinking-scale", "-1"), ("--thinking-scale", "1000")),
+    ("single steps of no batch", ("cstr", "--protocol", "per-step"), ("'starting'", "--protocol per-step", "batches")),
+    ("a protocol that there is not", ("mixing_module", "--protocol", "steps"), ("'steps'", "per-step")),
     ("thinking for ever", ("cstr", "--thinking-declared", "1e9"), ("--thinking-declared", "3600")),
     *(
         (f"{option} {value}", ("cstr", "--fault", "leak", option, value), (option, f"'{value}'", "finite number"))

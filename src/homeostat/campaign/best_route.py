@@ -18,7 +18,7 @@ from homeostat.cases.case import Case
 from homeostat.domain.behaviour import State, Transition
 from homeostat.domain.limits import Limits
 from homeostat.domain.plant_description import Relation
-from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step, open_setpoints
 from homeostat.domain.snapshot import Trajectory
 from homeostat.plant.clock import DeclaredClock
 
@@ -60,7 +60,7 @@ def _ways(case: Case) -> Iterator[tuple[RecoveryPath, dict[str, float]]]:
             continue
         ranges = {
             r.tag: np.linspace(r.low, r.high, LEVELS).tolist()
-            for name in path.states for r in machine.state(name).setpoints if r.high > r.low
+            for r in open_setpoints([machine.state(name) for name in path.states])
         }  # fmt: skip
         for values in itertools.product(*ranges.values()):
             yield path, dict(zip(ranges, values, strict=True))

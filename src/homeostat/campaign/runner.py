@@ -22,7 +22,7 @@ from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_at_end, outcome, production_loss
 from homeostat.campaign.watched import WatchedPlant, Watcher
 from homeostat.cases.case import Case
-from homeostat.cases.wiring import Language, new_executive, wire
+from homeostat.cases.wiring import Language, check_protocol, new_executive, wire
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.ports import Clock
 from homeostat.domain.recovery import Command
@@ -180,10 +180,12 @@ def run(
     """Run ``scenario`` to its end and score it; everything that happens goes to ``trace``.
 
     ``watcher`` is shown every snapshot; ``archive`` keeps what graph and models were asked and answered;
-    ``language`` proposes before the search does; ``conditions`` are those of a study.
+    ``language`` proposes before the search does; ``conditions`` are those of a study. Raises CaseError
+    where the case cannot be asked for step by step.
     """
     begin = time.monotonic()
     conditions = conditions or Conditions()
+    check_protocol(case, conditions.protocol)
     clock = clock or ThinkingClock()
     trace = trace or MemoryTrace()
     recorder = Recorder(clock, conditions.protocol is AskingProtocol.PER_STEP)

@@ -69,20 +69,21 @@ class Language:
 
 
 def new_executive(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> Executive:
-    """The executive of ``case`` before its first sample, with the nominal route unless every step is asked for.
-
-    Raises:
-        CaseError: every step is to be asked for, but from the initial state no path leads to where a recovery may end.
-    """
+    """The executive of ``case`` before its first sample, with the nominal route unless every step is asked for."""
     d = case.description
-    start = d.machine.initial.name
-    if protocol is AskingProtocol.PER_STEP and not d.machine.paths(start, {}, EVENT, blocked=()):
+    nominal = nominal_route(d.machine, _by_design(d)) if protocol is AskingProtocol.ROUTE else ()
+    return Executive(d.machine, d.limits, nominal)
+
+
+def check_protocol(case: Case, protocol: AskingProtocol) -> None:
+    """CaseError where every step is to be asked for, but nothing leads from the initial state to where one may end."""
+    machine = case.description.machine
+    start = machine.initial.name
+    if protocol is AskingProtocol.PER_STEP and not machine.paths(start, {}, EVENT, blocked=()):
         raise CaseError(
             f"{case.name} cannot be asked for step by step: from {start!r} no path leads to where a recovery may end; "
             "leave --protocol per-step to batches"
         )
-    nominal = nominal_route(d.machine, _by_design(d)) if protocol is AskingProtocol.ROUTE else ()
-    return Executive(d.machine, d.limits, nominal)
 
 
 def fallbacks(case: Case) -> tuple[FallbackStrategy, ...]:

@@ -76,11 +76,13 @@ def carry_out(options: argparse.Namespace) -> int:
     from homeostat.campaign.recording import RunDirectory
     from homeostat.campaign.scenario import scenario
     from homeostat.cases.case import load_case
+    from homeostat.cases.wiring import check_protocol
 
     case = load_case(options.case)
     chosen = scenario(case, options.fault, options.seed, options.onset, options.severity, options.end, options.location)
     thinking = Thinking(options.thinking_scale, options.thinking_declared)
     conditions = Conditions(AskingProtocol(options.protocol), options.label_given)
+    check_protocol(case, conditions.protocol)  # before a directory is made
     if options.out is not None:
         directory = RunDirectory(options.out)
     else:

@@ -187,8 +187,9 @@ def test_a_step_that_was_asked_for_in_vain_is_asked_for_again() -> None:
 
 
 def test_steps_are_refused_where_there_is_no_batch() -> None:
+    cstr = load_case("cstr")
     with pytest.raises(CaseError, match="from 'starting' no path leads"):
-        new_executive(load_case("cstr"), PER_STEP)
+        run(cstr, scenario(cstr, "none", 3, end_s=10.0), conditions=Conditions(PER_STEP))
 
 
 def test_steps_as_usual_are_no_recovery() -> None:
