@@ -7,7 +7,7 @@ INSTALL := $(PIP) install --no-build-isolation --require-hashes
 COMPILE := $(BIN)/uv pip compile --universal --fork-strategy fewest --generate-hashes --no-header --no-annotate --quiet
 SEED := 1
 
-.PHONY: demo test llm graph results lint format lock clean
+.PHONY: demo test llm campaign graph results lint format lock clean
 
 ## demo: a stuck cooling valve on the reactor, from the alarm to the released recovery
 demo: $(VENV)/.base
@@ -19,6 +19,9 @@ test: $(VENV)/.dev
 
 ## llm: what talks to language models
 llm: $(VENV)/.llm
+
+## campaign: what campaigns need
+campaign: $(VENV)/.campaign
 
 ## graph: make the plants' knowledge graphs again from the engineering tables
 graph: $(VENV)/.base
@@ -45,7 +48,8 @@ lock: $(VENV)/.dev
 	$(COMPILE) --upgrade --python-version 3.11 requirements/build.in -o requirements/build.txt
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt pyproject.toml -o requirements/base.txt
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt --extra llm pyproject.toml -o requirements/llm.txt
-	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/llm.txt --extra llm --extra dev pyproject.toml -o requirements/dev.txt
+	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt -c requirements/llm.txt --extra campaign pyproject.toml -o requirements/campaign.txt
+	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/llm.txt -c requirements/campaign.txt --extra llm --extra campaign --extra dev pyproject.toml -o requirements/dev.txt
 	$(COMPILE) --upgrade --python-version 3.11 requirements/rml.in -o requirements/rml.txt
 
 clean:
@@ -64,6 +68,10 @@ $(VENV)/.base: $(VENV)/.build requirements/base.txt pyproject.toml
 
 $(VENV)/.llm: $(VENV)/.base requirements/llm.txt
 	$(INSTALL) -r requirements/llm.txt
+	@touch $@
+
+$(VENV)/.campaign: $(VENV)/.base requirements/campaign.txt
+	$(INSTALL) -r requirements/campaign.txt
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.base requirements/dev.txt

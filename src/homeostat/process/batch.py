@@ -13,6 +13,22 @@ import numpy as np
 from homeostat.process.types import Cube, Indices, Row, Table
 
 
+MOST_THREADS = 16
+"""Most threads that one call uses."""
+_threads = 0
+
+
+def use_threads(number: int) -> None:
+    """Let every later call in this process use ``number`` threads; 0 for as many as there are cores.
+
+    Processes that work side by side use one each.
+    """
+    global _threads
+    if number < 0:
+        raise ValueError(f"{number} threads: must be >= 0")
+    _threads = number
+
+
 class ProcessError(ArithmeticError):
     """The simulation left the physical world; the message names the member, the time and the value."""
 
@@ -96,7 +112,7 @@ def simulate(kernel: Kernel, batch: Batch, describe: Callable[[int], str] = "sta
             picks, out, broken,
         )  # fmt: skip
 
-    workers = min(os.cpu_count() or 1, 16)
+    workers = min(_threads or os.cpu_count() or 1, MOST_THREADS)
     if members * batch.steps < 20_000 or workers == 1 or members == 1:
         run(0, members)
     else:
