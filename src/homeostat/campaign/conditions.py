@@ -16,8 +16,15 @@ class Conditions:
     """When proposers are asked, and for how much."""
     label_given: bool = False
     """Whether agents are told the true faults from their onset on, as in studies without detection."""
+    reprompting: bool = True
+    """Whether a proposer may try again after a refusal."""
+    ensemble: bool = True
+    """Whether a proposal must hold for every plausible fault and parameter set, or for the most probable one only."""
 
     @property
     def settings(self) -> tuple[Setting, ...]:
         """As the journal has them."""
-        return Setting("protocol", self.protocol.value), Setting("label_given", int(self.label_given))
+        return (
+            Setting("protocol", self.protocol.value), Setting("label_given", int(self.label_given)),
+            Setting("reprompting", int(self.reprompting)), Setting("ensemble", int(self.ensemble)),
+        )  # fmt: skip

@@ -5,24 +5,24 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from homeostat.agents.bounds import Budget
-from homeostat.agents.crew import AskingProtocol
+from homeostat.agents.crew import AskingProtocol, Monitoring, Proposer
 from homeostat.agents.planning import EVENT
 from homeostat.assurance.executive import Executive
 from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.label_given import LabelGiven
 from homeostat.campaign.listening import ListeningModel, Said
+from homeostat.campaign.most_probable import MostProbable, without_ensemble
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_at_end, outcome, production_loss
 from homeostat.campaign.watched import WatchedPlant, Watcher
 from homeostat.cases.case import Case
-from homeostat.cases.wiring import Language, check_protocol, new_executive, wire
+from homeostat.cases.wiring import Language, Propose, Workbench, check_protocol, in_operation, new_executive, wire
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.ports import Clock
 from homeostat.domain.recovery import Command
@@ -151,12 +151,13 @@ def _unattended(case: Case, scenario: Scenario) -> tuple[Trajectory, Executive]:
     executive = new_executive(case)
     plant = build_plant(case, scenario, DeclaredClock(0.0), executive)
 
-    async def watch() -> None:
-        async for _ in WatchedPlant(plant).snapshots():
-            pass
-
-    asyncio.run(watch())
+    asyncio.run(_watch(WatchedPlant(plant)))
     return plant.truth(), executive
+
+
+async def _watch(plant: WatchedPlant) -> None:
+    async for _ in plant.snapshots():
+        pass
 
 
 def measured(plant: SimulatedPlant) -> Trajectory:
@@ -176,12 +177,15 @@ def run(
     archive: Archive | None = None,
     language: Language | None = None,
     conditions: Conditions | None = None,
+    propose: Propose | None = in_operation,
+    known: Case | None = None,
 ) -> RunResult:
     """Run ``scenario`` to its end and score it; everything that happens goes to ``trace``.
 
     ``watcher`` is shown every snapshot; ``archive`` keeps what graph and models were asked and answered;
-    ``language`` proposes before the search does; ``conditions`` are those of a study. Raises CaseError
-    where the case cannot be asked for step by step.
+    ``language`` proposes before the search does, unless ``propose`` makes other proposers; where that is None, nobody
+    acts, not even the fallback. ``conditions`` are those of a study; ``known`` is what the agents know of ``case``
+    where that is less. Raises CaseError where the case cannot be asked for step by step.
     """
     begin = time.monotonic()
     conditions = conditions or Conditions()
@@ -196,17 +200,47 @@ def run(
     listening = ListeningModel(language.model, executive) if language else None
     if language and listening:
         language = replace(language, model=listening)
-    given = partial(LabelGiven, faults=scenario.faults) if conditions.label_given else None
-    supervisor = wire(
-        case, watched, executive, clock, trace, scenario.seed, budget, archive, language, conditions.protocol, given
-    )  # fmt: skip
-    asyncio.run(supervisor.supervise())
+    if propose is None:
+        asyncio.run(_watch(watched))
+        for state, at_s in executive.drain():
+            trace.record(StateEntered(state), at_s)
+    else:
+        supervisor = wire(
+            _known(known or case, conditions), watched, executive, clock, trace, scenario.seed, budget, archive,
+            language, conditions.protocol, _informed(scenario, conditions), _once(propose, conditions),
+        )  # fmt: skip
+        asyncio.run(supervisor.supervise())
     truth = plant.truth()
     healthy, nominal = _unattended(case, Scenario(case.name, (), scenario.seed, scenario.end_s))
     nominal_s = _completion_s(case, nominal.drain())
     wall_s = time.monotonic() - begin
     result = _score(case, scenario, recorder, truth, measured(plant), healthy, nominal_s, clock.total_s, wall_s)
     return replace(result, said=tuple(listening.said)) if listening else result
+
+
+def _known(case: Case, conditions: Conditions) -> Case:
+    return case if conditions.ensemble else without_ensemble(case)
+
+
+def _informed(scenario: Scenario, conditions: Conditions) -> Callable[[Monitoring], Monitoring]:
+    """What stands before the case's own monitoring."""
+
+    def informed(monitoring: Monitoring) -> Monitoring:
+        if conditions.label_given:
+            monitoring = LabelGiven(monitoring, scenario.faults)
+        return monitoring if conditions.ensemble else MostProbable(monitoring)
+
+    return informed
+
+
+def _once(propose: Propose, conditions: Conditions) -> Propose:
+    """``propose``, with one attempt each where there is no reprompting."""
+
+    def once(bench: Workbench) -> tuple[Proposer, ...]:
+        proposers = propose(bench)
+        return proposers if conditions.reprompting else tuple(replace(p, attempts=1) for p in proposers)
+
+    return once
 
 
 def _completion_s(case: Case, states: Sequence[tuple[str, float]]) -> float | None:

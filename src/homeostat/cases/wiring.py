@@ -37,13 +37,6 @@ from homeostat.trace.archive import Archive, NoArchive
 from homeostat.twin.twin import Twin
 
 
-def search_proposer(case: Case, twin: Twin, grounding: Grounding) -> Proposer:
-    """The deterministic proposer that is always there."""
-    d = case.description
-    action = SearchAction(twin, d.limits, d.tags_by_name, case.production, d.scales)
-    return Proposer("search", SearchPlanning(d, grounding), action, MarginReprompting(d.scales))
-
-
 @dataclass(frozen=True, slots=True)
 class Language:
     """A language model that proposes before the search does."""
@@ -66,6 +59,50 @@ class Language:
         notes = tuple(map(Secrets(secrets).strike, self.notes))  # before a prompt cuts them: half a key is not found
         propose = step_proposer if protocol is AskingProtocol.PER_STEP else language_proposer
         return propose(recorded, d, grounding, simulation, case.production, notes)
+
+
+@dataclass(frozen=True, slots=True)
+class Workbench:
+    """What proposers of a case are made from."""
+
+    case: Case
+    """The plant."""
+    twin: Twin
+    """Its twin, which monitoring keeps up to date."""
+    grounding: Grounding
+    """Asks its graph."""
+    simulation: Simulation
+    """Tries on the twin."""
+    trace: Trace
+    """Takes the calls of models."""
+    archive: Archive
+    """Keeps what models were asked and answered."""
+    protocol: AskingProtocol
+    """When proposers are asked, and for how much."""
+    language: Language | None
+    """The language model of the run; None for none."""
+
+    def searching(self) -> Proposer:
+        """The deterministic proposer that is always there."""
+        d = self.case.description
+        action = SearchAction(self.twin, d.limits, d.tags_by_name, self.case.production, d.scales)
+        return Proposer("search", SearchPlanning(d, self.grounding), action, MarginReprompting(d.scales))
+
+    def speaking(self) -> Proposer:
+        """The language model's proposer; AssertionError in a run without one."""
+        assert self.language is not None, "the run has no language model"
+        return self.language.proposer(
+            self.case, self.grounding, self.simulation, self.trace, self.archive, self.protocol
+        )  # fmt: skip
+
+
+Propose = Callable[[Workbench], tuple[Proposer, ...]]
+"""Makes the proposers of a run, in the order in which they are asked."""
+
+
+def in_operation(bench: Workbench) -> tuple[Proposer, ...]:
+    """As a plant is operated: the language model first where there is one, and the search after it."""
+    return (bench.searching(),) if bench.language is None else (bench.speaking(), bench.searching())
 
 
 def new_executive(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> Executive:
@@ -104,14 +141,16 @@ def _by_design(plant: PlantDescription) -> dict[str, tuple[Command, ...]]:
 def wire(
     case: Case, plant: Plant, executive: Executive, clock: Clock, trace: Trace, seed: int,
     budget: Budget | None = None, archive: Archive | None = None, language: Language | None = None,
-    protocol: AskingProtocol = AskingProtocol.ROUTE, given: Callable[[Monitoring], MonitoringRole] | None = None,
+    protocol: AskingProtocol = AskingProtocol.ROUTE, given: Callable[[MonitoringRole], MonitoringRole] | None = None,
+    propose: Propose = in_operation,
 ) -> Supervisor:  # fmt: skip
     """A supervisor for ``plant``; ``seed`` seeds the twin's draws and is the run's.
 
     ``executive`` is the one that ``plant`` asks after each snapshot.
 
     ``archive`` keeps what graph and models were asked and answered; ``language`` proposes first where it is given.
-    ``given`` puts another monitoring in front of the case's, for studies that take the diagnosis from elsewhere.
+    ``given`` puts another monitoring in front of the case's, for studies that take the diagnosis from elsewhere;
+    ``propose`` makes other proposers than those of operation, for studies that compare them.
     """
     d = case.description
     twin = Twin(case.model, d, case.twin, seed)
@@ -120,13 +159,11 @@ def wire(
     grounding = Grounding(case.graph, case.namespace, archive)
     rehearsal = TwinRehearsal(twin, d.limits, tags)
     simulation = TwinSimulation(twin, tags, d.limits)
-    proposers = [search_proposer(case, twin, grounding)]
-    if language is not None:
-        proposers.insert(0, language.proposer(case, grounding, simulation, trace, archive, protocol))
+    bench = Workbench(case, twin, grounding, simulation, trace, archive, protocol, language)
     monitoring = Monitoring(twin, grounding, d, case.baselines, case.started, case.monitoring)
     crew = Crew(
         monitoring=given(monitoring) if given else monitoring,
-        proposers=tuple(proposers),
+        proposers=propose(bench),
         simulation=simulation,
         validation=LimitValidation(d.limits, tags),
         grounding=grounding,
