@@ -30,12 +30,17 @@ LEVELS = 3
 class Route:
     """One way to run the batch from its start, and what came of it."""
 
-    states: tuple[str, ...]
-    """States on the way."""
+    path: RecoveryPath
+    """The way through the machine."""
     values: Mapping[str, float]
     """Values of the commands that are open on the way."""
     complete_s: float | None
     """Process time at which it ended [s]; None where it did not end, or broke a hard limit or criterion."""
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """States on the way."""
+        return self.path.states
 
 
 def best_route(case: Case, scenario: Scenario) -> Route | None:
@@ -68,9 +73,7 @@ def _ways(case: Case) -> Iterator[tuple[RecoveryPath, dict[str, float]]]:
 
 def _carry_out(case: Case, scenario: Scenario, path: RecoveryPath, values: Mapping[str, float]) -> Route:
     """Run the batch along ``path`` with nobody watching."""
-    description = case.description
-    steps = ActionSet.along(path, partial(_commands, case, values)).then
-    executive = Executive(description.machine, description.limits, tuple(Step(s.transition, s.commands) for s in steps))
+    description, executive = case.description, executive_along(case, path, values)
     plant = build_plant(case, scenario, DeclaredClock(0.0), executive)
 
     async def watch() -> None:
@@ -81,7 +84,14 @@ def _carry_out(case: Case, scenario: Scenario, path: RecoveryPath, values: Mappi
     asyncio.run(watch())
     complete = executive.state == path.target and inside(plant.truth(), description.limits)
     at_s = executive.drain()[-1][1] if complete else None
-    return Route(path.states, dict(values), at_s)
+    return Route(path, dict(values), at_s)
+
+
+def executive_along(case: Case, path: RecoveryPath, values: Mapping[str, float]) -> Executive:
+    """An executive that runs the batch along ``path``; ``values``: tag -> value of what is open on the way."""
+    steps = ActionSet.along(path, partial(_commands, case, values)).then
+    chosen = tuple(Step(s.transition, s.commands) for s in steps)
+    return Executive(case.description.machine, case.description.limits, chosen)
 
 
 def _commands(case: Case, values: Mapping[str, float], state: State) -> tuple[Command, ...]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from homeostat.assurance.executive import Executive
 from homeostat.llm.model import LanguageModel, Question, Reply
+from homeostat.llm.tokens import estimate
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +21,10 @@ class Said:
     """State that the plant was in."""
     answer: str
     """As the model gave it; empty where it gave none."""
+    asked_tokens: int = 0
+    """Tokens of the question with its schema, estimated."""
+    answered_tokens: int = 0
+    """Tokens of the answer, estimated."""
 
 
 class ListeningModel:
@@ -47,5 +53,6 @@ class ListeningModel:
             reply = await self._model.ask(question, within_s)
             answer = reply.answer
         finally:
-            self.said.append(Said(question.agent, state, answer))
+            asked = sum(map(estimate, (question.system, question.prompt, json.dumps(question.schema))))
+            self.said.append(Said(question.agent, state, answer, asked, estimate(answer)))
         return reply

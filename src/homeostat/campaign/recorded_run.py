@@ -18,7 +18,7 @@ from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.step_scores import score_steps
 from homeostat.cases.case import Case
-from homeostat.cases.wiring import Language
+from homeostat.cases.wiring import Language, Propose, in_operation
 from homeostat.domain.snapshot import Snapshot
 from homeostat.plant.clock import DeclaredClock, ThinkingClock
 from homeostat.trace import RunFinished, RunStarted, Setting, Subscriber, Summary
@@ -50,6 +50,16 @@ class Thinking:
         return Setting("thinking_declared_s", self.declared_s)
 
 
+@dataclass(frozen=True, slots=True)
+class RecordedRun:
+    """A run that was kept."""
+
+    run: RunResult
+    """What it came to."""
+    result: Result
+    """The same as it was written."""
+
+
 def record_run(
     case: Case,
     scenario: Scenario,
@@ -60,10 +70,14 @@ def record_run(
     watcher: Callable[[Snapshot], None],
     language: Language | None = None,
     conditions: Conditions | None = None,
-) -> Result:
+    propose: Propose | None = in_operation,
+    known: Case | None = None,
+    drawn: Callable[[RunResult], bool] = lambda run: True,
+) -> RecordedRun:
     """Run ``scenario``, keep everything in ``directory`` and close it; ``subscriber`` and ``watcher`` follow the run.
 
-    ``proposer`` is what was asked for; ``language`` proposes before the search does; ``conditions`` are a study's.
+    ``proposer`` is what was asked for; ``language``, ``conditions``, ``propose`` and ``known`` are as in
+    :func:`homeostat.campaign.runner.run`; ``drawn`` says whether there is to be a figure.
 
     A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other exception leaves it
     without manifest, which verifies as incomplete.
@@ -76,19 +90,21 @@ def record_run(
     try:
         done = run(
             case, scenario, journal, thinking.clock(), watcher=seen, archive=directory, language=language,
-            conditions=conditions,
+            conditions=conditions, propose=propose, known=known,
         )  # fmt: skip
         stepwise = language is not None and conditions.protocol is AskingProtocol.PER_STEP
         steps = score_steps(case, scenario, done.said) if stepwise else None
         journal.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
         result = result_of(done, directory.path, steps)
-        _store(case, directory, done, milestones, result)
+        _store(case, directory, done, result)
+        if drawn(done):
+            directory.store_whole(FIGURE, draw(case, done, milestones))
     except KeyboardInterrupt:
         journal.record(RunFinished(INTERRUPTED, "stopped from outside"), seen.at_s)
         directory.close(Summary(scenario.seed, INTERRUPTED))
         raise
     directory.close(Summary(scenario.seed, result.outcome.value))
-    return result
+    return RecordedRun(done, result)
 
 
 class _LastTime:
@@ -120,8 +136,7 @@ def _started(scenario: Scenario, thinking: Thinking, proposer: str, conditions: 
     )
 
 
-def _store(case: Case, directory: RunDirectory, done: RunResult, milestones: Milestones, result: Result) -> None:
+def _store(case: Case, directory: RunDirectory, done: RunResult, result: Result) -> None:
     units = {tag.name: tag.unit for tag in case.description.tags}
     directory.store_trajectory(done.measured, done.truth, units)
-    directory.store_whole(FIGURE, draw(case, done, milestones))
     directory.store_whole(RESULT, f"{result.to_json()}\n".encode())

@@ -47,6 +47,8 @@ class RunResult:
     """Who acted: ``search``, ``language``, ``fallback`` or ``none``."""
     detected_s: float | None
     """Process time of the first report [s]."""
+    false_alarm: bool
+    """Whether something was reported before there was a fault."""
     released_s: float | None
     """Process time of the first release [s]."""
     attempts: int
@@ -72,6 +74,10 @@ class RunResult:
     thinking_s: float
     """Wall-clock seconds of thinking, from the notice that led to the first action until that action; all of it where
     nothing was done [s]."""
+    started_s: float
+    """Process time at which the plant left start-up [s]."""
+    thought_s: float
+    """Wall-clock seconds of all thinking [s]."""
     wall_s: float
     """Wall-clock seconds of the whole run [s]."""
     truth: Trajectory
@@ -155,6 +161,34 @@ def _unattended(case: Case, scenario: Scenario) -> tuple[Trajectory, Executive]:
     return plant.truth(), executive
 
 
+def run_steered(
+    case: Case, scenario: Scenario, executive: Executive, at_s: float = math.inf, commands: tuple[Command, ...] = ()
+) -> RunResult:
+    """Run ``scenario`` with nobody watching but ``executive``, and ``commands`` written at ``at_s`` [s]; and score it."""
+    begin, clock, trace = time.monotonic(), DeclaredClock(0.0), MemoryTrace()
+    recorder = Recorder(clock)
+    trace.subscribe(recorder)
+    plant = build_plant(case, scenario, clock, executive)
+
+    async def steer() -> None:
+        written = False
+        async for snapshot in plant.snapshots():
+            if snapshot.at_s >= at_s and not written:
+                written = True
+                await plant.write(commands)
+
+    asyncio.run(steer())
+    _note_states(executive, trace)
+    healthy, nominal = _unattended(case, Scenario(case.name, (), scenario.seed, scenario.end_s))
+    nominal_s, wall_s = _completion_s(case, nominal.drain()), time.monotonic() - begin
+    return _score(case, scenario, recorder, plant.truth(), measured(plant), healthy, nominal_s, 0.0, wall_s)
+
+
+def _note_states(executive: Executive, trace: Trace) -> None:
+    for state, at_s in executive.drain():
+        trace.record(StateEntered(state), at_s)
+
+
 async def _watch(plant: WatchedPlant) -> None:
     async for _ in plant.snapshots():
         pass
@@ -202,8 +236,7 @@ def run(
         language = replace(language, model=listening)
     if propose is None:
         asyncio.run(_watch(watched))
-        for state, at_s in executive.drain():
-            trace.record(StateEntered(state), at_s)
+        _note_states(executive, trace)
     else:
         supervisor = wire(
             _known(known or case, conditions), watched, executive, clock, trace, scenario.seed, budget, archive,
@@ -269,7 +302,8 @@ def _score(
     commands = seen.fallbacks[-1][1].commands if seen.fallbacks else (seen.released[-1][1].commands if first else ())
     started = seen.started_s if seen.started_s is not None else truth.start_s
     return RunResult(
-        scenario=scenario, outcome=kind, actor=actor, detected_s=detected, released_s=first[0] if first else None,
+        scenario=scenario, outcome=kind, actor=actor, detected_s=detected,
+        false_alarm=len(reports) < len(seen.diagnosed) or (onset is None and bool(reports)), released_s=first[0] if first else None,
         attempts=len(seen.attempts), hypotheses=believed[-1].hypotheses if believed else (), actions=commands,
         min_margin=first[1].min_margin if first else None,
         exposures=exposures(truth, limits, started, detected),
@@ -278,6 +312,6 @@ def _score(
         complete_s=_completion_s(case, seen.states), nominal_s=nominal_s,
         totals={name: float(truth.signals[v][0, -1]) for name, v in case.totals.items()},
         thinking_s=thinking_s if seen.thinking_s is None else seen.thinking_s,
-        wall_s=wall_s, truth=truth, measured=readings,
+        started_s=started, thought_s=thinking_s, wall_s=wall_s, truth=truth, measured=readings,
         reason=seen.fallbacks[0][1].reason if seen.fallbacks else "",
     )  # fmt: skip

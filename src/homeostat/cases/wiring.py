@@ -12,6 +12,7 @@ from homeostat.agents.bounds import Budget
 from homeostat.agents.candidates import design_commands
 from homeostat.agents.crew import AskingProtocol, Crew, Proposer, Simulation
 from homeostat.agents.crew import Monitoring as MonitoringRole
+from homeostat.agents.excerpts import GroundingKind
 from homeostat.agents.grounding import Grounding
 from homeostat.agents.language.proposer import language_proposer, step_proposer
 from homeostat.agents.monitoring import Monitoring
@@ -47,6 +48,8 @@ class Language:
     """What operators wrote."""
     file: Path | None = None
     """File that every call is added to; None for none."""
+    grounding: GroundingKind = GroundingKind.GRAPH
+    """What it is shown of the plant."""
 
     def proposer(
         self, case: Case, grounding: Grounding, simulation: Simulation, trace: Trace, archive: Archive,

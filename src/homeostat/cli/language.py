@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 from homeostat.cli.arguments import UsageError, number
 
 if TYPE_CHECKING:
+    from homeostat.campaign.named_model import NamedModel
     from homeostat.cases.wiring import Language
-    from homeostat.llm.model import LanguageModel
 
 SEARCH = "search"
 """The proposer that is always there."""
-REPLAY, SCRIPT = "replay:", "scripted:"
 FORMS = (
     "search, openai:MODEL, anthropic:MODEL, ollama:MODEL, http://HOST:PORT/v1#MODEL, replay:FILE, "
     "scripted:reasonable, scripted:stubborn"
@@ -35,6 +34,15 @@ def configure(command: argparse.ArgumentParser) -> None:
         "--proposer", default=SEARCH, metavar="P",
         help=f"who proposes first: {FORMS} (default: search; it follows every other one)",
     )  # fmt: skip
+    configure_model(command)
+    command.add_argument(
+        "--note", action="append", default=[], metavar="TEXT", help="a note of the operator to the model"
+    )
+    command.add_argument("--record", type=Path, metavar="FILE", help="add every call of the model to FILE (JSON lines)")
+
+
+def configure_model(command: argparse.ArgumentParser) -> None:
+    """Declare the options on how a model is asked."""
     command.add_argument("--local-only", action="store_true", help="refuse any model that is not on this machine")
     command.add_argument(
         "--allow-host", action="append", default=[], metavar="HOST", help="with --local-only: a host to allow as well"
@@ -43,10 +51,6 @@ def configure(command: argparse.ArgumentParser) -> None:
         "--temperature", type=number(0.0, 2.0), metavar="X", help="temperature of the model (default: 0)"
     )
     command.add_argument("--model-seed", type=int, metavar="N", help="seed of the model's own sampling, if it has one")
-    command.add_argument(
-        "--note", action="append", default=[], metavar="TEXT", help="a note of the operator to the model"
-    )
-    command.add_argument("--record", type=Path, metavar="FILE", help="add every call of the model to FILE (JSON lines)")
 
 
 def speaker(options: argparse.Namespace) -> Language | None:
@@ -55,9 +59,13 @@ def speaker(options: argparse.Namespace) -> Language | None:
         if idle := [option for option, name in FOR_A_MODEL.items() if _is_given(vars(options)[name])]:
             raise UsageError(f"{', '.join(idle)}: only a language model needs that; name one with --proposer")
         return None
+    from homeostat.campaign.named_model import NoSuchModel
     from homeostat.cases.wiring import Language
 
-    model = _model(options)  # first: a model that there is not must leave no file behind
+    try:
+        model = chosen_model(options.proposer, options).make()  # first: where there is none, no file is left behind
+    except NoSuchModel as error:
+        raise UsageError(str(error)) from error
     if options.record is not None:
         _try_to_write(options.record)
     return Language(model, tuple(options.note), options.record)
@@ -67,51 +75,12 @@ def _is_given(value: object) -> bool:
     return value is not None and value is not False and value != []  # 0 is given
 
 
-def _model(options: argparse.Namespace) -> LanguageModel:
-    name: str = options.proposer
-    if name.startswith(REPLAY):
-        from homeostat.llm.calls import CallFileError, read_calls
-        from homeostat.llm.replay import ReplayModel
+def chosen_model(name: str, options: argparse.Namespace) -> NamedModel:
+    """The model called ``name``, to be asked as the options say."""
+    from homeostat.campaign.named_model import NamedModel
 
-        try:
-            return ReplayModel(name, read_calls(Path(name.removeprefix(REPLAY))))
-        except CallFileError as error:
-            raise UsageError(str(error)) from error
-    if name.startswith(SCRIPT):
-        return _scripted(name)
-    return _provider(options)
-
-
-def _scripted(name: str) -> LanguageModel:
-    from homeostat.agents.language.scripts import SCRIPTS
-    from homeostat.llm.scripted import ScriptedModel
-
-    script = SCRIPTS.get(name.removeprefix(SCRIPT))
-    if script is None:
-        raise UsageError(f"there is no script {name!r}; there are {', '.join(f'{SCRIPT}{s}' for s in SCRIPTS)}")
-    return ScriptedModel(name, script)
-
-
-def _provider(options: argparse.Namespace) -> LanguageModel:
-    from homeostat.llm.address import parse_address
-    from homeostat.llm.model import ModelError
-
-    try:
-        address = parse_address(options.proposer)
-    except ValueError as error:
-        raise UsageError(f"unknown proposer: {error}; or one of {FORMS}") from None
-    try:
-        from homeostat.llm.network import AddressPolicy
-        from homeostat.llm.patience import PatientModel
-        from homeostat.llm.providers import ProviderModel, Sampling
-    except ImportError as error:
-        raise UsageError(f"asking {address.text!r} needs {error.name!r}: pip install 'homeostat[llm]'") from error
-    policy = AddressPolicy(options.local_only, tuple(options.allow_host))
-    sampling = Sampling(TEMPERATURE if options.temperature is None else options.temperature, options.model_seed)
-    try:
-        return PatientModel(ProviderModel(address, policy, sampling))
-    except ModelError as error:
-        raise UsageError(str(error)) from error
+    temperature = TEMPERATURE if options.temperature is None else options.temperature
+    return NamedModel(name, options.local_only, tuple(options.allow_host), temperature, options.model_seed)
 
 
 def _try_to_write(path: Path) -> None:

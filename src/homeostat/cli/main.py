@@ -61,11 +61,13 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.campaign.recording import RunDirectoryError
     from homeostat.campaign.result import ResultError
     from homeostat.campaign.scenario import ScenarioError
+    from homeostat.campaign.study.error import CampaignError
     from homeostat.cases.error import CaseError
     from homeostat.knowledge.graph_error import GraphError
     from homeostat.knowledge.store import StoreError
     from homeostat.trace import BrokenChain
 
     return (
-        BrokenChain, CaseError, GraphError, RecallError, ResultError, RunDirectoryError, ScenarioError, StoreError,
+        BrokenChain, CampaignError, CaseError, GraphError, RecallError, ResultError, RunDirectoryError, ScenarioError,
+        StoreError,
     )  # fmt: skip

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from homeostat import __version__
-from homeostat.cli import cases, graph_check, graph_export, graph_query, prompt, replay, run, trace_verify
+from homeostat.cli import campaign, cases, graph_check, graph_export, graph_query, prompt, replay, run, trace_verify
 from homeostat.cli.arguments import Parser
 
 ENDING = """\
 exit status:
   0  done; a run: the plant recovered, or was rightly left alone
-  1  a problem was found (graph check, trace verify, replay), or there was nothing to show (prompt)
+  1  a problem was found (graph check, trace verify, replay), there was nothing to show (prompt), or runs of a
+     campaign could not be carried out
   2  the command cannot be carried out as given; one line on standard error says why
   3  a run: handed over to the operator, or the fault was not noticed
   130  interrupted with Ctrl-C; the trace of the run is closed
@@ -30,6 +31,7 @@ def parser() -> Parser:
     top.add_argument("--version", action="version", version=f"homeostat {__version__}")
     commands = top.add_subparsers(metavar="COMMAND", required=True)
     run.configure(commands)
+    campaign.configure(commands)
     replay.configure(commands)
     prompt.configure(commands)
     cases.configure(commands)

@@ -114,9 +114,10 @@ def _run(
 
     try:
         with directory, notices():
-            result = record_run(case, chosen, directory, thinking, proposer, on_event, on_snapshot, speaker, conditions)
+            done = record_run(case, chosen, directory, thinking, proposer, on_event, on_snapshot, speaker, conditions)
     finally:
         view.close()
+    result = done.result
     if as_json:
         print(result.to_json())
     else:

@@ -1,0 +1,88 @@
+"""A campaign from its jobs to its folder: ledger, dataset, provenance and report."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+from homeostat import __version__
+from homeostat.campaign.recorded_run import LIBRARIES
+from homeostat.campaign.study.dataset import DATASET, write_dataset
+from homeostat.campaign.study.engine import Done, carry_out
+from homeostat.campaign.study.job import Job, code_digest
+from homeostat.campaign.study.ledger import Ledger, in_order
+from homeostat.campaign.study.measurement import Kept
+from homeostat.campaign.study.progress import Progress
+from homeostat.campaign.study.report import write_report
+from homeostat.campaign.study.row import Row
+from homeostat.trace.files import write_whole
+
+PROVENANCE = "provenance.json"
+"""Name of the file that says what the rows were made from."""
+
+
+@dataclass(frozen=True, slots=True)
+class Workers:
+    """Who carries the jobs out."""
+
+    number: int
+    """Processes on this machine; 1 for this one alone."""
+    cluster: str | None = None
+    """Address of a Dask scheduler; None for this machine."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """What a campaign came to."""
+
+    rows: tuple[Row, ...]
+    """Every row, in the order of the jobs."""
+    failed: tuple[Done, ...]
+    """Jobs that failed; the next start tries them again."""
+    files: tuple[Path, ...]
+    """What was written: dataset, report, tables."""
+
+
+def run_campaign(
+    title: str, jobs: Sequence[Job], folder: Path, workers: Workers, show: Callable[[Progress], None],
+    rerun: Callable[[Row], str],
+) -> Ended:  # fmt: skip
+    """Carry out the jobs that ``folder`` does not hold yet, and write dataset and report of all of them.
+
+    ``show`` is told of every job that ends; ``rerun`` gives the command that repeats a row. Whatever stops this, every
+    row that was shown is in ``folder``, and the same call goes on from there.
+    """
+    prints = {job.fingerprint: job for job in jobs}
+    failed: list[Done] = []
+    with Ledger(folder) as ledger:
+        todo = [job for fingerprint, job in prints.items() if fingerprint not in ledger.rows]
+        progress = Progress(todo, workers.number)
+        show(progress)
+        for done in carry_out(todo, Kept(folder.resolve()), workers.number, workers.cluster) if todo else ():
+            if done.row is None:
+                failed.append(done)
+            else:
+                ledger.add(done.job.fingerprint, done.row)
+            progress.take(done)
+            show(progress)
+        rows = in_order(prints, ledger)
+    write_dataset(folder / DATASET, rows)
+    write_whole(folder / PROVENANCE, _provenance(title))
+    files = write_report(folder, title, rows, rerun) if rows else ()
+    return Ended(tuple(rows), tuple(failed), (folder / DATASET, *files))
+
+
+def rerun_command(source: Path, options: Sequence[str] = ()) -> Callable[[Row], str]:
+    """What gives the command that repeats a row of the campaign in ``source``, started with ``options``."""
+    begin = shlex.join(["homeostat", "campaign", str(source), *options, "--only"])
+    return lambda row: f"{begin} {shlex.quote(row.job)}"
+
+
+def _provenance(title: str) -> bytes:
+    versions = {"homeostat": __version__, "python": sys.version.split()[0], **{n: version(n) for n in LIBRARIES}}
+    return (json.dumps({"title": title, "package": code_digest(), "versions": versions}, indent=1) + "\n").encode()

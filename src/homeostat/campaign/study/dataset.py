@@ -1,0 +1,55 @@
+"""The dataset: every row of a campaign as one Parquet file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import asdict, fields
+from pathlib import Path
+from types import NoneType
+from typing import Any, get_args, get_type_hints
+
+import pyarrow as pa
+from pyarrow import parquet
+
+from homeostat.campaign.study.error import CampaignError
+from homeostat.campaign.study.row import Row
+
+DATASET = "results.parquet"
+"""Name of the file in the campaign's folder."""
+_TYPES: dict[Any, pa.DataType] = {
+    str: pa.string(), bool: pa.bool_(), int: pa.int64(), float: pa.float64(), tuple[float, ...]: pa.list_(pa.float64()),
+}  # fmt: skip
+
+
+def schema() -> pa.Schema:
+    """Every column of a row with its type; those that may be None may be null."""
+    hints = get_type_hints(Row)
+    return pa.schema([_column(field.name, hints[field.name]) for field in fields(Row)])
+
+
+def _column(name: str, kind: Any) -> pa.Field:
+    options = [option for option in get_args(kind) if option is not NoneType] if NoneType in get_args(kind) else [kind]
+    return pa.field(name, _TYPES[options[0]], nullable=NoneType in get_args(kind))
+
+
+def write_dataset(path: Path, rows: Sequence[Row]) -> None:
+    """Write ``rows`` to ``path``, which is the old or the new file whenever it is read."""
+    table = pa.Table.from_pylist([asdict(row) for row in rows], schema=schema())
+    beside = path.with_suffix(".part")
+    parquet.write_table(table, beside, compression="zstd")
+    os.replace(beside, path)
+
+
+def read_dataset(path: Path) -> list[Row]:
+    """The rows in ``path``; CampaignError where it holds something else, OSError where it cannot be read."""
+    try:
+        table = parquet.read_table(path)
+    except pa.ArrowInvalid as error:
+        raise CampaignError(f"{str(path)!r} is no dataset of a campaign: {error}") from None
+    if table.schema.names != schema().names:
+        raise CampaignError(f"{str(path)!r} has other columns than this version writes; run the campaign again")
+    return [
+        Row(**{**kept, "severity": tuple(kept["severity"]), "onset_s": tuple(kept["onset_s"])})
+        for kept in table.to_pylist()
+    ]

@@ -1,0 +1,86 @@
+"""Engines: where jobs are carried out. In this process, on several processes of this machine, or on a Dask cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any
+
+from homeostat.campaign.study.error import CampaignError
+from homeostat.campaign.study.job import Job
+from homeostat.campaign.study.measurement import Kept, measure
+from homeostat.campaign.study.row import Row
+from homeostat.process.batch import use_threads
+
+RETRIES = 3
+"""Workers that may die while they carry out one job before it counts as failed."""
+WAIT_S = 30
+"""How long a cluster's scheduler is waited for [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """One job that has ended."""
+
+    job: Job
+    """Which one."""
+    row: Row | None
+    """What it came to; None where it failed."""
+    failure: str = ""
+    """What failed, in one line; empty where nothing did."""
+
+
+def measured(job: Job, kept: Kept) -> Done:
+    """Carry ``job`` out on one core; a bug in one run is its failure and not the campaign's."""
+    use_threads(1)
+    try:
+        return Done(job, measure(job, kept))
+    except Exception as error:
+        return Done(job, None, f"{type(error).__name__}: {error}")
+    finally:
+        use_threads(0)
+
+
+def carry_out(jobs: Sequence[Job], kept: Kept, workers: int, cluster: str | None = None) -> Iterator[Done]:
+    """Every job as it ends; one after the other in this process for one worker, in any order otherwise.
+
+    ``cluster``: address of a Dask scheduler whose workers have this package and see the campaign's folder. Raises
+    CampaignError where it does not answer, or where what several workers need is not installed.
+    """
+    if workers == 1 and cluster is None:
+        yield from (measured(job, kept) for job in jobs)
+        return
+    try:
+        import distributed
+    except ImportError as error:
+        raise CampaignError(
+            f"several workers need {error.name!r}: pip install 'homeostat[campaign]', or use --workers 1"
+        ) from error
+    with ExitStack() as stack:
+        yield from _distributed(distributed, stack, jobs, kept, workers, cluster)
+
+
+def _distributed(
+    dask: Any, stack: ExitStack, jobs: Sequence[Job], kept: Kept, workers: int, cluster: str | None
+) -> Iterator[Done]:
+    """The same on a cluster; a job whose worker died is given to another one by its scheduler."""
+    if cluster is None:
+        local = dask.LocalCluster(
+            n_workers=min(workers, len(jobs)), threads_per_worker=1, processes=True, dashboard_address=None,
+            silence_logs=50,
+        )  # fmt: skip
+        client = stack.enter_context(dask.Client(stack.enter_context(local)))
+    else:
+        try:
+            client = stack.enter_context(dask.Client(cluster, timeout=WAIT_S))
+        except (OSError, ValueError) as error:
+            raise CampaignError(
+                f"no scheduler answers at {cluster!r} ({error}); start one with 'dask scheduler'"
+            ) from None
+    by_key = {f"{job.name}-{job.fingerprint}": job for job in jobs}
+    futures = [client.submit(measured, job, kept, key=key, pure=False) for key, job in by_key.items()]
+    for future in dask.as_completed(futures):
+        error = future.exception()
+        yield Done(by_key[future.key], None, f"{type(error).__name__}: {error}") if error else future.result()
+        future.release()

@@ -1,0 +1,168 @@
+"""From a plan to its jobs: every scenario with every seed, every proposer and every ablation that makes a difference."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from homeostat.agents.crew import AskingProtocol
+from homeostat.agents.excerpts import GroundingKind
+from homeostat.campaign.named_model import REPLAY, NamedModel, NoSuchModel
+from homeostat.campaign.recorded_run import Thinking
+from homeostat.campaign.scenario import Scenario, ScenarioError, scenario
+from homeostat.campaign.study.ablation import ABLATIONS, Ablation
+from homeostat.campaign.study.entrant import WITHOUT_MODEL, Entrant
+from homeostat.campaign.study.error import CampaignError
+from homeostat.campaign.study.job import Job
+from homeostat.campaign.study.plan import Plan, ProposerPlan, ScenarioPlan, seeds_of
+from homeostat.campaign.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, WHOLE
+from homeostat.cases.case import Case, load_case
+from homeostat.cases.error import CaseError
+from homeostat.cases.wiring import check_protocol
+from homeostat.domain.diagnosis import FaultState
+
+UNTOUCHED = (DO_NOTHING, HINDSIGHT)
+"""Proposers for whom nothing can be left out."""
+
+
+@cache
+def loaded(name: str) -> Case:
+    """The case called ``name``, loaded once per process; CampaignError where there is none."""
+    try:
+        return load_case(name)
+    except CaseError as error:
+        raise CampaignError(str(error)) from None
+
+
+def jobs_of(plan: Plan, folder: Path, model: NamedModel | None = None) -> tuple[Job, ...]:
+    """Every job, in the order of the file: scenario, seed, proposer, ablation.
+
+    Recorded answers are looked for from ``folder`` on; ``model`` says how models are asked. Raises CampaignError where
+    something is asked for that there is not.
+    """
+    found: dict[str, Job] = {}
+    for name in {c for p in plan.proposers for c in p.cases}:
+        loaded(name)
+    for chosen in plan.scenarios:
+        for seed in seeds_of(plan.seeds if chosen.seeds is None else chosen.seeds):
+            truth = _drawn(chosen, seed)
+            for proposer in plan.proposers:
+                for job in _side_by_side(plan, chosen, truth, proposer, folder, model or NamedModel("")):
+                    if found.setdefault(job.name, job) is not job:
+                        raise CampaignError(f"two runs would be called {job.name!r}; choose other names or seeds")
+    if not found:
+        raise CampaignError("no proposer takes part in any case; there is nothing to run")
+    return tuple(found.values())
+
+
+def _side_by_side(
+    plan: Plan, chosen: ScenarioPlan, truth: Scenario, proposer: ProposerPlan, folder: Path, model: NamedModel
+) -> list[Job]:
+    """The jobs of one proposer in one scenario."""
+    if proposer.cases and truth.case not in proposer.cases:
+        return []
+    entrant = _entrant(proposer, truth, chosen.label, folder, model)
+    if entrant is None:
+        return []
+    kind = "unknown" if chosen.unknown else ("none", "single", "paired")[min(len(truth.faults), 2)]
+    thinking = Thinking() if plan.thinking_measured else Thinking(declared_s=plan.thinking_declared_s)
+    return [
+        Job(truth, chosen.label, kind, chosen.published, entrant, name, thinking, plan.keep)
+        for name in plan.ablations
+        if (name == WHOLE or _matters(ABLATIONS[name], entrant))
+        # Nobody can be told the name of a fault that nobody knows.
+        and not (chosen.unknown and (entrant.label_given or ABLATIONS[name].label_given))
+    ]
+
+
+def _matters(ablation: Ablation, entrant: Entrant) -> bool:
+    """Whether leaving it out can make a difference to ``entrant``."""
+    if entrant.who in UNTOUCHED or (ablation.label_given and entrant.label_given):
+        return False
+    if ablation.grounding is not GroundingKind.GRAPH:
+        return entrant.model is not None
+    return ablation.reprompting or entrant.who != FALLBACK_ONLY
+
+
+def _drawn(plan: ScenarioPlan, seed: int) -> Scenario:
+    """The ground truth for ``seed``: what is left to chance follows from it and the scenario's name alone."""
+    case = loaded(plan.case)
+    generator = np.random.default_rng([seed, zlib.crc32(plan.label.encode())])
+    names = _faults(plan, generator)
+    end_s = case.end_s if plan.end_s is None else plan.end_s
+    states: list[FaultState] = []
+    try:
+        for name in names:
+            severity = _severity(plan, case, name, generator)
+            onset_s = _value(plan.onset_s, generator)
+            states += scenario(case, name, seed, onset_s, severity, end_s, plan.location).faults
+        if not names:
+            scenario(case, "none", seed, end_s=end_s)
+        if len(set(names)) < len(names):
+            raise ScenarioError(f"{'+'.join(names)!r} names a fault twice; name each once")
+    except ScenarioError as error:
+        raise CampaignError(f"scenario {plan.label!r} of {plan.case!r}: {error}") from None
+    return Scenario(case.name, tuple(states), seed, end_s)
+
+
+def _faults(plan: ScenarioPlan, generator: np.random.Generator) -> Sequence[str]:
+    if isinstance(plan.fault, str):
+        return [] if plan.fault == "none" else plan.fault.split("+")
+    return [str(name) for name in generator.choice(plan.fault, size=plan.draw, replace=False)]
+
+
+def _severity(plan: ScenarioPlan, case: Case, name: str, generator: np.random.Generator) -> float | None:
+    if plan.severity != "any":
+        return _value(plan.severity, generator)
+    located = name if plan.location is None else f"{name}_{plan.location}"
+    admitted = next((f.severity_range for f in case.description.faults if f.name == located), None)
+    if admitted is None:
+        return None  # the scenario itself says that there is no such fault
+    return _value((admitted.low, admitted.high), generator)
+
+
+def _value(given: float | tuple[float, float] | None, generator: np.random.Generator) -> float | None:
+    """``given``, or a value between its two ends with four digits, so that it can be typed again."""
+    if not isinstance(given, tuple):
+        return given
+    low, high = given
+    if not (math.isfinite(low) and low <= high < math.inf):
+        raise CampaignError(f"[{low:g}, {high:g}] has no values; give the lower end first")
+    return round(float(generator.uniform(low, high)), 4)
+
+
+def _entrant(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, model: NamedModel) -> Entrant | None:
+    """Who proposes in one run; None where its answers were to be recorded run by run, and those of this one are not."""
+    protocol = AskingProtocol(plan.protocol) if _has_steps(truth.case) else AskingProtocol.ROUTE
+    entrant = Entrant(plan.who, plan.label, protocol, plan.label_given, plan.then_search, None, dict(plan.values))
+    if plan.who in WITHOUT_MODEL:
+        return entrant
+    name = plan.who
+    if name.startswith(REPLAY):
+        filled = name.removeprefix(REPLAY)
+        for key, value in (("case", truth.case), ("scenario", label), ("seed", str(truth.seed))):
+            filled = filled.replace(f"{{{key}}}", value)
+        if REPLAY + filled != name and not (folder / filled).exists():
+            return None
+        name = f"{REPLAY}{folder / filled}"
+    asked = NamedModel(name, model.local_only, model.allow_hosts, model.temperature, model.seed)
+    try:
+        asked.make()
+    except (NoSuchModel, OSError) as error:
+        raise CampaignError(f"proposer {plan.label!r}: {error}") from None
+    return Entrant(plan.who, plan.label, protocol, plan.label_given, plan.then_search, asked)
+
+
+@cache
+def _has_steps(case: str) -> bool:
+    """Whether ``case`` can be asked for step by step."""
+    try:
+        check_protocol(loaded(case), AskingProtocol.PER_STEP)
+    except CaseError:
+        return False
+    return True

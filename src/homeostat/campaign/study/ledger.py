@@ -1,0 +1,77 @@
+"""The ledger: every row on disk the moment it is known, so that a campaign that was killed goes on where it stopped."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, fields
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self, final
+
+from homeostat.campaign.study.error import CampaignError
+from homeostat.campaign.study.row import Row
+
+LEDGER = "rows.jsonl"
+"""Name of the file in the campaign's folder."""
+_SEQUENCES = ("severity", "onset_s")
+_COLUMNS = {f.name for f in fields(Row)}
+
+
+@final
+class Ledger:
+    """Rows of one campaign by the fingerprint of their job; one process at a time writes them."""
+
+    def __init__(self, folder: Path) -> None:
+        """Open the ledger in ``folder``; CampaignError where another campaign is writing there."""
+        folder.mkdir(parents=True, exist_ok=True)
+        self._path = folder / LEDGER
+        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(self._file)
+            raise CampaignError(f"{str(folder)!r} is in use by another campaign; wait for it or choose --out") from None
+        self._rows: dict[str, Row] = {}
+        self._recover()
+
+    @property
+    def rows(self) -> Mapping[str, Row]:
+        """Fingerprint -> row of everything that was done before or since."""
+        return self._rows
+
+    def add(self, fingerprint: str, row: Row) -> None:
+        """Keep ``row`` for good."""
+        line = json.dumps({"fingerprint": fingerprint, **asdict(row)}, allow_nan=False) + "\n"
+        os.write(self._file, line.encode())
+        os.fsync(self._file)
+        self._rows[fingerprint] = row
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        os.close(self._file)  # this gives the lock back
+
+    def _recover(self) -> None:
+        """Read what is there; a last line that was cut off goes, and so does what another version wrote otherwise."""
+        content = self._path.read_bytes()
+        whole = content[: content.rfind(b"\n") + 1]
+        if len(whole) < len(content):
+            os.ftruncate(self._file, len(whole))
+        for line in whole.splitlines():
+            with contextlib.suppress(ValueError, TypeError, KeyError):  # such a row is made again
+                kept: dict[str, Any] = json.loads(line)
+                fingerprint = str(kept.pop("fingerprint"))
+                if kept.keys() == _COLUMNS:
+                    self._rows[fingerprint] = Row(**{**kept, **{name: tuple(kept[name]) for name in _SEQUENCES}})
+
+
+def in_order(fingerprints: Iterable[str], ledger: Ledger) -> list[Row]:
+    """The rows of ``fingerprints``, in their order; those that are not there are left out."""
+    return [ledger.rows[f] for f in fingerprints if f in ledger.rows]

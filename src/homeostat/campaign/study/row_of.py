@@ -1,0 +1,145 @@
+"""From a run to its row."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TypedDict
+
+import numpy as np
+
+from homeostat.campaign.belief import merge
+from homeostat.campaign.runner import RunResult
+from homeostat.campaign.scoring import inside_at_end
+from homeostat.campaign.step_scores import StepScores
+from homeostat.campaign.study.expansion import loaded
+from homeostat.campaign.study.job import Job
+from homeostat.campaign.study.row import Row
+from homeostat.campaign.study.usage import usage_of
+from homeostat.cases.case import Case
+from homeostat.domain.diagnosis import Hypothesis
+from homeostat.domain.snapshot import Trajectory
+from homeostat.trace.decisions import Attempted, FellBack, Noticed, ReleasedActions
+from homeostat.trace.events import Event
+
+SPILLED = "spilled_L"
+"""Total of what leaked or overflowed, where a case adds it up [L]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Observed:
+    """What is known of a run that has ended."""
+
+    run: RunResult
+    """Its score."""
+    steps: StepScores | None
+    """Scores of single steps; None where none were asked for."""
+    events: tuple[Event, ...]
+    """Its trace."""
+
+
+def succeeded(job: Job, run: RunResult) -> bool:
+    """Whether a run ended inside its hard limits, a batch complete, without the fallback."""
+    case = loaded(job.scenario.case)
+    ended = run.complete_s is not None or run.nominal_s is None
+    return ended and run.actor != "fallback" and inside_at_end(run.truth, case.description.limits, run.started_s)
+
+
+def row_of(job: Job, seen: Observed, trace: str) -> Row:
+    """The row of ``job``; ``trace``: folder that its run is kept in, empty for none."""
+    case, run, s = loaded(job.scenario.case), seen.run, job.scenario
+    hard = {limit.name for limit in case.description.limits.hard}
+    exposed = [e for e in run.exposures if e.limit in hard]
+    origin = s.onset_s if s.onset_s is not None else run.started_s
+    margin, limit = least_margin(case, run.truth, run.started_s)
+    usage = usage_of(seen.events, run.said)
+    attempts = [e for e in seen.events if isinstance(e, Attempted)]
+    releases, fallbacks = _count(seen.events, ReleasedActions), _count(seen.events, FellBack)
+    belief = _belief(run.hypotheses, s.fault)
+    return Row(
+        job=job.name, case=s.case, scenario=job.label, kind=job.kind, published=job.published,
+        proposer=job.entrant.label, ablation=job.ablation, seed=s.seed, fault=s.fault,
+        severity=tuple(f.severity for f in s.faults), onset_s=tuple(f.onset_s for f in s.faults),
+        batch=run.nominal_s is not None,
+        outcome=run.outcome.value, success=succeeded(job, run), actor=run.actor, state=run.state, reason=run.reason,
+        detection_s=_after(run.detected_s, s.onset_s), false_alarm=run.false_alarm,
+        released_s=_after(run.released_s, origin), releases=releases, fallbacks=fallbacks, attempts=len(attempts),
+        refused=sum(not a.approved for a in attempts), decisions=_count(seen.events, Noticed),
+        acted=releases + fallbacks > 0,
+        exposure_s=max((e.total_s for e in exposed), default=0.0),
+        exposure_detected_s=None if run.detected_s is None else max((e.from_detection_s for e in exposed), default=0.0),
+        least_margin=margin, least_margin_limit=limit, approved_margin=_finite(run.min_margin),
+        production_loss=_finite(run.production_loss), complete_s=run.complete_s, nominal_s=run.nominal_s,
+        spilled_L=run.totals.get(SPILLED),
+        believed=belief.name, believed_p=belief.probability, true_p=belief.true_p, brier=belief.brier,
+        **_step_columns(seen.steps), **usage.columns,
+        wall_decision_s=run.thinking_s if releases + fallbacks else None, wall_thinking_s=run.thought_s,
+        wall_call_s=usage.wall_call_s, wall_s=run.wall_s, trace=trace,
+    )  # fmt: skip
+
+
+class StepColumns(TypedDict):
+    """The columns of a row that are about single steps."""
+
+    plans: int | None
+    plans_right: int | None
+    actions: int | None
+    actions_right: int | None
+    on_right: int | None
+    on_wrong: int | None
+    on_missed: int | None
+
+
+def _step_columns(steps: StepScores | None) -> StepColumns:
+    if steps is None:
+        return StepColumns(plans=None, plans_right=None, actions=None, actions_right=None, on_right=None,
+                           on_wrong=None, on_missed=None)  # fmt: skip
+    return StepColumns(
+        plans=steps.plans, plans_right=steps.plans_right, actions=steps.actions, actions_right=steps.actions_right,
+        on_right=steps.on_right, on_wrong=steps.on_wrong, on_missed=steps.on_missed,
+    )  # fmt: skip
+
+
+def least_margin(case: Case, truth: Trajectory, from_s: float) -> tuple[float, str]:
+    """Least true margin to a hard limit after ``from_s`` in scales of its unit, and the limit's name."""
+    judged = truth.times_s > from_s
+    found: list[tuple[float, str]] = []
+    for limit in case.description.limits.hard:
+        margins = np.broadcast_to(limit.formula.margins(truth.signals, truth.dt_s), (1, judged.size))[0, judged]
+        if margins.size:
+            scale = case.description.scales.get(limit.formula.unit, 1.0)
+            found.append((float(margins.min()) / scale, limit.name))
+    return min(found, default=(math.inf, ""))
+
+
+@dataclass(frozen=True, slots=True)
+class _Belief:
+    name: str = ""
+    probability: float | None = None
+    true_p: float | None = None
+    brier: float | None = None
+
+
+def _belief(hypotheses: Iterable[Hypothesis], truth: str) -> _Belief:
+    """What was held most probable, and how good all of it was; fault sets count, sizes do not."""
+    beliefs = merge(hypotheses)
+    if not beliefs:
+        return _Belief()
+    given = {"+".join(sorted(b.name.split("+"))): b.probability for b in beliefs}
+    true = "+".join(sorted(truth.split("+")))
+    brier = sum((p - (name == true)) ** 2 for name, p in given.items()) + (true not in given)
+    best = max(given, key=lambda name: given[name])
+    return _Belief(best, given[best], given.get(true, 0.0), brier)
+
+
+def _count(events: Iterable[Event], kind: type[Event]) -> int:
+    return sum(isinstance(e, kind) for e in events)
+
+
+def _after(at_s: float | None, origin_s: float | None) -> float | None:
+    return None if at_s is None or origin_s is None else at_s - origin_s
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
