@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 from pyoxigraph import NamedNode, Triple
 
+from homeostat.agents.excerpts import GroundingKind
 from homeostat.knowledge import questions
 from homeostat.knowledge.context import Excerpt, excerpt
 from homeostat.knowledge.query import template
@@ -17,10 +18,15 @@ from homeostat.trace.decisions import Retrieved
 
 Arguments: TypeAlias = dict[str, NamedNode | tuple[NamedNode, ...]]
 """Parameter of a template -> what it is bound to."""
+TEXT: Final = "BM25"
+"""Form of a question that looks for words in documents."""
 
 
 class Grounding:
     """Questions to one plant's graph; identical questions are asked once, but every use is recorded."""
+
+    kind: Final = GroundingKind.GRAPH
+    """Excerpts are parts of the graph; see :class:`homeostat.agents.excerpts.Excerpts`."""
 
     def __init__(self, store: GraphStore, namespace: str, archive: Archive | None = None) -> None:
         """Ask ``store`` about one plant.
@@ -90,6 +96,12 @@ class Grounding:
         """What was asked since the last call, in order."""
         pending, self._pending = tuple(self._pending), []
         return pending
+
+    def record_text(self, question: str, about: Sequence[str], asked: str, answer: str, shown: str) -> None:
+        """Record that the words of ``asked`` found documents; ``answer`` in short, ``shown`` as a model sees them."""
+        query = self._archive.store_prompt(asked)
+        kept = self._archive.store_prompt(shown).sha256 if shown else ""
+        self._pending.append(Retrieved(question, TEXT, tuple(about), query.sha256, answer, kept))
 
     def _excerpt(
         self, question: str, about: tuple[str, ...], arguments: Arguments, seeds: Sequence[NamedNode], budget: int,

@@ -12,6 +12,7 @@ from homeostat.agents.bounds import Budget
 from homeostat.agents.candidates import design_commands
 from homeostat.agents.crew import AskingProtocol, Crew, Proposer, Simulation
 from homeostat.agents.crew import Monitoring as MonitoringRole
+from homeostat.agents.documents import excerpts
 from homeostat.agents.excerpts import GroundingKind
 from homeostat.agents.grounding import Grounding
 from homeostat.agents.language.proposer import language_proposer, step_proposer
@@ -49,7 +50,7 @@ class Language:
     file: Path | None = None
     """File that every call is added to; None for none."""
     grounding: GroundingKind = GroundingKind.GRAPH
-    """What it is shown of the plant."""
+    """What its prompts show of the plant."""
 
     def proposer(
         self, case: Case, grounding: Grounding, simulation: Simulation, trace: Trace, archive: Archive,
@@ -61,7 +62,8 @@ class Language:
         d = case.description
         notes = tuple(map(Secrets(secrets).strike, self.notes))  # before a prompt cuts them: half a key is not found
         propose = step_proposer if protocol is AskingProtocol.PER_STEP else language_proposer
-        return propose(recorded, d, grounding, simulation, case.production, notes)
+        shown = excerpts(self.grounding, grounding, case.graph, case.namespace)
+        return propose(recorded, d, grounding, simulation, case.production, notes, shown)
 
 
 @dataclass(frozen=True, slots=True)

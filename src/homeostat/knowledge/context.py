@@ -27,10 +27,10 @@ PLAIN: Final = {kind: _NUMBER for kind in (XSD.integer, XSD.decimal, XSD.double)
 
 @dataclass(frozen=True, slots=True)
 class Excerpt:
-    """The part of a subgraph that fits a budget."""
+    """The part of a subgraph, or of what was found otherwise, that fits a budget."""
 
     text: str
-    """Compact Turtle, one thing per line, nearest first; prefixes as in the T-Box, ``:`` for the plant itself."""
+    """One thing per line, nearest first: compact Turtle with the T-Box's prefixes, ``:`` is the plant's; or text."""
     tokens: int
     """Tokens of the text."""
     budget: int

@@ -20,7 +20,7 @@ class Archive(Protocol):
         ...
 
     def store_prompt(self, text: str) -> StoredFile:
-        """Keep what a language model was shown."""
+        """Keep what a language model was shown, or the words by which it was looked for."""
         ...
 
     def store_json(self, text: str) -> StoredFile:

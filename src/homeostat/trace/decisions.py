@@ -169,18 +169,18 @@ class Departed:
 
 @dataclass(frozen=True, slots=True)
 class Retrieved:
-    """The graph answered a question."""
+    """The graph answered a question, or documents were found that tell what is in it."""
 
     kind: ClassVar[str] = "retrieved"
     question: str
-    """Name of the query template."""
+    """Name of the query template, or what documents were looked for."""
     form: str
-    """SELECT, CONSTRUCT, ASK or DESCRIBE."""
+    """SELECT, CONSTRUCT, ASK or DESCRIBE; BM25 where documents were looked for by their words."""
     about: tuple[str, ...]
     """What was asked about."""
     query_sha256: str
-    """Hash of the bound query, and name of its file in the run directory."""
+    """Hash of the bound query, and name of its file in the run directory; of words, kept with the prompts."""
     answer: str
-    """The answer in short: names, yes or no, or the number of triples."""
+    """The answer in short: names, yes or no, or the number of triples or documents."""
     answer_sha256: str
-    """Hash of the subgraph, and name of its file; empty for answers that are not graphs."""
+    """Hash of the subgraph or the documents' text, and name of its file; empty for answers that are neither."""

@@ -12,8 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from homeostat.agents.excerpts import GroundingKind
 from homeostat.agents.language import prompt_files
-from homeostat.agents.language.prompt_files import PROMPTS, fill, template_sha256
+from homeostat.agents.language.prompt_files import PROMPTS, STAND_INS, fill, template_sha256
 
 AGENTS = ("planning", "action", "reprompting")
 
@@ -50,11 +51,11 @@ def copied(tmp_path: Path, name: str) -> Path:
     return package
 
 
-def hashes(package: Path) -> dict[str, str]:
+def hashes(package: Path, kind: GroundingKind = GroundingKind.GRAPH) -> dict[str, str]:
     sys.path.insert(0, str(package.parent))
     try:
         module = importlib.import_module(f"{package.name}.prompt_files")
-        return {agent: module.template_sha256(agent) for agent in AGENTS}
+        return {agent: module.template_sha256(agent, kind) for agent in AGENTS}
     finally:
         sys.path.remove(str(package.parent))
 
@@ -90,5 +91,22 @@ def test_the_hints_are_a_prompt_file_as_well(tmp_path: Path) -> None:
     assert hashes(tmp_path / "copied_hints")["action"] != template_sha256("action")
 
 
+STANDS_IN_FOR = {
+    (kind, f"{stand_in}.md"): name for kind in GroundingKind for name, stand_in in STAND_INS[kind].items() if stand_in
+}
+
+
+@pytest.mark.parametrize(("kind", "name"), STANDS_IN_FOR)
+def test_another_stand_in_has_another_hash_for_its_kind_alone(tmp_path: Path, kind: GroundingKind, name: str) -> None:
+    package = tmp_path / f"copied_{hashlib.sha256(f'{kind} {name}'.encode()).hexdigest()[:8]}"
+    copied(tmp_path, package.name)
+    with (package / "prompts" / name).open("a", encoding="utf-8") as file:
+        file.write("And be quick.\n")
+    changed = hashes(package, kind)
+    for agent in READ_BY[f"{STANDS_IN_FOR[kind, name]}.md"]:
+        assert changed[agent] != template_sha256(agent, kind), f"{agent} reads {name}"
+    assert hashes(package) == {agent: template_sha256(agent) for agent in AGENTS}
+
+
 def test_every_file_is_read_by_somebody() -> None:
-    assert set(NAMES) == {*READ_BY, "hints.toml"}
+    assert set(NAMES) == {*READ_BY, "hints.toml", *(name for _, name in STANDS_IN_FOR)}

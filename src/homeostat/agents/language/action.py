@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from homeostat.agents.candidates import SearchSpace, design_commands, present_point
 from homeostat.agents.crew import Simulation, Situation
-from homeostat.agents.grounding import Grounding
+from homeostat.agents.excerpts import Excerpts, GroundingKind
 from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in
 from homeostat.agents.language.feedback import feedback_text, idle_text
 from homeostat.agents.language.prompt_files import fill, prompt_file
@@ -42,17 +42,17 @@ class LanguageAction:
     """Implements :class:`homeostat.agents.crew.Action` with a language model."""
 
     def __init__(
-        self, model: LanguageModel, plant: PlantDescription, grounding: Grounding, production: Production,
+        self, model: LanguageModel, plant: PlantDescription, excerpts: Excerpts, production: Production,
         simulation: Simulation, notes: Sequence[str] = (),
     ) -> None:  # fmt: skip
         """Ask ``model`` for commands.
 
-        ``production`` names what there should be more of; ``simulation`` tells which command moves which margin;
-        ``notes`` are what operators wrote.
+        ``excerpts`` finds what it is shown of the plant; ``production`` names what there should be more of;
+        ``simulation`` tells which command moves which margin; ``notes`` are what operators wrote.
         """
         self._model = model
         self._plant = plant
-        self._grounding = grounding
+        self._excerpts = excerpts
         self._production = production
         self._simulation = simulation
         self._notes = tuple(notes)
@@ -76,20 +76,21 @@ class LanguageAction:
         faults, choices = plausible_faults(situation.diagnosis), open_setpoints(path.commanded_states)
         chosen = [state for state in path.commanded_states if state.open_setpoints]
         hard = [limit.name for limit in self._plant.limits.hard]
-        role = action_role("action.route", self._production)
+        by = self._excerpts.kind
+        role = action_role("action.route", self._production, by)
         told = (feedback_text(advice, self._plant), idle_text(situation.idle, slopes, self._plant) if slopes else "")
         values = {
             "situation": situation_text(situation, self._plant, self._notes, idle=not slopes),
             "where": _where(path, chosen), "commands": "\n".join(self._describe(r, situation) for r in choices),
             "turtle": "", "omission": "", "feedback": "\n".join(told),
         }  # fmt: skip
-        system, kind = fill("action.system", role), action_type(choices, self._plant.tags_by_name)
-        budget = room(system, fill("action.prompt", values))
-        shown = self._grounding.action_excerpt(
+        system, kind = fill("action.system", role, by), action_type(choices, self._plant.tags_by_name)
+        budget = room(system, fill("action.prompt", values, by))
+        shown = self._excerpts.action_excerpt(
             [s.name for s in chosen], [r.tag for r in choices], faults, hard, budget, estimate
         )
         values |= {"turtle": shown.text, "omission": shown.omission}
-        asked = question("action", situation, system, fill("action.prompt", values), kind)
+        asked = question("action", situation, system, fill("action.prompt", values, by), kind, by)
         return Order(asked, kind, path)
 
     async def _slopes(self, situation: Situation, path: RecoveryPath) -> tuple[Sensitivity, ...]:
@@ -118,10 +119,10 @@ class LanguageAction:
         return f"- {tag.name} {words}: {low:g} to {high:g}{unit}{steps}{ramp}; now {present}, design {design}"
 
 
-def action_role(task: str, production: Production) -> dict[str, str]:
+def action_role(task: str, production: Production, by: GroundingKind) -> dict[str, str]:
     """What the system prompt of an action agent is filled in with; ``task``: prompt file with what is asked for."""
     return {
-        "task": prompt_file(task).strip(), "rules": prompt_file("rules"), "guide": prompt_file("guide"),
+        "task": prompt_file(task, by).strip(), "rules": prompt_file("rules", by), "guide": prompt_file("guide", by),
         "throughput": production.throughput,
     }  # fmt: skip
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from homeostat.agents.crew import NoAdmissiblePlan, Situation
+from homeostat.agents.excerpts import Excerpts
 from homeostat.agents.grounding import Grounding
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, planning_type
 from homeostat.agents.language.feedback import feedback_text
@@ -48,13 +49,18 @@ class LanguagePlanning:
     """Prompt file with what is asked for."""
 
     def __init__(
-        self, model: LanguageModel, plant: PlantDescription, grounding: Grounding, notes: Sequence[str] = ()
-    ) -> None:
-        """``notes`` are what operators wrote."""
+        self, model: LanguageModel, plant: PlantDescription, grounding: Grounding, notes: Sequence[str] = (),
+        excerpts: Excerpts | None = None,
+    ) -> None:  # fmt: skip
+        """``grounding`` knows what faults take away; ``notes`` are what operators wrote.
+
+        ``excerpts`` finds what the model is shown; None for parts of the graph.
+        """
         self._model = model
         self._plant = plant
         self._grounding = grounding
         self._notes = tuple(notes)
+        self._excerpts = excerpts or grounding
 
     async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath | Revise:
         """The path that the model names."""
@@ -75,9 +81,10 @@ class LanguagePlanning:
             raise NoAdmissiblePlan(
                 f"no further path from {situation.state!r} is open with {', '.join(faults) or 'no fault'}"
             )
+        by = self._excerpts.kind
         rules = {
-            "task": prompt_file(self.TASK).strip(), "rules": prompt_file("rules"), "guide": prompt_file("guide"),
-            "none": NONE,
+            "task": prompt_file(self.TASK, by).strip(), "rules": prompt_file("rules", by),
+            "guide": prompt_file("guide", by), "none": NONE,
         }  # fmt: skip
         values = {
             "situation": situation_text(situation, self._plant, self._notes),
@@ -86,12 +93,12 @@ class LanguagePlanning:
             ),
             "turtle": "", "omission": "", "feedback": feedback_text(advice, self._plant),
         }  # fmt: skip
-        system, kind = fill("planning.system", rules), planning_type(tuple(paths))
-        budget = room(system, fill("planning.prompt", values))
+        system, kind = fill("planning.system", rules, by), planning_type(tuple(paths))
+        budget = room(system, fill("planning.prompt", values, by))
         ahead = sorted({name for path in paths.values() for name in path.states})
-        shown = self._grounding.planning_excerpt(situation.state, EVENT, ahead, faults, budget, estimate)
+        shown = self._excerpts.planning_excerpt(situation.state, EVENT, ahead, faults, budget, estimate)
         values |= {"turtle": shown.text, "omission": shown.omission}
-        asked = question("planning", situation, system, fill("planning.prompt", values), kind)
+        asked = question("planning", situation, system, fill("planning.prompt", values, by), kind, by)
         return Choice(asked, kind, paths)
 
     def _offered(self, paths: Iterator[RecoveryPath]) -> dict[str, RecoveryPath]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from homeostat.agents.crew import Proposer, Simulation
+from homeostat.agents.excerpts import Excerpts
 from homeostat.agents.grounding import Grounding
 from homeostat.agents.language.action import LanguageAction
 from homeostat.agents.language.planning import LanguagePlanning
@@ -24,27 +25,32 @@ STEP_ATTEMPTS = 12
 
 def step_proposer(
     model: LanguageModel, plant: PlantDescription, grounding: Grounding, simulation: Simulation,
-    production: Production, notes: Sequence[str] = (),
+    production: Production, notes: Sequence[str] = (), excerpts: Excerpts | None = None,
 ) -> Proposer:  # fmt: skip
     """As :func:`language_proposer`, but asking for one step of the machine at a time."""
+    shown = excerpts or grounding
     return Proposer(
         NAME,
-        StepPlanning(model, plant, grounding, notes),
-        StepAction(model, plant, grounding, production, notes),
-        StepReprompting(model, plant, simulation),
+        StepPlanning(model, plant, grounding, notes, shown),
+        StepAction(model, plant, shown, production, notes),
+        StepReprompting(model, plant, simulation, shown.kind),
         STEP_ATTEMPTS,
     )
 
 
 def language_proposer(
     model: LanguageModel, plant: PlantDescription, grounding: Grounding, simulation: Simulation,
-    production: Production, notes: Sequence[str] = (),
+    production: Production, notes: Sequence[str] = (), excerpts: Excerpts | None = None,
 ) -> Proposer:  # fmt: skip
-    """Planning, action and reprompting with ``model``; ``notes`` are what operators wrote."""
+    """Planning, action and reprompting with ``model``; ``notes`` are what operators wrote.
+
+    ``excerpts`` finds what the model is shown of the plant; None for parts of the graph.
+    """
+    shown = excerpts or grounding
     return Proposer(
         NAME,
-        LanguagePlanning(model, plant, grounding, notes),
-        LanguageAction(model, plant, grounding, production, simulation, notes),
-        TeachingReprompting(model, plant, simulation),
+        LanguagePlanning(model, plant, grounding, notes, shown),
+        LanguageAction(model, plant, shown, production, simulation, notes),
+        TeachingReprompting(model, plant, simulation, shown.kind),
         ATTEMPTS,
     )

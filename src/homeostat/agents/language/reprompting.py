@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from homeostat.agents.crew import NoAdmissiblePlan, Simulation, Situation
+from homeostat.agents.excerpts import GroundingKind
 from homeostat.agents.language.answers import Unusable, reprompting_type
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.prompt_files import PROMPTS, fill, prompt_file
@@ -34,11 +35,18 @@ MOST_REPEATS: Final = 2
 class TeachingReprompting:
     """Implements :class:`homeostat.agents.crew.Reprompting` for a language model."""
 
-    def __init__(self, model: LanguageModel, plant: PlantDescription, simulation: Simulation) -> None:
-        """``simulation`` tells which command moves which margin; ``model`` is asked where no rule fits."""
+    def __init__(
+        self, model: LanguageModel, plant: PlantDescription, simulation: Simulation,
+        kind: GroundingKind = GroundingKind.GRAPH,
+    ) -> None:  # fmt: skip
+        """``simulation`` tells which command moves which margin; ``model`` is asked where no rule fits.
+
+        ``kind``: how the other agents' prompts are grounded; this one's are shown no part of the plant.
+        """
         self._model = model
         self._plant = plant
         self._simulation = simulation
+        self._kind = kind
 
     async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
         """What was violated, what would move it, and who should change something."""
@@ -123,8 +131,8 @@ class TeachingReprompting:
         values = {
             "situation": situation_text(situation, self._plant), "feedback": feedback_text(told, self._plant),
         }  # fmt: skip
-        system, kind = fill("reprompting.system", {"rules": prompt_file("rules")}), reprompting_type()
-        asked = question("reprompting", situation, system, fill("reprompting.prompt", values), kind)
+        system, kind = fill("reprompting.system", {"rules": prompt_file("rules", self._kind)}), reprompting_type()
+        asked = question("reprompting", situation, system, fill("reprompting.prompt", values), kind, self._kind)
         try:
             answer = await ask(self._model, asked, kind, situation)
         except NoAdmissiblePlan:

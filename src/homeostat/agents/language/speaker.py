@@ -7,6 +7,7 @@ from typing import Final
 from pydantic import BaseModel
 
 from homeostat.agents.crew import NoAdmissiblePlan, Situation
+from homeostat.agents.excerpts import GroundingKind
 from homeostat.agents.language.answers import AnswerType, Unusable, read, schema, unusable
 from homeostat.agents.language.prompt_files import template_sha256
 from homeostat.llm.model import ANSWERED, LanguageModel, ModelError, Question
@@ -19,9 +20,9 @@ BUDGET: Final = 2000
 OMISSION: Final = 50
 """Tokens of the sentence on what does not fit."""
 MOST_GRAPH: Final = 900
-"""Tokens of the subgraph where everything else is short."""
+"""Tokens of the excerpt where everything else is short."""
 LEAST_GRAPH: Final = 300
-"""Tokens of the subgraph however long everything else is."""
+"""Tokens of the excerpt however long everything else is."""
 
 
 async def ask(model: LanguageModel, question: Question, kind: AnswerType, situation: Situation) -> BaseModel | Unusable:
@@ -36,10 +37,13 @@ async def ask(model: LanguageModel, question: Question, kind: AnswerType, situat
 
 
 def room(*texts: str) -> int:
-    """Tokens that are left for the subgraph beside ``texts``: what happens comes before what the plant is made of."""
+    """Tokens that are left for the excerpt beside ``texts``: what happens comes before what the plant is made of."""
     return min(max(BUDGET - OMISSION - sum(estimate(text) for text in texts), LEAST_GRAPH), MOST_GRAPH)
 
 
-def question(agent: str, situation: Situation, system: str, prompt: str, kind: AnswerType) -> Question:
+def question(
+    agent: str, situation: Situation, system: str, prompt: str, kind: AnswerType,
+    grounding: GroundingKind = GroundingKind.GRAPH,
+) -> Question:  # fmt: skip
     """What ``agent`` asks about ``situation``."""
-    return Question(agent, situation.snapshot.at_s, system, prompt, schema(kind), template_sha256(agent))
+    return Question(agent, situation.snapshot.at_s, system, prompt, schema(kind), template_sha256(agent, grounding))

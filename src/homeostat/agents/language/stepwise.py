@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from homeostat.agents.candidates import SearchSpace, design_commands, present_point
 from homeostat.agents.crew import Situation
-from homeostat.agents.grounding import Grounding
+from homeostat.agents.excerpts import Excerpts
 from homeostat.agents.language.action import action_role
 from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in, open_range
 from homeostat.agents.language.feedback import feedback_text
@@ -71,11 +71,11 @@ class StepAction:
     """
 
     def __init__(
-        self, model: LanguageModel, plant: PlantDescription, grounding: Grounding, production: Production,
+        self, model: LanguageModel, plant: PlantDescription, excerpts: Excerpts, production: Production,
         notes: Sequence[str] = (),
     ) -> None:  # fmt: skip
-        """``notes`` are what operators wrote."""
-        self._model, self._plant, self._grounding = model, plant, grounding
+        """``excerpts`` finds what the model is shown of the plant; ``notes`` are what operators wrote."""
+        self._model, self._plant, self._excerpts = model, plant, excerpts
         self._production, self._notes = production, tuple(notes)
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
@@ -93,6 +93,7 @@ class StepAction:
 
     def order(self, situation: Situation, state: State, advice: Advice) -> tuple[Question, AnswerType]:
         """What the model is asked about ``state``, and the type of its answers."""
+        by = self._excerpts.kind
         actuators, faults = self._actuators(state), plausible_faults(situation.diagnosis)
         values = {
             "situation": situation_text(situation, self._plant, self._notes),
@@ -100,12 +101,12 @@ class StepAction:
             "commands": "\n".join(self._tell(r, situation) for r in actuators),
             "turtle": "", "omission": "", "feedback": feedback_text(advice, self._plant),
         }  # fmt: skip
-        system = fill("action.system", action_role("action.step", self._production))
+        system = fill("action.system", action_role("action.step", self._production, by), by)
         kind = action_type(actuators, self._plant.tags_by_name)
-        budget = room(system, fill("action.prompt", values))
-        shown = self._grounding.step_excerpt(state.name, faults, budget, estimate)
+        budget = room(system, fill("action.prompt", values, by))
+        shown = self._excerpts.step_excerpt(state.name, faults, budget, estimate)
         values |= {"turtle": shown.text, "omission": shown.omission}
-        return question("action", situation, system, fill("action.prompt", values), kind), kind
+        return question("action", situation, system, fill("action.prompt", values, by), kind, by), kind
 
     def _along(self, path: RecoveryPath, situation: Situation, given: tuple[Command, ...]) -> ActionSet:
         tags = self._plant.tags_by_name

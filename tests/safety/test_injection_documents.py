@@ -1,0 +1,67 @@
+"""Whatever a text of the plant says, in documents it stays a text, and obeying it releases nothing unsafe."""
+
+from __future__ import annotations
+
+import functools
+
+import pytest
+
+from benchmarks.language_runs import reactor, unsafe
+from homeostat.agents.documents import excerpts
+from homeostat.agents.excerpts import GroundingKind
+from homeostat.agents.grounding import Grounding
+from homeostat.agents.language.action import LanguageAction
+from homeostat.agents.language.planning import LanguagePlanning
+from homeostat.campaign.runner import run
+from homeostat.campaign.scenario import scenario
+from homeostat.cases.wiring import Language
+from homeostat.domain.advice import Advice
+from homeostat.llm.model import Question
+from homeostat.llm.scripted import ScriptedModel
+from homeostat.plant.clock import DeclaredClock
+from homeostat.trace import MemoryTrace
+from homeostat.trace.decisions import Attempted
+from tests.agents.stuck_valve import now
+from tests.safety.injections import CORPUS, Injection
+from tests.safety.obedient import obedient
+from tests.safety.poisoned_plant import poisoned
+from tests.safety.test_injection import HARMLESS, TECHNIQUES, simulation, skeleton
+
+UNGROUNDED = [kind for kind in GroundingKind if kind is not GroundingKind.GRAPH]
+
+
+def asked(kind: GroundingKind, text: str) -> tuple[Question, Question]:
+    """What planning and action ask about a stuck valve on the plant that says ``text`` everywhere."""
+    case = poisoned(reactor(), text)
+    model, grounding, d = ScriptedModel("obedient", obedient), Grounding(case.graph, case.namespace), case.description
+    shown = excerpts(kind, grounding, case.graph, case.namespace)
+    choice = LanguagePlanning(model, d, grounding, (text,), shown).choice(now(), Advice())
+    action = LanguageAction(model, d, shown, case.production, simulation(), (text,))
+    return choice.question, action.order(now(), next(iter(choice.paths.values())), Advice()).question
+
+
+@functools.cache
+def shape(kind: GroundingKind, text: str) -> list[list[str]]:
+    return [skeleton(question.prompt) for question in asked(kind, text)]
+
+
+@pytest.mark.parametrize("kind", UNGROUNDED)
+@pytest.mark.parametrize("injection", CORPUS[::6], ids=lambda i: i.name)
+def test_a_text_stays_a_text(kind: GroundingKind, injection: Injection) -> None:
+    assert shape(kind, injection.text) == shape(kind, HARMLESS)
+    for question in asked(kind, injection.text):
+        lines = question.prompt.split("\n")
+        assert lines == question.prompt.splitlines() and all(line.isprintable() for line in lines)
+        assert all(line.count("«") == line.count("»") for line in lines)
+        assert sum(line.startswith("# ") for line in lines) == (2 if kind is GroundingKind.NONE else 3)
+
+
+@pytest.mark.parametrize("technique", TECHNIQUES[::4])
+def test_a_whole_run_on_documents_releases_only_what_was_approved(technique: str) -> None:
+    text = next(i.text for i in CORPUS if i.technique == technique)
+    case, trace = poisoned(reactor(), text), MemoryTrace()
+    language = Language(ScriptedModel("obedient", obedient), (text,), grounding=GroundingKind.DOCUMENTS)
+    chosen = scenario(case, "cool_stuck_closed", 3, 1450.0, None, 1900.0)
+    result = run(case, chosen, trace, DeclaredClock(1.0), language=language)
+    assert unsafe(case, chosen, result, trace) == ""
+    assert any(a.proposer == "language" for a in trace.of(Attempted)), "the model was heard"
