@@ -21,15 +21,15 @@ class Contents:
     """Beside the published figures, and over all scenarios of a case."""
     times: tuple[Table, ...]
     """Wall-clock times."""
-    by_scenario: tuple[Table, ...]
-    """Scenario by scenario."""
+    details: tuple[Table, ...]
+    """Scenario by scenario, and what a probability of the diagnosis is worth."""
     failures: Table
     """Every run that failed; it may have no line."""
 
     @property
     def tables(self) -> tuple[Table, ...]:
         """All of them."""
-        return *self.main, *self.times, *self.by_scenario, self.failures
+        return *self.main, *self.times, *self.details, self.failures
 
 
 def contents(rows: Sequence[Row], reference: str | None = None) -> Contents:
@@ -41,10 +41,11 @@ def contents(rows: Sequence[Row], reference: str | None = None) -> Contents:
     ordered = in_order(rows)
     main = [
         *paper_tables(ordered), *score_tables(ordered), comparison_table(ordered, reference), actor_table(ordered),
-        calibration_table(ordered), agent_table(ordered),
+        agent_table(ordered),
     ]  # fmt: skip
     times = [*paper_latency(ordered), latency_table(ordered)]
-    parts = [[table for table in part if table.lines] for part in (main, times, scenario_tables(ordered))]
+    details = [*scenario_tables(ordered), calibration_table(ordered)]
+    parts = [[table for table in part if table.lines] for part in (main, times, details)]
     named = iter(distinct([*(table for part in parts for table in part), failure_table(ordered)]))
-    main_kept, times_kept, scenarios_kept = (tuple(next(named) for _ in part) for part in parts)
-    return Contents(main_kept, times_kept, scenarios_kept, next(named))
+    main_kept, times_kept, details_kept = (tuple(next(named) for _ in part) for part in parts)
+    return Contents(main_kept, times_kept, details_kept, next(named))
