@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -66,9 +67,11 @@ def as_svg(figure: Figure, name: str, spoken: str) -> str:
     from html import escape
 
     content = BytesIO()
-    figure.savefig(
-        content, format="svg", metadata={"Date": None, "Creator": None}, bbox_inches="tight", pad_inches=0.05
-    )
+    with warnings.catch_warnings():
+        # Names come from files; a letter that the font lacks becomes a box.
+        warnings.filterwarnings("ignore", message="Glyph")
+        nameless = {"Date": None, "Creator": None}
+        figure.savefig(content, format="svg", metadata=nameless, bbox_inches="tight", pad_inches=0.05)
     text = content.getvalue().decode("utf-8")
     text = text[text.index("<svg") :].strip()
     text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
