@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import groupby
+from typing import Final
 
 from homeostat.campaign.study.comparison import Comparison, comparisons
 from homeostat.campaign.study.groups import Group, Source, broke_limit, cases, entrants, in_order, overall, scenarios
@@ -12,7 +13,7 @@ from homeostat.campaign.study.scores import success_of
 from homeostat.campaign.study.statistics import Rate
 from homeostat.campaign.study.yardsticks import against, yardsticks
 
-_CLEAR = 0.05
+_CLEAR: Final = 0.05
 """Adjusted probability below which a difference is called clear [1]."""
 
 
@@ -78,11 +79,10 @@ def _against(one: Comparison) -> str:
     if more == less:
         return f"beside {one.reference}, as many successes on the same {one.pairs} plants"
     clear = "a clear difference" if one.p_adjusted < _CLEAR else "no clear difference"
-    direction = "more" if more > less else "fewer"
-    return (
-        f"beside {one.reference}, {abs(more - less)} {direction} successes on the same {one.pairs} plants: {clear} "
-        f"(adjusted p = {one.p_adjusted:.3f})"
-    )
+    difference = f"{abs(more - less)} {'more' if more > less else 'fewer'}"
+    successes = "success" if abs(more - less) == 1 else "successes"
+    p = "p < 0.001" if one.p_adjusted < 0.001 else f"p = {one.p_adjusted:.3f}"
+    return f"beside {one.reference}, {difference} {successes} on the same {one.pairs} plants: {clear} (adjusted {p})"
 
 
 def _origin(group: Group) -> str:
