@@ -12,7 +12,10 @@ import pytest
 from homeostat import __version__
 from tests.cli.command import COMMAND, environment, homeostat, refused
 
-HEAVY = {"numpy", "numba", "pyoxigraph", "pyarrow", "matplotlib", "rich", "rdflib", "pyshacl", "lark", "asyncio"}
+HEAVY = {
+    "numpy", "numba", "pyoxigraph", "pyarrow", "matplotlib", "rich", "rdflib", "pyshacl", "lark", "asyncio", "scipy",
+    "jinja2",
+}  # fmt: skip
 PROBE = """
 import sys
 from homeostat.cli.main import main

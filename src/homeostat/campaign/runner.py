@@ -164,7 +164,7 @@ def _unattended(case: Case, scenario: Scenario) -> tuple[Trajectory, Executive]:
 def run_steered(
     case: Case, scenario: Scenario, executive: Executive, at_s: float = math.inf, commands: tuple[Command, ...] = ()
 ) -> RunResult:
-    """Run ``scenario`` with nobody watching but ``executive``, and ``commands`` written at ``at_s`` [s]; and score it."""
+    """Run ``scenario`` with nobody but ``executive``, ``commands`` being written at ``at_s`` [s], and score it."""
     begin, clock, trace = time.monotonic(), DeclaredClock(0.0), MemoryTrace()
     recorder = Recorder(clock)
     trace.subscribe(recorder)
@@ -303,7 +303,8 @@ def _score(
     started = seen.started_s if seen.started_s is not None else truth.start_s
     return RunResult(
         scenario=scenario, outcome=kind, actor=actor, detected_s=detected,
-        false_alarm=len(reports) < len(seen.diagnosed) or (onset is None and bool(reports)), released_s=first[0] if first else None,
+        false_alarm=bool(seen.diagnosed) if onset is None else len(reports) < len(seen.diagnosed),
+        released_s=first[0] if first else None,
         attempts=len(seen.attempts), hypotheses=believed[-1].hypotheses if believed else (), actions=commands,
         min_margin=first[1].min_margin if first else None,
         exposures=exposures(truth, limits, started, detected),

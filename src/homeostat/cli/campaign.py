@@ -88,7 +88,9 @@ def _run(plan: Plan, jobs: Sequence[Job], options: argparse.Namespace) -> int:
 def _conclude(ended: Ended, asked: int) -> int:
     from homeostat.campaign.study.summary import summary
 
-    print(*summary(ended.rows), "", *(f"wrote {path}" for path in ended.files[:2]), sep="\n")
+    for case, sentences in summary(ended.rows):
+        print(f"{case}:", *(f"  {sentence}" for sentence in sentences), "", sep="\n")
+    print(*(f"wrote {path}" for path in ended.files[:2]), sep="\n")
     for done in ended.failed:
         print(f"homeostat: {done.job.name} failed: {done.failure}", file=sys.stderr)
     if ended.failed:

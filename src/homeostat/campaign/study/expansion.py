@@ -1,4 +1,4 @@
-"""From a plan to its jobs: every scenario with every seed, every proposer and every ablation that makes a difference."""
+"""From a plan to its jobs: every scenario and seed with every proposer and every ablation that can matter to it."""
 
 from __future__ import annotations
 

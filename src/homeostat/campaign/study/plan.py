@@ -72,7 +72,7 @@ class ProposerPlan(_Table):
     """Who proposes, and how it is asked."""
 
     who: str
-    """``search``, ``constant``, ``do-nothing``, ``fallback-only``, ``hindsight``, or a model as ``--proposer`` has it."""
+    """``search``, ``constant``, ``do-nothing``, ``fallback-only``, ``hindsight``, or a model as in ``--proposer``."""
     name: Name | None = None
     """Name in tables; ``who`` where None."""
     protocol: Literal["route", "per-step"] = "route"
