@@ -28,7 +28,7 @@ def schema() -> pa.Schema:
     return pa.schema([_column(field.name, hints[field.name]) for field in fields(Row)])
 
 
-def _column(name: str, kind: Any) -> pa.Field:
+def _column(name: str, kind: Any) -> pa.Field[Any]:
     options = [option for option in get_args(kind) if option is not NoneType] if NoneType in get_args(kind) else [kind]
     return pa.field(name, _TYPES[options[0]], nullable=NoneType in get_args(kind))
 

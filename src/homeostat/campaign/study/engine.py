@@ -13,8 +13,6 @@ from homeostat.campaign.study.measurement import Kept, measure
 from homeostat.campaign.study.row import Row
 from homeostat.process.batch import use_threads
 
-RETRIES = 3
-"""Workers that may die while they carry out one job before it counts as failed."""
 WAIT_S = 30
 """How long a cluster's scheduler is waited for [s]."""
 
@@ -81,6 +79,6 @@ def _distributed(
     by_key = {f"{job.name}-{job.fingerprint}": job for job in jobs}
     futures = [client.submit(measured, job, kept, key=key, pure=False) for key, job in by_key.items()]
     for future in dask.as_completed(futures):
-        error = future.exception()
-        yield Done(by_key[future.key], None, f"{type(error).__name__}: {error}") if error else future.result()
+        broke = future.exception()
+        yield Done(by_key[future.key], None, f"{type(broke).__name__}: {broke}") if broke else future.result()
         future.release()

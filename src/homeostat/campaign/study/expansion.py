@@ -16,18 +16,18 @@ from homeostat.campaign.named_model import REPLAY, NamedModel, NoSuchModel
 from homeostat.campaign.recorded_run import Thinking
 from homeostat.campaign.scenario import Scenario, ScenarioError, scenario
 from homeostat.campaign.study.ablation import ABLATIONS, Ablation
-from homeostat.campaign.study.entrant import WITHOUT_MODEL, Entrant
+from homeostat.campaign.study.entrant import CONSTANT, WITHOUT_MODEL, Entrant
 from homeostat.campaign.study.error import CampaignError
 from homeostat.campaign.study.job import Job
 from homeostat.campaign.study.plan import Plan, ProposerPlan, ScenarioPlan, seeds_of
-from homeostat.campaign.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, WHOLE
+from homeostat.campaign.study.row import WHOLE, YARDSTICKS
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.error import CaseError
 from homeostat.cases.wiring import check_protocol
 from homeostat.domain.diagnosis import FaultState
 
-UNTOUCHED = (DO_NOTHING, HINDSIGHT)
-"""Proposers for whom nothing can be left out."""
+UNTOUCHED = (CONSTANT, *YARDSTICKS)
+"""Proposers without anything that could be left out."""
 
 
 @cache
@@ -84,9 +84,7 @@ def _matters(ablation: Ablation, entrant: Entrant) -> bool:
     """Whether leaving it out can make a difference to ``entrant``."""
     if entrant.who in UNTOUCHED or (ablation.label_given and entrant.label_given):
         return False
-    if ablation.grounding is not GroundingKind.GRAPH:
-        return entrant.model is not None
-    return ablation.reprompting or entrant.who != FALLBACK_ONLY
+    return ablation.grounding is GroundingKind.GRAPH or entrant.model is not None
 
 
 def _drawn(plan: ScenarioPlan, seed: int) -> Scenario:

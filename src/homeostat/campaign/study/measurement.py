@@ -17,7 +17,7 @@ from homeostat.campaign.study.expansion import loaded
 from homeostat.campaign.study.hindsight import hindsight_row
 from homeostat.campaign.study.job import Job
 from homeostat.campaign.study.row import HINDSIGHT, Row
-from homeostat.campaign.study.row_of import Observed, row_of, succeeded
+from homeostat.campaign.study.row_of import Observed, notable, row_of
 from homeostat.campaign.study.unknown import without_faults
 from homeostat.domain.snapshot import Snapshot
 from homeostat.trace.events import Event, Subscriber
@@ -61,7 +61,7 @@ def _measured(job: Job, folder: Path, trace: str) -> Row:
         events.append(event)
 
     def is_kept(run: RunResult) -> bool:
-        return bool(trace) and (job.keep == "all" or not succeeded(job, run))
+        return bool(trace) and (job.keep == "all" or notable(job, run))
 
     with RunDirectory(folder) as directory:
         done = _recorded(job, directory, on_event, is_kept)

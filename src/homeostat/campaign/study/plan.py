@@ -6,6 +6,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
+from homeostat.campaign.named_model import REPLAY, SCRIPT
 from homeostat.campaign.study.ablation import ABLATIONS
 from homeostat.campaign.study.row import WHOLE
 
@@ -88,8 +89,9 @@ class ProposerPlan(_Table):
 
     @property
     def label(self) -> str:
-        """Name in tables."""
-        return self.name or self.who
+        """Name in tables; what is recorded or scripted says so whatever it is called."""
+        kind = next((k for k in (REPLAY, SCRIPT) if self.who.startswith(k)), "")
+        return self.who if self.name is None else kind + self.name.removeprefix(kind)
 
 
 class Plan(_Table):

@@ -10,6 +10,8 @@ DO_NOTHING = "do-nothing"
 """Proposer of the rows in which nobody acts, not even the fallback."""
 FALLBACK_ONLY = "fallback-only"
 """Proposer of the rows in which nobody proposes, so that only the fallback may act."""
+YARDSTICKS = (HINDSIGHT, DO_NOTHING, FALLBACK_ONLY)
+"""Proposers of the rows that others are measured by."""
 WHOLE = "none"
 """Ablation of the rows in which nothing is left out."""
 WALL = "wall_"

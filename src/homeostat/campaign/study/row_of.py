@@ -15,7 +15,7 @@ from homeostat.campaign.scoring import inside_at_end
 from homeostat.campaign.step_scores import StepScores
 from homeostat.campaign.study.expansion import loaded
 from homeostat.campaign.study.job import Job
-from homeostat.campaign.study.row import Row
+from homeostat.campaign.study.row import YARDSTICKS, Row
 from homeostat.campaign.study.usage import usage_of
 from homeostat.cases.case import Case
 from homeostat.domain.diagnosis import Hypothesis
@@ -44,6 +44,17 @@ def succeeded(job: Job, run: RunResult) -> bool:
     case = loaded(job.scenario.case)
     ended = run.complete_s is not None or run.nominal_s is None
     return ended and run.actor != "fallback" and inside_at_end(run.truth, case.description.limits, run.started_s)
+
+
+def notable(job: Job, run: RunResult) -> bool:
+    """Whether somebody will want to see why a run ended as it did: no success, or a hard limit was broken.
+
+    What nobody proposed is no matter for anybody: yardsticks are there to fail.
+    """
+    if job.entrant.who in YARDSTICKS:
+        return False
+    hard = {limit.name for limit in loaded(job.scenario.case).description.limits.hard}
+    return not succeeded(job, run) or any(e.total_s > 0.0 for e in run.exposures if e.limit in hard)
 
 
 def row_of(job: Job, seen: Observed, trace: str) -> Row:
