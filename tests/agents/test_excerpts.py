@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +11,7 @@ from homeostat.agents.documents import DocumentExcerpts, excerpts
 from homeostat.agents.excerpts import Excerpts, GroundingKind, NoExcerpts
 from homeostat.agents.grounding import TEXT, Grounding
 from homeostat.agents.planning import EVENT
+from homeostat.campaign.recording import RunDirectory
 from homeostat.cases.case import load_case
 from homeostat.knowledge.context import Excerpt
 from homeostat.llm.tokens import estimate
@@ -73,6 +75,17 @@ def test_what_was_looked_for_and_found_is_recorded() -> None:
     assert all(e.form == TEXT and e.query_sha256 and e.answer_sha256 for e in events)
     assert [e.answer for e in events] == [f"{x.shown} documents shown" for x in found]
     assert "cool_stuck_closed" in events[0].about and grounding.drain() == ()
+
+
+def test_the_documents_that_were_shown_are_kept_in_the_run_directory(tmp_path: Path) -> None:
+    case = load_case("cstr")
+    with RunDirectory(tmp_path / "run") as directory:
+        grounding = Grounding(case.graph, case.namespace, directory)
+        found = asked(GroundingKind.DOCUMENTS, "cstr", 900, grounding)
+        for event, shown in zip(grounding.drain(), found, strict=True):
+            kept = directory.path / "prompts" / f"{event.answer_sha256}.md"
+            assert kept.read_text("utf-8") == shown.text
+            assert "cool_stuck_closed" in (kept.parent / f"{event.query_sha256}.md").read_text("utf-8")
 
 
 def test_without_the_library_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
