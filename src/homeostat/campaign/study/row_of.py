@@ -26,6 +26,9 @@ from homeostat.trace.events import Event
 SPILLED = "spilled_L"
 """Total of what leaked or overflowed, where a case adds it up [L]."""
 
+NOBODY = "none"
+"""Actor of a run in which nothing was released but the steps of a batch as usual."""
+
 
 @dataclass(frozen=True, slots=True)
 class Observed:
@@ -77,7 +80,7 @@ def row_of(job: Job, seen: Observed, trace: str) -> Row:
         detection_s=_after(run.detected_s, s.onset_s), false_alarm=run.false_alarm,
         released_s=_after(run.released_s, origin), releases=releases, fallbacks=fallbacks, attempts=len(attempts),
         refused=sum(not a.approved for a in attempts), decisions=_count(seen.events, Noticed),
-        acted=releases + fallbacks > 0,
+        acted=run.actor != NOBODY,
         exposure_s=max((e.total_s for e in exposed), default=0.0),
         exposure_detected_s=None if run.detected_s is None else max((e.from_detection_s for e in exposed), default=0.0),
         least_margin=margin, least_margin_limit=limit, approved_margin=_finite(run.min_margin),
@@ -85,7 +88,7 @@ def row_of(job: Job, seen: Observed, trace: str) -> Row:
         spilled_L=run.totals.get(SPILLED),
         believed=belief.name, believed_p=belief.probability, true_p=belief.true_p, brier=belief.brier,
         **_step_columns(seen.steps), **usage.columns,
-        wall_decision_s=run.thinking_s if releases + fallbacks else None, wall_thinking_s=run.thought_s,
+        wall_decision_s=None if run.actor == NOBODY else run.thinking_s, wall_thinking_s=run.thought_s,
         wall_call_s=usage.wall_call_s, wall_s=run.wall_s, trace=trace,
     )  # fmt: skip
 
