@@ -86,7 +86,7 @@ def record_run(
     journal.subscribe(milestones)
     journal.subscribe(subscriber)
     conditions = conditions or Conditions()
-    journal.record(_started(scenario, thinking, proposer, conditions), 0.0)
+    journal.record(_started(scenario, thinking, proposer, conditions, language), 0.0)
     try:
         done = run(
             case, scenario, journal, thinking.clock(), watcher=seen, archive=directory, language=language,
@@ -119,12 +119,16 @@ class _LastTime:
         self._watcher(snapshot)
 
 
-def _started(scenario: Scenario, thinking: Thinking, proposer: str, conditions: Conditions) -> RunStarted:
+def _started(
+    scenario: Scenario, thinking: Thinking, proposer: str, conditions: Conditions, language: Language | None
+) -> RunStarted:
     configuration = [Setting("end_s", scenario.end_s)]
     for fault in scenario.faults:
         configuration.append(Setting(f"onset_s {fault.fault}", fault.onset_s))
         configuration.append(Setting(f"severity {fault.fault}", fault.severity))
     configuration += [Setting("proposer", proposer), thinking.setting, *conditions.settings]
+    if language is not None:
+        configuration.append(Setting("grounding", language.grounding.value))
     versions = [Setting("python", sys.version.split()[0]), *(Setting(name, version(name)) for name in LIBRARIES)]
     return RunStarted(
         case=scenario.case,

@@ -21,7 +21,7 @@ FORMS = (
 
 FOR_A_MODEL = {
     "--local-only": "local_only", "--allow-host": "allow_host", "--temperature": "temperature",
-    "--model-seed": "model_seed", "--note": "note", "--record": "record",
+    "--model-seed": "model_seed", "--note": "note", "--record": "record", "--grounding": "grounding",
 }  # fmt: skip
 """Options that say nothing to the search -> name of their value."""
 TEMPERATURE = 0.0
@@ -39,6 +39,10 @@ def configure(command: argparse.ArgumentParser) -> None:
         "--note", action="append", default=[], metavar="TEXT", help="a note of the operator to the model"
     )
     command.add_argument("--record", type=Path, metavar="FILE", help="add every call of the model to FILE (JSON lines)")
+    command.add_argument(
+        "--grounding", choices=("graph", "documents", "none"),
+        help="what the model is shown of the plant: a part of the graph (default), the same facts as text, nothing",
+    )  # fmt: skip
 
 
 def configure_model(command: argparse.ArgumentParser) -> None:
@@ -59,6 +63,7 @@ def speaker(options: argparse.Namespace) -> Language | None:
         if idle := [option for option, name in FOR_A_MODEL.items() if _is_given(vars(options)[name])]:
             raise UsageError(f"{', '.join(idle)}: only a language model needs that; name one with --proposer")
         return None
+    from homeostat.agents.excerpts import GroundingKind
     from homeostat.campaign.named_model import NoSuchModel
     from homeostat.cases.wiring import Language
 
@@ -68,7 +73,8 @@ def speaker(options: argparse.Namespace) -> Language | None:
         raise UsageError(str(error)) from error
     if options.record is not None:
         _try_to_write(options.record)
-    return Language(model, tuple(options.note), options.record)
+    grounding = GroundingKind(options.grounding or GroundingKind.GRAPH)
+    return Language(model, tuple(options.note), options.record, grounding)
 
 
 def _is_given(value: object) -> bool:
