@@ -77,7 +77,7 @@ def comma_separated(table: Table) -> str:
 
 
 def _names(column: Column) -> list[str]:
-    return [column.name + part for part in _PARTS.get(column.kind, ("",))]
+    return [one_line(column.name) + part for part in _PARTS.get(column.kind, ("",))]
 
 
 def _parts(cell: Cell, column: Column) -> list[str]:

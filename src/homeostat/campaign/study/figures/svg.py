@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 INK: Final = "#24292f"
 """Words and marks that belong to no proposer."""
-QUIET: Final = "#8c959f"
+QUIET: Final = "#6e7781"
 """Lines that only help to read."""
 BAD: Final = "#b3261e"
 """Runs that did not succeed."""

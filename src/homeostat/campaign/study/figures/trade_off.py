@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from homeostat.campaign.study.figures.svg import QUIET, Picture, as_svg, colours, look, plain, short
-from homeostat.campaign.study.groups import overall, succeeded
+from homeostat.campaign.study.groups import Source, overall, succeeded
 from homeostat.campaign.study.row import Row
 from homeostat.campaign.study.statistics import Estimate, estimate
 
@@ -26,6 +26,8 @@ class Point:
     """Mean production loss [%] or delay [s]."""
     exposure: Estimate
     """Mean time outside hard limits [s]."""
+    yardstick: bool = False
+    """Whether it shows what was possible instead of proposing."""
 
 
 def trade_off(case: str, rows: Sequence[Row], name: str) -> Picture | None:
@@ -34,11 +36,11 @@ def trade_off(case: str, rows: Sequence[Row], name: str) -> Picture | None:
     points = _points(rows, batch)
     if len(points) < 2:
         return None
-    best = front(points)
+    best = front([point for point in points if not point.yardstick])
     title = f"Time outside hard limits against {'delay' if batch else 'production loss'}: {case}"
     caption = (
         "Means over all runs with 95 % bootstrap intervals; lower left is better. Line: proposers that no other one "
-        "beats in both."
+        "beats in both; yardsticks are hollow and stand outside of it."
     )
     if batch:
         caption += " Delay is that of completed batches alone; the legend says how many runs succeeded."
@@ -67,7 +69,7 @@ def _points(rows: Sequence[Row], batch: bool) -> list[Point]:
         if cost is not None and exposure is not None:
             good = sum(succeeded(row) for row in group.rows)
             words = f"{short(group.name)}  {good}/{len(group.rows)}"
-            points.append(Point(group.name, words, cost, exposure))
+            points.append(Point(group.name, words, cost, exposure, group.source is Source.YARDSTICK))
     return points
 
 
@@ -84,7 +86,8 @@ def _draw(
             x, y = point.cost, point.exposure
             axis.errorbar(
                 x.mean, y.mean, xerr=_reach(x), yerr=_reach(y), fmt=_MARKS[number % len(_MARKS)], markersize=7.0,
-                color=colour[point.name], elinewidth=1.0, capsize=2.0, label=point.words, zorder=2,
+                color=colour[point.name], elinewidth=1.0, capsize=2.0,
+                markerfacecolor="white" if point.yardstick else colour[point.name], label=point.words, zorder=2,
             )  # fmt: skip
         axis.set_yscale("symlog", linthresh=1.0, linscale=0.4)
         axis.yaxis.set_major_formatter(plain)
