@@ -7,6 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from homeostat.llm.calls import Call
+from homeostat.llm.excerpts import ExcerptReplay
 from homeostat.llm.model import Failure, LanguageModel, ModelError, Question
 from homeostat.llm.patience import PatientModel
 from homeostat.llm.recorded import RecordedModel
@@ -54,6 +55,12 @@ class TestReplayModel(ModelContract):
     @pytest.fixture
     def make(self) -> Callable[[], LanguageModel]:
         return lambda: ReplayModel("replay:calls.jsonl", calls())
+
+
+class TestExcerptReplay(ModelContract):
+    @pytest.fixture
+    def make(self) -> Callable[[], LanguageModel]:
+        return lambda: ExcerptReplay("excerpts:calls.jsonl", calls())
 
 
 class TestPatientModel(ModelContract):
