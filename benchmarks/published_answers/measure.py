@@ -28,8 +28,8 @@ from homeostat.campaign.scenario import scenario
 from homeostat.campaign.scoring import OutcomeKind
 from homeostat.cases.case import load_case
 from homeostat.cases.wiring import Language
-from homeostat.llm.excerpts import ExcerptReplay
 from homeostat.llm.model import Failure
+from homeostat.llm.situated import SituatedReplay
 from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.calls import ModelCalled
@@ -84,7 +84,7 @@ def replayed(published: PublishedRun, label_given: bool = True) -> Replayed:
         case, published.scenario, published.number
     )  # fmt: skip
     protocol = AskingProtocol.PER_STEP if batch else AskingProtocol.ROUTE
-    trace, model = MemoryTrace(), ExcerptReplay(str(published.path), published.calls)
+    trace, model = MemoryTrace(), SituatedReplay(str(published.path), published.calls)
     result = run(case, chosen, trace, DeclaredClock(1.0), language=Language(model),
                  conditions=Conditions(protocol, label_given))  # fmt: skip
     return _replayed(published, result, trace)

@@ -7,12 +7,12 @@ from collections.abc import Callable
 import pytest
 
 from homeostat.llm.calls import Call
-from homeostat.llm.excerpts import ExcerptReplay
 from homeostat.llm.model import Failure, LanguageModel, ModelError, Question
 from homeostat.llm.patience import PatientModel
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.replay import ReplayModel
 from homeostat.llm.scripted import ScriptedModel
+from homeostat.llm.situated import SituatedReplay
 from homeostat.trace import MemoryTrace
 from homeostat.trace.archive import NoArchive
 from tests.llm.asking import ANSWER, QUESTION, Says
@@ -57,10 +57,10 @@ class TestReplayModel(ModelContract):
         return lambda: ReplayModel("replay:calls.jsonl", calls())
 
 
-class TestExcerptReplay(ModelContract):
+class TestSituatedReplay(ModelContract):
     @pytest.fixture
     def make(self) -> Callable[[], LanguageModel]:
-        return lambda: ExcerptReplay("excerpts:calls.jsonl", calls())
+        return lambda: SituatedReplay("situated:calls.jsonl", calls())
 
 
 class TestPatientModel(ModelContract):

@@ -17,8 +17,8 @@ from benchmarks.published_answers.runs import LOOP, PublishedRun, lines, model_n
 from homeostat.agents.language.answers import MOST_REASONING
 from homeostat.cases.case import load_case
 from homeostat.llm.calls import Call, read_calls
-from homeostat.llm.excerpts import ExcerptReplay
 from homeostat.llm.model import Failure
+from homeostat.llm.situated import SituatedReplay
 from tests.llm.asking import ask, question
 
 RECORDED = pytest.mark.skipif(not FOLDER.exists(), reason="the recorded answers are not here")
@@ -103,7 +103,7 @@ def test_answers_have_our_names_and_are_within_what_may_be_said(runs: list[Publi
 @RECORDED
 def test_an_answer_is_given_in_its_state_and_for_its_target_only(runs: list[PublishedRun]) -> None:
     """The plan that was wrong in a state is followed there by the right one, and nowhere else by anything."""
-    model = ExcerptReplay("f", of(runs, "2026-01/gpt-4o-mini/mixing_module-pump_failure-1").calls)
+    model = SituatedReplay("f", of(runs, "2026-01/gpt-4o-mini/mixing_module-pump_failure-1").calls)
     here, later = (f"State {name} (x) at 70 s." for name in ("filling_B203", "bypass_emptying_B201"))
 
     def says(agent: str, prompt: str) -> object:

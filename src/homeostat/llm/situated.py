@@ -9,7 +9,7 @@ from homeostat.llm.model import Failure, ModelError, Question, Reply
 from homeostat.llm.replay import said_again
 
 
-class ExcerptReplay:
+class SituatedReplay:
     """Implements :class:`homeostat.llm.model.LanguageModel`: says again what was said to a question of the same kind.
 
     What is recorded of a question may be less than the question: of its system and its prompt, the lines that tell it
