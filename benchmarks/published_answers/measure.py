@@ -3,6 +3,9 @@
 Every complete run is one run of ours: the mixing module step by step with the label given, the fault there from the
 start; the reactor for whole routes with the default onset. A run succeeds where everything that was released is the
 model's, and the batch is complete or the reactor recovered. About 3 s per batch and 8 s per run of the reactor.
+
+The published reactor's model was not told the fault: ``--monitoring`` asks when our monitoring reports it. With the
+label given, a fault that does harm only later is told at its onset, when nothing needs to be done, and not again.
 """
 
 from __future__ import annotations
@@ -73,7 +76,8 @@ class Replayed:
             return ""
         if not self.gave_up and not self.refused:
             return f"the model was not asked ({self.outcome} in {self.state})"
-        return "; ".join((*self.refused, self.gave_up or f"ended {self.outcome} in {self.state}"))
+        ended = self.gave_up.replace(str(self.run.path), "the record")
+        return "; ".join((*self.refused, ended or f"ended {self.outcome} in {self.state}"))
 
 
 def replayed(published: PublishedRun, label_given: bool = True) -> Replayed:
