@@ -6,6 +6,7 @@ model's, and the batch is complete or the reactor recovered. About 3 s per batch
 
 The published reactor's model was not told the fault: ``--monitoring`` asks when our monitoring reports it. With the
 label given, a fault that does harm only later is told at its onset, when nothing needs to be done, and not again.
+*Released first*: ours asks again where a fault grows; the published loop acted once, so that nothing is left to say.
 """
 
 from __future__ import annotations
@@ -49,6 +50,8 @@ class Replayed:
     """What was said."""
     success: bool
     """Whether it did without anybody else."""
+    first: str
+    """Who proposed what was released first; empty where nothing was."""
     actor: str
     """Who acted last."""
     outcome: str
@@ -95,13 +98,13 @@ def replayed(published: PublishedRun, label_given: bool = True) -> Replayed:
 
 
 def _replayed(published: PublishedRun, result: RunResult, trace: MemoryTrace) -> Replayed:
-    released = {r.proposer for r in trace.of(ReleasedActions)}
+    released = [r.proposer for r in trace.of(ReleasedActions)]
     done = result.complete_s is not None if published.case == CASE else result.outcome is OutcomeKind.RECOVERED
     calls = [c for c in trace.of(ModelCalled) if c.failure != Failure.EXHAUSTED.name and c.served != LOOP]
     refused, gave_up = _until_given_up(trace)
     return Replayed(
-        published, done and released == {LANGUAGE}, result.actor, result.outcome.value, result.state, len(calls),
-        refused, gave_up, result.min_margin,
+        published, done and set(released) == {LANGUAGE}, released[0] if released else "", result.actor,
+        result.outcome.value, result.state, len(calls), refused, gave_up, result.min_margin,
     )  # fmt: skip
 
 
@@ -120,20 +123,23 @@ def _until_given_up(trace: MemoryTrace) -> tuple[tuple[str, ...], str]:
 
 
 def rows(runs: Sequence[Replayed]) -> list[list[str]]:
-    """One line per campaign, model and fault: runs, successes there and here, answers said again and recorded."""
+    """One line per campaign, model and fault.
+
+    Successes there and here, runs in which the model's proposal was the first that was released, answers said again.
+    """
     groups: dict[tuple[str, str, str, str], list[Replayed]] = {}
     for r in runs:
         groups.setdefault((r.run.campaign, r.run.model, r.run.case, r.run.scenario), []).append(r)
     return [
         [
             *key, f"{sum(r.run.success for r in mine)}/{len(mine)}", f"{sum(r.success for r in mine)}/{len(mine)}",
-            f"{sum(r.said for r in mine)}/{sum(r.recorded for r in mine)}",
+            str(sum(r.first == LANGUAGE for r in mine)), f"{sum(r.said for r in mine)}/{sum(r.recorded for r in mine)}",
         ]
         for key, mine in groups.items()
     ]  # fmt: skip
 
 
-HEAD = ["campaign", "model", "case", "fault", "published", "ours", "answers said again"]
+HEAD = ["campaign", "model", "case", "fault", "published", "ours", "released first", "answers said again"]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
