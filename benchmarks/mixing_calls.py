@@ -27,11 +27,12 @@ The published simulator has no severities, and no effect of three of these fault
 BYPASSED = ("pump_failure", "pump_degradation", "clogging_fault", "leak")
 """Faults that the published rule sends through the bypass."""
 _STATES = {"state_initialStep": "idle", "state_emptying_tank_B204": "emptying_B204"}
-_ACTUATORS = {
+ACTUATORS = {
     **{f"valve_in_B20{n}": f"VI20{n}.cmd" for n in (1, 2, 3, 4)},
     **{f"valve_out_B20{n}": f"VO20{n}.cmd" for n in (1, 2, 3, 4)},
     "pump_P101": "P101.cmd", "pump_P102": "P102.cmd",
 }  # fmt: skip
+"""A published actuator -> its command here."""
 
 
 @dataclass(frozen=True, order=True)
@@ -80,17 +81,17 @@ def route(fault: str) -> tuple[str, ...]:
 
 
 def _planned(record: dict[str, Any], correct: bool) -> Answer:
-    state, named = _state(record["current_state"]), _state(record["proposed_next_state"])
+    state, named = state_name(record["current_state"]), state_name(record["proposed_next_state"])
     return Answer("planning", record["fault"], state, named, (), correct)
 
 
 def _acted(record: dict[str, Any], on: list[str]) -> Answer:
-    state, target = _state(record["current_state"]), _state(record["target_state"])
-    tags = tuple(sorted(_ACTUATORS[name] for name in on))
+    state, target = state_name(record["current_state"]), state_name(record["target_state"])
+    tags = tuple(sorted(ACTUATORS[name] for name in on))
     return Answer("action", record["fault"], state, target, tags, not record["missing"] and not record["extra"])
 
 
-def _state(name: str) -> str:
+def state_name(name: str) -> str:
     """A published state's name here."""
     return _STATES.get(name, name.removeprefix("state_").replace("_tank", "").replace("_b20", "_B20"))
 

@@ -12,6 +12,7 @@ from homeostat.llm.patience import PatientModel
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.replay import ReplayModel
 from homeostat.llm.scripted import ScriptedModel
+from homeostat.llm.situated import SituatedReplay
 from homeostat.trace import MemoryTrace
 from homeostat.trace.archive import NoArchive
 from tests.llm.asking import ANSWER, QUESTION, Says
@@ -54,6 +55,12 @@ class TestReplayModel(ModelContract):
     @pytest.fixture
     def make(self) -> Callable[[], LanguageModel]:
         return lambda: ReplayModel("replay:calls.jsonl", calls())
+
+
+class TestSituatedReplay(ModelContract):
+    @pytest.fixture
+    def make(self) -> Callable[[], LanguageModel]:
+        return lambda: SituatedReplay("situated:calls.jsonl", calls())
 
 
 class TestPatientModel(ModelContract):

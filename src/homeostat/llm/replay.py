@@ -32,12 +32,7 @@ class ReplayModel:
 
     async def ask(self, question: Question, within_s: float) -> Reply:
         """The recorded answer; ModelError where that call failed or no answer to this agent is left."""
-        call = self._next(question)
-        if call.failure is not None or call.answer is None:
-            failure = call.failure or Failure.EMPTY
-            # The detail in a file is the whole line, which begins with the words of the failure; they are said once.
-            raise ModelError(failure, call.detail.removeprefix(failure.value).removeprefix(": "))
-        return Reply(call.answer, call.served, Usage(call.input_tokens, call.output_tokens, call.cost_usd))
+        return said_again(self._next(question))
 
     def _next(self, question: Question) -> Call:
         asked = [c for c in self._left if c.agent == question.agent]
@@ -46,3 +41,12 @@ class ReplayModel:
             self._left.remove(call)
             return call
         raise ModelError(Failure.EXHAUSTED, f"{self._name} has no further answer to {question.agent!r}", requests=0)
+
+
+def said_again(call: Call) -> Reply:
+    """What ``call`` recorded; ModelError where it failed."""
+    if call.failure is not None or call.answer is None:
+        failure = call.failure or Failure.EMPTY
+        # The detail in a file is the whole line, which begins with the words of the failure; they are said once.
+        raise ModelError(failure, call.detail.removeprefix(failure.value).removeprefix(": "))
+    return Reply(call.answer, call.served, Usage(call.input_tokens, call.output_tokens, call.cost_usd))
