@@ -25,6 +25,8 @@ class Said:
     """Tokens of the question with its schema, estimated."""
     answered_tokens: int = 0
     """Tokens of the answer, estimated."""
+    served: str = ""
+    """Name of the model that answered, as it was served; empty where there is no answer."""
 
 
 class ListeningModel:
@@ -48,11 +50,11 @@ class ListeningModel:
 
     async def ask(self, question: Question, within_s: float) -> Reply:
         """The other model's answer."""
-        state, answer = self._executive.state, ""
+        state, answer, served = self._executive.state, "", ""
         try:
             reply = await self._model.ask(question, within_s)
-            answer = reply.answer
+            answer, served = reply.answer, reply.served
         finally:
             asked = sum(map(estimate, (question.system, question.prompt, json.dumps(question.schema))))
-            self.said.append(Said(question.agent, state, answer, asked, estimate(answer)))
+            self.said.append(Said(question.agent, state, answer, asked, estimate(answer), served))
         return reply

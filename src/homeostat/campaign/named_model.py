@@ -7,9 +7,9 @@ from pathlib import Path
 
 from homeostat.llm.model import LanguageModel, ModelError
 
-REPLAY, SCRIPT = "replay:", "scripted:"
+REPLAY, SITUATED, SCRIPT = "replay:", "situated:", "scripted:"
 MODELS = (
-    "openai:MODEL, anthropic:MODEL, ollama:MODEL, http://HOST:PORT/v1#MODEL, replay:FILE, "
+    "openai:MODEL, anthropic:MODEL, ollama:MODEL, http://HOST:PORT/v1#MODEL, replay:FILE, situated:FILE, "
     "scripted:reasonable, scripted:stubborn"
 )
 """Forms that a name may have."""
@@ -37,7 +37,7 @@ class NamedModel:
     @property
     def recorded(self) -> Path | None:
         """The file of recorded answers; None where a model is asked."""
-        return Path(self.name.removeprefix(REPLAY)) if self.name.startswith(REPLAY) else None
+        return next((Path(self.name.removeprefix(k)) for k in (REPLAY, SITUATED) if self.name.startswith(k)), None)
 
     def make(self) -> LanguageModel:
         """The model, ready to be asked; NoSuchModel where there is none."""
@@ -48,9 +48,11 @@ class NamedModel:
     def _replayed(self, path: Path) -> LanguageModel:
         from homeostat.llm.calls import CallFileError, read_calls
         from homeostat.llm.replay import ReplayModel
+        from homeostat.llm.situated import SituatedReplay
 
+        replay = SituatedReplay if self.name.startswith(SITUATED) else ReplayModel
         try:
-            return ReplayModel(self.name, read_calls(path))
+            return replay(self.name, read_calls(path))
         except CallFileError as error:
             raise NoSuchModel(str(error)) from error
 

@@ -240,7 +240,7 @@ def run(
     else:
         supervisor = wire(
             _known(known or case, conditions), watched, executive, clock, trace, scenario.seed, budget, archive,
-            language, conditions.protocol, _informed(scenario, conditions), _once(propose, conditions),
+            language, conditions.protocol, _informed(case, scenario, conditions), _once(propose, conditions),
         )  # fmt: skip
         asyncio.run(supervisor.supervise())
     truth = plant.truth()
@@ -255,12 +255,12 @@ def _known(case: Case, conditions: Conditions) -> Case:
     return case if conditions.ensemble else without_ensemble(case)
 
 
-def _informed(scenario: Scenario, conditions: Conditions) -> Callable[[Monitoring], Monitoring]:
+def _informed(case: Case, scenario: Scenario, conditions: Conditions) -> Callable[[Monitoring], Monitoring]:
     """What stands before the case's own monitoring."""
 
     def informed(monitoring: Monitoring) -> Monitoring:
         if conditions.label_given:
-            monitoring = LabelGiven(monitoring, scenario.faults)
+            monitoring = LabelGiven(monitoring, scenario.faults, case.monitoring.review_s)
         return monitoring if conditions.ensemble else MostProbable(monitoring)
 
     return informed

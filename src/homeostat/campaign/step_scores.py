@@ -13,6 +13,7 @@ from homeostat.campaign.listening import Said
 from homeostat.campaign.scenario import Scenario
 from homeostat.cases.case import Case
 from homeostat.domain.behaviour import State
+from homeostat.llm.situated import SUPPLIED
 
 ON = 0.05
 """An actuator is on above this value; everything that is switched goes from 0 to 1 [1]."""
@@ -67,6 +68,7 @@ def score_steps(case: Case, scenario: Scenario, said: Sequence[Said]) -> StepSco
     best = best_route(case, scenario)
     if best is None:
         return None
+    said = [s for s in said if s.served != SUPPLIED]
     follows = dict(zip(best.states, best.states[1:], strict=False))
     states = {state.name: state for state in case.description.machine.states}
     plans = [(s.state, _field(s.answer, "path")) for s in said if s.agent == "planning"]

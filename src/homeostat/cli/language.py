@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 SEARCH = "search"
 """The proposer that is always there."""
 FORMS = (
-    "search, openai:MODEL, anthropic:MODEL, ollama:MODEL, http://HOST:PORT/v1#MODEL, replay:FILE, "
+    "search, openai:MODEL, anthropic:MODEL, ollama:MODEL, http://HOST:PORT/v1#MODEL, replay:FILE, situated:FILE, "
     "scripted:reasonable, scripted:stubborn"
 )
 

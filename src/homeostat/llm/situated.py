@@ -9,6 +9,10 @@ from homeostat.llm.model import Failure, ModelError, Question, Reply
 from homeostat.llm.replay import said_again
 
 
+SUPPLIED = "published-loop"
+"""Served by whoever recorded the calls and not by the model: what its loop did without asking."""
+
+
 class SituatedReplay:
     """Implements :class:`homeostat.llm.model.LanguageModel`: says again what was said to a question of the same kind.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from homeostat.agents.crew import AskingProtocol
 from homeostat.agents.excerpts import GroundingKind
-from homeostat.campaign.named_model import REPLAY, NamedModel, NoSuchModel
+from homeostat.campaign.named_model import REPLAY, SITUATED, NamedModel, NoSuchModel
 from homeostat.campaign.recorded_run import Thinking
 from homeostat.campaign.scenario import Scenario, ScenarioError, scenario
 from homeostat.campaign.study.ablation import ABLATIONS, Ablation
@@ -141,13 +141,13 @@ def _entrant(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, mode
     if plan.who in WITHOUT_MODEL:
         return entrant
     name = plan.who
-    if name.startswith(REPLAY):
-        filled = name.removeprefix(REPLAY)
+    if kind := next((k for k in (REPLAY, SITUATED) if name.startswith(k)), None):
+        filled = name.removeprefix(kind)
         for key, value in (("case", truth.case), ("scenario", label), ("seed", str(truth.seed))):
             filled = filled.replace(f"{{{key}}}", value)
-        if REPLAY + filled != name and not (folder / filled).exists():
+        if kind + filled != name and not (folder / filled).exists():
             return None
-        name = f"{REPLAY}{folder / filled}"
+        name = f"{kind}{folder / filled}"
     asked = NamedModel(name, model.local_only, model.allow_hosts, model.temperature, model.seed)
     try:
         asked.make()

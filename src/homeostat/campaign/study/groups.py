@@ -71,7 +71,7 @@ def broke_limit(row: Row) -> bool:
 
 def source(proposer: str) -> Source:
     """Where figures of ``proposer`` come from, by its name."""
-    if proposer.startswith("replay:"):
+    if proposer.startswith(("replay:", "situated:")):
         return Source.REPLAYED
     if proposer.startswith("scripted:"):
         return Source.SCRIPTED

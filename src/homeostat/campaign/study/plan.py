@@ -6,7 +6,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from homeostat.campaign.named_model import REPLAY, SCRIPT
+from homeostat.campaign.named_model import REPLAY, SCRIPT, SITUATED
 from homeostat.campaign.study.ablation import ABLATIONS
 from homeostat.campaign.study.row import WHOLE
 
@@ -90,8 +90,11 @@ class ProposerPlan(_Table):
     @property
     def label(self) -> str:
         """Name in tables; what is recorded or scripted says so whatever it is called."""
-        kind = next((k for k in (REPLAY, SCRIPT) if self.who.startswith(k)), "")
-        return self.who if self.name is None else kind + self.name.removeprefix(kind)
+        if self.name is None:
+            return self.who
+        kinds = {SCRIPT: SCRIPT, REPLAY: REPLAY, SITUATED: REPLAY}
+        kind = next((shown for begin, shown in kinds.items() if self.who.startswith(begin)), "")
+        return kind + self.name.removeprefix(kind)
 
 
 class Plan(_Table):
@@ -134,13 +137,17 @@ class Plan(_Table):
                 raise ValueError(f"there is no ablation {name!r}; there are {', '.join(ABLATIONS)}")
         return value
 
+    @property
+    def _cases(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(s.case for s in self.scenarios))
+
     @model_validator(mode="after")
     def _is_unambiguous(self) -> Plan:
         if self.thinking_measured and "thinking_declared_s" in self.model_fields_set:
             raise ValueError("thinking is declared or measured, not both")
         for what, names in (
             ("scenario", [f"{s.case} {s.label}" for s in self.scenarios]),
-            ("proposer", [p.label for p in self.proposers]),
+            ("proposer", [" ".join((p.label, case)) for p in self.proposers for case in p.cases or self._cases]),
             ("ablation", list(self.ablations)),
         ):
             if twice := next((n for n in names if names.count(n) > 1), None):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TypedDict
 
 from homeostat.campaign.listening import Said
+from homeostat.llm.situated import SUPPLIED
 from homeostat.trace.calls import ModelCalled
 from homeostat.trace.events import Event
 
@@ -46,10 +47,12 @@ def usage_of(events: Sequence[Event], said: Sequence[Said]) -> Usage:
 
     Tokens are the server's count where it counted in every call, else our estimate in every call.
     """
-    calls = [e for e in events if isinstance(e, ModelCalled)]
+    every = [e for e in events if isinstance(e, ModelCalled)]
+    pairs = [(call, own) for call, own in zip(every, said, strict=True) if call.served != SUPPLIED]
+    calls = [call for call, _ in pairs]
     counted = bool(calls) and all(c.input_tokens > 0 for c in calls if not c.failure)
     tokens: dict[str, list[int]] = {agent: [0, 0, 0] for agent in ("planning", "action", "reprompting")}
-    for call, own in zip(calls, said, strict=True):
+    for call, own in pairs:
         sums = tokens[call.agent]
         sums[0] += 1
         sums[1] += call.input_tokens if counted else own.asked_tokens
