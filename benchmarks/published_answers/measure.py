@@ -24,7 +24,7 @@ from benchmarks.mixing_calls import FOLDER
 from benchmarks.mixing_language import published_scenario
 from benchmarks.published_answers.__main__ import converted
 from benchmarks.published_answers.mixing import CASE
-from benchmarks.published_answers.runs import LOOP, PublishedRun
+from benchmarks.published_answers.runs import PublishedRun
 from homeostat.agents.crew import AskingProtocol
 from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.runner import RunResult, run
@@ -33,7 +33,7 @@ from homeostat.campaign.scoring import OutcomeKind
 from homeostat.cases.case import load_case
 from homeostat.cases.wiring import Language
 from homeostat.llm.model import Failure
-from homeostat.llm.situated import SituatedReplay
+from homeostat.llm.situated import SUPPLIED, SituatedReplay
 from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.calls import ModelCalled
@@ -70,7 +70,7 @@ class Replayed:
     @property
     def recorded(self) -> int:
         """Answers of the model in the record."""
-        return sum(call.served != LOOP for call in self.run.calls)
+        return sum(call.served != SUPPLIED for call in self.run.calls)
 
     @property
     def why(self) -> str:
@@ -100,7 +100,7 @@ def replayed(published: PublishedRun, label_given: bool = True) -> Replayed:
 def _replayed(published: PublishedRun, result: RunResult, trace: MemoryTrace) -> Replayed:
     released = [r.proposer for r in trace.of(ReleasedActions)]
     done = result.complete_s is not None if published.case == CASE else result.outcome is OutcomeKind.RECOVERED
-    calls = [c for c in trace.of(ModelCalled) if c.failure != Failure.EXHAUSTED.name and c.served != LOOP]
+    calls = [c for c in trace.of(ModelCalled) if c.failure != Failure.EXHAUSTED.name and c.served != SUPPLIED]
     refused, gave_up = _until_given_up(trace)
     return Replayed(
         published, done and set(released) == {LANGUAGE}, released[0] if released else "", result.actor,

@@ -14,7 +14,6 @@ from typing import Any
 from benchmarks.mixing_calls import ACTUATORS, state_name
 from benchmarks.published_answers.runs import (
     FIRST,
-    LOOP,
     Cost,
     PublishedRun,
     campaign,
@@ -25,6 +24,7 @@ from benchmarks.published_answers.runs import (
     said,
 )
 from homeostat.llm.calls import Call
+from homeostat.llm.situated import SUPPLIED
 
 CASE = "mixing_module"
 DRAINING, END = "emptying_B204", "complete"
@@ -115,6 +115,6 @@ def _closing(asked: str) -> tuple[Call, ...]:
     told = "No model was asked: the published loop ends the batch by itself."
     prompt = f"{in_state(DRAINING)}\n{for_state(END)}"
     return (
-        said("planning", asked, LOOP, in_state(DRAINING), {"path": END}, told, Cost()),
-        said("action", asked, LOOP, prompt, {"commands": _commands(())}, told, Cost()),
+        said("planning", asked, SUPPLIED, in_state(DRAINING), {"path": END}, told, Cost()),
+        said("action", asked, SUPPLIED, prompt, {"commands": _commands(())}, told, Cost()),
     )

@@ -18,7 +18,6 @@ from typing import Any
 
 from benchmarks.published_answers.runs import (
     FIRST,
-    LOOP,
     Cost,
     PublishedRun,
     campaign,
@@ -29,6 +28,7 @@ from benchmarks.published_answers.runs import (
     said,
 )
 from homeostat.llm.calls import Call
+from homeostat.llm.situated import SUPPLIED
 
 CASE = "cstr"
 START = "normal"
@@ -80,6 +80,6 @@ def _calls(record: dict[str, Any], as_said: bool) -> tuple[Call, Call]:
     answer = {"commands": commands | {"V2.man": None}}
     prompt = f"{in_state(START)}\n{for_state(state)}"
     return (
-        said("planning", asked, LOOP, in_state(START), path, told, Cost(), at_s),
+        said("planning", asked, SUPPLIED, in_state(START), path, told, Cost(), at_s),
         said("action", asked, record["model_served"], prompt, answer, record["reasoning"] or "", cost, at_s),
     )

@@ -12,8 +12,6 @@ from typing import Any
 from homeostat.agents.language.answers import MOST_REASONING
 from homeostat.llm.calls import Call
 
-LOOP = "published-loop"
-"""Stands for the served model where the published loop decided by itself and no model was asked."""
 FIRST = 1
 """Number of the first run of a fault; the records count from 0."""
 
@@ -33,7 +31,7 @@ class PublishedRun:
     number: int
     """Number of the run, from 1 for each fault of a campaign."""
     calls: tuple[Call, ...]
-    """The answers, and what the published loop decided by itself (served by :data:`LOOP`)."""
+    """The answers, and what the published loop decided by itself (served by :data:`SUPPLIED`)."""
     complete: bool
     """Whether the record has every answer of the run; only then is there a file."""
     success: bool

@@ -16,9 +16,10 @@ from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import new_executive
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import LeftAlone
+from homeostat.domain.verdict import HandedOver, LeftAlone
 from homeostat.llm.model import Failure, ModelError, Question
 from homeostat.llm.scripted import ScriptedModel
+from homeostat.llm.situated import SUPPLIED
 from tests.agents.scripted import ScriptedMonitoring
 
 
@@ -91,13 +92,15 @@ def test_what_is_said_is_kept_with_the_state_also_where_nothing_was() -> None:
     assert asyncio.run(listening.ask(question, 1.0)).answer == "yes"
     with pytest.raises(ModelError):
         asyncio.run(listening.ask(Question("action", 1.0, "", "x", {}, ""), 1.0))
-    assert listening.said == [Said("planning", "idle", "yes"), Said("action", "idle", "")]
+    told = [(s.agent, s.state, s.answer, s.served) for s in listening.said]
+    assert told == [("planning", "idle", "yes", "m"), ("action", "idle", "", "")]
+    assert listening.said[0].asked_tokens > 0 and listening.said[0].answered_tokens == 1
 
 
 def test_the_label_is_told_once_at_each_onset_and_is_the_truth() -> None:
     faults = (FaultState("pump_failure", 1.0, 10.0), FaultState("leakage_main", 0.3, 20.0))
     behind = ScriptedMonitoring()
-    given = LabelGiven(behind, faults)
+    given = LabelGiven(behind, faults, 100.0)
     told = []
     for at_s in range(5, 30):
         if given.notices(Snapshot(float(at_s), {})):
@@ -108,5 +111,22 @@ def test_the_label_is_told_once_at_each_onset_and_is_the_truth() -> None:
 
 
 def test_no_label_is_told_where_nothing_is_wrong() -> None:
-    given = LabelGiven(ScriptedMonitoring(), ())
+    given = LabelGiven(ScriptedMonitoring(), (), 100.0)
     assert not given.notices(Snapshot(1.0, {})) and not given.diagnose().faulty
+
+
+def test_what_is_told_is_looked_at_again_until_the_fallback_has_acted() -> None:
+    given = LabelGiven(ScriptedMonitoring(), (FaultState("fouling", 0.5, 10.0),), 30.0)
+    looked = []
+    for at_s in range(5, 120):
+        if given.notices(Snapshot(float(at_s), {})):
+            looked.append(at_s)
+            assert given.diagnose().hypotheses[0].probability == 1.0
+            given.follow(HandedOver("late", float(at_s)) if at_s >= 70 else LeftAlone(float(at_s), 0.0))
+    assert looked == [10, 40, 70]
+
+
+def test_answers_that_a_loop_supplied_are_nobodys() -> None:
+    said = [Said("planning", "idle", '{"path": "filling_B201"}'), Said("planning", "idle", "{}", served=SUPPLIED)]
+    scores = score_steps(case(), scenario(case(), "none", 3, end_s=400.0), said)
+    assert scores is not None and (scores.plans, scores.plans_right) == (1, 1)

@@ -13,12 +13,12 @@ from benchmarks.published_answers.__main__ import converted, main, write
 from benchmarks.published_answers.measure import Replayed, replayed
 from benchmarks.published_answers.mixing import CASE
 from benchmarks.published_answers.reactor import setpoint, target
-from benchmarks.published_answers.runs import LOOP, PublishedRun, lines, model_name
+from benchmarks.published_answers.runs import PublishedRun, lines, model_name
 from homeostat.agents.language.answers import MOST_REASONING
 from homeostat.cases.case import load_case
 from homeostat.llm.calls import Call, read_calls
 from homeostat.llm.model import Failure
-from homeostat.llm.situated import SituatedReplay
+from homeostat.llm.situated import SUPPLIED, SituatedReplay
 from tests.llm.asking import ask, question
 
 RECORDED = pytest.mark.skipif(not FOLDER.exists(), reason="the recorded answers are not here")
@@ -35,7 +35,7 @@ def of(runs: list[PublishedRun], path: str) -> PublishedRun:
 
 
 def agents(run: PublishedRun) -> Counter[str]:
-    return Counter(call.agent for call in run.calls if call.served != LOOP)
+    return Counter(call.agent for call in run.calls if call.served != SUPPLIED)
 
 
 def copied(folder: Path, without: str, number: int) -> Path:
@@ -71,7 +71,7 @@ def test_a_run_of_a_right_model_asks_each_agent_once_per_state(runs: list[Publis
     assert run.complete and run.success and agents(run) == {"planning": 7, "action": 7}
     states = [call.prompt.splitlines()[0] for call in run.calls if call.agent == "planning"]
     assert states[3] == "State filling_B203 (" and states[7] == "State emptying_B204 ("
-    assert [call.served for call in run.calls[-2:]] == [LOOP, LOOP]
+    assert [call.served for call in run.calls[-2:]] == [SUPPLIED, SUPPLIED]
     assert json.loads(run.calls[6].answer or "")["path"] == "bypass_emptying_B201"
 
 

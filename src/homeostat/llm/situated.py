@@ -8,7 +8,6 @@ from homeostat.llm.calls import Call
 from homeostat.llm.model import Failure, ModelError, Question, Reply
 from homeostat.llm.replay import said_again
 
-
 SUPPLIED = "published-loop"
 """Served by whoever recorded the calls and not by the model: what its loop did without asking."""
 
