@@ -248,13 +248,13 @@ class Supervisor:
         """Ask one proposer after the other, each within its time, until one's action set is released.
 
         The time counts from ``began``, by the event loop's clock, when the plant was looked at. The last one's failure
-        is everyone's. Where the plant may also be left alone, only the last one is asked: to improve is its business.
+        is everyone's. Where the plant may also be left alone, only those are asked whose business it is to improve.
         """
-        proposers = self._crew.proposers if idle is None else self._crew.proposers[-1:]
+        proposers = [p for p in self._crew.proposers if idle is None or p.improves]
         if idle is not None and not self._restraint.worthwhile(idle):
             raise NoAdmissiblePlan("the plant already produces what it can")
         end = began + self._clock.wall_s(situation.deadline_s)
-        reason: Exception = NoAdmissiblePlan("the crew has no proposer")
+        reason: Exception = NoAdmissiblePlan("nobody proposes anything")
         for proposer in proposers:
             last = proposer is proposers[-1]
             try:

@@ -154,6 +154,8 @@ class Proposer:
     """Says what the next attempt must cure."""
     attempts: int = 12
     """Most proposals in one recovery."""
+    improves: bool = False
+    """Whether it is asked as well where the plant may be left alone, but might do better."""
 
 
 @dataclass(frozen=True, slots=True)

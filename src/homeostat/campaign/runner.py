@@ -260,7 +260,8 @@ def _informed(case: Case, scenario: Scenario, conditions: Conditions) -> Callabl
 
     def informed(monitoring: Monitoring) -> Monitoring:
         if conditions.label_given:
-            monitoring = LabelGiven(monitoring, scenario.faults, case.monitoring.review_s)
+            every_step = conditions.protocol is AskingProtocol.PER_STEP  # that is review enough
+            monitoring = LabelGiven(monitoring, scenario.faults, math.inf if every_step else case.monitoring.review_s)
         return monitoring if conditions.ensemble else MostProbable(monitoring)
 
     return informed

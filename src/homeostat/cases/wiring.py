@@ -91,7 +91,9 @@ class Workbench:
         """The deterministic proposer that is always there."""
         d = self.case.description
         action = SearchAction(self.twin, d.limits, d.tags_by_name, self.case.production, d.scales)
-        return Proposer("search", SearchPlanning(d, self.grounding), action, MarginReprompting(d.scales))
+        return Proposer(
+            "search", SearchPlanning(d, self.grounding), action, MarginReprompting(d.scales), improves=True
+        )  # fmt: skip
 
     def speaking(self) -> Proposer:
         """The language model's proposer; AssertionError in a run without one."""
