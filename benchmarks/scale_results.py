@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from benchmarks.scale import study as scale
 from benchmarks.scale.decisions import Decision
@@ -43,14 +44,12 @@ def measured(modules: int) -> Study:
     return read(json.loads(file.read_text(encoding="utf-8")))
 
 
-def read(saved: dict[str, list[dict[str, object]]]) -> Study:
+def read(saved: dict[str, Any]) -> Study:
     """The study that was written as ``saved``."""
-    footprint: dict[str, object] = dict(saved["footprint"])
     return Study(
-        Footprint(**footprint),  # type: ignore[arg-type]
-        tuple(Retrieval(**row) for row in saved["retrievals"]),  # type: ignore[arg-type]
-        tuple(Decision(**row) for row in saved["decisions"]),  # type: ignore[arg-type]
-    )
+        Footprint(**saved["footprint"]), tuple(Retrieval(**row) for row in saved["retrievals"]),
+        tuple(Decision(**row) for row in saved["decisions"]),
+    )  # fmt: skip
 
 
 def main(arguments: Sequence[str]) -> int:

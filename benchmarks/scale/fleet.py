@@ -10,14 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.cases.case import Case
-from homeostat.cases.cstr.layout import P as REACTOR
-from homeostat.cases.cstr.layout import S as REACTOR_STATE
-from homeostat.cases.mixing_module.layout import P as MIXER
-from homeostat.cases.mixing_module.layout import S as MIXER_STATE
 from homeostat.cases.wiring import new_executive
 from homeostat.domain.formula import Formula
 from homeostat.process.batch import Batch, simulate
-from homeostat.process.equipment import jacket_heat
 from homeostat.process.model import column
 from homeostat.process.sequence import Guard, InputSequence, Walk
 from homeostat.process.types import Row, Table
@@ -113,37 +108,9 @@ class Fleet:
         return lambda shown: formula.holds_each({tag: shown[v] for tag, v in variables.items()})
 
 
-def heat(kind: str, states: Table, parameters: Table) -> Row:
-    """Heat that each module gives to the cooling water [W], shape (members,)."""
-    if kind != "cstr":
-        return np.zeros(len(states))
-    flow = states[:, REACTOR_STATE.UA] * states[:, REACTOR_STATE.V2_pos]
-    return np.asarray(jacket_heat(flow, 1.0, states[:, REACTOR_STATE.T], parameters[:, REACTOR.T_coolant]))
-
-
-def draw(kind: str, states: Table) -> Row:
-    """Flow that each module draws from the feed main [L/s], shape (members,)."""
-    if kind == "cstr":
-        return states[:, REACTOR_STATE.F1_true].copy()
-    return np.asarray(states[:, MIXER_STATE.q_in1 : MIXER_STATE.q_in3 + 1].sum(axis=1))
-
-
-def impose(kind: str, parameters: Table, own: Table, warmer: Row, factor: Row) -> None:
-    """Set what the headers are to each module, in place.
-
-    ``own``: parameters without neighbours; ``warmer``: cooling water above design [K]; ``factor``: flow of an open
-    valve as a share of that at full pressure [1], shape (members,) both.
-    """
-    if kind == "cstr":
-        parameters[:, REACTOR.T_coolant] = own[:, REACTOR.T_coolant] + warmer
-        parameters[:, REACTOR.Cv_V1] = own[:, REACTOR.Cv_V1] * factor
-    else:
-        parameters[:, MIXER.fill_rate] = own[:, MIXER.fill_rate] * factor
-
-
-def fleets(cases: Mapping[str, Case], kinds: Sequence[str], seeds: Sequence[int], group: int, live: int | None) -> (
-    list[Fleet]
-):  # fmt: skip
+def fleets(
+    cases: Mapping[str, Case], kinds: Sequence[str], seeds: Sequence[int], group: int, live: int | None
+) -> list[Fleet]:
     """One fleet per case that occurs, of all modules but ``live``; modules are counted from 1."""
     found = []
     for kind, case in cases.items():

@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.scale.decisions import FAULTS, Decision
 from benchmarks.scale.growth import growth
 from benchmarks.scale.plant_graph import KINDS
-from benchmarks.scale.retrieval import Retrieval
+from benchmarks.scale.retrieval import REPEAT, Retrieval
 from benchmarks.scale.study import ASKED, SIMULATED_S, Study
 
 TEXT = Path(__file__).parents[1] / "scale_results.md"
@@ -28,7 +28,8 @@ def page(studies: Sequence[Study], alone: Sequence[Retrieval], python: str) -> s
     """The whole page; ``alone``: the same questions to the cases without a site."""
     return TEXT.read_text(encoding="utf-8").format(
         python=python, cores=os.cpu_count(), asked=ASKED, minutes=SIMULATED_S // 60, result=_result(studies),
-        footprints=_footprints(studies), retrievals=_retrievals(studies), neighbourhoods=_neighbourhoods(studies, alone),
+        footprints=_footprints(studies), retrievals=_retrievals(studies),
+        neighbourhoods=_neighbourhoods(studies, alone),
         decisions=_decisions(studies), scenarios=_scenarios(studies), growths=_growths(studies),
     )  # fmt: skip
 
@@ -50,9 +51,9 @@ def _result(studies: Sequence[Study]) -> str:
     return (
         f"{'Holds' if good else '**Does not hold**'}: at {last.footprint.modules} modules and "
         f"{last.footprint.triples / 1e6:.2f} million triples the context of an agent is retrieved in "
-        f"{np.median([r.median_ms for r in contexts]):.1f} ms (median; the longest of {len(contexts) * 7} took "
-        f"{worst:.1f} ms), and prompts have {min(ratios):.3f} to {max(ratios):.3f} times the tokens of the same scenario "
-        "on a single module."
+        f"{np.median([r.median_ms for r in contexts]):.1f} ms (median; the longest of {len(contexts) * REPEAT} took "
+        f"{worst:.1f} ms), and prompts have {min(ratios):.3f} to {max(ratios):.3f} times the tokens of the same "
+        "scenario on a single module."
     )
 
 

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.scale.fleet import draw, fleets, heat, impose
+from benchmarks.scale.coupling import draw, heat, impose
+from benchmarks.scale.fleet import fleets
 from benchmarks.scale.headers import DESIGN_DRAW, DESIGN_T, flow_factor, supply_temperature
 from benchmarks.scale.plant_graph import GROUP, group_of
 from homeostat.cases.case import Case
@@ -113,4 +114,4 @@ class Site:
 
     def _sum(self, groups: np.ndarray, values: Row) -> Row:
         """Sum of ``values`` in each group, shape (groups,)."""
-        return np.bincount(groups, values, minlength=self._groups)
+        return np.bincount(groups, values, minlength=self._groups).astype(np.float64)
