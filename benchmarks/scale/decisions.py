@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -57,6 +58,8 @@ class Decision:
     """Who acted first: ``search``, ``fallback`` or ``none``."""
     latency_s: float
     """Wall-clock time from the notice to the first action, without the neighbours' simulation [s]; NaN for none."""
+    cpu_s: float
+    """Processor time of all threads for the same [s]; NaN for none."""
     planning_tokens: int
     """Tokens of the first planning question, role and rules included; 0 where none was asked."""
     action_tokens: int
@@ -103,19 +106,20 @@ class Stopwatch:
     def __init__(self, site: Site) -> None:
         """The simulation of the neighbours in ``site`` is not thinking."""
         self._site = site
-        self._since_s = self._mark()
-        self.latency_s = float("nan")
-        """Wall-clock time [s]; NaN until something is done."""
+        self._wall_s, self._cpu_s = self._mark()
+        self.latency_s = self.cpu_s = math.nan
+        """Wall-clock time, and processor time of all threads [s]; NaN until something is done."""
 
     def __call__(self, event: Event, at_s: float) -> None:
         """Take one event."""
         if isinstance(event, Noticed):
-            self._since_s = self._mark()
-        elif isinstance(event, ReleasedActions | FellBack) and self.latency_s != self.latency_s:
-            self.latency_s = self._mark() - self._since_s
+            self._wall_s, self._cpu_s = self._mark()
+        elif isinstance(event, ReleasedActions | FellBack) and math.isnan(self.latency_s):
+            wall_s, cpu_s = self._mark()
+            self.latency_s, self.cpu_s = wall_s - self._wall_s, cpu_s - self._cpu_s
 
-    def _mark(self) -> float:
-        return time.perf_counter() - self._site.spent_s
+    def _mark(self) -> tuple[float, float]:
+        return time.perf_counter() - self._site.spent_s, time.process_time() - self._site.spent_cpu_s
 
 
 def decide(
@@ -142,7 +146,7 @@ def decide(
     kind = outcome(True, bool(recorder.diagnosed), len(recorder.released), len(recorder.fallbacks), inside)
     actor = "fallback" if recorder.fallbacks else recorder.released[0][1].proposer if recorder.released else "none"
     return Decision(
-        modules, module, case.name, fault, seed, kind.value, actor, stopwatch.latency_s,
+        modules, module, case.name, fault, seed, kind.value, actor, stopwatch.latency_s, stopwatch.cpu_s,
         _tokens(model, "planning"), _tokens(model, "action"), len(timed.took_ms), timed.median_ms, max(timed.took_ms),
         site.spent_s, chosen.end_s,
     )  # fmt: skip

@@ -88,7 +88,7 @@ def _neighbourhoods(studies: Sequence[Study], alone: Sequence[Retrieval]) -> str
 
 def _decisions(studies: Sequence[Study]) -> str:
     heads = (
-        "modules", "success", "latency [s], median (max)", "planning prompt [tokens]", "action prompt [tokens]",
+        "modules", "success", "latency [s], median (max)", "processor time [s], median (max)", "planning prompt [tokens]", "action prompt [tokens]",
         "graph questions [ms], median (max)", "neighbours [s per process second]",
     )  # fmt: skip
     return _table(heads, (_decision_row(s.footprint.modules, s.decisions) for s in studies))
@@ -96,8 +96,10 @@ def _decisions(studies: Sequence[Study]) -> str:
 
 def _decision_row(modules: int, found: Sequence[Decision]) -> tuple[object, ...]:
     latencies = [d.latency_s for d in found if np.isfinite(d.latency_s)]
+    worked = [d.cpu_s for d in found if np.isfinite(d.cpu_s)]
     return (
         modules, f"{sum(d.good for d in found)}/{len(found)}", f"{np.median(latencies):.2f} ({max(latencies):.2f})",
+        f"{np.median(worked):.2f} ({max(worked):.2f})",
         _range([d.planning_tokens for d in found if d.planning_tokens]),
         _range([d.action_tokens for d in found if d.action_tokens]),
         f"{np.median([d.question_median_ms for d in found]):.2f} ({max(d.question_worst_ms for d in found):.1f})",
@@ -135,11 +137,13 @@ def _growths(studies: Sequence[Study]) -> str:
     for question in dict.fromkeys(r.question for _, r in asked):
         mine = [(n, r) for n, r in asked if r.question == question]
         told(f"time of {question}", ((n, r.median_ms, r.kind) for n, r in mine))
+        told(f"processor time of {question}", ((n, r.cpu_ms, r.kind) for n, r in mine))
         if question in CONTEXTS:
             told(f"tokens of {question}, uncut", ((n, r.tokens, r.kind) for n, r in mine))
     told("tokens of planning prompts", ((n, d.planning_tokens, (d.fault, d.seed)) for n, d in made))
     told("tokens of action prompts", ((n, d.action_tokens, (d.fault, d.seed)) for n, d in made))
     told("decision latency", ((n, d.latency_s, (d.fault, d.seed)) for n, d in made))
+    told("processor time of a decision", ((n, d.cpu_s, (d.fault, d.seed)) for n, d in made))
     footprint("simulating every module, 30 modules and more", lambda s: s.footprint.simulate_s, least=30)
     return _table(("quantity", "exponent, 95 % confidence"), rows)
 

@@ -32,6 +32,8 @@ class Retrieval:
     """Median time, from the call to the text [ms]."""
     worst_ms: float
     """Longest time [ms]."""
+    cpu_ms: float
+    """Median time that the processor worked on it [ms]."""
     tokens: int
     """Tokens of everything that was retrieved; 0 for what is no context."""
 
@@ -40,12 +42,16 @@ def retrievals(case: Case) -> Iterator[Retrieval]:
     """Every question once per :data:`REPEAT` about ``case``, a module with the store of its site."""
     for name, ask in _questions(case).items():
         times: list[float] = []
+        worked: list[float] = []
         for _ in range(REPEAT):
             grounding = Grounding(case.graph, case.namespace)
-            began = time.perf_counter()
+            began, busy = time.perf_counter(), time.process_time()
             answer = ask(grounding)
+            worked.append(1000.0 * (time.process_time() - busy))
             times.append(1000.0 * (time.perf_counter() - began))
-        yield Retrieval(case.name, name, statistics.median(times), max(times), _tokens(answer))
+        yield Retrieval(
+            case.name, name, statistics.median(times), max(times), statistics.median(worked), _tokens(answer)
+        )
 
 
 def context(case: Case) -> tuple[Excerpt, ...]:

@@ -54,6 +54,8 @@ class Site:
         """Process time of the modules that are simulated here [s]."""
         self.spent_s = 0.0
         """Wall-clock time that the simulation of the neighbours took so far [s]."""
+        self.spent_cpu_s = 0.0
+        """Processor time of all threads for the same [s]."""
         self._live_own: Table | None = None
 
     def run(self, seconds: int) -> None:
@@ -81,7 +83,7 @@ class Site:
 
     def _advance(self, live: Table | None, live_parameters: Table | None) -> None:
         """One block of the neighbours, then the headers, then what they are to each module."""
-        began = time.perf_counter()
+        began, busy = time.perf_counter(), time.process_time()
         for fleet in self.fleets:
             fleet.advance(BLOCK_S)
         self.now_s += BLOCK_S
@@ -98,6 +100,7 @@ class Site:
                     self.factor[here],
                 )  # fmt: skip
         self.spent_s += time.perf_counter() - began
+        self.spent_cpu_s += time.process_time() - busy
 
     def _follow_loads(self, live: Table | None, live_parameters: Table | None) -> None:
         """Headers after a block with the present loads."""
