@@ -124,15 +124,19 @@ class Stopwatch:
 
 def decide(
     cases: Mapping[str, Case], store: GraphStore, modules: int, module: int, fault: str, seed: int,
-    first: str = KINDS[0],
+    first: str = KINDS[0], end_s: float | None = None,
 ) -> Decision:  # fmt: skip
-    """What comes of ``fault`` in ``module`` of a site of ``modules``; its other modules are what their numbers say."""
+    """What comes of ``fault`` in ``module`` of a site of ``modules``; its other modules are what their numbers say.
+
+    ``end_s``: length of the run [s]; that of its case in :data:`END_S` where None.
+    """
     kinds = [kind_of(k, first) for k in range(1, modules + 1)]
     seeds = [seed if k == module else 100_000 + k for k in range(1, modules + 1)]
     site, timed = Site(cases, kinds, seeds, module), TimedStore(store)
     case = module_case(cases[kinds[module - 1]], timed, module)
     timed.took_ms.clear()
-    chosen, clock, trace = scenario(case, fault, seed, end_s=END_S[case.name]), DeclaredClock(1.0), MemoryTrace()
+    chosen = scenario(case, fault, seed, end_s=END_S[case.name] if end_s is None else end_s)
+    clock, trace = DeclaredClock(1.0), MemoryTrace()
     recorder, stopwatch = Recorder(clock), Stopwatch(site)
     trace.subscribe(recorder)
     trace.subscribe(stopwatch)

@@ -97,7 +97,8 @@ def connections(header: Header, group: int, kind: str, own: str) -> Iterator[Tri
     for name in header.givers.get(kind, ()):
         giver = NamedNode(f"{own}operator_{name}")
         given = NamedNode(own + header.given[kind]) if header.given else _of_site("return", header, group)
-        yield Triple(giver, VDI3682.hasOutput, given)
+        if not header.given:  # otherwise the module says so itself
+            yield Triple(giver, VDI3682.hasOutput, given)
         yield Triple(operator, VDI3682.hasInput, given)
         yield Triple(giver, VDI3682.hasSuccessor, operator)
         yield Triple(operator, VDI3682.hasPredecessor, giver)

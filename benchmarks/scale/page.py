@@ -88,7 +88,8 @@ def _neighbourhoods(studies: Sequence[Study], alone: Sequence[Retrieval]) -> str
 
 def _decisions(studies: Sequence[Study]) -> str:
     heads = (
-        "modules", "success", "latency [s], median (max)", "processor time [s], median (max)", "planning prompt [tokens]", "action prompt [tokens]",
+        "modules", "success", "latency [s], median (max)", "processor time [s], median (max)",
+        "planning prompt [tokens]", "action prompt [tokens]",
         "graph questions [ms], median (max)", "neighbours [s per process second]",
     )  # fmt: skip
     return _table(heads, (_decision_row(s.footprint.modules, s.decisions) for s in studies))
