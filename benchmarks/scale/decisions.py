@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 from benchmarks.scale.module_case import TimedStore, module_case
 from benchmarks.scale.plant_graph import KINDS, kind_of
+from benchmarks.scale.prompts import Declining, first_question, left_out, tokens
 from benchmarks.scale.site import Site
-from homeostat.agents.language.answers import NONE
 from homeostat.campaign.runner import Recorder, build_plant
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.scoring import inside_at_end, outcome
@@ -21,9 +19,7 @@ from homeostat.campaign.watched import WatchedPlant
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import Language, new_executive, wire
 from homeostat.knowledge.store import GraphStore
-from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.llm.tokens import estimate, exact
 from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import FellBack, Noticed, ReleasedActions
@@ -64,6 +60,8 @@ class Decision:
     """Tokens of the first planning question, role and rules included; 0 where none was asked."""
     action_tokens: int
     """Tokens of the first action question, likewise."""
+    left_out: int
+    """Things of the graph that did not fit into these two questions."""
     questions: int
     """Questions to the graph during the run."""
     question_median_ms: float
@@ -79,25 +77,6 @@ class Decision:
     def good(self) -> bool:
         """Whether the search found what was released, or the plant was rightly left alone."""
         return self.outcome in ("recovered", "no_action") and self.actor in ("search", "none")
-
-
-class Declining:
-    """A script that names the least risky path, gives no usable command for it, and leaves the rest to the search.
-
-    So every prompt is made as a language model would see it, and what is released is the search's.
-    """
-
-    def __init__(self) -> None:
-        self._named = False
-
-    def __call__(self, question: Question) -> str:
-        """The answer to ``question``."""
-        if question.agent != "planning":
-            return "{}"
-        schema: Any = question.schema
-        path = NONE if self._named else schema["properties"]["path"]["enum"][0]
-        self._named = True
-        return json.dumps({"reasoning": "to see the prompts", "path": path})
 
 
 class Stopwatch:
@@ -151,13 +130,6 @@ def decide(
     actor = "fallback" if recorder.fallbacks else recorder.released[0][1].proposer if recorder.released else "none"
     return Decision(
         modules, module, case.name, fault, seed, kind.value, actor, stopwatch.latency_s, stopwatch.cpu_s,
-        _tokens(model, "planning"), _tokens(model, "action"), len(timed.took_ms), timed.median_ms, max(timed.took_ms),
-        site.spent_s, chosen.end_s,
+        tokens(first_question(model, "planning")), tokens(first_question(model, "action")), left_out(model),
+        len(timed.took_ms), timed.median_ms, max(timed.took_ms), site.spent_s, chosen.end_s,
     )  # fmt: skip
-
-
-def _tokens(model: ScriptedModel, agent: str) -> int:
-    """Tokens of the first question of ``agent``: by o200k where the tokenizer is installed, else as estimated."""
-    text = next((q.system + q.prompt for q in model.asked if q.agent == agent), "")
-    counted = exact(text)
-    return estimate(text) if counted is None else counted

@@ -82,10 +82,10 @@ class Fleet:
 
     @cached_property
     def _recipe(self) -> InputSequence:
-        """Batch after batch of the nominal route; one step without end for what has no route."""
+        """Batch after batch of the nominal route; one step without end for what has nothing to do but start up."""
         model, variables = self.case.model, self.case.description.variables
         route = new_executive(self.case).rest().then
-        route = tuple(s for s in route if s.commands) if "idle" in {s.transition.source for s in route} else ()
+        route = route if len(route) > 1 else ()
         targets = np.full((1 + len(route), len(model.inputs)), np.nan)
         rates = np.full_like(targets, np.inf)
         for k, step in enumerate(route, start=1):

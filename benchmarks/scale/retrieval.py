@@ -8,11 +8,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from benchmarks.scale.decisions import FAULTS
+from benchmarks.scale.prompts import tokens
 from homeostat.agents.grounding import Grounding
 from homeostat.agents.planning import EVENT
 from homeostat.cases.case import Case
 from homeostat.knowledge.context import Excerpt
-from homeostat.llm.tokens import estimate, exact
+from homeostat.llm.tokens import estimate
 
 UNLIMITED = 1_000_000
 """Budget in which everything that was retrieved fits [tokens]."""
@@ -34,6 +35,8 @@ class Retrieval:
     """Longest time [ms]."""
     cpu_ms: float
     """Median time that the processor worked on it [ms]."""
+    worst_cpu_ms: float
+    """Longest time that the processor worked on it [ms]."""
     tokens: int
     """Tokens of everything that was retrieved; 0 for what is no context."""
 
@@ -50,8 +53,9 @@ def retrievals(case: Case) -> Iterator[Retrieval]:
             worked.append(1000.0 * (time.process_time() - busy))
             times.append(1000.0 * (time.perf_counter() - began))
         yield Retrieval(
-            case.name, name, statistics.median(times), max(times), statistics.median(worked), _tokens(answer)
-        )
+            case.name, name, statistics.median(times), max(times), statistics.median(worked), max(worked),
+            tokens(answer.text) if isinstance(answer, Excerpt) else 0,
+        )  # fmt: skip
 
 
 def context(case: Case) -> tuple[Excerpt, ...]:
@@ -79,10 +83,3 @@ def _questions(case: Case) -> dict[str, Callable[[Grounding], object]]:
         "action_excerpt": lambda g: g.action_excerpt(states, tags, faults, hard, UNLIMITED, estimate),
         "step_excerpt": lambda g: g.step_excerpt(states[0], faults, UNLIMITED, estimate),
     }
-
-
-def _tokens(answer: object) -> int:
-    if not isinstance(answer, Excerpt):
-        return 0
-    counted = exact(answer.text)
-    return estimate(answer.text) if counted is None else counted

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -41,6 +42,10 @@ class Footprint:
     """Time to read one module's description, done once when its supervisor starts; median [ms]."""
     simulate_s: float
     """Wall-clock time to simulate ten minutes of all modules with their headers [s]."""
+    simulate_cpu_s: float
+    """Processor time of all threads for the same [s]."""
+    programs: float
+    """Programs that wanted a core when the measurement began: load average of one minute [1]."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +77,7 @@ def alone() -> tuple[Retrieval, ...]:
 
 
 def _study(cases: Mapping[str, Case], modules: int, first: str) -> Study:
+    programs = os.getloadavg()[0]
     before, began = _memory_mb(), time.perf_counter()
     store = load_site(modules, first)
     load_s, memory = time.perf_counter() - began, _memory_mb() - before
@@ -86,11 +92,12 @@ def _study(cases: Mapping[str, Case], modules: int, first: str) -> Study:
             found += retrievals(case)
     kinds = [kind_of(k, first) for k in range(1, modules + 1)]
     Site(cases, KINDS, (1, 2)).run(BLOCK_S)  # whatever is compiled or read from the disk once
-    site, began = Site(cases, kinds, range(1, modules + 1)), time.perf_counter()
+    site, began, busy = Site(cases, kinds, range(1, modules + 1)), time.perf_counter(), time.process_time()
     site.run(SIMULATED_S)
     footprint = Footprint(
-        modules, _triples(store), load_s, memory, float(np.median(times)), time.perf_counter() - began
-    )
+        modules, _triples(store), load_s, memory, float(np.median(times)), time.perf_counter() - began,
+        time.process_time() - busy, programs,
+    )  # fmt: skip
     decisions = [
         decide(cases, store, modules, number, fault, seed, first)
         for kind in KINDS
@@ -125,6 +132,6 @@ def _memory_mb() -> float:
 
 def _mean(footprints: list[Footprint]) -> Footprint:
     """The mean of the footprints of two sites of the same size."""
-    names = ("load_s", "memory_mb", "describe_ms", "simulate_s")
+    names = ("load_s", "memory_mb", "describe_ms", "simulate_s", "simulate_cpu_s", "programs")
     means = (float(np.mean([getattr(f, name) for f in footprints])) for name in names)
     return Footprint(footprints[0].modules, round(float(np.mean([f.triples for f in footprints]))), *means)
