@@ -50,7 +50,7 @@ def _result(studies: Sequence[Study], alone: Sequence[Retrieval]) -> str:
     median, worst = np.median([r.median_ms for r in contexts]), max(r.worst_cpu_ms for r in contexts)
     good = max(median, worst) <= MOST_MS and last.footprint.triples >= 1e6 and max(ratios) <= 1.0 + MOST_GROWTH
     return (
-        f"{'Holds' if good else '**Does not hold**'}: at {last.footprint.modules} modules and "
+        f"{'**Holds**' if good else '**Does not hold**'}: at {last.footprint.modules} modules and "
         f"{last.footprint.triples / 1e6:.2f} million triples the context of an agent is retrieved in "
         f"{median:.1f} ms (median; the longest of {len(contexts) * REPEAT} took {worst:.1f} ms of processor time and "
         f"{max(r.worst_ms for r in contexts):.1f} ms by the clock), and prompts have {min(ratios):.3f} to "
