@@ -7,3 +7,4 @@ cd "$(dirname "$0")/.."
 .venv/bin/python benchmarks/cstr_results.py "$@"
 .venv/bin/python -m benchmarks.language_results
 .venv/bin/python -m benchmarks.mixing_results
+.venv/bin/python -m benchmarks.scale_results

@@ -64,7 +64,7 @@ def run_sequences(
     record = np.empty((members, seconds, len(model.states)))
     inputs = np.empty((members, seconds, len(model.inputs)))
     followed = np.empty((members, seconds), dtype=np.int64)
-    walk = _Walk(model, sequences, batch.input_of, present)
+    walk = Walk(model, sequences, batch.input_of, present)
     own = np.arange(members)
     for k in range(seconds):
         followed[:, k] = walk.step
@@ -79,14 +79,16 @@ def run_sequences(
     return SequenceResult(record, inputs, followed, walk.step)
 
 
-class _Walk:
+class Walk:
     """Where each member stands in its sequence, and its inputs."""
 
     def __init__(
         self, model: ProcessModel, sequences: Sequence[InputSequence], sequence_of: Indices, present: Row
     ) -> None:
+        """Every member begins with inputs ``present`` in step 0 of its sequence, ``sequence_of`` (shape (members,))."""
         self._model, self._sequences, self._of = model, sequences, sequence_of
         self.step = np.zeros(len(sequence_of), dtype=np.int64)
+        """Step that each member is in, shape (members,)."""
         self._now = np.tile(present, (len(sequence_of), 1))
         self._target = self._now.copy()
         self._rate = np.full_like(self._now, np.inf)

@@ -1,0 +1,29 @@
+"""How much modules feel of each other: what a fault in one reactor does to the cooling water of its neighbours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from benchmarks.scale.decisions import END_S
+from benchmarks.scale.plant_graph import GROUP, kind_of
+from benchmarks.scale.site import Site
+from homeostat.campaign.runner import run_unattended
+from homeostat.campaign.scenario import scenario
+from homeostat.cases.case import Case
+
+REACTOR = 2
+"""The module with the fault."""
+
+
+def colder_neighbours(cases: Mapping[str, Case], fault: str = "cool_stuck_closed") -> float:
+    """By how much the cooling water of a group is colder in the end where nobody acts on ``fault`` [K]."""
+    return _supply_t(cases, "none") - _supply_t(cases, fault)
+
+
+def _supply_t(cases: Mapping[str, Case], fault: str) -> float:
+    kinds = [kind_of(k) for k in range(1, GROUP + 1)]
+    site, case = Site(cases, kinds, range(1, GROUP + 1), REACTOR), cases[kind_of(REACTOR)]
+    within = replace(case, model=site.join(case.model))
+    run_unattended(within, scenario(case, fault, REACTOR, end_s=END_S[case.name]))
+    return float(site.supply_t[0])

@@ -1,0 +1,70 @@
+"""One module of a site as a case: the same equations and settings, but everything the graph says from the site's."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeVar
+
+from pyoxigraph import NamedNode, RdfFormat, Triple
+
+from benchmarks.scale.plant_graph import namespace
+from homeostat.cases.case import Case
+from homeostat.cases.graph import read_description
+from homeostat.knowledge.store import GraphStore, Row
+
+_T = TypeVar("_T")
+
+
+class TimedStore:
+    """Implements :class:`homeostat.knowledge.store.GraphStore` over another store, and times every question."""
+
+    def __init__(self, store: GraphStore) -> None:
+        self._store = store
+        self.took_ms: list[float] = []
+        """What each question took [ms]."""
+
+    @property
+    def median_ms(self) -> float:
+        """Median of what the questions took [ms]."""
+        return statistics.median(self.took_ms)
+
+    def select(self, query: str) -> tuple[Row, ...]:
+        """As the store."""
+        return self._timed(lambda: self._store.select(query))
+
+    def construct(self, query: str) -> tuple[Triple, ...]:
+        """As the store."""
+        return self._timed(lambda: self._store.construct(query))
+
+    def ask(self, query: str) -> bool:
+        """As the store."""
+        return self._timed(lambda: self._store.ask(query))
+
+    def update(self, text: str) -> None:
+        """As the store."""
+        self._timed(lambda: self._store.update(text))
+
+    def load(self, data: bytes, format: RdfFormat, graph: NamedNode | None = None) -> None:
+        """As the store."""
+        self._timed(lambda: self._store.load(data, format, graph))
+
+    def dump(self, format: RdfFormat, graph: NamedNode | None = None) -> bytes:
+        """As the store."""
+        return self._timed(lambda: self._store.dump(format, graph))
+
+    def _timed(self, action: Callable[[], _T]) -> _T:
+        began = time.perf_counter()
+        try:
+            return action()
+        finally:
+            self.took_ms.append(1000.0 * (time.perf_counter() - began))
+
+
+def module_case(case: Case, store: GraphStore, module: int) -> Case:
+    """``case`` as number ``module`` of the site in ``store``; its description is read from there."""
+    own = namespace(module)
+    description = read_description(store, f"{own}system", case.model, case.twin.horizon_s)
+    return replace(case, graph=store, namespace=own, description=description)

@@ -1,0 +1,85 @@
+"""What the questions of the agents cost on a site: time, triples and tokens, asked about one module."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from benchmarks.scale.decisions import FAULTS
+from benchmarks.scale.prompts import tokens
+from homeostat.agents.grounding import Grounding
+from homeostat.agents.planning import EVENT
+from homeostat.cases.case import Case
+from homeostat.knowledge.context import Excerpt
+from homeostat.llm.tokens import estimate
+
+UNLIMITED = 1_000_000
+"""Budget in which everything that was retrieved fits [tokens]."""
+REPEAT = 7
+"""How often each question is asked, each time by somebody who has asked nothing before."""
+
+
+@dataclass(frozen=True)
+class Retrieval:
+    """One question about one module."""
+
+    kind: str
+    """Case of the module."""
+    question: str
+    """Method of :class:`homeostat.agents.grounding.Grounding`."""
+    median_ms: float
+    """Median time, from the call to the text [ms]."""
+    worst_ms: float
+    """Longest time [ms]."""
+    cpu_ms: float
+    """Median time that the processor worked on it [ms]."""
+    worst_cpu_ms: float
+    """Longest time that the processor worked on it [ms]."""
+    tokens: int
+    """Tokens of everything that was retrieved; 0 for what is no context."""
+
+
+def retrievals(case: Case) -> Iterator[Retrieval]:
+    """Every question once per :data:`REPEAT` about ``case``, a module with the store of its site."""
+    for name, ask in _questions(case).items():
+        times: list[float] = []
+        worked: list[float] = []
+        for _ in range(REPEAT):
+            grounding = Grounding(case.graph, case.namespace)
+            began, busy = time.perf_counter(), time.process_time()
+            answer = ask(grounding)
+            worked.append(1000.0 * (time.process_time() - busy))
+            times.append(1000.0 * (time.perf_counter() - began))
+        yield Retrieval(
+            case.name, name, statistics.median(times), max(times), statistics.median(worked), max(worked),
+            tokens(answer.text) if isinstance(answer, Excerpt) else 0,
+        )  # fmt: skip
+
+
+def context(case: Case) -> tuple[Excerpt, ...]:
+    """What planning and action are shown of ``case`` where nothing has to be left out."""
+    grounding = Grounding(case.graph, case.namespace)
+    found = (ask(grounding) for ask in _questions(case).values())
+    return tuple(shown for shown in found if isinstance(shown, Excerpt))
+
+
+def _questions(case: Case) -> dict[str, Callable[[Grounding], object]]:
+    """Name -> question as it is asked when the first of the study's faults was diagnosed."""
+    machine, fault = case.description.machine, FAULTS[case.name][0]
+    symptoms = [rule.name for rule in case.description.symptom_rules if fault in rule.faults]
+    faults = (fault,)
+    ends = [s.name for s in machine.states if s.recovery_target]
+    acting = [s for s in machine.states if s.open_setpoints][:3]
+    here = next(t.source for t in machine.transitions if t.event == EVENT and t.target == acting[0].name)
+    tags = sorted({r.tag for s in acting for r in s.open_setpoints})
+    hard = [limit.name for limit in case.description.limits.hard]
+    states = [s.name for s in acting]
+    return {
+        "candidate_faults": lambda g: g.candidate_faults(symptoms),
+        "allows": lambda g: g.allows((here, states[0]), faults),
+        "planning_excerpt": lambda g: g.planning_excerpt(here, EVENT, ends, faults, UNLIMITED, estimate),
+        "action_excerpt": lambda g: g.action_excerpt(states, tags, faults, hard, UNLIMITED, estimate),
+        "step_excerpt": lambda g: g.step_excerpt(states[0], faults, UNLIMITED, estimate),
+    }
