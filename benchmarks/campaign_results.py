@@ -1,0 +1,104 @@
+"""Carry out the two large campaigns and write ``docs/results/campaigns.md``: ``python -m benchmarks.campaign_results``.
+
+What was run before is not run again, so an interrupted measurement goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from benchmarks.campaign_kills import kills_table
+from homeostat.campaign.study.contents import contents
+from homeostat.campaign.study.dataset import DATASET, read_dataset
+from homeostat.campaign.study.formats import markdown
+from homeostat.campaign.study.row import WALL, Row
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "results" / "campaigns.md"
+RUNS = ROOT / "runs"
+TEMPLATE = Path(__file__).with_suffix(".md")
+PAPER, ROBUST = "paper", "robust"
+SPEED = ("campaigns/paper.toml", "--seeds", "1")
+"""The campaign whose time is taken with one worker and with two."""
+
+
+@dataclass(frozen=True)
+class Taken:
+    """How long a campaign took."""
+
+    runs: int
+    """Runs that were carried out."""
+    wall_s: float
+    """From start to report [s]."""
+
+
+def carried_out(name: str, workers: int, *more: str, folder: Path | None = None) -> Taken:
+    """Carry a campaign out; the time is kept beside its rows, of the start that found none."""
+    target = folder or RUNS / name
+    kept = target / "taken.json"
+    fresh = not (target / DATASET).exists()
+    begin = time.monotonic()
+    source = name if name.endswith(".toml") else f"campaigns/{name}.toml"
+    subprocess.run(
+        [sys.executable, "-m", "homeostat", "campaign", source, *more, "--workers", str(workers), "--out", str(target)],
+        check=True, cwd=ROOT, stdout=subprocess.DEVNULL,
+    )  # fmt: skip
+    if fresh:
+        kept.write_text(json.dumps(asdict(Taken(len(read_dataset(target / DATASET)), time.monotonic() - begin))))
+    return Taken(**json.loads(kept.read_text()))
+
+
+def speed() -> str:
+    """Time with one worker and with two, and whether the rows are the same."""
+    found: dict[int, tuple[Taken, list[dict[str, object]]]] = {}
+    for workers in (1, 2):
+        folder = RUNS / f"speed-{workers}"
+        shutil.rmtree(folder, ignore_errors=True)
+        taken = carried_out(SPEED[0], workers, *SPEED[1:], folder=folder)
+        found[workers] = taken, without_times(read_dataset(folder / DATASET))
+    (one, rows), (two, others) = found[1], found[2]
+    same = "the same" if rows == others else "NOT the same"
+    return (
+        f"`homeostat campaign {' '.join(SPEED)}`, {one.runs} runs: {one.wall_s:.0f} s with one worker, {two.wall_s:.0f} s "
+        f"with two, {one.wall_s / two.wall_s:.2f} times as fast; all columns but those of time are {same}."
+    )
+
+
+def without_times(rows: Sequence[Row]) -> list[dict[str, object]]:
+    """The columns that do not depend on the machine."""
+    return [{name: value for name, value in asdict(row).items() if not name.startswith(WALL)} for row in rows]
+
+
+def tables(name: str, wanted: Sequence[str]) -> str:
+    """Tables of a campaign whose names begin with one of ``wanted``, as they are in its folder."""
+    every = contents(read_dataset(RUNS / name / DATASET)).tables
+    chosen = [table for want in wanted for table in every if table.name.startswith(want)]
+    return "\n\n".join(markdown(table).replace("# ", "### ", 1) for table in chosen)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run what is missing and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--workers", type=int, default=2)
+    options = parser.parse_args(arguments)
+    paper, robust = carried_out(PAPER, options.workers), carried_out(ROBUST, options.workers)
+    values = {
+        "paper_runs": paper.runs, "paper_min": f"{paper.wall_s / 60:.1f}", "robust_runs": robust.runs,
+        "robust_min": f"{robust.wall_s / 60:.1f}", "workers": options.workers, "speed": speed(),
+        "kills": kills_table(), "paper": tables(PAPER, ("paper_", "success", "safety", "yardsticks", "failures")),
+        "robust": tables(ROBUST, ("success", "safety", "yardsticks", "diagnosis", "comparison", "calibration", "actors")),
+    }  # fmt: skip
+    PAGE.write_text(TEMPLATE.read_text(encoding="utf-8").format(**values), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
