@@ -12,7 +12,6 @@ import numpy as np
 
 from homeostat.process.types import Cube, Indices, Row, Table
 
-
 MOST_THREADS = 16
 """Most threads that one call uses."""
 _threads = 0
