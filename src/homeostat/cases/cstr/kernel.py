@@ -317,20 +317,21 @@ def physical(x: Row) -> bool:
 
 @compiled
 def advance(
-    first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float, steps: int,
-    stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube, broken_at: Row,
+    first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
+    begin: Indices, steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube,
+    broken_at: Row,
 ) -> None:  # fmt: skip
-    """Advance members ``first`` to ``last`` - 1 by ``steps`` seconds; see :class:`homeostat.process.batch.Kernel`."""
+    """Advance members ``first`` to ``last`` - 1 to second ``steps``; see :class:`homeostat.process.batch.Kernel`."""
     if x.shape[1] != len(S) or p.shape[1] != len(P) or sev.shape[1] != len(F) or u.shape[2] != len(U):
         raise ValueError("states, parameters, severities or inputs do not have the columns of the layout")
     now = np.empty(len(U))
     for m in range(first, last):
         if not physical(x[m]):
-            broken_at[m] = t0
+            broken_at[m] = t0 + begin[m]
             continue
-        row, share = 0, shares(p[m], 1.0)
+        row, share = begin[m] // stride, shares(p[m], 1.0)
         xm, pm, sm, om, um = x[m], p[m], sev[m], onset[m], u[u_of[m]]
-        for k in range(steps):
+        for k in range(begin[m], steps):
             t = t0 + k
             now[:] = um[k]
             step(xm, pm, sm, om, now, t, 1.0, seeds[m], process[m], sensor[m], share)
