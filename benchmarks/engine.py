@@ -23,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
-from homeostat.cases.cstr.kernel import slopes
+from homeostat.cases.cstr.kernel import holdup, slopes
 from homeostat.cases.cstr.layout import P, S
 from homeostat.process.batch import simulate
 from tests.cases.cstr.reactor import MODEL, batch, inputs, parameters, run
@@ -124,8 +124,10 @@ def adaptive(seconds: int) -> Iterator[tuple[str, str]]:
     def derivative(_: float, y: np.ndarray, row: np.ndarray) -> list[float]:
         out = row[S.F2_true] + row[S.leak] + row[S.overflow]
         cooling = row[S.UA] * row[S.V2_pos]
-        feed = p[P.CA_feed], p[P.CD_feed], row[S.T2_true]
-        return [row[S.F1_true] - out, *slopes(*y, row[S.F1_true], out, *feed, cooling, p)]
+        held = p[P.CA_feed], p[P.CD_feed], row[S.T2_true], cooling
+        v, ca, cb, cc, cd, temp = y.tolist()
+        hold = holdup(v, row[S.F1_true], out, p)
+        return [row[S.F1_true] - out, *slopes(hold, ca, cb, cc, cd, temp, held, p)]
 
     def whole() -> None:
         y = MODEL.initial_state(p)[: S.T + 1]

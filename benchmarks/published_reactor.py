@@ -22,7 +22,7 @@ from functools import cache
 import numpy as np
 
 from benchmarks.recorded_calls import Setpoints
-from homeostat.cases.cstr.kernel import NORMAL, SHUTDOWN, advance_phase, step
+from homeostat.cases.cstr.kernel import NORMAL, SHUTDOWN, advance_phase, shares, step
 from homeostat.cases.cstr.layout import P, S, U
 from homeostat.process.types import Row
 from tests.cases.cstr.reactor import FAULTS, MODEL, PUBLISHED, SEVERITY, inputs, parameters
@@ -70,6 +70,7 @@ class PublishedReactor:
         self.time_s = 0
         self.draws = 0
         self._parameters = parameters(**PUBLISHED)
+        self._shares = shares(self._parameters, 1.0)
         self._state = MODEL.initial_state(self._parameters)
         self._inputs = _inputs(DESIGN)
         self._severity, self._onset = np.zeros(len(FAULTS)), np.full(len(FAULTS), np.inf)
@@ -107,7 +108,7 @@ class PublishedReactor:
             u[U.F1_sp] = setpoint - p[P.rel_F1] * z[k] * x[S.F1]
             k += 1
         x[S.feed_CA], x[S.feed_CD], x[S.feed_T] = z[k : k + 3]
-        step(x, p, self._severity, self._onset, u, float(self.time_s), 1.0, 0, 0.0, 0.0)
+        step(x, p, self._severity, self._onset, u, float(self.time_s), 1.0, 0, 0.0, 0.0, self._shares)
         u[U.F1_sp] = setpoint
         self.time_s += 1
         self.draws = k + 3

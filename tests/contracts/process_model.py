@@ -12,6 +12,7 @@ import pytest
 from homeostat.process.batch import Batch, BatchResult, simulate
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Row, Table
+from homeostat.twin.past import simulate_with_past
 
 SECONDS = 120
 
@@ -222,6 +223,22 @@ class ProcessModelContract:
         first = simulate(model.kernel, replace(what, steps=half))
         rest = replace(what, state=first.state, start_s=what.start_s + half, steps=SECONDS - half)
         assert simulate(model.kernel, rest).state.tobytes() == result.state.tobytes()
+
+    def test_what_members_share_before_a_fault_is_simulated_once_to_the_bit(
+        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+    ) -> None:
+        """Every fault at two sizes and onsets, before, at and after the start; one pair; a fault-free member."""
+        what, _ = self.settled(model, parameters, inputs, settle_s, members=5 * len(model.faults))
+        severity, onset = what.severity.copy(), what.onset_s.copy()
+        for m, lag in enumerate(np.tile([-3.0, 0.0, 1.0, 60.5, SECONDS + 7.0], len(model.faults))):
+            severity[m, m // 5], onset[m, m // 5] = 0.3 + 0.01 * lag / SECONDS, settle_s + lag
+        severity[::7, 0], onset[::7, 0] = 0.2, settle_s + 20.0
+        severity[-1] = 0.0
+        onset[-1] = np.inf
+        several = replace(what, severity=severity, onset_s=onset, record=(3, 0, len(model.states) - 1))
+        names = model.states.__getitem__
+        plain, shared = (f(model.kernel, several, names) for f in (simulate, simulate_with_past))
+        assert shared.record.tobytes() == plain.record.tobytes() and shared.state.tobytes() == plain.state.tobytes()
 
     def test_every_fault_acts_from_its_onset_on(
         self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.cases.cstr.layout import P, S, U
-from homeostat.process.batch import Batch, ProcessError, simulate
+from homeostat.process.batch import Batch, BatchRun, ProcessError, simulate
 from tests.cases.cstr.reactor import ALL, FAULTS, MODEL, SEVERITY, batch, inputs, parameters, run
 
 MEMBERS, STEPS, START_S = 60, 400, 2000.0
@@ -81,16 +81,40 @@ def test_any_order_and_any_selection(order: list[int], count: int) -> None:
 
 
 @SOME
+@given(st.lists(st.integers(1, STEPS), max_size=6))
+def test_piece_by_piece_is_as_in_one(stops: list[int]) -> None:
+    run = BatchRun(MODEL.kernel, CROWD)
+    for until in sorted({*stops, STEPS}):
+        run.advance(until)
+    assert same(run.record, TOGETHER.record) and same(run.state, TOGETHER.state)
+
+
+@SOME
+@given(st.lists(st.integers(0, STEPS), min_size=MEMBERS, max_size=MEMBERS))
+def test_members_may_begin_later_than_others(begin: list[int]) -> None:
+    states = np.array([TOGETHER.record[m, k - 1] if k else CROWD.state[m] for m, k in enumerate(begin)])
+    late = run(replace(CROWD, state=states, begin=np.array(begin)))
+    assert same(late.state, TOGETHER.state)
+    for m, k in enumerate(begin):
+        assert same(late.record[m, k:], TOGETHER.record[m, k:])
+
+
+def test_a_member_cannot_begin_after_the_end() -> None:
+    with pytest.raises(ProcessError, match=r"begin .* must be within 0 and 50"):
+        run(replace(batch(50), begin=np.array([51])))
+
+
+@SOME
 @given(st.lists(st.integers(0, MEMBERS), max_size=9), st.integers(1, 7))
 def test_any_division_among_threads(cuts: list[int], workers: int) -> None:
     edges = sorted({0, MEMBERS, *cuts})
     state, out = CROWD.state.copy(), np.empty((MEMBERS, STEPS, len(S)))
-    broken = np.full(MEMBERS, np.nan)
+    broken, begin = np.full(MEMBERS, np.nan), np.zeros(MEMBERS, dtype=np.int64)
 
     def work(first: int, last: int) -> None:
         MODEL.kernel(
             first, last, state, CROWD.parameters, CROWD.severity, CROWD.onset_s, CROWD.inputs, CROWD.input_of,
-            START_S, STEPS, 1, CROWD.seeds, CROWD.process_noise, CROWD.sensor_noise, np.array(ALL), out, broken,
+            START_S, begin, STEPS, 1, CROWD.seeds, CROWD.process_noise, CROWD.sensor_noise, np.array(ALL), out, broken,
         )  # fmt: skip
 
     with ThreadPoolExecutor(workers) as pool:
@@ -255,8 +279,8 @@ def test_a_parameter_that_is_not_a_number_never_passes_the_kernel(name: str) -> 
     values = poisoned(b.parameters, 1, MODEL.parameters.index(name), math.nan)
     out, at = np.empty((3, 50, len(S))), np.full(3, np.nan)
     MODEL.kernel(
-        0, 3, b.state, values, b.severity, b.onset_s, b.inputs, b.input_of, 120.0, 50, 1, b.seeds,
-        b.process_noise, b.sensor_noise, np.array(ALL), out, at,
+        0, 3, b.state, values, b.severity, b.onset_s, b.inputs, b.input_of, 120.0, np.zeros(3, dtype=np.int64), 50, 1,
+        b.seeds, b.process_noise, b.sensor_noise, np.array(ALL), out, at,
     )  # fmt: skip
     assert np.isnan(at[[0, 2]]).all() and 120.0 < at[1] <= 123.0
     assert np.isfinite(out[[0, 2]]).all()

@@ -28,6 +28,13 @@ HAND = [
     # The published actuators: a = 0.964326 for the valves, 0.993262 for the pump.
     ("first_order", (0.0, 1.0, 0.3, 1.0), 0.9643260066527476),
     ("first_order", (0.0, 1.0, 0.2, 1.0), 0.9932620530009145),
+    # The same in two parts: the share of the way, and the way.
+    ("lag_share", (2.0, 2.0), 0.6321205588285577),
+    ("lag_share", (1.0, math.log(2.0)), 0.5),
+    ("lag_share", (5.0, 0.0), 0.0),
+    ("approach", (0.2, 0.6, 0.5), 0.4),
+    ("approach", (0.9, 5.0, 1.0), 1.0),
+    ("approach", (0.1, -5.0, 1.0), 0.0),
     # 0.06 L/s at full opening gives the design feed of 2 L/min at 5/9.
     ("linear_valve", (0.06, 5.0 / 9.0), 1.0 / 30.0),
     ("linear_valve", (0.06, 0.0), 0.0),
@@ -81,6 +88,7 @@ def test_every_function_has_a_hand_check() -> None:
 @pytest.mark.parametrize("place", [0, 1])
 @pytest.mark.parametrize(
     ("name", "arguments"), [("clip", (0.5, 0.0, 1.0)), ("first_order", (0.5, 0.6, 0.3, 1.0)),
+                            ("approach", (0.5, 0.6, 0.9)), ("lag_share", (0.3, 1.0)),
                             ("pump_flow", (0.08, 0.5, 10.0, 0.03, 1.0)), ("pid_output", (0.1, 0.1, 1.0, 0.0, 1.0)),
                             ("pid_integral", (0.1, 0.1, 1.0, 0.1, 0.0, 1.0, 1.0))],
 )  # fmt: skip

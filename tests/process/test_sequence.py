@@ -39,16 +39,18 @@ class Vessel:
 
     def kernel(
         self, first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
-        steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube, broken_at: Row,
+        begin: Indices, steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube,
+        broken_at: Row,
     ) -> None:  # fmt: skip
         """Advance the members."""
         for m in range(first, last):
-            for k in range(steps):
+            for k in range(begin[m], steps):
                 fill, drain = u[u_of[m], k]
                 leak = sev[m, 0] if t0 + k + 1 >= onset[m, 0] else 0.0
                 x[m, 0] += p[m, 0] * (fill - drain) - leak
                 noise = sensor[m] * math.sin(float(seeds[m]) + 12.9898 * (t0 + k + 1))
                 x[m, 1] = x[m, 0] + p[m, 1] + noise
+                out[m, k] = x[m, picks]
                 if x[m, 0] < 0.0 and math.isnan(broken_at[m]):
                     broken_at[m] = t0 + k + 1
 
@@ -215,7 +217,7 @@ def alone(
             now[i] += min(max(target[i] - now[i], -rate[i]), rate[i])
         MODEL.kernel(
             0, 1, x, what.parameters[member : member + 1], what.severity[member : member + 1],
-            what.onset_s[member : member + 1], now[None, None], np.array([0]), what.start_s + k, 1, 1,
+            what.onset_s[member : member + 1], now[None, None], np.array([0]), what.start_s + k, np.array([0]), 1, 1,
             what.seeds[member : member + 1], what.process_noise, what.sensor_noise[member : member + 1],
             np.empty(0, dtype=np.int64), np.empty((1, 1, 0)), np.full(1, NAN),
         )  # fmt: skip

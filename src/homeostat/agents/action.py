@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from homeostat.agents.candidates import Point, SearchSpace, present_point
 from homeostat.agents.cost import Cost
@@ -16,7 +17,7 @@ from homeostat.agents.simulation import plausible
 from homeostat.domain.advice import Advice
 from homeostat.domain.limits import Limits
 from homeostat.domain.production import Production
-from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.tag import Tag
 from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Purpose, Twin
@@ -64,6 +65,16 @@ class SearchAction:
         self._tags = tags
         self._settings = settings or SearchSettings()
         self._cost = Cost(limits, production, scales, self._settings.slack)
+        self._judged: list[tuple[Ensemble, dict[tuple[Command, ...], NDArray[np.float64]]]] = []
+
+    def _judged_on(self, ensemble: Ensemble) -> dict[tuple[Command, ...], NDArray[np.float64]]:
+        """Commands -> what they came to on ``ensemble``: attempts differ in what they require, not in what happens."""
+        for known, judged in self._judged:
+            if known is ensemble:
+                return judged
+        self._judged = [(e, j) for e, j in self._judged if e.start_s == ensemble.start_s]
+        self._judged.append((ensemble, {}))
+        return self._judged[-1][1]
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet:
         """The best action set found for the path's target state; validation says whether it will do."""
@@ -119,9 +130,13 @@ class SearchAction:
         fresh = [p for p in dict.fromkeys(points) if p not in tried]
         if not fresh:
             return
-        horizon = self._twin.settings.horizon_s
-        schedules = np.stack([self._twin.schedule(space.actions(p), horizon) for p in fresh])
-        signals, dt_s = self._twin.try_many(ensemble, schedules)
-        cost = self._cost.of(signals, dt_s, required, len(fresh))
+        actions = [space.actions(p) for p in fresh]
+        judged = self._judged_on(ensemble)
+        untried = [a for a in actions if a.commands not in judged]
+        if untried:
+            schedules = np.stack([self._twin.schedule(a, self._twin.settings.horizon_s) for a in untried])
+            rows = self._cost.judge(*self._twin.try_many(ensemble, schedules), len(untried))
+            judged.update(zip((a.commands for a in untried), rows, strict=True))
+        cost = self._cost.total(np.stack([judged[a.commands] for a in actions]), required)
         for point, value in zip(fresh, cost.tolist(), strict=True):
             tried[point] = value + CHANGE * space.distance(point)

@@ -29,28 +29,37 @@ class Cost:
     def of(
         self, signals: Mapping[str, NDArray[np.float64]], dt_s: float, required: Mapping[str, float], count: int
     ) -> NDArray[np.float64]:
-        """Cost of each of ``count`` candidates, shape (count,), from ``signals`` of shape (count * members, times).
+        """Cost of each of ``count`` candidates, shape (count,), from ``signals`` of shape (count * members, times)."""
+        return self.total(self.judge(signals, dt_s, count), required)
 
-        Production that is lost, plus :data:`MISSING` for each scale of margin that is missing; ``required``: criterion
-        -> margin that is wanted beyond the slack, in its unit.
+    def judge(self, signals: Mapping[str, NDArray[np.float64]], dt_s: float, count: int) -> NDArray[np.float64]:
+        """What each candidate comes to, whatever is required: shape (count, 1 + criteria).
+
+        Production that is lost [1], then the worst member's margin of each criterion in scales.
         """
         rate = signals[self._production.throughput].mean(axis=1).reshape(count, -1)
-        lost = 1.0 - rate.mean(axis=1) / self._production.design_rate
-        return np.asarray(lost + MISSING * self._missing(signals, dt_s, required, count))
-
-    def _missing(
-        self, signals: Mapping[str, NDArray[np.float64]], dt_s: float, required: Mapping[str, float], count: int
-    ) -> NDArray[np.float64]:
-        """Missing margin of each candidate in scales, summed over the criteria, worst member each, shape (count,)."""
-        total = np.zeros(count)
+        found = [1.0 - rate.mean(axis=1) / self._production.design_rate]
         for c in self._criteria:
             if isinstance(c, Criterion):
                 margin = c.formula.evaluate(signals, dt_s).value
             else:
                 margin = c.formula.margins(signals, dt_s).min(axis=1)
-            scale = self._scales.get(c.formula.unit, 1.0)
             worst = np.broadcast_to(margin, (next(iter(signals.values())).shape[0],))
-            worst = worst.reshape(count, -1).min(axis=1) / scale
-            wanted = self._slack + required.get(c.name, 0.0) / scale
-            total += np.clip(wanted - worst, 0.0, 100.0)
-        return total
+            found.append(worst.reshape(count, -1).min(axis=1) / self._scale(c))
+        return np.stack(found, axis=1)
+
+    def total(self, judged: NDArray[np.float64], required: Mapping[str, float]) -> NDArray[np.float64]:
+        """Cost of candidates that were judged, shape (count,).
+
+        Production that is lost, plus :data:`MISSING` for each scale of margin that is missing; ``required``: criterion
+        -> margin that is wanted beyond the slack, in its unit.
+        """
+        missing = np.zeros(len(judged))
+        for c, worst in zip(self._criteria, judged[:, 1:].T, strict=True):
+            wanted = self._slack + required.get(c.name, 0.0) / self._scale(c)
+            missing += np.clip(wanted - worst, 0.0, 100.0)
+        return np.asarray(judged[:, 0] + MISSING * missing)
+
+    def _scale(self, criterion: Criterion | Limit) -> float:
+        """What counts as one unit of margin."""
+        return self._scales.get(criterion.formula.unit, 1.0)

@@ -123,7 +123,7 @@ class SimulatedPlant:
         broken = np.full(1, np.nan)
         self._model.kernel(
             0, 1, self._state, self._parameters, self._severity, self._onset, inputs[None, None], self._index,
-            self._now_s, 1, 1, self._seeds, self._noise, self._noise, self._picks, self._out, broken,
+            self._now_s, self._index, 1, 1, self._seeds, self._noise, self._noise, self._picks, self._out, broken,
         )  # fmt: skip
         if not math.isnan(broken[0]):
             raise ProcessError(f"the simulated plant left the physical world at t = {broken[0]:.0f} s")

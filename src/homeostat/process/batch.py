@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -35,13 +35,15 @@ class ProcessError(ArithmeticError):
 class Kernel(Protocol):
     """Compiled code that advances members ``first`` to ``last`` - 1 in place.
 
-    It writes every ``stride``-th state, restricted to ``picks``, into ``out``, and the time [s] of the first
-    non-physical state into ``broken_at`` (NaN where all is well).
+    States are those at second ``begin`` after ``t0`` and are brought to second ``steps``. It writes every ``stride``-th
+    state, restricted to ``picks``, into ``out``, and the time [s] of the first non-physical state into ``broken_at``
+    (NaN where all is well).
     """
 
     def __call__(
         self, first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
-        steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube, broken_at: Row,
+        begin: Indices, steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube,
+        broken_at: Row,
     ) -> None:  # fmt: skip
         """Advance the members; ValueError where an array does not have the columns of the process."""
         ...
@@ -77,6 +79,8 @@ class Batch:
     """Scale of the process disturbances of each member, 0 for none, shape (M,)."""
     sensor_noise: Row
     """Scale of the sensor noise of each member, 0 for none, shape (M,)."""
+    begin: Indices | None = None
+    """Seconds after start_s at which each member has its initial state, shape (M,); None for 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +88,8 @@ class BatchResult:
     """What came of it."""
 
     record: Cube
-    """Recorded columns, shape (M, steps // stride, columns); the first row is at start_s + stride."""
+    """Recorded columns, shape (M, steps // stride, columns); the first row is at start_s + stride. Rows before a
+    member's beginning mean nothing."""
     state: Table
     """Final states, shape (M, states)."""
 
@@ -96,36 +101,66 @@ def simulate(kernel: Kernel, batch: Batch, describe: Callable[[int], str] = "sta
         ProcessError: arrays do not fit together, a value is not finite, or a member leaves the physical world
             (NaN, negative volume).
     """
-    _check_shapes(batch)
-    _check_values(batch, describe)
-    batch = _packed(batch)
-    members, state = len(batch.state), batch.state
-    out = np.empty((members, batch.steps // batch.stride, len(batch.record)))
-    broken = np.full(members, np.nan)
-    picks = np.array(batch.record, dtype=np.int64)
+    run = BatchRun(kernel, batch, describe)
+    run.advance(batch.steps)
+    return BatchResult(record=run.record, state=run.state)
 
-    def run(first: int, last: int) -> None:
-        kernel(
-            first, last, state, batch.parameters, batch.severity, batch.onset_s, batch.inputs, batch.input_of,
-            float(batch.start_s), batch.steps, batch.stride, batch.seeds, batch.process_noise, batch.sensor_noise,
-            picks, out, broken,
-        )  # fmt: skip
 
-    workers = min(_threads or os.cpu_count() or 1, MOST_THREADS)
-    if members * batch.steps < 20_000 or workers == 1 or members == 1:
-        run(0, members)
-    else:
-        edges = np.linspace(0, members, 4 * workers + 1).astype(int)
-        with ThreadPoolExecutor(workers) as pool:
-            list(pool.map(run, edges[:-1], edges[1:]))
-    if not np.all(np.isnan(broken)):
+class BatchRun:
+    """A batch that is checked once and then advanced piece by piece: inputs may be chosen as it goes."""
+
+    def __init__(self, kernel: Kernel, batch: Batch, describe: Callable[[int], str] = "state {}".format) -> None:
+        """At the beginning; raises as :func:`simulate` does."""
+        _check_shapes(batch)
+        _check_values(batch, describe)
+        self._kernel, self._describe = kernel, describe
+        self._batch = batch = _packed(batch)
+        self._picks = np.array(batch.record, dtype=np.int64)
+        self._begin = np.zeros(len(batch.state), dtype=np.int64) if batch.begin is None else batch.begin
+        self._reached = 0
+        self.state = batch.state
+        """States at the second that is reached, shape (M, states)."""
+        self.inputs = batch.inputs
+        """Input schedules, shape (K, steps, inputs); those of seconds that are not reached yet may be written."""
+        self.record = np.empty((len(batch.state), batch.steps // batch.stride, len(batch.record)))
+        """As in :class:`BatchResult`, as far as it is reached."""
+
+    def advance(self, until: int) -> None:
+        """Advance every member to second ``until``; raises as :func:`simulate` does."""
+        if np.isinf(self.inputs[:, self._reached : until]).any():
+            when = f"at t = {self._batch.start_s + self._reached:.0f} s"
+            raise ProcessError(f"input schedules contain an infinite value {when}; NaN stands for automatic")
+        members, broken = len(self.state), np.full(len(self.state), np.nan)
+
+        def run(first: int, last: int) -> None:
+            b = self._batch
+            self._kernel(
+                first, last, self.state, b.parameters, b.severity, b.onset_s, self.inputs, b.input_of,
+                float(b.start_s), self._begin, until, b.stride, b.seeds, b.process_noise, b.sensor_noise,
+                self._picks, self.record, broken,
+            )  # fmt: skip
+
+        workers = min(_threads or os.cpu_count() or 1, MOST_THREADS)
+        if members * (until - self._reached) < 20_000 or workers == 1 or members == 1:
+            run(0, members)
+        else:
+            edges = np.linspace(0, members, 4 * workers + 1).astype(int)
+            with ThreadPoolExecutor(workers) as pool:
+                list(pool.map(run, edges[:-1], edges[1:]))
+        if not np.isnan(broken).all():
+            raise self._departure(broken)
+        self._reached = until
+        self._begin = np.maximum(self._begin, until)
+
+    def _departure(self, broken: Row) -> ProcessError:
+        """Which member left the physical world, when, and with what state."""
         member = int(np.flatnonzero(~np.isnan(broken))[0])
-        wrong = np.flatnonzero(~np.isfinite(state[member])).tolist() or batch.record or range(state.shape[1])
-        bad = ", ".join(f"{describe(int(c))} = {state[member, c]:.6g}" for c in wrong[:3])
-        raise ProcessError(
+        row = self.state[member]
+        wrong = np.flatnonzero(~np.isfinite(row)).tolist() or self._batch.record or range(len(row))
+        bad = ", ".join(f"{self._describe(int(c))} = {row[c]:.6g}" for c in wrong[:3])
+        return ProcessError(
             f"member {member} left the physical world at t = {broken[member]:.0f} s (volume < 0 or not finite): {bad}"
         )
-    return BatchResult(record=out, state=state)
 
 
 def _packed(batch: Batch) -> Batch:
@@ -134,12 +169,14 @@ def _packed(batch: Batch) -> Batch:
     def pack(values: Row | Table | Cube) -> Row | Table | Cube:
         return np.require(values, np.float64, ("C", "W"))
 
-    return Batch(
-        state=np.array(batch.state, dtype=np.float64, order="C"), parameters=pack(batch.parameters),
+    def whole(values: Indices) -> Indices:
+        return np.require(values, np.int64, ("C", "W"))
+
+    return replace(
+        batch, state=np.array(batch.state, dtype=np.float64, order="C"), parameters=pack(batch.parameters),
         severity=pack(batch.severity), onset_s=pack(batch.onset_s), inputs=pack(batch.inputs),
-        input_of=np.require(batch.input_of, np.int64, ("C", "W")), start_s=batch.start_s, steps=batch.steps,
-        stride=batch.stride, record=batch.record, seeds=np.require(batch.seeds, np.int64, ("C", "W")),
-        process_noise=pack(batch.process_noise), sensor_noise=pack(batch.sensor_noise),
+        input_of=whole(batch.input_of), seeds=whole(batch.seeds), process_noise=pack(batch.process_noise),
+        sensor_noise=pack(batch.sensor_noise), begin=None if batch.begin is None else whole(batch.begin),
     )  # fmt: skip
 
 
@@ -153,13 +190,17 @@ def _check_shapes(batch: Batch) -> None:
     for name, array in (
         ("parameters", batch.parameters), ("severity", batch.severity), ("onset_s", batch.onset_s),
         ("input_of", batch.input_of), ("seeds", batch.seeds),
-        ("process_noise", batch.process_noise), ("sensor_noise", batch.sensor_noise),
+        ("process_noise", batch.process_noise), ("sensor_noise", batch.sensor_noise), ("begin", batch.begin),
     ):  # fmt: skip
-        if len(array) != members:
+        if array is not None and len(array) != members:
             raise ProcessError(f"{name} has {len(array)} rows for {members} members; must be one each")
     if batch.onset_s.shape != batch.severity.shape:
         raise ProcessError(f"onset_s of shape {batch.onset_s.shape} must be like severity, {batch.severity.shape}")
-    for name, chosen, limit in (("input_of", batch.input_of, len(batch.inputs)), ("record", batch.record, states)):
+    begin = () if batch.begin is None else batch.begin
+    for name, chosen, limit in (
+        ("input_of", batch.input_of, len(batch.inputs)), ("record", batch.record, states),
+        ("begin", begin, batch.steps + 1),
+    ):  # fmt: skip
         used = sorted({int(i) for i in chosen})
         if used and not 0 <= used[0] <= used[-1] < limit:
             raise ProcessError(f"{name} {used} must be within 0 and {limit - 1}")
@@ -170,8 +211,6 @@ def _check_values(batch: Batch, describe: Callable[[int], str]) -> None:
     when = f"at t = {batch.start_s:.0f} s"
     if not np.isfinite(batch.start_s):
         raise ProcessError(f"start_s is {batch.start_s!r}; must be finite")
-    if np.isinf(batch.inputs[:, : batch.steps]).any():
-        raise ProcessError(f"input schedules contain an infinite value {when}; NaN stands for automatic")
     for name, table, good in (
         ("state", batch.state, np.isfinite(batch.state)),
         ("parameter", batch.parameters, np.isfinite(batch.parameters)),

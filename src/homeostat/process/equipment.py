@@ -17,13 +17,28 @@ def clip(value: float, low: float, high: float) -> float:
 
 
 @compiled
+def lag_share(tau: float, dt: float) -> float:
+    """Share [1] of the way to its command that a first-order lag with ``tau`` [s] goes in ``dt`` [s], 1 - exp(-dt/tau).
+
+    Constant as long as both are: kernels work it out once per member. Check: tau = dt gives 1 - 1/e = 0.632.
+    """
+    return 1.0 - math.exp(-dt / tau)
+
+
+@compiled
+def approach(position: float, command: float, share: float) -> float:
+    """Position [1] of a first-order actuator that goes ``share`` [1] of the way to ``command`` [1]."""
+    return clip(position + share * (command - position), 0.0, 1.0)
+
+
+@compiled
 def first_order(position: float, command: float, tau: float, dt: float) -> float:
     """Position [1] of a first-order actuator after ``dt`` [s] towards ``command`` [1], exact for a held command.
 
     du/dt = (command - u) / tau, so u(dt) = u + (1 - exp(-dt/tau)) (command - u), limited to [0, 1].
     Check: u = 0, command = 1, tau = dt gives 1 - 1/e = 0.632.
     """
-    return clip(position + (1.0 - math.exp(-dt / tau)) * (command - position), 0.0, 1.0)
+    return approach(position, command, lag_share(tau, dt))
 
 
 @compiled

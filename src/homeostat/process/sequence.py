@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.process.batch import Batch, simulate
+from homeostat.process.batch import Batch, BatchRun
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Cube, Indices, Row, Table
 
@@ -61,22 +61,19 @@ def run_sequences(
     :func:`~homeostat.process.batch.simulate` does.
     """
     members, seconds = len(batch.state), batch.steps
-    record = np.empty((members, seconds, len(model.states)))
-    inputs = np.empty((members, seconds, len(model.inputs)))
     followed = np.empty((members, seconds), dtype=np.int64)
     walk = Walk(model, sequences, batch.input_of, present)
-    own = np.arange(members)
+    own = replace(
+        batch, stride=1, input_of=np.arange(members), inputs=np.zeros((members, seconds, len(model.inputs))),
+        record=tuple(range(len(model.states))),
+    )  # fmt: skip
+    run = BatchRun(model.kernel, own, model.states.__getitem__)
     for k in range(seconds):
         followed[:, k] = walk.step
-        inputs[:, k] = walk.advance()
-        one = replace(
-            batch, start_s=batch.start_s + k, steps=1, stride=1, input_of=own, inputs=inputs[:, k : k + 1], record=(),
-        )  # fmt: skip
-        state = simulate(model.kernel, one, model.states.__getitem__).state
-        batch = replace(batch, state=state)
-        record[:, k] = state
-        walk.look(state)
-    return SequenceResult(record, inputs, followed, walk.step)
+        run.inputs[:, k] = walk.advance()
+        run.advance(k + 1)
+        walk.look(run.state)
+    return SequenceResult(run.record, run.inputs, followed, walk.step)
 
 
 class Walk:
@@ -86,7 +83,8 @@ class Walk:
         self, model: ProcessModel, sequences: Sequence[InputSequence], sequence_of: Indices, present: Row
     ) -> None:
         """Every member begins with inputs ``present`` in step 0 of its sequence, ``sequence_of`` (shape (members,))."""
-        self._model, self._sequences, self._of = model, sequences, sequence_of
+        self._model, self._sequences = model, sequences
+        self._mine = [sequence_of == s for s in range(len(sequences))]
         self.step = np.zeros(len(sequence_of), dtype=np.int64)
         """Step that each member is in, shape (members,)."""
         self._now = np.tile(present, (len(sequence_of), 1))
@@ -103,9 +101,8 @@ class Walk:
         """Let those go on whose next guard holds on what their instruments show."""
         shown: dict[str, Row] | None = None
         fired = np.zeros(len(self.step), dtype=bool)
-        for s, sequence in enumerate(self._sequences):
-            mine = self._of == s
-            for j in np.unique(self.step[mine]).tolist():
+        for sequence, mine in zip(self._sequences, self._mine, strict=True):
+            for j in set(self.step[mine].tolist()):
                 if j < len(sequence.guards):
                     if shown is None:
                         shown = {name: state[:, i] for name, i in self._model.shown.items()}
@@ -116,8 +113,8 @@ class Walk:
             self._enter(fired)
 
     def _enter(self, fired: NDArray[np.bool_]) -> None:
-        for s, sequence in enumerate(self._sequences):
-            mine = np.flatnonzero(fired & (self._of == s))
+        for sequence, own in zip(self._sequences, self._mine, strict=True):
+            mine = np.flatnonzero(fired & own)
             wanted = sequence.targets[self.step[mine]]
             self._target[mine] = np.where(np.isnan(wanted), self._target[mine], wanted)
             self._rate[mine] = np.where(np.isnan(wanted), self._rate[mine], sequence.rates[self.step[mine]])

@@ -75,6 +75,7 @@ class Explainer:
         moved = self._seen - np.mean(self._seen[:SETTLED], axis=0)
         self._spread = np.hypot(self._noise, gain_error * moved)
         self._directions = self._excuses(tuple(known))
+        self._inner = np.eye(self._directions.shape[1]) + self._directions.T @ self._directions
 
     def score(self, sets: Sequence[tuple[FaultState, ...]]) -> Row:
         """Log posterior of each fault set up to a constant [nats], shape (len(sets),)."""
@@ -83,11 +84,14 @@ class Explainer:
         # Residual = constant model error + what parameters may be wrong by + white noise, all normal; all but the noise
         # is integrated out: r' (I + D D')^-1 r with the directions D.
         # The loss is bounded: one wild reading, or a second fault, must not decide everything.
-        misfit = np.clip((run.predicted - self._seen) / self._spread, -12.0, 12.0).reshape(len(sets), -1)
+        # In place: what was predicted may be tens of megabytes.
+        misfit = run.predicted
+        misfit -= self._seen
+        misfit /= self._spread
+        misfit = np.clip(misfit, -12.0, 12.0, out=misfit).reshape(len(sets), -1)
         along = misfit @ self._directions
-        inner = np.eye(self._directions.shape[1]) + self._directions.T @ self._directions
-        excused = (along * np.linalg.solve(inner, along.T).T).sum(axis=1)
-        loss = (misfit * misfit).sum(axis=1) - excused
+        excused = (along * np.linalg.solve(self._inner, along.T).T).sum(axis=1)
+        loss = np.square(misfit, out=misfit).sum(axis=1) - excused
         prior = np.array([sum(self._log_prior(f) for f in s) for s in sets])
         return np.asarray(prior - 0.5 * loss / TEMPER)
 

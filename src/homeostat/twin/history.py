@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -56,12 +57,13 @@ class History:
         self._inputs = inputs
         self._tag_of = {v: t for t, v in variables.items()}
         self._rows: deque[Snapshot] = deque(maxlen=capacity)
-        self._whole: Window | None = None
+        self._windows: dict[int, Window] = {}
 
     def append(self, snapshot: Snapshot) -> None:
         """Take one more snapshot; one that is already known is ignored."""
         if not self._rows or snapshot.at_s > self._rows[-1].at_s:
             self._rows.append(snapshot)
+            self._windows.clear()
 
     @property
     def length(self) -> int:
@@ -70,15 +72,18 @@ class History:
 
     @property
     def whole(self) -> Window:
-        """Everything that is held; worked out once per snapshot."""
-        whole = self._whole
-        if whole is None or whole.end_s != self._rows[-1].at_s:
-            whole = self._whole = self.window(len(self._rows))
-        return whole
+        """Everything that is held."""
+        return self.window(len(self._rows))
 
-    def window(self, seconds: int, until_s: float | None = None) -> Window:
-        """The last ``seconds`` readings, up to ``until_s`` where given; shorter where history is."""
-        rows = [r for r in self._rows if until_s is None or r.at_s <= until_s][-seconds:]
+    def window(self, seconds: int) -> Window:
+        """The last ``seconds`` readings, shorter where history is; worked out once per snapshot."""
+        found = self._windows.get(seconds)
+        if found is None or found.end_s != self._rows[-1].at_s:
+            found = self._windows[seconds] = self._read(seconds)
+        return found
+
+    def _read(self, seconds: int) -> Window:
+        rows = list(islice(reversed(self._rows), seconds))[::-1]
         if not rows:
             raise ValueError("the twin has no snapshot yet; observe the plant before asking")
         readings = {v: np.array([r.values[t] for r in rows]) for t, v in self._variables.items()}

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from homeostat.domain.diagnosis import FaultState
-from homeostat.process.batch import Batch, simulate
+from homeostat.process.batch import Batch
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.types import Cube, Table
 from homeostat.twin.history import Window
+from homeostat.twin.past import simulate_with_past
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +61,7 @@ def replay(
             input_of=np.zeros(members, dtype=np.int64), start_s=start_s, steps=steps, stride=1, record=picks,
             seeds=np.zeros(members, dtype=np.int64), process_noise=np.zeros(members), sensor_noise=np.zeros(members),
         )  # fmt: skip
-        result = simulate(model.kernel, batch, lambda i: model.states[i])
+        result = simulate_with_past(model.kernel, batch, model.states.__getitem__)
         return result.record, result.state
 
     shown, _ = run(states, inputs, window.start_s, 1)

@@ -70,6 +70,18 @@ class Purpose(IntEnum):
     """Rollouts that are judged, and how their margins would change; no search looks at it."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Drawn:
+    """Ensembles of one moment."""
+
+    end_s: float
+    """Process time of the last snapshot [s]."""
+    belief: Belief
+    """What was believed about the parameters."""
+    ensembles: dict[tuple[tuple[Hypothesis, ...], int, Purpose], Ensemble]
+    """(Hypotheses, draws, purpose) -> ensemble."""
+
+
 class Twin:
     """Follows the plant, learns its parameters while it is healthy, explains faults, and rolls actions out."""
 
@@ -83,6 +95,7 @@ class Twin:
         self._seed = seed
         self._belief: Belief = prior(model, self._parameters)
         self._history = History(description.variables, model.inputs, settings.settle_rows)
+        self._drawn = _Drawn(-np.inf, self._belief, {})
 
     def observe(self, snapshot: Snapshot) -> None:
         """Take one more snapshot of the plant."""
@@ -128,7 +141,18 @@ class Twin:
         return tuple(found)
 
     def ensemble(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose = Purpose.EXPLORE) -> Ensemble:
-        """Members for every hypothesis, synchronised with the last snapshot; ``purpose`` picks the random stream."""
+        """Members for every hypothesis, synchronised with the last snapshot; ``purpose`` picks the random stream.
+
+        Asked again before the next snapshot, the same object: what was tried on it holds on.
+        """
+        drawn, end_s, key = self._drawn, self._history.window(1).end_s, (tuple(hypotheses), draws, purpose)
+        if drawn.end_s != end_s or drawn.belief is not self._belief:
+            drawn = self._drawn = _Drawn(end_s, self._belief, {})
+        if key not in drawn.ensembles:
+            drawn.ensembles[key] = self._draw(hypotheses, draws, purpose)
+        return drawn.ensembles[key]
+
+    def _draw(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose) -> Ensemble:
         generator = np.random.default_rng([self._seed, purpose])
         return synchronise(
             self._model, self._history.window(self.settings.synchronise_s), self._belief.draws(draws, generator),

@@ -91,8 +91,8 @@ def test_a_state_that_is_not_a_number_is_reported_or_gone_in_a_second(name: str)
     b.state[0, S._fields.index(name)] = np.nan
     broken, out = np.full(1, np.nan), np.zeros((1, 20, len(S)))
     reactor.MODEL.kernel(
-        0, 1, b.state, b.parameters, b.severity, b.onset_s, b.inputs, b.input_of, b.start_s, 20, 1, b.seeds,
-        b.process_noise, b.sensor_noise, np.arange(len(S)), out, broken,
+        0, 1, b.state, b.parameters, b.severity, b.onset_s, b.inputs, b.input_of, b.start_s,
+        np.zeros(1, dtype=np.int64), 20, 1, b.seeds, b.process_noise, b.sensor_noise, np.arange(len(S)), out, broken,
     )  # fmt: skip
     if np.isnan(broken[0]):
         kept = {reactor.MODEL.states[i] for i in np.flatnonzero(np.isnan(out[0]).any(axis=0))}

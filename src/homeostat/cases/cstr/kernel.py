@@ -17,14 +17,18 @@ Hand check: F1 = 1/30 L/s, UA u = 500 * 0.5076 W/K gives T = (4180 F1 350 + 290 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from homeostat.cases.cstr.layout import F, P, S, U
 from homeostat.process.compiled import compiled
 from homeostat.process.equipment import (
+    approach,
     arrhenius,
     clip,
-    first_order,
     jacket_heat,
+    lag_share,
     linear_valve,
     overflow,
     pid_integral,
@@ -35,6 +39,25 @@ from homeostat.process.noise import normal
 from homeostat.process.types import Cube, Indices, Row, Table
 
 STARTUP, NORMAL, SHUTDOWN = 0.0, 1.0, 2.0
+
+
+class Shares(NamedTuple):
+    """Share of its way that each first-order lag goes in one second [1]; worked out once per member."""
+
+    V1: float
+    P1: float
+    V2: float
+    XV1: float
+    feed: float
+
+
+class Holdup(NamedTuple):
+    """What the slopes need to know of the volume; the same for every slope at one volume."""
+
+    feed: float  # F1 over V [1/s]
+    out: float  # what each species leaves with, F1 over V or, in the published balance, Fo over V [1/s]
+    heat: float  # V cp [J/K], the liquid that the jacket cools
+    ambient: float  # UAamb / (V cp), loss to the ambient [1/s]
 
 
 @compiled
@@ -128,7 +151,7 @@ def control_temperature(x: Row, p: Row, u: Row, dt: float) -> None:
 
 
 @compiled
-def move_actuators(x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, dt: float) -> None:
+def move_actuators(x: Row, sev: Row, onset: Row, u: Row, t: float, dt: float, share: Shares) -> None:
     """Actuator faults act on the command that reaches the actuator; positions follow with first-order lag."""
     feed, cooling = x[S.V1_cmd], x[S.V2_cmd]
     if sev[F.inlet_stuck_open] > 0.0 and t >= onset[F.inlet_stuck_open]:
@@ -138,18 +161,18 @@ def move_actuators(x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, dt: f
     if sev[F.cool_stuck_open] > 0.0 and t >= onset[F.cool_stuck_open]:
         cooling = sev[F.cool_stuck_open]
     before = x[S.V1_pos]
-    x[S.V1_pos] = first_order(before, feed, p[P.tau_V1], dt)
+    x[S.V1_pos] = approach(before, feed, share.V1)
     x[S.V1_rate] = abs(x[S.V1_pos] - before) / dt
     before = x[S.P1_pos]
-    x[S.P1_pos] = first_order(before, x[S.P1_cmd], p[P.tau_P1], dt)
+    x[S.P1_pos] = approach(before, x[S.P1_cmd], share.P1)
     x[S.P1_rate] = abs(x[S.P1_pos] - before) / dt
     before = x[S.V2_pos]
-    x[S.V2_pos] = first_order(before, cooling, p[P.tau_V2], dt)
+    x[S.V2_pos] = approach(before, cooling, share.V2)
     x[S.V2_rate] = abs(x[S.V2_pos] - before) / dt
     x[S.V1_travel] += x[S.V1_rate] * dt
     x[S.P1_travel] += x[S.P1_rate] * dt
     x[S.V2_travel] += x[S.V2_rate] * dt
-    x[S.XV1_pos] = first_order(x[S.XV1_pos], u[U.XV1_cmd], p[P.tau_XV1], dt)
+    x[S.XV1_pos] = approach(x[S.XV1_pos], u[U.XV1_cmd], share.XV1)
 
 
 @compiled
@@ -174,14 +197,13 @@ def set_flows(x: Row, p: Row, sev: Row, onset: Row, t: float, dt: float) -> None
 
 
 @compiled
-def disturb_feed(x: Row, p: Row, u: Row, t: float, dt: float, seed: int, process: float) -> None:
-    """Feed disturbances of this second; ``tau_feed`` [s] of upstream mixing filters them, 0 leaves them white."""
+def disturb_feed(x: Row, p: Row, u: Row, t: float, seed: int, process: float, share: float) -> None:
+    """Feed disturbances of this second; upstream mixing takes up ``share`` [1] of each new one."""
     if process > 0.0:
         k = math.floor(t + 0.5)
-        a = 1.0 if p[P.tau_feed] <= 0.0 else 1.0 - math.exp(-dt / p[P.tau_feed])
-        x[S.feed_CA] += a * (process * normal(seed, k, 10) - x[S.feed_CA])
-        x[S.feed_CD] += a * (process * normal(seed, k, 11) - x[S.feed_CD])
-        x[S.feed_T] += a * (process * normal(seed, k, 12) - x[S.feed_T])
+        x[S.feed_CA] += share * (process * normal(seed, k, 10) - x[S.feed_CA])
+        x[S.feed_CD] += share * (process * normal(seed, k, 11) - x[S.feed_CD])
+        x[S.feed_T] += share * (process * normal(seed, k, 12) - x[S.feed_T])
     x[S.T3_true] = p[P.T_coolant]
     if math.isnan(u[U.T2_in]):
         x[S.T2_true] = p[P.T_feed] + p[P.sd_T_feed] * x[S.feed_T]
@@ -201,25 +223,23 @@ def integrate(x: Row, p: Row, dt: float) -> None:
     cdf = p[P.CD_feed] + p[P.sd_CD_feed] * x[S.feed_CD]
     ua = x[S.UA] * x[S.V2_pos]
     v, ca, cb, cc, cd, temp = x[S.V], x[S.CA], x[S.CB], x[S.CC], x[S.CD], x[S.T]
+    held = (caf, cdf, x[S.T2_true], ua)
+    begin = holdup(v, f1, fo, p)
     for _ in range(parts):
-        a1, b1, c1, d1, t1 = slopes(v, ca, cb, cc, cd, temp, f1, fo, caf, cdf, x[S.T2_true], ua, p)
-        w = v + 0.5 * h * (f1 - fo)
         g = 0.5 * h
-        a2, b2, c2, d2, t2 = slopes(
-            w, ca + g * a1, cb + g * b1, cc + g * c1, cd + g * d1, temp + g * t1, f1, fo, caf, cdf, x[S.T2_true], ua, p
-        )
-        a3, b3, c3, d3, t3 = slopes(
-            w, ca + g * a2, cb + g * b2, cc + g * c2, cd + g * d2, temp + g * t2, f1, fo, caf, cdf, x[S.T2_true], ua, p
-        )
+        middle = holdup(v + 0.5 * h * (f1 - fo), f1, fo, p)
         v += h * (f1 - fo)
-        a4, b4, c4, d4, t4 = slopes(
-            v, ca + h * a3, cb + h * b3, cc + h * c3, cd + h * d3, temp + h * t3, f1, fo, caf, cdf, x[S.T2_true], ua, p
-        )
+        end = holdup(v, f1, fo, p)
+        a1, b1, c1, d1, t1 = slopes(begin, ca, cb, cc, cd, temp, held, p)
+        a2, b2, c2, d2, t2 = slopes(middle, ca + g * a1, cb + g * b1, cc + g * c1, cd + g * d1, temp + g * t1, held, p)
+        a3, b3, c3, d3, t3 = slopes(middle, ca + g * a2, cb + g * b2, cc + g * c2, cd + g * d2, temp + g * t2, held, p)
+        a4, b4, c4, d4, t4 = slopes(end, ca + h * a3, cb + h * b3, cc + h * c3, cd + h * d3, temp + h * t3, held, p)
         ca += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
         cb += h / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4)
         cc += h / 6.0 * (c1 + 2.0 * c2 + 2.0 * c3 + c4)
         cd += h / 6.0 * (d1 + 2.0 * d2 + 2.0 * d3 + d4)
         temp += h / 6.0 * (t1 + 2.0 * t2 + 2.0 * t3 + t4)
+        begin = end
     # What the pump and the leak may take is limited to what is there; rounding may leave -1e-18 L.
     x[S.V] = 0.0 if -1e-12 < v < 0.0 else v
     x[S.CA], x[S.CB], x[S.CC], x[S.CD], x[S.T] = ca, cb, cc, cd, temp
@@ -227,42 +247,63 @@ def integrate(x: Row, p: Row, dt: float) -> None:
 
 
 @compiled
-def slopes(
-    v: float, ca: float, cb: float, cc: float, cd: float, temp: float,
-    f1: float, fo: float, caf: float, cdf: float, tf: float, ua: float, p: Row,
-) -> tuple[float, float, float, float, float]:  # fmt: skip
-    """Time derivatives of CA CB CC CD [mol/(L s)] and T [K/s]; see the module docstring."""
-    r1 = arrhenius(p[P.k0_AD], p[P.E_AD], temp) * ca * cd
-    r2 = arrhenius(p[P.k0_A], p[P.E_A], temp) * ca
+def holdup(v: float, f1: float, fo: float, p: Row) -> Holdup:
+    """What follows from the volume ``v`` [L] alone, at flows ``f1`` and ``fo`` [L/s]; see the module docstring."""
     wet = max(v, 0.1)
     feed = f1 / wet
     out = fo / wet if p[P.published_balance] > 0.0 else feed
+    return Holdup(feed, out, wet * p[P.cp], p[P.UA_ambient] / (max(v, 1.0) * p[P.cp]))
+
+
+@compiled
+def slopes(
+    hold: Holdup, ca: float, cb: float, cc: float, cd: float, temp: float,
+    held: tuple[float, float, float, float], p: Row,
+) -> tuple[float, float, float, float, float]:  # fmt: skip
+    """Time derivatives of CA CB CC CD [mol/(L s)] and T [K/s]; see the module docstring.
+
+    ``held``: feed concentrations of A and D [mol/L], feed temperature [K], UA u of the jacket [W/K].
+    """
+    caf, cdf, tf, ua = held
+    r1 = arrhenius(p[P.k0_AD], p[P.E_AD], temp) * ca * cd
+    r2 = arrhenius(p[P.k0_A], p[P.E_A], temp) * ca
     heat = (
         (-p[P.dH_AD] * r1 - p[P.dH_A] * r2) / p[P.cp]
-        - jacket_heat(ua, 1.0, temp, p[P.T_coolant]) / (wet * p[P.cp])
-        - p[P.UA_ambient] / (max(v, 1.0) * p[P.cp]) * (temp - p[P.T_ambient])
+        - jacket_heat(ua, 1.0, temp, p[P.T_coolant]) / hold.heat
+        - hold.ambient * (temp - p[P.T_ambient])
     )
     return (
-        feed * caf - out * ca - r1 - r2,
-        -out * cb + r1,
-        -out * cc + r2,
-        feed * cdf - out * cd - r1,
-        feed * (tf - temp) + heat,
+        hold.feed * caf - hold.out * ca - r1 - r2,
+        -hold.out * cb + r1,
+        -hold.out * cc + r2,
+        hold.feed * cdf - hold.out * cd - r1,
+        hold.feed * (tf - temp) + heat,
     )
 
 
 @compiled
+def shares(p: Row, dt: float) -> Shares:
+    """Shares of steps of ``dt`` [s]; ``tau_feed`` [s] of upstream mixing filters the feed, 0 leaves it white."""
+    feed = 1.0 if p[P.tau_feed] <= 0.0 else lag_share(p[P.tau_feed], dt)
+    return Shares(
+        lag_share(p[P.tau_V1], dt), lag_share(p[P.tau_P1], dt), lag_share(p[P.tau_V2], dt),
+        lag_share(p[P.tau_XV1], dt), feed,
+    )  # fmt: skip
+
+
+@compiled
 def step(
-    x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, dt: float, seed: int, process: float, sensor: float
-) -> None:
+    x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, dt: float, seed: int, process: float, sensor: float,
+    share: Shares,
+) -> None:  # fmt: skip
     """One second of the plant in place: phase, loops, actuators, flows, feed, balances, measurement."""
     advance_phase(x, p, u, t)
     control_feed(x, p, u, dt)
     control_level(x, p, u, dt)
     control_temperature(x, p, u, dt)
-    move_actuators(x, p, sev, onset, u, t, dt)
+    move_actuators(x, sev, onset, u, t, dt, share)
     set_flows(x, p, sev, onset, t, dt)
-    disturb_feed(x, p, u, t, dt, seed, process)
+    disturb_feed(x, p, u, t, seed, process, share.feed)
     integrate(x, p, dt)
     measure(x, p, sev, onset, t + dt, seed, sensor)
 
@@ -276,24 +317,28 @@ def physical(x: Row) -> bool:
 
 @compiled
 def advance(
-    first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float, steps: int,
-    stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube, broken_at: Row,
+    first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
+    begin: Indices, steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube,
+    broken_at: Row,
 ) -> None:  # fmt: skip
-    """Advance members ``first`` to ``last`` - 1 by ``steps`` seconds; see :class:`homeostat.process.batch.Kernel`."""
+    """Advance members ``first`` to ``last`` - 1 to second ``steps``; see :class:`homeostat.process.batch.Kernel`."""
     if x.shape[1] != len(S) or p.shape[1] != len(P) or sev.shape[1] != len(F) or u.shape[2] != len(U):
         raise ValueError("states, parameters, severities or inputs do not have the columns of the layout")
+    now = np.empty(len(U))
     for m in range(first, last):
         if not physical(x[m]):
-            broken_at[m] = t0
+            broken_at[m] = t0 + begin[m]
             continue
-        row = 0
-        for k in range(steps):
+        row, share = begin[m] // stride, shares(p[m], 1.0)
+        xm, pm, sm, om, um = x[m], p[m], sev[m], onset[m], u[u_of[m]]
+        for k in range(begin[m], steps):
             t = t0 + k
-            step(x[m], p[m], sev[m], onset[m], u[u_of[m], k], t, 1.0, seeds[m], process[m], sensor[m])
-            if not physical(x[m]):
+            now[:] = um[k]
+            step(xm, pm, sm, om, now, t, 1.0, seeds[m], process[m], sensor[m], share)
+            if not physical(xm):
                 broken_at[m] = t + 1.0
                 break
             if k % stride == stride - 1:
                 for j in range(picks.shape[0]):
-                    out[m, row, j] = x[m, picks[j]]
+                    out[m, row, j] = xm[picks[j]]
                 row += 1

@@ -165,19 +165,20 @@ def physical(x: Row) -> bool:
 
 @compiled
 def advance(
-    first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float, steps: int,
-    stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube, broken_at: Row,
+    first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
+    begin: Indices, steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube,
+    broken_at: Row,
 ) -> None:  # fmt: skip
-    """Advance members ``first`` to ``last`` - 1 by ``steps`` seconds; see :class:`homeostat.process.batch.Kernel`."""
+    """Advance members ``first`` to ``last`` - 1 to second ``steps``; see :class:`homeostat.process.batch.Kernel`."""
     if x.shape[1] != len(S) or p.shape[1] != len(P) or sev.shape[1] != len(F) or u.shape[2] != len(U):
         raise ValueError("states, parameters, severities or inputs do not have the columns of the layout")
     line, flows, work = np.zeros(9), np.zeros(9), np.zeros(40)
     for m in range(first, last):
         if not physical(x[m]):
-            broken_at[m] = t0
+            broken_at[m] = t0 + begin[m]
             continue
-        row = 0
-        for k in range(steps):
+        row = begin[m] // stride
+        for k in range(begin[m], steps):
             left = step(
                 x[m], p[m], sev[m], onset[m], u[u_of[m], k], t0 + k, seeds[m], process[m], sensor[m], line, flows, work
             )
