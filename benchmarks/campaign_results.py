@@ -26,6 +26,11 @@ PAGE = ROOT / "docs" / "results" / "campaigns.md"
 RUNS = ROOT / "runs"
 TEMPLATE = Path(__file__).with_suffix(".md")
 PAPER, ROBUST = "paper", "robust"
+SHOWN = {
+    PAPER: ("paper_", "success", "safety", "yardsticks", "failures"),
+    ROBUST: ("success", "safety", "yardsticks", "diagnosis", "comparison", "calibration", "actors"),
+}
+"""Beginnings of the names of the tables that the page has of each campaign."""
 SPEED = ("campaigns/paper.toml", "--seeds", "1")
 """The campaign whose time is taken with one worker and with two."""
 
@@ -67,8 +72,8 @@ def speed() -> str:
     (one, rows), (two, others) = found[1], found[2]
     same = "the same" if rows == others else "NOT the same"
     return (
-        f"`homeostat campaign {' '.join(SPEED)}`, {one.runs} runs: {one.wall_s:.0f} s with one worker, {two.wall_s:.0f} s "
-        f"with two, {one.wall_s / two.wall_s:.2f} times as fast; all columns but those of time are {same}."
+        f"`homeostat campaign {' '.join(SPEED)}`, {one.runs} runs: {one.wall_s:.0f} s with one worker, "
+        f"{two.wall_s:.0f} s with two, {one.wall_s / two.wall_s:.2f} times as fast; all columns but those of time are {same}."
     )
 
 
@@ -93,8 +98,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     values = {
         "paper_runs": paper.runs, "paper_min": f"{paper.wall_s / 60:.1f}", "robust_runs": robust.runs,
         "robust_min": f"{robust.wall_s / 60:.1f}", "workers": options.workers, "speed": speed(),
-        "kills": kills_table(), "paper": tables(PAPER, ("paper_", "success", "safety", "yardsticks", "failures")),
-        "robust": tables(ROBUST, ("success", "safety", "yardsticks", "diagnosis", "comparison", "calibration", "actors")),
+        "kills": kills_table(), "paper": tables(PAPER, SHOWN[PAPER]), "robust": tables(ROBUST, SHOWN[ROBUST]),
     }  # fmt: skip
     PAGE.write_text(TEMPLATE.read_text(encoding="utf-8").format(**values), encoding="utf-8")
     return 0
