@@ -35,9 +35,13 @@ def measured(job: Job, kept: Kept) -> Done:
     try:
         return Done(job, measure(job, kept))
     except Exception as error:
-        return Done(job, None, f"{type(error).__name__}: {error}")
+        return _failed(job, error)
     finally:
         use_threads(0)
+
+
+def _failed(job: Job, error: BaseException) -> Done:
+    return Done(job, None, " ".join(f"{type(error).__name__}: {error}".split()))
 
 
 def carry_out(jobs: Sequence[Job], kept: Kept, workers: int, cluster: str | None = None) -> Iterator[Done]:
@@ -80,5 +84,5 @@ def _distributed(
     futures = [client.submit(measured, job, kept, key=key, pure=False) for key, job in by_key.items()]
     for future in dask.as_completed(futures):
         broke = future.exception()
-        yield Done(by_key[future.key], None, f"{type(broke).__name__}: {broke}") if broke else future.result()
+        yield _failed(by_key[future.key], broke) if broke else future.result()
         future.release()
