@@ -29,8 +29,8 @@ FINER = (5, 5)
 def hindsight_row(job: Job) -> Row:
     """The row of the best that could have been done; no success where nothing admissible was found.
 
-    For a batch every route and speed from the start; otherwise every set of constant setpoints from the onset on, and
-    nothing at all where that keeps every limit and loses nothing.
+    For a batch every route and speed from the start; otherwise every set of constant setpoints from the onset on. Where
+    none of them keeps every limit, nothing at all, if the plant comes back by itself.
     """
     case, chosen = loaded(job.scenario.case), job.scenario
     idle = run_steered(case, chosen, new_executive(case))
