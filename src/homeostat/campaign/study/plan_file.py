@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from itertools import groupby
 from pathlib import Path
 from typing import Any, Final
 
@@ -29,23 +28,37 @@ def read_plan(path: Path) -> Plan:
     try:
         return Plan.model_validate(content)
     except ValidationError as error:
-        wrong = [(_place(e["loc"], content), e) for e in error.errors(include_url=False)]
-        places = [(place, [e for _, e in found]) for place, found in groupby(wrong, key=lambda pair: pair[0])]
-        place, first = places[0]
+        found: dict[tuple[int | str, ...], list[ErrorDetails]] = {}
+        for one in error.errors(include_url=False):
+            found.setdefault(_place(one["loc"], content), []).append(one)
+        # Where a value may be of several types, what is wrong inside one of them says more than that it is no other.
+        places = [p for p in found if not any(p == other[: len(p)] for other in found if other != p)]
         more = f"; and {len(places) - 1} more" if len(places) > 1 else ""
-        raise CampaignError(f"{str(path)!r}: {place}: {_told(first)}{more}") from None
+        raise CampaignError(f"{str(path)!r}: {_words(places[0])}: {_told(found[places[0]])}{more}") from None
 
 
-def _place(location: Sequence[int | str], content: Any) -> str:
-    """Where it is, as somebody who reads the file would say; without the types that were tried there."""
-    words: list[str] = []
+def _place(location: Sequence[int | str], content: Any) -> tuple[int | str, ...]:
+    """Where it is in ``content``; without the types that were tried there."""
+    place: list[int | str] = []
     for part in location:
         if isinstance(part, int) and isinstance(content, list) and part < len(content):
-            words[-1:] = [f"{words[-1].removesuffix('s')} {part + 1}" if words else str(part + 1)]
             content = content[part]
         elif isinstance(part, str) and isinstance(content, dict):
-            words.append(part)
             content = content.get(part)
+        else:
+            continue
+        place.append(part)
+    return tuple(place)
+
+
+def _words(place: Sequence[int | str]) -> str:
+    """A place as somebody who reads the file would say it."""
+    words: list[str] = []
+    for part in place:
+        if isinstance(part, int):
+            words[-1] = f"{words[-1].removesuffix('s')} {part + 1}"
+        else:
+            words.append(part)
     return ", ".join(words) or "the file"
 
 
