@@ -73,7 +73,8 @@ def speed() -> str:
     same = "the same" if rows == others else "NOT the same"
     return (
         f"`homeostat campaign {' '.join(SPEED)}`, {one.runs} runs: {one.wall_s:.0f} s with one worker, "
-        f"{two.wall_s:.0f} s with two, {one.wall_s / two.wall_s:.2f} times as fast; all columns but those of time are {same}."
+        f"{two.wall_s:.0f} s with two, {one.wall_s / two.wall_s:.2f} times as fast; all columns but those of time are "
+        f"{same}."
     )
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from homeostat.campaign.study.job import Job
     from homeostat.campaign.study.plan import Plan
     from homeostat.campaign.study.progress import Progress
+    from homeostat.campaign.study.row import Row
     from homeostat.cli.arguments import Commands
 
 FOLDER = Path("runs")
@@ -115,9 +116,13 @@ def _run_again(jobs: Sequence[Job], options: argparse.Namespace) -> int:
     for name in options.only:
         done = measured(replace(by_name[name], keep="all"), Kept(folder))
         failed += done.row is None
-        told = done.failure if done.row is None else f"{done.row.outcome}, in {folder / done.row.trace}"
-        print(f"{name}: {told}")
+        print(f"{name}: {done.failure if done.row is None else _told(done.row, folder)}")
     return FAILED if failed else 0
+
+
+def _told(row: Row, folder: Path) -> str:
+    """What a run came to and where it is; what is not a run but a search for the best one is nowhere."""
+    return f"{row.outcome}, in {folder / row.trace}" if row.trace else f"{row.outcome}, nothing to keep"
 
 
 def _with_options(plan: Plan, options: argparse.Namespace) -> Plan:
@@ -135,7 +140,10 @@ def _with_options(plan: Plan, options: argparse.Namespace) -> Plan:
 def _given(options: argparse.Namespace) -> list[str]:
     """The options that a rerun of one job needs as well."""
     given = [part for who in options.proposer for part in ("--proposer", who)]
-    return given if options.seeds is None else [*given, "--seeds", str(options.seeds)]
+    given += ["--local-only"] if options.local_only else []
+    given += [part for host in options.allow_host for part in ("--allow-host", host)]
+    numbers = {"--temperature": options.temperature, "--model-seed": options.model_seed, "--seeds": options.seeds}
+    return [*given, *(part for name, value in numbers.items() if value is not None for part in (name, str(value)))]
 
 
 def _shown(live: bool) -> Callable[[Progress], None]:

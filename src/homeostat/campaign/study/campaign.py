@@ -71,9 +71,9 @@ def run_campaign(
             progress.take(done)
             show(progress)
         rows = in_order(prints, ledger)
-    write_dataset(folder / DATASET, rows)
-    write_whole(folder / PROVENANCE, _provenance(title))
-    files = write_report(folder, title, rows, rerun) if rows else ()
+        write_dataset(folder / DATASET, rows)
+        write_whole(folder / PROVENANCE, _provenance(title))
+        files = write_report(folder, title, rows, rerun) if rows else ()
     return Ended(tuple(rows), tuple(failed), (folder / DATASET, *files))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -15,6 +16,8 @@ from homeostat.process.batch import use_threads
 
 WAIT_S = 30
 """How long a cluster's scheduler is waited for [s]."""
+DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+"""What workers of this machine do first: Ctrl-C is for the campaign, which closes them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,16 +38,20 @@ def measured(job: Job, kept: Kept) -> Done:
     try:
         return Done(job, measure(job, kept))
     except Exception as error:
-        return Done(job, None, f"{type(error).__name__}: {error}")
+        return _failed(job, error)
     finally:
         use_threads(0)
+
+
+def _failed(job: Job, error: BaseException) -> Done:
+    return Done(job, None, " ".join(f"{type(error).__name__}: {error}".split()))
 
 
 def carry_out(jobs: Sequence[Job], kept: Kept, workers: int, cluster: str | None = None) -> Iterator[Done]:
     """Every job as it ends; one after the other in this process for one worker, in any order otherwise.
 
     ``cluster``: address of a Dask scheduler whose workers have this package and see the campaign's folder. Raises
-    CampaignError where it does not answer, or where what several workers need is not installed.
+    CampaignError where it does not answer any more, or where what several workers need is not installed.
     """
     if workers == 1 and cluster is None:
         yield from (measured(job, kept) for job in jobs)
@@ -63,10 +70,12 @@ def _distributed(
     dask: Any, stack: ExitStack, jobs: Sequence[Job], kept: Kept, workers: int, cluster: str | None
 ) -> Iterator[Done]:
     """The same on a cluster; a job whose worker died is given to another one by its scheduler."""
+    for name in ("distributed", "distributed.client"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # whatever matters comes as an exception
     if cluster is None:
         local = dask.LocalCluster(
-            n_workers=min(workers, len(jobs)), threads_per_worker=1, processes=True, dashboard_address=None,
-            silence_logs=50,
+            n_workers=min(workers, len(jobs)), threads_per_worker=1, processes=True, silence_logs=logging.CRITICAL,
+            scheduler_kwargs={"dashboard": False, "dashboard_address": ":0"}, preload=DEAF,
         )  # fmt: skip
         client = stack.enter_context(dask.Client(stack.enter_context(local)))
     else:
@@ -79,6 +88,8 @@ def _distributed(
     by_key = {f"{job.name}-{job.fingerprint}": job for job in jobs}
     futures = [client.submit(measured, job, kept, key=key, pure=False) for key, job in by_key.items()]
     for future in dask.as_completed(futures):
+        if future.cancelled():
+            raise CampaignError("the scheduler was lost; start it and the same command again, which goes on from here")
         broke = future.exception()
-        yield Done(by_key[future.key], None, f"{type(broke).__name__}: {broke}") if broke else future.result()
+        yield _failed(by_key[future.key], broke) if broke else future.result()
         future.release()

@@ -6,6 +6,7 @@ import math
 import zlib
 from collections.abc import Sequence
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -25,9 +26,12 @@ from homeostat.cases.case import Case, load_case
 from homeostat.cases.error import CaseError
 from homeostat.cases.wiring import check_protocol
 from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.tag import near_matches
 
 UNTOUCHED = (CONSTANT, *YARDSTICKS)
 """Proposers without anything that could be left out."""
+LONGEST_NAME = 200
+"""Most bytes of a job's name, which is a folder's."""
 
 
 @cache
@@ -48,16 +52,56 @@ def jobs_of(plan: Plan, folder: Path, model: NamedModel | None = None) -> tuple[
     found: dict[str, Job] = {}
     for name in {c for p in plan.proposers for c in p.cases}:
         loaded(name)
+    for proposer in plan.proposers:
+        _check_values(proposer, [loaded(s.case) for s in plan.scenarios])
     for chosen in plan.scenarios:
+        _check_ends(chosen)
         for seed in seeds_of(plan.seeds if chosen.seeds is None else chosen.seeds):
             truth = _drawn(chosen, seed)
             for proposer in plan.proposers:
                 for job in _side_by_side(plan, chosen, truth, proposer, folder, model or NamedModel("")):
                     if found.setdefault(job.name, job) is not job:
                         raise CampaignError(f"two runs would be called {job.name!r}; choose other names or seeds")
+                    if len(job.name.encode()) > LONGEST_NAME:
+                        raise CampaignError(
+                            f"run {job.name!r} has more than {LONGEST_NAME} bytes; give scenario or proposer a 'name'"
+                        )
     if not found:
-        raise CampaignError("no proposer takes part in any case; there is nothing to run")
+        raise CampaignError("there is nothing to run: no proposer takes part in any case, or has answers for it")
     return tuple(found.values())
+
+
+def _check_values(plan: ProposerPlan, cases: Sequence[Case]) -> None:
+    """CampaignError where ``values`` name what is a setpoint in no plant: it would be left out without a word."""
+    known = {r.tag for case in cases for state in case.description.machine.states for r in state.open_setpoints}
+    for tag in plan.values:
+        if tag not in known:
+            there = ", ".join(sorted(known))
+            raise CampaignError(
+                f"proposer {plan.label!r}: values: no plant has an open setpoint {tag!r}{near_matches(tag, known)}; "
+                f"there are {there}"
+            )
+
+
+def _check_ends(plan: ScenarioPlan) -> None:
+    """CampaignError where not everything exists that may be drawn, whether any seed draws it or not."""
+    case = loaded(plan.case)
+    names = plan.fault.split("+") if isinstance(plan.fault, str) else plan.fault
+    try:
+        for name, severity, onset_s in product(names, _ends(plan.severity), _ends(plan.onset_s)):
+            scenario(case, name, 0, onset_s, severity, plan.end_s, plan.location)
+    except ScenarioError as error:
+        raise _in_scenario(plan, error) from None
+
+
+def _ends(given: float | str | tuple[float, float] | None) -> tuple[float | None, ...]:
+    if isinstance(given, tuple):
+        return given
+    return (None if isinstance(given, str) else given,)
+
+
+def _in_scenario(plan: ScenarioPlan, error: ScenarioError) -> CampaignError:
+    return CampaignError(f"scenario {plan.label!r} of {plan.case!r}: {error}")
 
 
 def _side_by_side(
@@ -101,10 +145,10 @@ def _drawn(plan: ScenarioPlan, seed: int) -> Scenario:
             states += scenario(case, name, seed, onset_s, severity, end_s, plan.location).faults
         if not names:
             scenario(case, "none", seed, end_s=end_s)
-        if len(set(names)) < len(names):
+        if len({s.fault for s in states}) < len(states):
             raise ScenarioError(f"{'+'.join(names)!r} names a fault twice; name each once")
     except ScenarioError as error:
-        raise CampaignError(f"scenario {plan.label!r} of {plan.case!r}: {error}") from None
+        raise _in_scenario(plan, error) from None
     return Scenario(case.name, tuple(states), seed, end_s)
 
 
@@ -125,13 +169,12 @@ def _severity(plan: ScenarioPlan, case: Case, name: str, generator: np.random.Ge
 
 
 def _value(given: float | tuple[float, float] | None, generator: np.random.Generator) -> float | None:
-    """``given``, or a value between its two ends with four digits, so that it can be typed again."""
+    """``given``, or a value between its two ends with few enough digits to be typed again: four, or a narrow span's."""
     if not isinstance(given, tuple):
         return given
     low, high = given
-    if not (math.isfinite(low) and low <= high < math.inf):
-        raise CampaignError(f"[{low:g}, {high:g}] has no values; give the lower end first")
-    return round(float(generator.uniform(low, high)), 4)
+    digits = 4 if high - low >= 0.1 or high == low else 3 - math.floor(math.log10(high - low))
+    return min(max(round(float(generator.uniform(low, high)), digits), low), high)
 
 
 def _entrant(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, model: NamedModel) -> Entrant | None:
@@ -147,7 +190,7 @@ def _entrant(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, mode
             filled = filled.replace(f"{{{key}}}", value)
         if kind + filled != name and not (folder / filled).exists():
             return None
-        name = f"{kind}{folder / filled}"
+        name = f"{kind}{(folder / filled).resolve()}"  # other processes may stand in other folders
     asked = NamedModel(name, model.local_only, model.allow_hosts, model.temperature, model.seed)
     try:
         asked.make()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -46,8 +46,15 @@ class Job:
 
     @property
     def fingerprint(self) -> str:
-        """Digest of everything that the row depends on, the installed package included; not of what is kept."""
-        content = {**asdict(self), "keep": "", "code": code_digest(), "recorded": self.entrant.recorded_digest}
+        """Digest of everything that the row depends on, the installed package included.
+
+        Not of what is kept, nor of the folder that recorded answers are in: their content counts.
+        """
+        entrant = self.entrant
+        if entrant.model is not None and entrant.model.recorded is not None:
+            entrant = replace(entrant, model=replace(entrant.model, name=entrant.who))
+        job = asdict(replace(self, keep="", entrant=entrant))
+        content = {**job, "code": code_digest(), "recorded": self.entrant.recorded_digest}
         return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:32]
 
 

@@ -44,10 +44,14 @@ class Ledger:
         return self._rows
 
     def add(self, fingerprint: str, row: Row) -> None:
-        """Keep ``row`` for good."""
-        line = json.dumps({"fingerprint": fingerprint, **asdict(row)}, allow_nan=False) + "\n"
-        os.write(self._file, line.encode())
-        os.fsync(self._file)
+        """Keep ``row`` for good; OSError where the disk does not take it, and then the next start makes it again."""
+        left = (json.dumps({"fingerprint": fingerprint, **asdict(row)}, allow_nan=False) + "\n").encode()
+        try:
+            while left:  # a disk that is nearly full takes a part of a line, and says so at the next one only
+                left = left[os.write(self._file, left) :]
+            os.fsync(self._file)
+        except OSError as error:
+            raise OSError(error.errno, os.strerror(error.errno or 0), str(self._path)) from error
         self._rows[fingerprint] = row
 
     def __enter__(self) -> Self:
@@ -65,7 +69,8 @@ class Ledger:
         if len(whole) < len(content):
             os.ftruncate(self._file, len(whole))
         for line in whole.splitlines():
-            with contextlib.suppress(ValueError, TypeError, KeyError):  # such a row is made again
+            # Whatever else stands there is no row; such a row is made again.
+            with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError, RecursionError):
                 kept: dict[str, Any] = json.loads(line)
                 fingerprint = str(kept.pop("fingerprint"))
                 if kept.keys() == _COLUMNS:

@@ -4,24 +4,47 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictInt, field_validator, model_validator
 
 from homeostat.campaign.named_model import REPLAY, SCRIPT, SITUATED
+from homeostat.campaign.scenario import LARGEST_SEED
 from homeostat.campaign.study.ablation import ABLATIONS
+from homeostat.campaign.study.entrant import CONSTANT
 from homeostat.campaign.study.row import WHOLE
+
+MOST_SEEDS = 10_000
+"""Most seeds of one scenario."""
+
+
+def _rising(span: tuple[float, float]) -> tuple[float, float]:
+    if span[0] > span[1]:
+        raise ValueError(f"[{span[0]:g}, {span[1]:g}] has no values; give the lower end first")
+    return span
+
+
+def _some(seeds: int | tuple[int, ...]) -> int | tuple[int, ...]:
+    if not 1 <= (seeds if isinstance(seeds, int) else len(seeds)) <= MOST_SEEDS:
+        raise ValueError(f"there must be 1 to {MOST_SEEDS} seeds")
+    for seed in () if isinstance(seeds, int) else seeds:
+        if not 0 <= seed <= LARGEST_SEED:
+            raise ValueError(f"seed {seed} must lie in 0 to {LARGEST_SEED}")
+    if not isinstance(seeds, int) and len(set(seeds)) < len(seeds):
+        raise ValueError("a seed is there twice; name each once")
+    return seeds
+
 
 Name: TypeAlias = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[A-Za-z0-9_.+:,@ -]+$")]
 """A name that may be part of a file's name once its spaces and signs are replaced."""
-Span: TypeAlias = tuple[float, float]
-"""Two ends, from which a value is drawn."""
-MOST_SEEDS = 10_000
-"""Most seeds of one scenario."""
+Span: TypeAlias = Annotated[tuple[float, float], AfterValidator(_rising)]
+"""Two ends, between which a value is drawn."""
+Seeds: TypeAlias = Annotated[StrictInt | tuple[StrictInt, ...], AfterValidator(_some)]
+"""How many seeds, from 1 on, or which."""
 
 
 class _Table(BaseModel):
     """A table of the file: what is not known is refused."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class ScenarioPlan(_Table):
@@ -31,7 +54,7 @@ class ScenarioPlan(_Table):
     """Name of the case."""
     fault: str | tuple[str, ...] = "none"
     """A fault, several joined by '+', or a list of which every seed draws one (``draw`` of them at once)."""
-    draw: int = Field(1, ge=1, le=4)
+    draw: StrictInt = Field(1, ge=1, le=4)
     """How many of a list are drawn at once."""
     name: Name | None = None
     """Name in tables; the fault's where None."""
@@ -45,7 +68,7 @@ class ScenarioPlan(_Table):
     """Length of the runs [s]; the case's default where None."""
     unknown: bool = False
     """Whether the agents' tables and graph lack these faults."""
-    seeds: int | tuple[int, ...] | None = None
+    seeds: Seeds | None = None
     """As in the whole plan; the plan's where None."""
     published: str = ""
     """Row of the published tables that this stands for."""
@@ -55,6 +78,8 @@ class ScenarioPlan(_Table):
         listed = isinstance(self.fault, tuple)
         if listed and not self.fault:
             raise ValueError("the list of faults is empty; name one at least")
+        if listed and ("none" in self.fault or len(set(self.fault)) < len(self.fault)):
+            raise ValueError("a list of faults names each once, and not 'none'; give 'none' a scenario of its own")
         if listed and self.name is None:
             raise ValueError("a list of faults needs a name for the tables")
         if self.draw > (len(self.fault) if listed else 1):
@@ -72,7 +97,7 @@ class ScenarioPlan(_Table):
 class ProposerPlan(_Table):
     """Who proposes, and how it is asked."""
 
-    who: str
+    who: str = Field(min_length=1)
     """``search``, ``constant``, ``do-nothing``, ``fallback-only``, ``hindsight``, or a model as in ``--proposer``."""
     name: Name | None = None
     """Name in tables; ``who`` where None."""
@@ -86,6 +111,12 @@ class ProposerPlan(_Table):
     """Cases that it takes part in; all where empty."""
     values: dict[str, float] = {}
     """Of ``constant``: tag -> value that is always commanded; the design value where it is not named."""
+
+    @model_validator(mode="after")
+    def _has_values_for_somebody(self) -> ProposerPlan:
+        if self.values and self.who != CONSTANT:
+            raise ValueError(f"values are what {CONSTANT!r} commands; {self.who!r} has no use for them")
+        return self
 
     @property
     def label(self) -> str:
@@ -102,7 +133,7 @@ class Plan(_Table):
 
     title: str
     """One line."""
-    seeds: int | tuple[int, ...] = 1
+    seeds: Seeds = 1
     """How many seeds, from 1 on, or which."""
     keep: Literal["failures", "all", "none"] = "failures"
     """Which runs are kept with trace and figure."""
@@ -110,9 +141,9 @@ class Plan(_Table):
     """Process time of every stretch of thinking [s]; without it, it is measured, and no two runs are alike."""
     thinking_measured: bool = False
     """Whether thinking takes as long as it takes."""
-    proposers: tuple[ProposerPlan, ...] = (ProposerPlan(who="search"),)
+    proposers: tuple[ProposerPlan, ...] = Field((ProposerPlan(who="search"),), min_length=1)
     """Who proposes, the one that others are compared with first."""
-    ablations: tuple[str, ...] = (WHOLE,)
+    ablations: tuple[str, ...] = Field((WHOLE,), min_length=1)
     """What is left out, one thing at a time."""
     scenarios: tuple[ScenarioPlan, ...] = Field(min_length=1)
     """Which plants with which faults."""
@@ -121,13 +152,6 @@ class Plan(_Table):
     @classmethod
     def _from_names(cls, value: object) -> object:
         return [{"who": v} if isinstance(v, str) else v for v in value] if isinstance(value, list) else value
-
-    @field_validator("seeds")
-    @classmethod
-    def _some_seeds(cls, value: int | tuple[int, ...]) -> int | tuple[int, ...]:
-        if not 1 <= len(seeds_of(value)) <= MOST_SEEDS:
-            raise ValueError(f"{value} seeds must be 1 to {MOST_SEEDS}")
-        return value
 
     @field_validator("ablations")
     @classmethod

@@ -116,7 +116,10 @@ def _step_columns(steps: StepScores | None) -> StepColumns:
 
 
 def least_margin(case: Case, truth: Trajectory, from_s: float) -> tuple[float, str]:
-    """Least true margin to a hard limit after ``from_s`` in scales of its unit, and the limit's name."""
+    """Least true margin to a hard limit after ``from_s`` in scales of its unit, and the limit's name.
+
+    ValueError where the run ends before anything can be judged.
+    """
     judged = truth.times_s > from_s
     found: list[tuple[float, str]] = []
     for limit in case.description.limits.hard:
@@ -124,7 +127,9 @@ def least_margin(case: Case, truth: Trajectory, from_s: float) -> tuple[float, s
         if margins.size:
             scale = case.description.scales.get(limit.formula.unit, 1.0)
             found.append((float(margins.min()) / scale, limit.name))
-    return min(found, default=(math.inf, ""))
+    if not found:
+        raise ValueError(f"the run ends at {truth.times_s[-1]:g} s, before there is anything to judge; make it longer")
+    return min(found)
 
 
 @dataclass(frozen=True, slots=True)
