@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import os
 import sys
 import time
@@ -76,7 +77,7 @@ def _run(plan: Plan, jobs: Sequence[Job], options: argparse.Namespace) -> int:
     from homeostat.campaign.study.campaign import Workers, rerun_command, run_campaign
 
     folder: Path = options.out or FOLDER / options.file.stem
-    workers = Workers(options.workers or os.cpu_count() or 1, options.cluster)
+    workers = Workers(options.workers or _usual_workers(), options.cluster)
     show = _shown(sys.stderr.isatty())
     try:
         ended = run_campaign(plan.title, jobs, folder, workers, show, rerun_command(options.file, _given(options)))
@@ -84,6 +85,11 @@ def _run(plan: Plan, jobs: Sequence[Job], options: argparse.Namespace) -> int:
         print(f"\nstopped; the same command goes on from what is in {folder}", file=sys.stderr)
         raise
     return _conclude(ended, len(jobs))
+
+
+def _usual_workers() -> int:
+    """One per core; one where what several need is not installed."""
+    return (os.cpu_count() or 1) if importlib.util.find_spec("distributed") else 1
 
 
 def _conclude(ended: Ended, asked: int) -> int:
