@@ -35,8 +35,14 @@ class SymptomWatch:
     def update(self, value: float, at_s: float) -> Symptom | None:
         """The confirmed symptom after one more value, or None."""
         deviation = value - self._centre
-        signed = {Direction.HIGH: deviation, Direction.LOW: -deviation, Direction.BOTH: abs(deviation)}
-        excess = signed[self.rule.direction] / self.threshold
+        match self.rule.direction:
+            case Direction.HIGH:
+                signed = deviation
+            case Direction.LOW:
+                signed = -deviation
+            case Direction.BOTH:
+                signed = abs(deviation)
+        excess = signed / self.threshold
         if excess >= 1.0:
             self._since = at_s if self._since is None else self._since
             if at_s - self._since >= self.rule.on_delay_s and self.active is None:

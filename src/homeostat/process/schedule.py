@@ -25,6 +25,7 @@ class InputRamp:
         self._target = current.copy()
         self._rate = np.full(len(inputs), np.inf)
         self._seconds = 0
+        self._arrived = True
         self.current = current.copy()
         """The inputs of the last second, shape (inputs,); NaN where a manual output is on automatic."""
 
@@ -41,7 +42,7 @@ class InputRamp:
         """
         columns = [self._column(c, variables, start) for c in commands]
         self._start = self.current.copy()
-        self._seconds = 0
+        self._seconds, self._arrived = 0, False
         for c, i in zip(commands, columns, strict=True):
             if c.value is None:
                 self._start[i] = self._target[i] = math.nan
@@ -53,9 +54,11 @@ class InputRamp:
         self.current = self._start.copy()
 
     def advance(self) -> Row:
-        """The inputs of the next second, shape (inputs,); the caller may keep the array."""
-        self._seconds += 1
-        self.current = self._after(np.array([self._seconds]))[0]
+        """The inputs of the next second, shape (inputs,); the caller may keep the array, and must not change it."""
+        if not self._arrived:
+            self._seconds += 1
+            self.current = self._after(np.array([self._seconds]))[0]
+            self._arrived = np.array_equal(self.current, self._target, equal_nan=True)
         return self.current
 
     def schedule(self, steps: int) -> Table:
