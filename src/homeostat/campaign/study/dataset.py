@@ -43,11 +43,12 @@ def write_dataset(path: Path, rows: Sequence[Row]) -> None:
 
 def read_dataset(path: Path) -> list[Row]:
     """The rows in ``path``; CampaignError where it holds something else, OSError where it cannot be read."""
-    try:
-        table = parquet.read_table(path)
-    except pa.ArrowInvalid as error:
-        raise CampaignError(f"{str(path)!r} is no dataset of a campaign: {error}") from None
-    if table.schema.names != schema().names:
+    with path.open("rb") as file:
+        try:
+            table = parquet.read_table(file)
+        except (pa.ArrowInvalid, OSError) as error:  # a torn file is either
+            raise CampaignError(f"{str(path)!r} is no dataset of a campaign: {' '.join(str(error).split())}") from None
+    if (table.schema.names, table.schema.types) != (schema().names, schema().types):
         raise CampaignError(f"{str(path)!r} has other columns than this version writes; run the campaign again")
     return [
         Row(**{**kept, "severity": tuple(kept["severity"]), "onset_s": tuple(kept["onset_s"])})

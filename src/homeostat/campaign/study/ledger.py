@@ -46,11 +46,14 @@ class Ledger:
     def add(self, fingerprint: str, row: Row) -> None:
         """Keep ``row`` for good; OSError where the disk does not take it, and then the next start makes it again."""
         left = (json.dumps({"fingerprint": fingerprint, **asdict(row)}, allow_nan=False) + "\n").encode()
+        before = os.fstat(self._file).st_size
         try:
             while left:  # a disk that is nearly full takes a part of a line, and says so at the next one only
                 left = left[os.write(self._file, left) :]
             os.fsync(self._file)
         except OSError as error:
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._file, before)
             raise OSError(error.errno, os.strerror(error.errno or 0), str(self._path)) from error
         self._rows[fingerprint] = row
 
