@@ -58,11 +58,7 @@ BAD = [
     ("a severity of no fault", CSTR + "severity = 0.5", ("needs exactly one fault",)),
     ("a severity in words", LEAK + 'severity = "large"', ("scenario 1, severity", "'any'", "given: 'large'")),
     ("a severity that is no number", LEAK + "severity = nan", ("scenario 1, severity: ", "finite", "(given: nan)\n")),
-<<<<<<< HEAD
-    ("severities without end", LEAK + "severity = [0.001, inf]", ("scenario 1, severity 2: ", "finite", "given: inf")),
-=======
     ("severities for ever", LEAK + "severity = [0.001, inf]", ("scenario 1, severity 2: ", "finite", "(given: inf)\n")),
->>>>>>> tests
     ("three severities", LEAK + "severity = [0.001, 0.002, 0.003]", ("scenario 1, severity", "at most 2")),
     ("an onset that is no number", LEAK + "onset_s = nan", ("scenario 1, onset_s", "finite", "nan")),
     ("an onset after the end", LEAK + "onset_s = 7000.0", ("onset 7000 s must lie in the run, 0 s to 6000 s",)),
