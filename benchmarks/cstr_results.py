@@ -22,9 +22,10 @@ from statistics import median
 import numpy as np
 
 from homeostat.campaign.best_constant import best_constant
-from homeostat.campaign.runner import run, run_unattended
+from homeostat.campaign.runner import run
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.campaign.scoring import exposures
+from homeostat.campaign.unattended import run_unattended
 from homeostat.cases.case import Case, load_case
 from homeostat.plant.clock import DeclaredClock, ThinkingClock
 

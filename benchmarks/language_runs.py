@@ -8,9 +8,10 @@ from functools import cache
 import numpy as np
 
 from homeostat.agents.bounds import Budget
-from homeostat.campaign.runner import RunResult, run, run_unattended
+from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.campaign.scoring import exposures
+from homeostat.campaign.unattended import run_unattended
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import Language
 from homeostat.llm.model import LanguageModel

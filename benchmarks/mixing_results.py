@@ -28,8 +28,8 @@ from benchmarks.mixing_language import LanguageRow, StepRow, routes_table, step_
 from benchmarks.mixing_replay import judged, replay_table
 from benchmarks.mixing_tables import WHOLE, needless, odd, summary
 from benchmarks.mixing_wrong_routes import wrong_routes
-from homeostat.campaign.runner import build_plant
 from homeostat.campaign.scenario import scenario
+from homeostat.campaign.unattended import build_plant
 from homeostat.cases.wiring import new_executive
 from homeostat.knowledge.blemishes import blemishes
 from homeostat.knowledge.embedded import EmbeddedStore

@@ -14,8 +14,8 @@ from homeostat.agents.candidates import design_commands
 from homeostat.agents.planning import EVENT
 from homeostat.agents.simulation import plausible
 from homeostat.assurance.checks import judge
-from homeostat.campaign.runner import build_plant
 from homeostat.campaign.scenario import Scenario, scenario
+from homeostat.campaign.unattended import build_plant
 from homeostat.cases.wiring import new_executive
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.recovery import ActionSet, RecoveryPath

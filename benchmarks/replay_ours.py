@@ -16,8 +16,8 @@ from homeostat.agents.monitoring import Monitoring
 from homeostat.agents.planning import EVENT
 from homeostat.agents.simulation import plausible
 from homeostat.assurance.checks import command_findings, judge
-from homeostat.campaign.runner import build_plant
 from homeostat.campaign.scenario import scenario
+from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import new_executive
 from homeostat.domain.diagnosis import Diagnosis, FaultState

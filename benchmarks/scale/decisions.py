@@ -12,9 +12,10 @@ from benchmarks.scale.module_case import TimedStore, module_case
 from benchmarks.scale.plant_graph import KINDS, kind_of
 from benchmarks.scale.prompts import Declining, first_question, left_out, tokens
 from benchmarks.scale.site import Site
-from homeostat.campaign.runner import Recorder, build_plant
+from homeostat.campaign.runner import Recorder
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.scoring import inside_at_end, outcome
+from homeostat.campaign.unattended import build_plant
 from homeostat.campaign.watched import WatchedPlant
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import Language, new_executive, wire

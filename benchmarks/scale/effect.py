@@ -8,8 +8,8 @@ from dataclasses import replace
 from benchmarks.scale.decisions import END_S
 from benchmarks.scale.plant_graph import GROUP, kind_of
 from benchmarks.scale.site import Site
-from homeostat.campaign.runner import run_unattended
 from homeostat.campaign.scenario import scenario
+from homeostat.campaign.unattended import run_unattended
 from homeostat.cases.case import Case
 
 REACTOR = 2

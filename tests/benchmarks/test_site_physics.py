@@ -13,8 +13,8 @@ from benchmarks.scale.coupling import draw, heat, impose
 from benchmarks.scale.headers import DESIGN_DUTY, DESIGN_T, SINK_T, flow_factor, supply_temperature
 from benchmarks.scale.plant_graph import KINDS, kind_of
 from benchmarks.scale.site import BLOCK_S, Site
-from homeostat.campaign.runner import build_plant
 from homeostat.campaign.scenario import Scenario, scenario
+from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.cstr.layout import P, S
 from homeostat.cases.mixing_module.layout import P as MIXER

@@ -6,8 +6,8 @@ import asyncio
 
 import pytest
 
-from homeostat.campaign.runner import build_plant
 from homeostat.campaign.scenario import scenario
+from homeostat.campaign.unattended import build_plant
 from homeostat.campaign.watched import PAUSE, WatchedPlant
 from homeostat.cases.case import load_case
 from homeostat.cases.wiring import new_executive

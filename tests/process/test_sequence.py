@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from homeostat.campaign.runner import build_plant
 from homeostat.campaign.scenario import scenario
+from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import load_case
 from homeostat.cases.wiring import new_executive
 from homeostat.domain.formula import Formula, parse

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import homeostat
-from homeostat.campaign.runner import build_plant
 from homeostat.campaign.scenario import scenario
+from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import new_executive, wire
 from homeostat.domain.ports import Plant

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+from collections import OrderedDict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -12,8 +13,8 @@ import numpy as np
 
 from homeostat.agents.planning import EVENT
 from homeostat.assurance.executive import Executive
-from homeostat.campaign.runner import build_plant
 from homeostat.campaign.scenario import Scenario
+from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case
 from homeostat.domain.behaviour import State, Transition
 from homeostat.domain.limits import Limits
@@ -24,6 +25,9 @@ from homeostat.plant.clock import DeclaredClock
 
 LEVELS = 3
 """Values of each open command that are tried."""
+MOST = 256
+"""Most scenarios whose best route is remembered."""
+_found: OrderedDict[tuple[int, Scenario], tuple[Case, Route | None]] = OrderedDict()
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +48,16 @@ class Route:
 
 
 def best_route(case: Case, scenario: Scenario) -> Route | None:
-    """The route of the earliest completion inside every limit; None where none is possible."""
+    """The route of the earliest completion inside every limit; None where none is possible. The last are remembered."""
+    key = id(case), scenario
+    if key not in _found:
+        _found[key] = case, _search(case, scenario)  # the case keeps its number
+        if len(_found) > MOST:
+            _found.popitem(last=False)
+    return _found[key][1]
+
+
+def _search(case: Case, scenario: Scenario) -> Route | None:
     tried = (_carry_out(case, scenario, path, values) for path, values in _ways(case))
     complete = [r for r in tried if r.complete_s is not None]
     return min(complete, key=lambda r: r.complete_s or 0.0, default=None)

@@ -7,8 +7,8 @@ import asyncio
 from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.assurance.gate import Gate
 from homeostat.campaign.best_route import inside
-from homeostat.campaign.runner import build_plant
 from homeostat.campaign.scenario import Scenario
+from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import fallbacks, new_executive
 from homeostat.domain.recovery import FallbackStrategy

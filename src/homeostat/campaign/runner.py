@@ -8,8 +8,6 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from homeostat.agents.bounds import Budget
 from homeostat.agents.crew import AskingProtocol, Monitoring, Proposer
 from homeostat.agents.planning import EVENT
@@ -20,15 +18,14 @@ from homeostat.campaign.listening import ListeningModel, Said
 from homeostat.campaign.most_probable import MostProbable, without_ensemble
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_at_end, outcome, production_loss
+from homeostat.campaign.unattended import Unattended, build_plant, fault_free, measured, watch
 from homeostat.campaign.watched import WatchedPlant, Watcher
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import Language, Propose, Workbench, check_protocol, in_operation, new_executive, wire
 from homeostat.domain.diagnosis import Hypothesis
-from homeostat.domain.ports import Clock
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
 from homeostat.plant.clock import DeclaredClock, ThinkingClock
-from homeostat.plant.simulated import PlantConfiguration, SimulatedPlant
 from homeostat.trace import MemoryTrace, Trace
 from homeostat.trace.archive import Archive
 from homeostat.trace.decisions import Attempted, Diagnosed, FellBack, Noticed, ReleasedActions, StateEntered
@@ -138,29 +135,6 @@ class Recorder:
             self.thinking_s = self._clock.total_s - self._before_notice_s
 
 
-def build_plant(case: Case, scenario: Scenario, clock: Clock, executive: Executive) -> SimulatedPlant:
-    """The plant of a scenario: its own true parameters, its faults, its noise; ``executive`` runs its batch."""
-    configuration = PlantConfiguration(
-        parameters=case.true_parameters(scenario.seed), inputs=case.start, faults=scenario.faults,
-        end_s=scenario.end_s, noise_seed=scenario.seed * 7919 + 13,
-    )  # fmt: skip
-    return SimulatedPlant(case.model, case.description.variables, configuration, clock, executive.sample)
-
-
-def run_unattended(case: Case, scenario: Scenario) -> Trajectory:
-    """True values of a scenario in which nobody acts."""
-    return _unattended(case, scenario)[0]
-
-
-def _unattended(case: Case, scenario: Scenario) -> tuple[Trajectory, Executive]:
-    """True values of a scenario in which nobody acts, and the executive at its end."""
-    executive = new_executive(case)
-    plant = build_plant(case, scenario, DeclaredClock(0.0), executive)
-
-    asyncio.run(_watch(WatchedPlant(plant)))
-    return plant.truth(), executive
-
-
 def run_steered(
     case: Case, scenario: Scenario, executive: Executive, at_s: float = math.inf, commands: tuple[Command, ...] = ()
 ) -> RunResult:
@@ -179,26 +153,13 @@ def run_steered(
 
     asyncio.run(steer())
     _note_states(executive, trace)
-    healthy, nominal = _unattended(case, Scenario(case.name, (), scenario.seed, scenario.end_s))
-    nominal_s, wall_s = _completion_s(case, nominal.drain()), time.monotonic() - begin
-    return _score(case, scenario, recorder, plant.truth(), measured(plant), healthy, nominal_s, 0.0, wall_s)
+    healthy = fault_free(case, scenario.seed, scenario.end_s)
+    return _score(case, scenario, recorder, plant.truth(), measured(plant), healthy, 0.0, time.monotonic() - begin)
 
 
 def _note_states(executive: Executive, trace: Trace) -> None:
     for state, at_s in executive.drain():
         trace.record(StateEntered(state), at_s)
-
-
-async def _watch(plant: WatchedPlant) -> None:
-    async for _ in plant.snapshots():
-        pass
-
-
-def measured(plant: SimulatedPlant) -> Trajectory:
-    """What the instruments said over a run that has ended."""
-    snapshots = asyncio.run(plant.since(0.0))
-    signals = {tag: np.array([[s.values[tag] for s in snapshots]]) for tag in snapshots[0].values}
-    return Trajectory(start_s=snapshots[0].at_s, dt_s=1.0, signals=signals)
 
 
 def run(
@@ -235,7 +196,7 @@ def run(
     if language and listening:
         language = replace(language, model=listening)
     if propose is None:
-        asyncio.run(_watch(watched))
+        asyncio.run(watch(watched))
         _note_states(executive, trace)
     else:
         supervisor = wire(
@@ -244,10 +205,9 @@ def run(
         )  # fmt: skip
         asyncio.run(supervisor.supervise())
     truth = plant.truth()
-    healthy, nominal = _unattended(case, Scenario(case.name, (), scenario.seed, scenario.end_s))
-    nominal_s = _completion_s(case, nominal.drain())
+    healthy, readings = fault_free(case, scenario.seed, scenario.end_s), measured(plant)
     wall_s = time.monotonic() - begin
-    result = _score(case, scenario, recorder, truth, measured(plant), healthy, nominal_s, clock.total_s, wall_s)
+    result = _score(case, scenario, recorder, truth, readings, healthy, clock.total_s, wall_s)
     return replace(result, said=tuple(listening.said)) if listening else result
 
 
@@ -285,8 +245,8 @@ def _completion_s(case: Case, states: Sequence[tuple[str, float]]) -> float | No
 
 
 def _score(
-    case: Case, scenario: Scenario, seen: Recorder, truth: Trajectory, readings: Trajectory, healthy: Trajectory,
-    nominal_s: float | None, thinking_s: float, wall_s: float,
+    case: Case, scenario: Scenario, seen: Recorder, truth: Trajectory, readings: Trajectory, healthy: Unattended,
+    thinking_s: float, wall_s: float,
 ) -> RunResult:  # fmt: skip
     limits = case.description.limits
     # A report before the onset is a false alarm, not a detection.
@@ -309,9 +269,9 @@ def _score(
         attempts=len(seen.attempts), hypotheses=believed[-1].hypotheses if believed else (), actions=commands,
         min_margin=first[1].min_margin if first else None,
         exposures=exposures(truth, limits, started, detected),
-        production_loss=production_loss(truth, healthy, case.delivered, onset if onset is not None else started),
+        production_loss=production_loss(truth, healthy.truth, case.delivered, onset if onset is not None else started),
         state=seen.states[-1][0] if seen.states else case.description.machine.initial.name,
-        complete_s=_completion_s(case, seen.states), nominal_s=nominal_s,
+        complete_s=_completion_s(case, seen.states), nominal_s=_completion_s(case, healthy.states),
         totals={name: float(truth.signals[v][0, -1]) for name, v in case.totals.items()},
         thinking_s=thinking_s if seen.thinking_s is None else seen.thinking_s,
         started_s=started, thought_s=thinking_s, wall_s=wall_s, truth=truth, measured=readings,

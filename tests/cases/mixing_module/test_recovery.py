@@ -11,8 +11,9 @@ import pytest
 from benchmarks.mixing_wrong_routes import forced
 from homeostat.agents.planning import EVENT
 from homeostat.campaign.best_route import best_route
-from homeostat.campaign.runner import RunResult, build_plant, run
+from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import scenario
+from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import fallbacks, new_executive
 from homeostat.domain.verdict import Revise

@@ -16,9 +16,10 @@ from homeostat.agents.crew import AskingProtocol, NoAdmissiblePlan
 from homeostat.agents.language.scripts import reasonable
 from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.result import RunResult
-from homeostat.campaign.runner import build_plant, run
+from homeostat.campaign.runner import run
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.step_scores import StepScores, score_steps
+from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.error import CaseError
 from homeostat.cases.wiring import Language, new_executive, wire

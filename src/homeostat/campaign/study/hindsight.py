@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import replace
 
 import numpy as np
 
 from homeostat.campaign.best_constant import STRIDE_S, BestConstant, best_constant
 from homeostat.campaign.best_route import best_route, executive_along
-from homeostat.campaign.runner import RunResult, run_steered, run_unattended
+from homeostat.campaign.runner import RunResult, run_steered
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.study.expansion import loaded
 from homeostat.campaign.study.job import Job
 from homeostat.campaign.study.row import HINDSIGHT, Row
 from homeostat.campaign.study.row_of import Observed, row_of, succeeded
+from homeostat.campaign.unattended import fault_free
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import new_executive
 from homeostat.domain.behaviour import SetpointRange
@@ -32,13 +34,15 @@ def hindsight_row(job: Job) -> Row:
     For a batch every route and speed from the start; otherwise every set of constant setpoints from the onset on. Where
     none of them keeps every limit, nothing at all, if the plant comes back by itself.
     """
+    begin = time.monotonic()
     case, chosen = loaded(job.scenario.case), job.scenario
     idle = run_steered(case, chosen, new_executive(case))
     found = _best_batch(case, chosen) if idle.nominal_s is not None else _best_setpoints(case, chosen)
     if found is None and succeeded(job, idle):
         found = idle  # limits are broken whatever is done, and the plant comes back by itself
     row = row_of(job, Observed(found or idle, None, ()), "")
-    return replace(row, success=found is not None, actor=HINDSIGHT, outcome="possible" if found else "impossible")
+    outcome = "possible" if found else "impossible"
+    return replace(row, success=found is not None, actor=HINDSIGHT, outcome=outcome, wall_s=time.monotonic() - begin)
 
 
 def _best_batch(case: Case, chosen: Scenario) -> RunResult | None:
@@ -54,7 +58,7 @@ def _best_setpoints(case: Case, chosen: Scenario) -> RunResult | None:
     onset_s = float(max(1, math.ceil(chosen.onset_s)))  # the first second at which anything can be commanded
     if chosen.end_s - onset_s < STRIDE_S:
         return None  # too late for anything
-    healthy = run_unattended(case, Scenario(case.name, (), chosen.seed, chosen.end_s)).signals
+    healthy = fault_free(case, chosen.seed, chosen.end_s).truth.signals
     made = sum(float(healthy[d][0, -1] - healthy[d][0, int(onset_s) - 1]) for d in case.delivered)
     open_ = [r for r in _choices(case) if r.design is not None]
     grid = {r.tag: _levels(r.low, r.high, LEVELS, r.design) for r in open_}

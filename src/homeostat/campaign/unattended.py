@@ -1,0 +1,78 @@
+"""Plants that nobody watches: how a scenario goes by itself, and the fault-free run that scores are relative to."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import OrderedDict
+from dataclasses import dataclass
+
+import numpy as np
+
+from homeostat.assurance.executive import Executive
+from homeostat.campaign.scenario import Scenario
+from homeostat.campaign.watched import WatchedPlant
+from homeostat.cases.case import Case
+from homeostat.cases.wiring import new_executive
+from homeostat.domain.ports import Clock
+from homeostat.domain.snapshot import Trajectory
+from homeostat.plant.clock import DeclaredClock
+from homeostat.plant.simulated import PlantConfiguration, SimulatedPlant
+
+MOST = 32
+"""Most fault-free runs that are kept in memory; one of the reactor takes about 3 MB."""
+_healthy: OrderedDict[tuple[int, int, float], tuple[Case, Unattended]] = OrderedDict()
+
+
+@dataclass(frozen=True, slots=True)
+class Unattended:
+    """A run in which nobody acts but the executive."""
+
+    truth: Trajectory
+    """True values."""
+    states: tuple[tuple[str, float], ...]
+    """States of the machine, each with the process time at which it was entered [s]."""
+
+
+def build_plant(case: Case, scenario: Scenario, clock: Clock, executive: Executive) -> SimulatedPlant:
+    """The plant of a scenario: its own true parameters, its faults, its noise; ``executive`` runs its batch."""
+    configuration = PlantConfiguration(
+        parameters=case.true_parameters(scenario.seed), inputs=case.start, faults=scenario.faults,
+        end_s=scenario.end_s, noise_seed=scenario.seed * 7919 + 13,
+    )  # fmt: skip
+    return SimulatedPlant(case.model, case.description.variables, configuration, clock, executive.sample)
+
+
+def run_unattended(case: Case, scenario: Scenario) -> Trajectory:
+    """True values of a scenario in which nobody acts."""
+    return unattended(case, scenario).truth
+
+
+def unattended(case: Case, scenario: Scenario) -> Unattended:
+    """A scenario in which nobody acts."""
+    executive = new_executive(case)
+    plant = build_plant(case, scenario, DeclaredClock(0.0), executive)
+    asyncio.run(watch(WatchedPlant(plant)))
+    return Unattended(plant.truth(), tuple(executive.drain()))
+
+
+def fault_free(case: Case, seed: int, end_s: float) -> Unattended:
+    """The fault-free run of the plant that ``seed`` stands for; the last ones are remembered, as runs share them."""
+    key = id(case), seed, end_s
+    if key not in _healthy:
+        _healthy[key] = case, unattended(case, Scenario(case.name, (), seed, end_s))  # the case keeps its number
+        if len(_healthy) > MOST:
+            _healthy.popitem(last=False)
+    return _healthy[key][1]
+
+
+async def watch(plant: WatchedPlant) -> None:
+    """Let ``plant`` run to its end."""
+    async for _ in plant.snapshots():
+        pass
+
+
+def measured(plant: SimulatedPlant) -> Trajectory:
+    """What the instruments said over a run that has ended."""
+    snapshots = asyncio.run(plant.since(0.0))
+    signals = {tag: np.array([[s.values[tag] for s in snapshots]]) for tag in snapshots[0].values}
+    return Trajectory(start_s=snapshots[0].at_s, dt_s=1.0, signals=signals)
