@@ -20,7 +20,8 @@ _threads = 0
 def use_threads(number: int) -> None:
     """Let every later call in this process use ``number`` threads; 0 for as many as there are cores.
 
-    Processes that work side by side use one each.
+    Processes that work side by side use one each; their linear algebra, which is not the engine's, takes
+    OPENBLAS_NUM_THREADS=1 from the environment for that.
     """
     global _threads
     if number < 0:

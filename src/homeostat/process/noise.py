@@ -26,8 +26,13 @@ def uniform(seed: int, second: int, channel: int) -> float:
 
 @compiled
 def normal(seed: int, second: int, channel: int) -> float:
-    """A standard normal number by inversion (Acklam's rational approximation, relative error 1.2e-9)."""
-    p = uniform(seed, second, channel)
+    """A standard normal number by inversion."""
+    return quantile(uniform(seed, second, channel))
+
+
+@compiled
+def quantile(p: float) -> float:
+    """Quantile of the standard normal distribution (Acklam's rational approximation, relative error 1.2e-9)."""
     # fmt: off
     if p < 0.02425 or p > 0.97575:
         q = math.sqrt(-2.0 * math.log(min(p, 1.0 - p)))
