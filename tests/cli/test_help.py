@@ -14,7 +14,7 @@ from tests.cli.command import COMMAND, environment, homeostat, refused
 
 HEAVY = {
     "numpy", "numba", "pyoxigraph", "pyarrow", "matplotlib", "rich", "rdflib", "pyshacl", "lark", "asyncio", "scipy",
-    "jinja2",
+    "jinja2", "distributed", "dask", "pydantic", "bm25s",
 }  # fmt: skip
 PROBE = """
 import sys
@@ -30,7 +30,7 @@ print(*sorted(name.partition(".")[0] for name in sys.modules), file=sys.stderr)
 @pytest.mark.parametrize(
     "command",
     [
-        (), ("run",), ("replay",), ("cases",), ("trace",), ("trace", "verify"), ("graph",), ("graph", "check"),
+        (), ("run",), ("campaign",), ("replay",), ("cases",), ("trace",), ("trace", "verify"), ("graph",), ("graph", "check"),
         ("graph", "query"), ("graph", "export"),
     ],
     ids=" ".join,

@@ -100,7 +100,7 @@ BAD = [
     ("a proposer for another case", f"proposers = [{{ who = 'search', cases = ['mixing_module'] }}]\n{CSTR}",
      ("there is nothing to run",)),
     ("an unknown proposer", f"proposers = ['serch']\n{CSTR}", ("proposer 'serch'", "search")),
-    ("a proposer without name", f"proposers = ['']\n{CSTR}", ("proposer 1: ", "at least 1 character")),
+    ("a proposer without name", f"proposers = ['']\n{CSTR}", ("proposer ''", "unknown proposer")),
     ("a proposer that is a number", f"proposers = [3]\n{CSTR}", ("proposer 1", "3")),
     ("an unknown script", f"proposers = ['scripted:wise']\n{CSTR}", ("'scripted:wise'", "scripted:reasonable")),
     ("an unknown protocol", f"proposers = [{{ who = 'search', protocol = 'x' }}]\n{CSTR}", ("proposer 1, protocol",)),

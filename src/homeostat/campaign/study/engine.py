@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from queue import Empty, SimpleQueue
 from typing import Any
 
 from homeostat.campaign.study.error import CampaignError
@@ -66,6 +68,29 @@ def carry_out(jobs: Sequence[Job], kept: Kept, workers: int, cluster: str | None
         yield from _distributed(distributed, stack, jobs, kept, workers, cluster)
 
 
+def _client(dask: Any, address: str) -> Any:
+    """A client of the scheduler at ``address``; CampaignError where none answers in time.
+
+    Whoever listens there and says nothing is waited for without end by the library itself, so this waits beside it.
+    """
+    answer: SimpleQueue[Any] = SimpleQueue()
+
+    def connect() -> None:
+        try:
+            answer.put(dask.Client(address, timeout=WAIT_S))
+        except BaseException as error:  # whatever it is, it is told where somebody waits, or to nobody
+            answer.put(error)
+
+    threading.Thread(target=connect, daemon=True).start()
+    try:
+        found = answer.get(timeout=2 * WAIT_S)
+    except Empty:
+        found = TimeoutError("it listens and does not speak")
+    if isinstance(found, BaseException):
+        raise CampaignError(f"no scheduler answers at {address!r} ({found}); start one with 'dask scheduler'")
+    return found
+
+
 def _distributed(
     dask: Any, stack: ExitStack, jobs: Sequence[Job], kept: Kept, workers: int, cluster: str | None
 ) -> Iterator[Done]:
@@ -79,12 +104,7 @@ def _distributed(
         )  # fmt: skip
         client = stack.enter_context(dask.Client(stack.enter_context(local)))
     else:
-        try:
-            client = stack.enter_context(dask.Client(cluster, timeout=WAIT_S))
-        except (OSError, ValueError) as error:
-            raise CampaignError(
-                f"no scheduler answers at {cluster!r} ({error}); start one with 'dask scheduler'"
-            ) from None
+        client = stack.enter_context(_client(dask, cluster))
     by_key = {f"{job.name}-{job.fingerprint}": job for job in jobs}
     futures = [client.submit(measured, job, kept, key=key, pure=False) for key, job in by_key.items()]
     for future in dask.as_completed(futures):

@@ -97,7 +97,7 @@ class ScenarioPlan(_Table):
 class ProposerPlan(_Table):
     """Who proposes, and how it is asked."""
 
-    who: str = Field(min_length=1)
+    who: str
     """``search``, ``constant``, ``do-nothing``, ``fallback-only``, ``hindsight``, or a model as in ``--proposer``."""
     name: Name | None = None
     """Name in tables; ``who`` where None."""
