@@ -30,8 +30,8 @@ print(*sorted(name.partition(".")[0] for name in sys.modules), file=sys.stderr)
 @pytest.mark.parametrize(
     "command",
     [
-        (), ("run",), ("campaign",), ("replay",), ("cases",), ("trace",), ("trace", "verify"), ("graph",), ("graph", "check"),
-        ("graph", "query"), ("graph", "export"),
+        (), ("run",), ("campaign",), ("replay",), ("cases",), ("trace",), ("trace", "verify"), ("graph",),
+        ("graph", "check"), ("graph", "query"), ("graph", "export"),
     ],
     ids=" ".join,
 )  # fmt: skip
