@@ -140,9 +140,17 @@ def _with_options(plan: Plan, options: argparse.Namespace) -> Plan:
         content["seeds"] = options.seeds
         content["scenarios"] = [{**s, "seeds": None} for s in content["scenarios"]]
     known = {p.label for p in plan.proposers}
-    more = [{"who": who} for who in dict.fromkeys(options.proposer) if who not in known]
+    more = [{"who": _from_here(who)} for who in dict.fromkeys(options.proposer) if who not in known]
     content["proposers"] = [*(p.model_dump(exclude_unset=True) for p in plan.proposers), *more]
     return type(plan).model_validate(content)
+
+
+def _from_here(who: str) -> str:
+    """A proposer of the command line: its file is looked for where the command is given, not beside the campaign."""
+    from homeostat.campaign.named_model import REPLAY, SITUATED
+
+    kind = next((k for k in (REPLAY, SITUATED) if who.startswith(k)), None)
+    return who if kind is None else kind + str(Path(who.removeprefix(kind)).absolute())
 
 
 def _given(options: argparse.Namespace) -> list[str]:

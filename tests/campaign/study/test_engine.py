@@ -17,7 +17,7 @@ from homeostat.campaign.study import campaign as whole
 from homeostat.campaign.study import engine
 from homeostat.campaign.study.campaign import Ended, Workers, run_campaign
 from homeostat.campaign.study.dataset import DATASET, read_dataset
-from homeostat.campaign.study.engine import carry_out
+from homeostat.campaign.study.engine import carry_out, measured_alike
 from homeostat.campaign.study.error import CampaignError
 from homeostat.campaign.study.job import Job
 from homeostat.campaign.study.ledger import LEDGER, Ledger
@@ -192,3 +192,8 @@ def test_one_worker_needs_no_library(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     (only,) = carry_out(JOBS[:1], Kept(None), 1)
     assert only.row is not None and only.row.job == JOBS[0].name
+
+
+def test_a_worker_of_another_version_carries_nothing_out() -> None:
+    done = measured_alike(jobs(BATCH)[0], Kept(None), "another")
+    assert done.row is None and "another version of the package" in done.failure

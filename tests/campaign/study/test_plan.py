@@ -90,7 +90,7 @@ BAD = [
     ("a proposer's name with a path", f"proposers = [{{ who = 'search', name = '../x' }}]\n{CSTR}",
      ("proposer 1, name", "'../x'")),
     ("two scenarios of one name", LEAK + LEAK, ("scenario 'cstr leak' is there twice; give one another name",)),
-    ("two proposers of one name", f"proposers = ['search', 'search']\n{CSTR}", ("proposer 'search' is there twice",)),
+    ("two proposers of one name", f"proposers = ['search', 'search']\n{CSTR}", ("proposer 'search in cstr' is there twice",)),
     ("an ablation twice", f"ablations = ['none', 'none']\n{CSTR}", ("ablation 'none' is there twice",)),
     ("names that are one as a folder", f"{LEAK}name = 'a b'\n{LEAK}name = 'a-b'", ("'cstr~a-b~1~search~none'",)),
     ("an unknown ablation", f"ablations = ['no-grap']\n{CSTR}", ("no ablation 'no-grap'", "no-graph")),

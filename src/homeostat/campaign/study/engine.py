@@ -11,7 +11,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from homeostat.campaign.study.error import CampaignError
-from homeostat.campaign.study.job import Job
+from homeostat.campaign.study.job import Job, code_digest
 from homeostat.campaign.study.measurement import Kept, measure
 from homeostat.campaign.study.row import Row
 from homeostat.process.batch import use_threads
@@ -43,6 +43,13 @@ def measured(job: Job, kept: Kept) -> Done:
         return _failed(job, error)
     finally:
         use_threads(0)
+
+
+def measured_alike(job: Job, kept: Kept, package: str) -> Done:
+    """As :func:`measured`, on a worker that may be another machine; ``package``: digest of the package that asks."""
+    if code_digest() != package:
+        return Done(job, None, "the worker has another version of the package; install the same one everywhere")
+    return measured(job, kept)
 
 
 def _failed(job: Job, error: BaseException) -> Done:
@@ -106,7 +113,10 @@ def _distributed(
     else:
         client = stack.enter_context(_client(dask, cluster))
     by_key = {f"{job.name}-{job.fingerprint}": job for job in jobs}
-    futures = [client.submit(measured, job, kept, key=key, pure=False) for key, job in by_key.items()]
+    package = code_digest()
+    futures = [
+        client.submit(measured_alike, job, kept, package, key=key, pure=False) for key, job in by_key.items()
+    ]  # fmt: skip
     for future in dask.as_completed(futures):
         if future.cancelled():
             raise CampaignError("the scheduler was lost; start it and the same command again, which goes on from here")

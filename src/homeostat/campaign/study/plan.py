@@ -171,7 +171,7 @@ class Plan(_Table):
             raise ValueError("thinking is declared or measured, not both")
         for what, names in (
             ("scenario", [f"{s.case} {s.label}" for s in self.scenarios]),
-            ("proposer", [" ".join((p.label, case)) for p in self.proposers for case in p.cases or self._cases]),
+            ("proposer", [f"{p.label} in {case}" for p in self.proposers for case in p.cases or self._cases]),
             ("ablation", list(self.ablations)),
         ):
             if twice := next((n for n in names if names.count(n) > 1), None):
