@@ -7,4 +7,5 @@ cd "$(dirname "$0")/.."
 .venv/bin/python benchmarks/cstr_results.py "$@"
 .venv/bin/python -m benchmarks.language_results
 .venv/bin/python -m benchmarks.mixing_results
+.venv/bin/python -m benchmarks.campaign_results
 .venv/bin/python -m benchmarks.scale_results

@@ -72,12 +72,13 @@ def record_run(
     conditions: Conditions | None = None,
     propose: Propose | None = in_operation,
     known: Case | None = None,
-    drawn: Callable[[RunResult], bool] = lambda run: True,
+    kept: Callable[[RunResult], bool] = lambda run: True,
 ) -> RecordedRun:
     """Run ``scenario``, keep everything in ``directory`` and close it; ``subscriber`` and ``watcher`` follow the run.
 
     ``proposer`` is what was asked for; ``language``, ``conditions``, ``propose`` and ``known`` are as in
-    :func:`homeostat.campaign.runner.run`; ``drawn`` says whether there is to be a figure.
+    :func:`homeostat.campaign.runner.run`; ``kept`` says whether anybody will look at the run: if not, there is
+    neither trajectory nor figure.
 
     A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other exception leaves it
     without manifest, which verifies as incomplete.
@@ -96,9 +97,9 @@ def record_run(
         steps = score_steps(case, scenario, done.said) if stepwise else None
         journal.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
         result = result_of(done, directory.path, steps)
-        _store(case, directory, done, result)
-        if drawn(done):
-            directory.store_whole(FIGURE, draw(case, done, milestones))
+        directory.store_whole(RESULT, f"{result.to_json()}\n".encode())
+        if kept(done):
+            _store(case, directory, done, milestones)
     except KeyboardInterrupt:
         journal.record(RunFinished(INTERRUPTED, "stopped from outside"), seen.at_s)
         directory.close(Summary(scenario.seed, INTERRUPTED))
@@ -140,7 +141,7 @@ def _started(
     )
 
 
-def _store(case: Case, directory: RunDirectory, done: RunResult, result: Result) -> None:
+def _store(case: Case, directory: RunDirectory, done: RunResult, milestones: Milestones) -> None:
     units = {tag.name: tag.unit for tag in case.description.tags}
     directory.store_trajectory(done.measured, done.truth, units)
-    directory.store_whole(RESULT, f"{result.to_json()}\n".encode())
+    directory.store_whole(FIGURE, draw(case, done, milestones))

@@ -195,5 +195,5 @@ def test_one_worker_needs_no_library(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_worker_of_another_version_carries_nothing_out() -> None:
-    done = measured_alike(jobs(BATCH)[0], Kept(None), "another")
+    done = measured_alike(jobs(scenarios=[BATCH])[0], Kept(None), "another")
     assert done.row is None and "another version of the package" in done.failure

@@ -22,10 +22,10 @@ from homeostat.cases.wiring import new_executive
 from homeostat.domain.behaviour import SetpointRange
 from homeostat.domain.recovery import Command
 
-LEVELS = 9
+LEVELS = 7
 """Values of each setpoint that are tried at first."""
-FINER = (5, 5)
-"""Values that are tried between the neighbours of the best one, once and once more."""
+FINER = (5, 5, 5)
+"""Values that are tried between the neighbours of the best one, again and again."""
 
 
 def hindsight_row(job: Job) -> Row:
