@@ -26,7 +26,7 @@ RUNS = ROOT / "runs"
 TEMPLATE = Path(__file__).with_suffix(".md")
 PAPER, ROBUST = "paper", "robust"
 SHOWN = {
-    PAPER: ("paper_", "success", "safety", "yardsticks", "failures"),
+    PAPER: ("paper_", "success", "safety", "yardsticks"),
     ROBUST: ("success", "safety", "yardsticks", "diagnosis", "comparison", "calibration", "actors"),
 }
 """Beginnings of the names of the tables that the page has of each campaign."""

@@ -197,3 +197,13 @@ def test_one_worker_needs_no_library(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_worker_of_another_version_carries_nothing_out() -> None:
     done = measured_alike(jobs(scenarios=[BATCH])[0], Kept(None), "another")
     assert done.row is None and "another version of the package" in done.failure
+
+
+def test_what_the_report_needs_is_asked_for_before_anything_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = whole.importlib.util.find_spec
+    monkeypatch.setattr(whole.importlib.util, "find_spec", lambda name: None if name == "jinja2" else found(name))
+    with pytest.raises(CampaignError, match=r"needs 'jinja2': pip install 'homeostat\[campaign\]'"):
+        run_campaign("t", jobs(scenarios=[BATCH]), tmp_path / "out", Workers(1), lambda progress: None, lambda row: "")
+    assert not (tmp_path / "out").exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import shlex
 import sys
@@ -14,6 +15,7 @@ from homeostat import __version__
 from homeostat.campaign.recorded_run import LIBRARIES
 from homeostat.campaign.study.dataset import DATASET, write_dataset
 from homeostat.campaign.study.engine import Done, carry_out
+from homeostat.campaign.study.error import CampaignError
 from homeostat.campaign.study.job import Job, code_digest
 from homeostat.campaign.study.ledger import Ledger, in_order
 from homeostat.campaign.study.measurement import Kept
@@ -22,6 +24,8 @@ from homeostat.campaign.study.report import write_report
 from homeostat.campaign.study.row import Row
 from homeostat.trace.files import write_whole
 
+REPORT_NEEDS = ("jinja2", "scipy")
+"""Libraries of the extra ``campaign`` without which there is no report."""
 PROVENANCE = "provenance.json"
 """Name of the file that says what the rows were made from."""
 
@@ -55,8 +59,10 @@ def run_campaign(
     """Carry out the jobs that ``folder`` does not hold yet, and write dataset and report of all of them.
 
     ``show`` is told of every job that ends; ``rerun`` gives the command that repeats a row. Whatever stops this, every
-    row that was shown is in ``folder``, and the same call goes on from there.
+    row that was shown is in ``folder``, and the same call goes on from there. Raises CampaignError where ``folder`` is
+    in use, workers cannot be had, or what the report needs is not installed.
     """
+    _check_installed()
     prints = {job.fingerprint: job for job in jobs}
     failed: list[Done] = []
     with Ledger(folder) as ledger:
@@ -75,6 +81,13 @@ def run_campaign(
         write_whole(folder / PROVENANCE, _provenance(title))
         files = write_report(folder, title, rows, rerun) if rows else ()
     return Ended(tuple(rows), tuple(failed), (folder / DATASET, *files))
+
+
+def _check_installed() -> None:
+    """CampaignError, before anything is run, where the report could not be written in the end."""
+    for name in REPORT_NEEDS:
+        if importlib.util.find_spec(name) is None:
+            raise CampaignError(f"the report of a campaign needs {name!r}: pip install 'homeostat[campaign]'")
 
 
 def rerun_command(source: Path, options: Sequence[str] = ()) -> Callable[[Row], str]:

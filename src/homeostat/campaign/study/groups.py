@@ -13,6 +13,7 @@ ALL: Final = "all"
 """Name of all scenarios of a case together."""
 SEARCH: Final = "search"
 _YARDSTICKS: Final = (FALLBACK_ONLY, DO_NOTHING, HINDSIGHT)
+"""In the order of tables."""
 _KINDS: Final = ("none", "single", "paired", "unknown")
 
 
