@@ -18,7 +18,7 @@ from homeostat.campaign.listening import ListeningModel, Said
 from homeostat.campaign.most_probable import MostProbable, without_ensemble
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_at_end, outcome, production_loss
-from homeostat.campaign.unattended import Unattended, build_plant, fault_free, measured, watch
+from homeostat.campaign.unattended import Steered, Unattended, build_plant, fault_free, measured, watch
 from homeostat.campaign.watched import WatchedPlant, Watcher
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import Language, Propose, Workbench, check_protocol, in_operation, new_executive, wire
@@ -138,20 +138,12 @@ class Recorder:
 def run_steered(
     case: Case, scenario: Scenario, executive: Executive, at_s: float = math.inf, commands: tuple[Command, ...] = ()
 ) -> RunResult:
-    """Run ``scenario`` with nobody but ``executive``, ``commands`` being written at ``at_s`` [s], and score it."""
+    """Run ``scenario`` with nobody but ``executive``, ``commands`` being given at ``at_s`` [s], and score it."""
     begin, clock, trace = time.monotonic(), DeclaredClock(0.0), MemoryTrace()
     recorder = Recorder(clock)
     trace.subscribe(recorder)
-    plant = build_plant(case, scenario, clock, executive)
-
-    async def steer() -> None:
-        written = False
-        async for snapshot in plant.snapshots():
-            if snapshot.at_s >= at_s and not written:
-                written = True
-                await plant.write(commands)
-
-    asyncio.run(steer())
+    plant = build_plant(case, scenario, clock, Steered(executive, at_s, commands))
+    asyncio.run(watch(WatchedPlant(plant)))
     _note_states(executive, trace)
     healthy = fault_free(case, scenario.seed, scenario.end_s)
     return _score(case, scenario, recorder, plant.truth(), measured(plant), healthy, 0.0, time.monotonic() - begin)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections import OrderedDict
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -14,7 +15,8 @@ from homeostat.campaign.watched import WatchedPlant
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import new_executive
 from homeostat.domain.ports import Clock
-from homeostat.domain.snapshot import Trajectory
+from homeostat.domain.recovery import Command
+from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.plant.clock import DeclaredClock
 from homeostat.plant.simulated import PlantConfiguration, SimulatedPlant
 
@@ -33,13 +35,37 @@ class Unattended:
     """States of the machine, each with the process time at which it was entered [s]."""
 
 
-def build_plant(case: Case, scenario: Scenario, clock: Clock, executive: Executive) -> SimulatedPlant:
-    """The plant of a scenario: its own true parameters, its faults, its noise; ``executive`` runs its batch."""
+class BasicControl(Protocol):
+    """What a simulated plant is commanded by design, without anybody who supervises it."""
+
+    def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:
+        """Commands after ``snapshot``."""
+        ...
+
+
+class Steered:
+    """Implements :class:`BasicControl` over an executive, and gives commands of its own once: what hindsight tries."""
+
+    def __init__(self, executive: Executive, at_s: float, commands: tuple[Command, ...]) -> None:
+        """``commands`` are given after the first snapshot at ``at_s`` [s] or later."""
+        self._executive, self._at_s, self._left = executive, at_s, commands
+
+    def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:
+        """The executive's commands, and once the others."""
+        own = self._executive.sample(snapshot)
+        if snapshot.at_s < self._at_s or not self._left:
+            return own
+        given, self._left = self._left, ()
+        return (*own, *given)
+
+
+def build_plant(case: Case, scenario: Scenario, clock: Clock, basic: BasicControl) -> SimulatedPlant:
+    """The plant of a scenario: its own true parameters, its faults, its noise; ``basic`` runs its batch."""
     configuration = PlantConfiguration(
         parameters=case.true_parameters(scenario.seed), inputs=case.start, faults=scenario.faults,
         end_s=scenario.end_s, noise_seed=scenario.seed * 7919 + 13,
     )  # fmt: skip
-    return SimulatedPlant(case.model, case.description.variables, configuration, clock, executive.sample)
+    return SimulatedPlant(case.model, case.description.variables, configuration, clock, basic.sample)
 
 
 def run_unattended(case: Case, scenario: Scenario) -> Trajectory:
