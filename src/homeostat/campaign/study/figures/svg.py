@@ -23,7 +23,7 @@ QUIET: Final = "#6e7781"
 """Lines that only help to read."""
 BAD: Final = "#b3261e"
 """Runs that did not succeed."""
-LONGEST: Final = 26
+LONGEST: Final = 34
 """Characters of a name in a figure; longer ones lose their middle."""
 _PALETTE: Final = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#7a5c00", "#5e4fa2", "#a6761d")
 """Told apart by those who confuse red and green, after Okabe and Ito 2008."""
