@@ -18,9 +18,10 @@ from pathlib import Path
 
 from homeostat.campaign.study.contents import contents
 from homeostat.campaign.study.dataset import DATASET, read_dataset
+from homeostat.campaign.study.entrant import SEARCH
 from homeostat.campaign.study.formats import markdown
 from homeostat.campaign.study.ledger import LEDGER
-from homeostat.campaign.study.row import WALL, Row
+from homeostat.campaign.study.row import DO_NOTHING, HINDSIGHT, WALL, WHOLE, Row
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "campaigns.md"
@@ -98,6 +99,28 @@ def tables(name: str, wanted: Sequence[str]) -> str:
     return "\n\n".join(markdown(table).replace("# ", "### ", 1) for table in chosen)
 
 
+def missed(name: str) -> str:
+    """Runs of the search, with nothing left out, that were no success, beside what was possible and what nobody did."""
+    rows = read_dataset(RUNS / name / DATASET)
+    known = {(*row.pair, row.proposer): row for row in rows if row.ablation == WHOLE}
+    lines = ["| case | scenario | fault | severity | believed | ended in | why | possible | if nobody acts |",
+             "|---|---|---|---|---|---|---|---|---|"]  # fmt: skip
+    for row in rows:
+        if row.proposer == SEARCH and row.ablation == WHOLE and not row.success:
+            best, idle = known[*row.pair, HINDSIGHT], known[*row.pair, DO_NOTHING]
+            severity = ", ".join(f"{s:.3g}" for s in row.severity)
+            cells = (row.case, row.scenario, row.fault, severity, row.believed, row.state, row.reason,
+                     "yes" if best.success else "no", _outside(idle))  # fmt: skip
+            lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _outside(row: Row) -> str:
+    if row.exposure_s:
+        return f"{row.exposure_s:.0f} s outside a hard limit"
+    return "inside every limit" if row.success else "not complete"
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run what is missing and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -108,6 +131,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "paper_runs": paper.runs, "paper_min": f"{paper.wall_s / 60:.1f}", "robust_runs": robust.runs,
         "workers": options.workers, "speed": speed(),
         "kills": kills(), "paper": tables(PAPER, SHOWN[PAPER]), "robust": tables(ROBUST, SHOWN[ROBUST]),
+        "missed": missed(ROBUST),
     }  # fmt: skip
     PAGE.write_text(TEMPLATE.read_text(encoding="utf-8").format(**values), encoding="utf-8")
     return 0

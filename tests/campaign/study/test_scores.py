@@ -154,7 +154,7 @@ def test_groups_are_in_order_whatever_the_order_of_the_rows() -> None:
     assert overall(rows) == overall(rows[::-1])
     assert by_scenario(rows) == by_scenario(rows[::-1])
     assert {group.scenario for group in by_published(rows)} >= {"normal", "fouling", "leak"}
-    assert entrants(rows[::-1])[:2] == ["search", "search without graph"]
+    assert entrants(rows[::-1])[:2] == ["search", "search, graph"]
     assert entrants(rows)[-2:] == [DO_NOTHING, HINDSIGHT]
     assert scenarios([row for row in rows if row.case == "cstr"])[0] == "normal"
 
@@ -168,4 +168,4 @@ def test_groups_are_in_order_whatever_the_order_of_the_rows() -> None:
 )  # fmt: skip
 def test_what_no_model_said_there_and_then_is_marked(proposer: str, expected: Source) -> None:
     assert source(proposer) is expected
-    assert entrant(plain(proposer=proposer, ablation="graph")) == f"{proposer} without graph"
+    assert entrant(plain(proposer=proposer, ablation="graph")) == f"{proposer}, graph"

@@ -81,7 +81,7 @@ def source(proposer: str) -> Source:
 
 def entrant(row: Row) -> str:
     """Proposer of a row, and what it goes without: the unit of every comparison."""
-    return row.proposer if row.ablation == WHOLE else f"{row.proposer} without {row.ablation}"
+    return row.proposer if row.ablation == WHOLE else f"{row.proposer}, {row.ablation}"
 
 
 def in_order(rows: Iterable[Row]) -> tuple[Row, ...]:
