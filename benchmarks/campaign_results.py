@@ -29,10 +29,10 @@ RUNS = ROOT / "runs"
 TEMPLATE = Path(__file__).with_suffix(".md")
 PAPER, ROBUST = "paper", "robust"
 SHOWN = {
-    PAPER: ("paper_", "success", "safety", "yardsticks"),
-    ROBUST: ("success", "safety", "yardsticks", "diagnosis", "comparison", "calibration", "actors"),
+    PAPER: ("paper_mixing_module", "paper_cstr", "safety", "yardsticks"),
+    ROBUST: ("success", "safety", "yardsticks", "diagnosis", "comparison", "success_by_scenario"),
 }
-"""Beginnings of the names of the tables that the page has of each campaign."""
+"""Names of the tables that the page has of each campaign; all of them are in its folder."""
 SPEED = ("campaigns/paper.toml", "--seeds", "1")
 """The campaign whose time is taken with one worker and with two."""
 
@@ -93,10 +93,9 @@ def without_times(rows: Sequence[Row]) -> list[dict[str, object]]:
 
 
 def tables(name: str, wanted: Sequence[str]) -> str:
-    """Tables of a campaign whose names begin with one of ``wanted``, as they are in its folder."""
-    every = contents(read_dataset(RUNS / name / DATASET)).tables
-    chosen = [table for want in wanted for table in every if table.name.startswith(want)]
-    return "\n\n".join(markdown(table).replace("# ", "### ", 1) for table in chosen)
+    """The ``wanted`` tables of a campaign, as they are in its folder."""
+    every = {table.name: table for table in contents(read_dataset(RUNS / name / DATASET)).tables}
+    return "\n\n".join(markdown(every[want]).replace("# ", "### ", 1).strip() for want in wanted)
 
 
 def missed(name: str) -> str:
