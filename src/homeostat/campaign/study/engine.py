@@ -52,6 +52,11 @@ def measured_alike(job: Job, kept: Kept, package: str) -> Done:
     return measured(job, kept)
 
 
+def _pair(job: Job) -> tuple[str, str, int]:
+    """Jobs of one plant with the same faults: one worker does best to have them, as they share what it worked out."""
+    return job.scenario.case, job.label, job.scenario.seed
+
+
 def _failed(job: Job, error: BaseException) -> Done:
     return Done(job, None, " ".join(f"{type(error).__name__}: {error}".split()))
 
@@ -114,8 +119,14 @@ def _distributed(
         client = stack.enter_context(_client(dask, cluster))
     by_key = {f"{job.name}-{job.fingerprint}": job for job in jobs}
     package = code_digest()
+    homes = sorted(client.scheduler_info(n_workers=-1)["workers"])
+    numbers = {pair: n for n, pair in enumerate(dict.fromkeys(map(_pair, by_key.values())))}
     futures = [
-        client.submit(measured_alike, job, kept, package, key=key, pure=False) for key, job in by_key.items()
+        client.submit(
+            measured_alike, job, kept, package, key=key, pure=False, allow_other_workers=True,
+            workers=[homes[numbers[_pair(job)] % len(homes)]] if homes else None,
+        )
+        for key, job in by_key.items()
     ]  # fmt: skip
     for future in dask.as_completed(futures):
         if future.cancelled():
