@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import gc
 import sys
-from collections.abc import Callable
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from types import FrameType
 from typing import TypeAlias
 
 import pytest
@@ -54,6 +58,30 @@ def one_line(error: pytest.ExceptionInfo[StoreError]) -> str:
     message = str(error.value)
     assert message and "\n" not in message and len(message) < 700
     return message
+
+
+@contextmanager
+def profiled() -> Iterator[None]:
+    """Another thread that looks at the frames of this one as often as it can, and holds the last ones."""
+    me, done = threading.get_ident(), threading.Event()
+
+    def look() -> None:
+        seen: deque[FrameType] = deque(maxlen=50)
+        while not done.is_set():
+            frame = sys._current_frames().get(me)
+            while frame is not None:
+                seen.append(frame)
+                frame = frame.f_back
+
+    profiler, usual = threading.Thread(target=look), sys.getswitchinterval()
+    profiler.start()
+    sys.setswitchinterval(1e-5)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(usual)
+        done.set()
+        profiler.join()
 
 
 class GraphStoreContract:
@@ -255,6 +283,23 @@ class GraphStoreContract:
             assert len(errors) == 2
             errors.clear()
             gc.collect()
+        assert lost == []
+
+    def test_an_answer_is_let_go_of_in_its_own_thread_though_a_profiler_looks_on(
+        self, store: GraphStore, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """A sampling profiler holds the frames that it saw for longer than they run, and drops them in its thread."""
+        store.load(plant(1), RdfFormat.N_TRIPLES)
+        lost: list[object] = []
+        monkeypatch.setattr(sys, "unraisablehook", lost.append)
+        with profiled():
+            for _ in range(50):
+                assert store.select("SELECT ?s ?o { ?s ?p ?o } LIMIT 50")
+                assert store.construct("CONSTRUCT WHERE { ?s ?p ?o } LIMIT 50")
+                for ask, query in ((store.select, "ASK {}"), (store.ask, "SELECT ?s { ?s ?p ?o }")):
+                    with pytest.raises(QueryRejected):
+                        ask(query)
+        gc.collect()
         assert lost == []
 
     def test_a_large_answer_is_complete(self, store: GraphStore) -> None:

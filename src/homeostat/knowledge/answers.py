@@ -1,4 +1,8 @@
-"""Reading what pyoxigraph hands out: solutions, graphs, and parser messages."""
+"""Reading what pyoxigraph hands out: solutions, graphs, and parser messages.
+
+What a store answers must be let go of in the thread that asked. A frame can outlive its call, in the hands of a
+traceback or of a profiler in another thread, and its variables with it; so whoever has an answer in one deletes it.
+"""
 
 from __future__ import annotations
 
@@ -12,18 +16,29 @@ from .store import Row
 def rows(solutions: QuerySolutions) -> tuple[Row, ...]:
     """Solutions as rows, in the order given."""
     names = tuple(variable.value for variable in solutions.variables)
-    return tuple(Row(names, tuple(solution)) for solution in solutions)
+    try:
+        found = list(map(tuple, solutions))  # a comprehension has a frame of its own in some versions of Python
+    finally:
+        del solutions
+    return tuple(Row(names, values) for values in found)
 
 
 def results(body: bytes) -> tuple[Row, ...] | bool:
     """What a document of SPARQL JSON results says; SyntaxError or ValueError where it is none."""
     parsed = parse_query_results(body, QueryResultsFormat.JSON)
-    return rows(parsed) if isinstance(parsed, QuerySolutions) else bool(parsed)
+    try:
+        return rows(parsed) if isinstance(parsed, QuerySolutions) else bool(parsed)
+    finally:
+        del parsed
 
 
 def graph(triples: Iterable[Triple]) -> tuple[Triple, ...]:
     """Triples as a graph: each once, sorted by its N-Triples text."""
-    return tuple(sorted(set(triples), key=str))
+    try:
+        found = set(triples)
+    finally:
+        del triples
+    return tuple(sorted(found, key=str))
 
 
 def one_line(text: object, limit: int = 300) -> str:

@@ -6,12 +6,13 @@ from collections.abc import Iterable, Iterator
 from importlib import resources
 from itertools import groupby
 from pathlib import Path
-from typing import Final
+from typing import Final, cast
 
 from pyoxigraph import Literal, NamedNode, Quad, QueryTriples, Store, Triple
 
 from homeostat.domain.formula import FormulaError, parse, parse_expression
 
+from . import answers
 from .graph_error import Code, GraphError
 from .openmath import equation
 from .provenance import sources
@@ -55,9 +56,7 @@ def _stages() -> Iterator[tuple[str, ...]]:
 
 
 def _construct(store: Store, rule: str) -> tuple[Triple, ...]:
-    answer = store.query(rule)
-    assert isinstance(answer, QueryTriples)  # every rule is a CONSTRUCT
-    return tuple(answer)
+    return answers.graph(cast(QueryTriples, store.query(rule)))  # every rule is a CONSTRUCT
 
 
 def _formula_links(store: Store) -> Iterator[Triple]:

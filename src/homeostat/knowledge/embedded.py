@@ -89,16 +89,18 @@ class EmbeddedStore:
     def _answer(self, query: str, form: type[_Answer], read: Callable[[_Answer], _T]) -> _T:
         def run() -> _T:
             answer = self._store.query(query, default_graph=self._default_graphs)
-            if isinstance(answer, form):
-                return read(answer)
-            came = _FORM[type(answer)]
-            del answer  # see _guard
+            try:
+                if isinstance(answer, form):
+                    return read(answer)
+                came = _FORM[type(answer)]
+            finally:
+                del answer  # in this thread: see homeostat.knowledge.answers
             raise QueryRejected(f"a {came} query came where {_FORM[form]} is needed: {answers.one_line(query, 80)}")
 
         return self._guard("query", run)
 
     def _guard(self, what: str, action: Callable[[], _T]) -> _T:
-        # An answer must be let go of in the thread that got it. A traceback would hold it, and may die in another one.
+        # Without their tracebacks, which would hold frames of a query: see homeostat.knowledge.answers.
         try:
             return action()
         except (SyntaxError, ValueError) as error:
