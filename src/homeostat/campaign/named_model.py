@@ -52,7 +52,7 @@ class NamedModel:
 
         replay = SituatedReplay if self.name.startswith(SITUATED) else ReplayModel
         try:
-            return replay(self.name, read_calls(path))
+            return replay(f"{self.name.partition(':')[0]}:{path.name}", read_calls(path))
         except CallFileError as error:
             raise NoSuchModel(str(error)) from error
 

@@ -176,3 +176,31 @@ def test_a_torn_row_does_not_spoil_the_next_one(tmp_path: Path, monkeypatch: pyt
                 ledger.add("print-0", ROWS["print-0"])
         ledger.add("print-1", ROWS["print-1"])
     assert read(tmp_path) == {"print-1": ROWS["print-1"]}
+
+
+def test_nothing_is_left_of_a_campaign_that_never_began(tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    for folder, stays in ((tmp_path / "new", False), (tmp_path / "there", True)):
+        with pytest.raises(CampaignError, match="no scheduler"), Ledger(folder):
+            raise CampaignError("no scheduler")
+        assert folder.exists() == stays and not list(tmp_path.rglob("*.jsonl"))
+    filled(tmp_path / "new")
+    with pytest.raises(CampaignError), Ledger(tmp_path / "new"):
+        raise CampaignError("no scheduler")
+    assert read(tmp_path / "new") == ROWS
+
+
+def test_who_waited_for_a_ledger_that_went_writes_where_all_look(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, real = Ledger(tmp_path), os.open
+
+    def opened(path: Path, *options: int) -> int:
+        file = real(path, *options)
+        monkeypatch.setattr(os, "open", real)
+        before.__exit__(None, None, None)  # between the opening and the lock, the other one leaves
+        return file
+
+    monkeypatch.setattr(os, "open", opened)
+    filled(tmp_path)
+    assert read(tmp_path) == ROWS

@@ -27,14 +27,10 @@ class Ledger:
 
     def __init__(self, folder: Path) -> None:
         """Open the ledger in ``folder``; CampaignError where another campaign is writing there."""
+        self._made = not folder.exists()
         folder.mkdir(parents=True, exist_ok=True)
         self._path = folder / LEDGER
-        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            os.close(self._file)
-            raise CampaignError(f"{str(folder)!r} is in use by another campaign; wait for it or choose --out") from None
+        self._file = _locked(self._path)
         self._rows: dict[str, Row] = {}
         self._recover()
 
@@ -63,6 +59,11 @@ class Ledger:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
+        if os.fstat(self._file).st_size == 0:  # a campaign that never began leaves nothing behind
+            self._path.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):  # a folder with anything else in it stays
+                if self._made:
+                    self._path.parent.rmdir()
         os.close(self._file)  # this gives the lock back
 
     def _recover(self) -> None:
@@ -78,6 +79,22 @@ class Ledger:
                 fingerprint = str(kept.pop("fingerprint"))
                 if kept.keys() == _COLUMNS:
                     self._rows[fingerprint] = Row(**{**kept, **{name: tuple(kept[name]) for name in _SEQUENCES}})
+
+
+def _locked(path: Path) -> int:
+    """The file, opened for this process alone; CampaignError where another one has it."""
+    while True:
+        file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(file)
+            raise CampaignError(
+                f"{str(path.parent)!r} is in use by another campaign; wait for it or choose --out"
+            ) from None
+        if os.fstat(file).st_nlink:
+            return file
+        os.close(file)  # whoever had it removed it between the two steps above
 
 
 def in_order(fingerprints: Iterable[str], ledger: Ledger) -> list[Row]:
