@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -98,21 +98,26 @@ def prints(folder: Path) -> list[str]:
 
 
 @contextmanager
-def cluster(folder: Path, workers: int) -> Iterator[tuple[str, Sequence[subprocess.Popen[bytes]]]]:
+def cluster(folder: Path, workers: int) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
     """A Dask scheduler and its workers, each a process of its own; address and workers."""
     at = folder / "scheduler.json"
     scheduler = _dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--dashboard-address", ":0",
                       "--scheduler-file", str(at))  # fmt: skip
-    there: list[subprocess.Popen[bytes]] = []
+    there: list[subprocess.Popen[bytes]] = []  # whoever adds to it need not care for its end
     try:
         wait_for(lambda: at.exists() and at.read_text().endswith("}"), "a scheduler")
         address = str(json.loads(at.read_text())["address"])
-        there += [_dask("worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard") for _ in range(workers)]
+        there += [one_worker(address) for _ in range(workers)]
         yield address, there
     finally:
         for process in (*there, scheduler):
             process.kill()
             process.wait()
+
+
+def one_worker(address: str) -> subprocess.Popen[bytes]:
+    """A worker of the scheduler at ``address``."""
+    return _dask("worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard")
 
 
 def _dask(what: str, *arguments: str) -> subprocess.Popen[bytes]:

@@ -11,7 +11,20 @@ import pytest
 
 from homeostat.cli.main import main
 from homeostat.trace import verify
-from tests.cli.campaigns import JOBS, SMALL, cluster, ended, prints, rows_in, started, stop, table, tables, wait_for
+from tests.cli.campaigns import (
+    JOBS,
+    SMALL,
+    cluster,
+    ended,
+    one_worker,
+    prints,
+    rows_in,
+    started,
+    stop,
+    table,
+    tables,
+    wait_for,
+)
 from tests.cli.command import homeostat, refused
 
 
@@ -73,6 +86,24 @@ def test_a_cluster_that_loses_a_worker(tmp_path: Path, whole: Path) -> None:
         status, _, err = ended(process)
     assert status == 0 and "failed" not in err and "Traceback" not in err
     assert same(tmp_path / "out", whole)
+
+
+def test_a_worker_that_joins_takes_what_is_left(tmp_path: Path, whole: Path) -> None:
+    with cluster(tmp_path, 1) as (address, workers):
+        process = started(tmp_path, "--cluster", address)
+        wait_for(lambda: rows_in(tmp_path / "out") >= 1, "a row")
+        workers[0].kill()
+        assert rows_in(tmp_path / "out") < JOBS
+        workers.append(one_worker(address))
+        status, _, err = ended(process)
+    assert status == 0 and "failed" not in err and "Traceback" not in err
+    assert same(tmp_path / "out", whole)
+
+
+def test_a_cluster_that_is_not_there_leaves_nothing_behind(tmp_path: Path) -> None:
+    status, out, err = ended(started(tmp_path, "--cluster", "nonsense"))
+    assert (status, out) == (2, "") and "\nhomeostat: no scheduler answers at 'nonsense' (" in err
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_second_campaign_in_the_same_folder_is_refused(tmp_path: Path) -> None:

@@ -111,7 +111,7 @@ def _run_again(jobs: Sequence[Job], options: argparse.Namespace) -> int:
     """Run the jobs that are named, here, and keep each with trace and figure."""
     from dataclasses import replace
 
-    from homeostat.campaign.study.engine import measured
+    from homeostat.campaign.study.done import measured
     from homeostat.campaign.study.measurement import Kept
     from homeostat.domain.tag import near_matches
 

@@ -14,10 +14,11 @@ from pathlib import Path
 import pytest
 
 from homeostat.campaign.study import campaign as whole
-from homeostat.campaign.study import engine
+from homeostat.campaign.study import done as one
 from homeostat.campaign.study.campaign import Ended, Workers, run_campaign
 from homeostat.campaign.study.dataset import DATASET, read_dataset
-from homeostat.campaign.study.engine import carry_out, measured_alike
+from homeostat.campaign.study.done import measured_alike
+from homeostat.campaign.study.engine import carry_out
 from homeostat.campaign.study.error import CampaignError
 from homeostat.campaign.study.job import Job
 from homeostat.campaign.study.ledger import LEDGER, Ledger
@@ -25,6 +26,7 @@ from homeostat.campaign.study.measurement import Kept
 from homeostat.campaign.study.progress import Progress
 from homeostat.campaign.study.row import Row
 from tests.campaign.study.plans import BATCH, PUMP, jobs, lasting
+from tests.cli.campaigns import cluster
 from tests.cli.command import environment
 
 JOBS = jobs(seeds=2, proposers=["do-nothing", "hindsight"], scenarios=[BATCH, PUMP])
@@ -81,7 +83,7 @@ def broken(job: Job) -> Job:
 def test_a_job_that_fails_is_its_own_failure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, expected: tuple[Row, ...]
 ) -> None:
-    measure, bad = engine.measure, JOBS[2].name
+    measure, bad = one.measure, JOBS[2].name
 
     def breaks(job: Job, kept: Kept) -> Row:
         if job.name == bad:
@@ -89,7 +91,7 @@ def test_a_job_that_fails_is_its_own_failure(
         return measure(job, kept)
 
     with monkeypatch.context() as patch:
-        patch.setattr(engine, "measure", breaks)
+        patch.setattr(one, "measure", breaks)
         ended = done(tmp_path)
     assert [(f.job.name, f.failure) for f in ended.failed] == [(bad, "RuntimeError: the first line and the second one")]
     assert [row.job for row in ended.rows] == [job.name for job in JOBS if job.name != bad]
@@ -157,7 +159,9 @@ from homeostat.campaign.study.measurement import Kept
 from tests.campaign.study.plans import BATCH, jobs
 if sys.argv[1] == "missing":
     sys.modules["distributed"] = None
-engine.WAIT_S = 1
+else:
+    from homeostat.campaign.study import cluster
+    cluster.WAIT_S = 1
 begin = time.monotonic()
 try:
     list(engine.carry_out(jobs(proposers=["do-nothing"], scenarios=[BATCH]), Kept(None), 2, sys.argv[2] or None))
@@ -186,6 +190,12 @@ def test_a_scheduler_that_does_not_answer(silent: str) -> None:
     for address in ("nonsense", silent):
         told = refused("there", address)
         assert told.startswith(f"no scheduler answers at '{address}' (") and "start one with 'dask scheduler'" in told
+
+
+def test_a_scheduler_without_workers(tmp_path: Path) -> None:
+    with cluster(tmp_path, 0) as (address, _):
+        told = refused("there", address)
+    assert told == f"the scheduler at '{address}' has no worker; start one with 'dask worker {address}'\n"
 
 
 def test_one_worker_needs_no_library(monkeypatch: pytest.MonkeyPatch) -> None:

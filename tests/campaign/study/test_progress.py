@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.campaign.study.engine import Done
+from homeostat.campaign.study.done import Done
 from homeostat.campaign.study.job import Job
 from homeostat.campaign.study.progress import Progress
 from tests.campaign.study.fake_rows import plain

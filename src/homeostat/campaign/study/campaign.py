@@ -14,7 +14,8 @@ from pathlib import Path
 from homeostat import __version__
 from homeostat.campaign.recorded_run import LIBRARIES
 from homeostat.campaign.study.dataset import DATASET, write_dataset
-from homeostat.campaign.study.engine import Done, carry_out
+from homeostat.campaign.study.done import Done
+from homeostat.campaign.study.engine import carry_out
 from homeostat.campaign.study.error import CampaignError
 from homeostat.campaign.study.job import Job, code_digest
 from homeostat.campaign.study.ledger import Ledger, in_order

@@ -6,7 +6,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 
-from homeostat.campaign.study.engine import Done
+from homeostat.campaign.study.done import Done
 from homeostat.campaign.study.job import Job
 
 Group = tuple[str, str, str, str]
