@@ -44,15 +44,15 @@ class Taken:
     """From start to report [s]; NaN where it was done in several parts."""
 
 
-def carried_out(name: str, workers: int, *more: str, folder: Path | None = None) -> Taken:
+def carried_out(name: str, workers: int, folder: Path | None = None) -> Taken:
     """Carry a campaign out; the time is kept beside its rows, of the start that found none."""
     target = folder or RUNS / name
     kept = target / "taken.json"
     fresh = not (target / LEDGER).exists()
     begin = time.monotonic()
-    source = name if name.endswith(".toml") else f"campaigns/{name}.toml"
+    source = f"campaigns/{name}.toml"
     subprocess.run(
-        [sys.executable, "-m", "homeostat", "campaign", source, *more, "--workers", str(workers), "--out", str(target)],
+        [sys.executable, "-m", "homeostat", "campaign", source, "--workers", str(workers), "--out", str(target)],
         check=True, cwd=ROOT, stdout=subprocess.DEVNULL,
     )  # fmt: skip
     if fresh:

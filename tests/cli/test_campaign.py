@@ -100,9 +100,10 @@ def test_a_worker_that_joins_takes_what_is_left(tmp_path: Path, whole: Path) -> 
     assert same(tmp_path / "out", whole)
 
 
-def test_a_cluster_that_is_not_there_leaves_nothing_behind(tmp_path: Path) -> None:
-    status, out, err = ended(started(tmp_path, "--cluster", "nonsense"))
-    assert (status, out) == (2, "") and "\nhomeostat: no scheduler answers at 'nonsense' (" in err
+@pytest.mark.parametrize("address", ["nonsense", ""])
+def test_a_cluster_that_is_not_there_leaves_nothing_behind(tmp_path: Path, address: str) -> None:
+    status, out, err = ended(started(tmp_path, "--cluster", address))
+    assert (status, out) == (2, "") and f"\nhomeostat: no scheduler answers at '{address}' (" in err
     assert not (tmp_path / "out").exists()
 
 

@@ -27,5 +27,5 @@ def carry_out(jobs: Sequence[Job], kept: Kept, workers: int, cluster: str | None
             f"several workers need {error.name!r}: pip install 'homeostat[campaign]', or use --workers 1"
         ) from error
     with ExitStack() as stack:
-        client = at_address(stack, cluster) if cluster else on_this_machine(stack, min(workers, len(jobs)))
+        client = on_this_machine(stack, min(workers, len(jobs))) if cluster is None else at_address(stack, cluster)
         yield from carry_out_on(client, jobs, kept)
