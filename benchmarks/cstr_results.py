@@ -27,7 +27,7 @@ from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.campaign.scoring import exposures
 from homeostat.campaign.unattended import run_unattended
 from homeostat.cases.case import Case, load_case
-from homeostat.plant.clock import DeclaredClock, ThinkingClock
+from homeostat.links.clock import DeclaredClock, ThinkingClock
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "cstr.md"

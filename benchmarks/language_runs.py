@@ -14,8 +14,8 @@ from homeostat.campaign.scoring import exposures
 from homeostat.campaign.unattended import run_unattended
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import Language
+from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.llm.model import LanguageModel
-from homeostat.plant.clock import DeclaredClock, ThinkingClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.calls import ModelCalled
 from homeostat.trace.decisions import Attempted, FellBack, ReleasedActions

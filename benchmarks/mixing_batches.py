@@ -13,7 +13,7 @@ from homeostat.campaign.runner import run
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.cases.case import Case, load_case
 from homeostat.domain.diagnosis import Fault, FaultState
-from homeostat.plant.clock import DeclaredClock
+from homeostat.links.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import Departed, StateEntered
 

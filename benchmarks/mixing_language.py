@@ -17,10 +17,10 @@ from homeostat.campaign.runner import run
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.campaign.step_scores import score_steps
 from homeostat.cases.wiring import Language
+from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import estimate, exact
-from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import Attempted, ReleasedActions
 

@@ -25,9 +25,9 @@ from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.runner import run
 from homeostat.campaign.scenario import scenario
 from homeostat.cases.wiring import Language
+from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import Attempted
 

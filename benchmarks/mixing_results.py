@@ -30,12 +30,12 @@ from benchmarks.mixing_tables import WHOLE, needless, odd, summary
 from benchmarks.mixing_wrong_routes import wrong_routes
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import build_plant
-from homeostat.cases.wiring import new_executive
+from homeostat.cases.wiring import new_sequencer
 from homeostat.knowledge.blemishes import blemishes
 from homeostat.knowledge.embedded import EmbeddedStore
 from homeostat.knowledge.graph_file import load_file
 from homeostat.knowledge.questions import transitions
-from homeostat.plant.clock import DeclaredClock
+from homeostat.links.clock import DeclaredClock
 
 T = TypeVar("T", Row, LanguageRow, StepRow)
 Job = TypeVar("Job", tuple[str, int], tuple[str, int, bool])
@@ -67,11 +67,11 @@ def measured(
 
 
 def nominal_ms() -> float:
-    """Time that one nominal batch takes on the simulated plant with its executive, best of five [ms]."""
+    """Time that one nominal batch takes on the simulated plant with its sequencer, best of five [ms]."""
     case, best = module(), float("inf")
     chosen = scenario(case, "none", 1, end_s=250.0)
     for _ in range(5):
-        plant = build_plant(case, chosen, DeclaredClock(0.0), new_executive(case))
+        plant = build_plant(case, chosen, DeclaredClock(0.0), new_sequencer(case))
 
         async def watch() -> None:
             async for _ in plant.snapshots():  # noqa: B023

@@ -11,16 +11,16 @@ import numpy as np
 from benchmarks.cstr_results import table
 from benchmarks.mixing_batches import module
 from homeostat.agents.candidates import design_commands
+from homeostat.agents.checks import judge
 from homeostat.agents.planning import EVENT
 from homeostat.agents.simulation import plausible
-from homeostat.assurance.checks import judge
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.campaign.unattended import build_plant
-from homeostat.cases.wiring import new_executive
+from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Verdict
-from homeostat.plant.clock import DeclaredClock
+from homeostat.links.clock import DeclaredClock
 from homeostat.twin.twin import Twin
 
 WRONG = {"pump_failure": (1.0, 1.0), "clogging_main": (1.0, 1.0), "leakage_main": (0.2, 1.0)}
@@ -31,9 +31,9 @@ LOOK_S = (20.0, 115.0)
 
 def forced(chosen: Scenario) -> Verdict:
     """The verdict on the main route from the end of ``chosen`` on, with the fault known and nobody else's proposal."""
-    case, executive = module(), new_executive(module())
+    case, sequencer = module(), new_sequencer(module())
     machine, tags = case.description.machine, case.description.tags_by_name
-    plant = build_plant(case, chosen, DeclaredClock(0.0), executive)
+    plant = build_plant(case, chosen, DeclaredClock(0.0), sequencer)
     twin = Twin(case.model, case.description, case.twin, chosen.seed)
 
     async def watch() -> None:
@@ -41,7 +41,7 @@ def forced(chosen: Scenario) -> Verdict:
             twin.observe(snapshot)
 
     asyncio.run(watch())
-    path = RecoveryPath(machine, machine.paths(executive.state, {}, EVENT, (), longest=0)[0])
+    path = RecoveryPath(machine, machine.paths(sequencer.state, {}, EVENT, (), longest=0)[0])
     assert not any(state.startswith("bypass") for state in path.states)
     actions = ActionSet.along(path, lambda state: design_commands(state, tags))
     known = Diagnosis(chosen.end_s, (), (Hypothesis(chosen.faults, 1.0),))

@@ -21,8 +21,8 @@ import numpy as np
 
 from benchmarks.published_reactor import TAGS, Course, PublishedReactor
 from benchmarks.recorded_calls import Reason, RecordedCall, Shown
-from homeostat.domain.formula import Formula, parse
 from homeostat.process.types import Row
+from homeostat.stl.formula import Formula, parse
 
 GRACE_S = 60
 """Seconds after the call that are not judged [s]."""

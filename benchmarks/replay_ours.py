@@ -11,21 +11,21 @@ import copy
 from dataclasses import dataclass
 
 from benchmarks.recorded_calls import RecordedCall, Setpoints
+from homeostat.agents.checks import command_findings, judge
 from homeostat.agents.grounding import Grounding
 from homeostat.agents.monitoring import Monitoring
 from homeostat.agents.planning import EVENT
 from homeostat.agents.simulation import plausible
-from homeostat.assurance.checks import command_findings, judge
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case
-from homeostat.cases.wiring import new_executive
+from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.diagnosis import Diagnosis, FaultState
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding, LeftAlone
-from homeostat.plant.clock import DeclaredClock
-from homeostat.plant.simulated import SimulatedPlant
+from homeostat.links.clock import DeclaredClock
+from homeostat.links.simulated import SimulatedPlant
 from homeostat.process.types import Row
 from homeostat.twin.twin import Twin
 
@@ -97,7 +97,7 @@ def situation(case: Case, call: RecordedCall) -> Situation:
     """The situation of a recorded run: same fault, same onset, same second; the run's number is the seed."""
     d = case.description
     setting = scenario(case, call.fault, call.run, onset_s=call.onset_s, end_s=float(ENDS_S))
-    plant = build_plant(case, setting, DeclaredClock(0.0), new_executive(case))
+    plant = build_plant(case, setting, DeclaredClock(0.0), new_sequencer(case))
     twin = Twin(case.model, d, case.twin, call.run)
     monitoring = Monitoring(
         twin, Grounding(case.graph, case.namespace), d, case.baselines, case.started, case.monitoring

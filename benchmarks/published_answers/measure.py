@@ -32,9 +32,9 @@ from homeostat.campaign.scenario import scenario
 from homeostat.campaign.scoring import OutcomeKind
 from homeostat.cases.case import load_case
 from homeostat.cases.wiring import Language
+from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Failure
 from homeostat.llm.situated import SUPPLIED, SituatedReplay
-from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.calls import ModelCalled
 from homeostat.trace.decisions import Attempted, GaveUp, ReleasedActions

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.cases.case import Case
-from homeostat.cases.wiring import new_executive
-from homeostat.domain.formula import Formula
+from homeostat.cases.wiring import new_sequencer
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.model import column
 from homeostat.process.sequence import Guard, InputSequence, Walk
 from homeostat.process.types import Row, Table
+from homeostat.stl.formula import Formula
 
 STAGGER_S = 23.0
 """Time by which neighbours begin their batches one after the other [s]."""
@@ -84,7 +84,7 @@ class Fleet:
     def _recipe(self) -> InputSequence:
         """Batch after batch of the nominal route; one step without end for what has nothing to do but start up."""
         model, variables = self.case.model, self.case.description.variables
-        route = new_executive(self.case).rest().then
+        route = new_sequencer(self.case).rest().then
         route = route if len(route) > 1 else ()
         targets = np.full((1 + len(route), len(model.inputs)), np.nan)
         rates = np.full_like(targets, np.inf)

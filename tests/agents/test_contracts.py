@@ -35,8 +35,8 @@ from tests.contracts.planning import PlanningContract
 from tests.contracts.reprompting import RepromptingContract
 from tests.contracts.simulation import SimulationContract
 from tests.contracts.validation import ValidationContract
+from tests.recovery.line import HALF, MACHINE, LineTwin, feed
 from tests.safety.world import ACTIONS, LIMITS, RUNNING, TAGS, reading, rollout
-from tests.supervisor.line import HALF, MACHINE, LineTwin, feed
 from tests.twin.followed import follow, reactor
 
 

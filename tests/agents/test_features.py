@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from homeostat.agents.features import FeatureFilter
 from homeostat.domain.diagnosis import Feature
-from homeostat.domain.formula import parse_expression
 from homeostat.domain.snapshot import Snapshot
+from homeostat.stl.formula import parse_expression
 
 
 def residual(filter_s: float = 0.0) -> FeatureFilter:

@@ -10,10 +10,10 @@ import pytest
 from homeostat.agents.monitoring import Monitoring, MonitoringSettings
 from homeostat.domain.baseline import Baseline
 from homeostat.domain.diagnosis import Diagnosis, Direction, FaultState, Feature, Hypothesis, SymptomRule
-from homeostat.domain.formula import parse, parse_expression
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import HandedOver, LeftAlone, Released
+from homeostat.stl.formula import parse, parse_expression
 from tests.agents.scripted import NoGraph
 from tests.twin.followed import reactor
 

@@ -12,18 +12,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.agents.candidates import Point, SearchSpace, present_point
+from homeostat.agents.checks import command_findings, judge
 from homeostat.agents.crew import NoAdmissiblePlan, Situation
 from homeostat.agents.planning import PLAUSIBLE, SearchPlanning, plausible_faults
-from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.agents.reprompting import CURABLE, TRIES, MarginReprompting
 from homeostat.agents.simulation import MOST, TwinSimulation, plausible
-from homeostat.assurance.checks import command_findings, judge
 from homeostat.domain.advice import Advice
 from homeostat.domain.behaviour import SetpointRange
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.limits import Owner
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Approve, Revise
+from homeostat.recovery.release_check import TwinReleaseCheck
 from tests.agents.stuck_valve import BELIEF, NOW_S, QUICK, grounding, now, search, stuck
 from tests.contracts.reprompting import advise, finding
 from tests.twin.followed import follow, reactor
@@ -136,7 +136,7 @@ def test_the_rehearsal_repeats_what_validation_said() -> None:
     d = reactor().description
     target = d.machine.state("reduced_load")
     twin = follow(stuck()[:NOW_S])
-    rehearsal = TwinRehearsal(twin, d.limits, d.tags_by_name)
+    rehearsal = TwinReleaseCheck(twin, d.limits, d.tags_by_name)
     with pytest.raises(RuntimeError, match="before prepare"):
         rehearsal.rehearse(stuck()[NOW_S:], found())
     rehearsal.prepare(BELIEF, target)

@@ -11,18 +11,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from homeostat.agents.checks import target_name
 from homeostat.agents.simulation import PLAUSIBLE, STEP, TwinSimulation
-from homeostat.assurance.checks import target_name
 from homeostat.domain.advice import Sensitivity
 from homeostat.domain.behaviour import SetpointRange, State
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
-from homeostat.domain.formula import parse
 from homeostat.domain.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.process.batch import ProcessError
+from homeostat.stl.formula import parse
 from tests.agents.scripted import diagnosis
+from tests.recovery.line import FULL, HALF, slope
 from tests.safety.world import CALM, COLD, HOT, TAGS, criterion, rule
-from tests.supervisor.line import FULL, HALF, slope
 
 HORIZON = 100
 START = {"T": 300.0, "L": 8.0}

@@ -18,9 +18,9 @@ from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.cstr.layout import P, S
 from homeostat.cases.mixing_module.layout import P as MIXER
-from homeostat.cases.wiring import new_executive
+from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.snapshot import Trajectory
-from homeostat.plant.clock import DeclaredClock
+from homeostat.links.clock import DeclaredClock
 
 
 @pytest.fixture(scope="module")
@@ -30,9 +30,9 @@ def cases() -> dict[str, Case]:
 
 def alone(case: Case, chosen: Scenario, site: Site | None = None) -> Trajectory:
     """True values of a scenario in which nobody acts, within ``site`` where one is given."""
-    executive = new_executive(case)
+    sequencer = new_sequencer(case)
     around = case if site is None else replace(case, model=site.join(case.model))
-    plant = build_plant(around, chosen, DeclaredClock(0.0), executive)
+    plant = build_plant(around, chosen, DeclaredClock(0.0), sequencer)
 
     async def watch() -> None:
         async for _ in plant.snapshots():

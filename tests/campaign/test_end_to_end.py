@@ -12,7 +12,7 @@ from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.campaign.scoring import OutcomeKind, exposures
 from homeostat.campaign.unattended import run_unattended
-from homeostat.plant.clock import DeclaredClock
+from homeostat.links.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import Attempted, Diagnosed, FallbackArmed, Noticed, ReleasedActions
 from tests.twin.followed import reactor

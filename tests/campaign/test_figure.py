@@ -21,11 +21,11 @@ from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import scenario
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.panel import StripPanel
-from homeostat.domain.formula import parse
 from homeostat.domain.limits import Limit, LimitKind
 from homeostat.domain.snapshot import Trajectory
 from homeostat.domain.tag import Range
-from homeostat.plant.clock import DeclaredClock
+from homeostat.links.clock import DeclaredClock
+from homeostat.stl.formula import parse
 from homeostat.trace import MemoryTrace
 
 

@@ -10,15 +10,15 @@ from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import build_plant
 from homeostat.campaign.watched import PAUSE, WatchedPlant
 from homeostat.cases.case import load_case
-from homeostat.cases.wiring import new_executive
+from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.snapshot import Snapshot
-from homeostat.plant.clock import DeclaredClock
-from homeostat.plant.simulated import SimulatedPlant
+from homeostat.links.clock import DeclaredClock
+from homeostat.links.simulated import SimulatedPlant
 
 
 def plant(end_s: float) -> SimulatedPlant:
     case = load_case("cstr")
-    return build_plant(case, scenario(case, "none", 1, end_s=end_s), DeclaredClock(0.0), new_executive(case))
+    return build_plant(case, scenario(case, "none", 1, end_s=end_s), DeclaredClock(0.0), new_sequencer(case))
 
 
 def test_every_snapshot_passes_and_is_shown_first() -> None:

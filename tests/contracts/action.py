@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping
 
+from homeostat.agents.checks import command_findings
 from homeostat.agents.crew import Action, Situation
-from homeostat.assurance.checks import command_findings
 from homeostat.domain.advice import Advice
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.tag import Tag

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
-from homeostat.domain.formula import parse
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step, open_setpoints
+from homeostat.stl.formula import parse
 
 STATES = tuple(State(f"s{k}", f"s{k}", 0, k == 0, True, parse("true"), frozenset(), ()) for k in range(6))
 """A chain of states; the machine can stay in s0, too."""

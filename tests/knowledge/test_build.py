@@ -13,7 +13,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyoxigraph import BlankNode, Literal, NamedNode, RdfFormat, Triple, parse
 
-from homeostat.domain.formula import parse_expression
 from homeostat.knowledge import build as module
 from homeostat.knowledge.build import build, main, refuse_incomplete
 from homeostat.knowledge.derive import SCRATCH
@@ -26,6 +25,7 @@ from homeostat.knowledge.rml_mapping import read_mapping
 from homeostat.knowledge.tbox import ontologies
 from homeostat.knowledge.turtle import write_turtle
 from homeostat.knowledge.vocabulary import HS, PREFIXES, RDF, CPSMod, M
+from homeostat.stl.formula import parse_expression
 from tests.knowledge.tables import CASES, SYSTEM, TABLES, Rows, Workbench, reactor, store_of
 
 MAPPINGS = sorted(CASES.glob("*/mapping.rml.ttl"))

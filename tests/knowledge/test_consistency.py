@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from homeostat.cases.cstr.process import CstrModel
-from homeostat.domain.formula import parse
 from homeostat.domain.limits import Limits
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.knowledge.conformance import check_shapes
 from homeostat.knowledge.consistency import ModelInterface, inconsistencies, refuse_inconsistent
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.graph_error import Code, GraphError
+from homeostat.stl.formula import parse
 from tests.knowledge.tables import SYSTEM, TABLES, Rows, Workbench, reactor, store_of
 
 Change = Callable[[Rows], Rows]

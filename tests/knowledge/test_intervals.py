@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from homeostat.domain.formula import parse
 from homeostat.knowledge.intervals import bounds, can_fail, can_hold
+from homeostat.stl.formula import parse
 
 RANGES = {"x": (-2.0, 3.0), "y": (0.0, 5.0), "z.sp": (1.0, 1.5)}
 TERM = st.recursive(

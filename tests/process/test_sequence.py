@@ -1,4 +1,4 @@
-"""Sequences: each member at its own pace, exactly as if the executive stood beside it."""
+"""Sequences: each member at its own pace, exactly as if the sequencer stood beside it."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import load_case
-from homeostat.cases.wiring import new_executive
-from homeostat.domain.formula import Formula, parse
-from homeostat.plant.clock import DeclaredClock
+from homeostat.cases.wiring import new_sequencer
+from homeostat.links.clock import DeclaredClock
 from homeostat.process.batch import Batch, ProcessError
 from homeostat.process.sequence import Guard, InputSequence, SequenceResult, run_sequences
 from homeostat.process.types import Cube, Indices, Row, Table
+from homeostat.stl.formula import Formula, parse
 
 NAN = math.nan
 
@@ -173,7 +173,7 @@ def test_a_member_that_leaves_the_physical_world_is_named_with_its_time() -> Non
         run(batch([0.0, 1.0], 5, level=2.0), sequence((0.0, 1.0)))
 
 
-# --- against an executive that stands beside each member --------------------------------------------------------
+# --- against an sequencer that stands beside each member --------------------------------------------------------
 
 GUARDS = (
     "level >= 4",
@@ -200,7 +200,7 @@ def sequences(draw: st.DrawFn) -> tuple[InputSequence, tuple[Formula, ...]]:
 def alone(
     what: Batch, member: int, steps: InputSequence, formulas: tuple[Formula, ...]
 ) -> tuple[Table, Table, list[int]]:
-    """One member second by second: the kernel, and the guards as the plant's executive judges them."""
+    """One member second by second: the kernel, and the guards as the plant's sequencer judges them."""
     x, now = what.state[member : member + 1].copy(), START.copy()
     target, rate, at = now.copy(), np.full(2, np.inf), 0
     states, inputs, steps_of = [], [], []
@@ -255,15 +255,15 @@ def test_every_member_does_what_an_executive_beside_it_would_do(
 
 
 def test_a_member_that_is_the_plant_runs_the_batch_as_the_plant_does() -> None:
-    """The same parameters and the same noise: second by second what the simulated plant does with its executive."""
+    """The same parameters and the same noise: second by second what the simulated plant does with its sequencer."""
     case, seconds, seed = load_case("mixing_module"), 400, 5
-    executive = new_executive(case)
+    sequencer = new_sequencer(case)
     setting = scenario(case, "none", seed, end_s=float(seconds))
-    plant = build_plant(case, setting, DeclaredClock(0.0), executive)
-    route, model, variables = executive.rest().then, case.model, case.description.variables
+    plant = build_plant(case, setting, DeclaredClock(0.0), sequencer)
+    route, model, variables = sequencer.rest().then, case.model, case.description.variables
 
     async def watch() -> list[str]:
-        return [executive.state async for _ in plant.snapshots()]
+        return [sequencer.state async for _ in plant.snapshots()]
 
     entered = asyncio.run(watch())
     assert len(set(entered)) >= 4, "the batch went on for a few steps"

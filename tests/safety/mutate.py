@@ -1,6 +1,6 @@
 """Are the safety tests worth anything? Every small change to the safety layer must make one of them fail.
 
-``python -m tests.safety.mutate`` makes one mutant after the other of ``homeostat/assurance/*.py`` (a comparison or a
+``python -m tests.safety.mutate`` makes one mutant after the other of ``homeostat/guard/*.py`` (a comparison or a
 sign flipped, ``min`` for ``max``, ``and`` for ``or``, a statement left out, ...), runs the fast safety tests against
 each in a process of its own, and names the mutants that survived. The tests are collected once; a child process
 gives the functions of the safety layer the mutant's code and runs the tests until one fails.
@@ -25,10 +25,10 @@ import pytest
 from _pytest.runner import runtestprotocol
 
 REPO = Path(__file__).resolve().parents[2]
-SAFETY_LAYER = REPO / "src" / "homeostat" / "assurance"
+SAFETY_LAYER = REPO / "src" / "homeostat" / "guard"
 TESTS = tuple(
     f"test_{name}.py"
-    for name in ("judge", "routes", "gate", "abort", "executive", "not_finite", "fallback", "restraint", "boundaries")
+    for name in ("judge", "routes", "gate", "abort", "sequencer", "not_finite", "fallback", "intervention", "boundaries")
 )  # fmt: skip
 LIMIT_S = 20.0
 """A mutant that keeps the tests busy for longer counts as noticed [s]."""
@@ -165,7 +165,7 @@ def mutants(path: Path) -> list[Mutant]:
     for place, node in enumerate(code_of(original)):
         for change, new in changes(node):
             line = next(n.lineno for n in ast.walk(node) if hasattr(n, "lineno"))
-            module = f"homeostat.assurance.{path.stem}"
+            module = f"homeostat.guard.{path.stem}"
             found.append(Mutant(module, line, lines[line - 1].strip(), change, place, new))
     return sorted(found, key=lambda m: m.line)
 
@@ -280,7 +280,7 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     os.chdir(REPO)
     for module in chosen.modules:
-        importlib.import_module(f"homeostat.assurance.{module}")
+        importlib.import_module(f"homeostat.guard.{module}")
     trial = Trial(tuple(chosen.modules), chosen.workers)
     options = ["-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:terminal"]
     pytest.main([*options, *(str(REPO / "tests" / "safety" / name) for name in chosen.tests)], plugins=[trial])

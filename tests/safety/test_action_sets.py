@@ -10,8 +10,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from homeostat.domain.behaviour import Transition
-from homeostat.domain.formula import parse
 from homeostat.domain.recovery import ActionSet, Command, Step
+from homeostat.stl.formula import parse
 
 NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)
 VALUES = st.floats(allow_nan=False, allow_infinity=False)

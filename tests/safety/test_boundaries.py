@@ -6,12 +6,13 @@ import asyncio
 
 import pytest
 
-from homeostat.assurance.checks import judge, judge_safety, permissive_findings
-from homeostat.assurance.gate import Gate, Refused
+from homeostat.agents.checks import judge, judge_safety
 from homeostat.domain.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve, Rollout
+from homeostat.guard.gate import Gate, Refused
+from homeostat.guard.permissives import permissive_findings
 from tests.safety.boundary import BoundaryAttack
 from tests.safety.world import (
     ACTIONS,

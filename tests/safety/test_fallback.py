@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from homeostat.assurance.fallback import ValidatedFallback, choose
 from homeostat.domain.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.verdict import Approve, Revise
+from homeostat.recovery.arming import ValidatedFallback, choose
 from tests.safety.world import COLD, DRAIN, LIMITS, VENT, broken_down, rollout, rule
 
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.assurance.gate import Gate, Refused
 from homeostat.domain.limits import LimitKind, Limits, Owner
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve, Finding, Released, Revise, Verdict
+from homeostat.guard.gate import Gate, Refused
 from tests.safety.world import ACTIONS, COLD, DRAIN, FEED, HOT, LIMITS, VENT, Bench, Says, guarded, reading, rule
 
 APPROVAL = Approve(ACTIONS.digest, ())

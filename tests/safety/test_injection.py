@@ -8,12 +8,12 @@ import functools
 import pytest
 
 from benchmarks.language_runs import reactor, run_with
+from homeostat.agents.checks import command_findings
 from homeostat.agents.grounding import Grounding
 from homeostat.agents.language.action import LanguageAction, Order
 from homeostat.agents.language.answers import Unusable, commands_in, read
 from homeostat.agents.language.planning import Choice, LanguagePlanning
 from homeostat.agents.simulation import TwinSimulation
-from homeostat.assurance.checks import command_findings
 from homeostat.cases.case import Case
 from homeostat.domain.advice import Advice
 from homeostat.domain.recovery import ActionSet, RecoveryPath

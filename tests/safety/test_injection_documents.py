@@ -16,9 +16,9 @@ from homeostat.campaign.runner import run
 from homeostat.campaign.scenario import scenario
 from homeostat.cases.wiring import Language
 from homeostat.domain.advice import Advice
+from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import Attempted
 from tests.agents.stuck_valve import now

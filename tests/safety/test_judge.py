@@ -8,22 +8,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from homeostat.assurance.checks import (
+from homeostat.agents.checks import (
     CLOSED,
     closed_finding,
     command_findings,
     judge,
     judge_safety,
-    permissive_findings,
     rollout_findings,
     target_finding,
     worst,
 )
-from homeostat.domain.formula import FormulaError
 from homeostat.domain.limits import LimitKind, Limits, Owner
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Trajectory
 from homeostat.domain.verdict import Approve, Finding, Revise, RolloutResult, Verdict
+from homeostat.guard.permissives import permissive_findings
+from homeostat.stl.formula import FormulaError
 from tests.safety.world import (
     ACTIONS,
     CALM,

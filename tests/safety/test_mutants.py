@@ -29,7 +29,7 @@ def test_no_mutant_of_the_safety_layer_survives() -> None:
 def test_mutants_survive_tests_that_test_something_else() -> None:
     done = mutate("--modules", "fallback", "--tests", "test_gate.py")
     assert done.returncode == 1
-    assert "survived: homeostat.assurance.fallback:" in done.stdout and "\n0 of " in done.stdout
+    assert "survived: homeostat.recovery.arming:" in done.stdout and "\n0 of " in done.stdout
 
 
 def test_nothing_is_said_where_no_test_runs() -> None:
@@ -39,7 +39,7 @@ def test_nothing_is_said_where_no_test_runs() -> None:
 
 def test_every_module_of_the_safety_layer_has_mutants() -> None:
     found = {path.stem: len(mutants(path)) for path in SAFETY_LAYER.glob("[!_]*.py")}
-    assert {"checks", "executive", "fallback", "gate"} <= set(found) and min(found.values()) > 0
+    assert {"checks", "sequencer", "fallback", "gate"} <= set(found) and min(found.values()) > 0
 
 
 @pytest.mark.parametrize(

@@ -8,12 +8,13 @@ import math
 import numpy as np
 import pytest
 
-from homeostat.assurance.checks import judge, judge_safety, permissive_findings, unjudged, usable
-from homeostat.assurance.gate import Refused
+from homeostat.agents.checks import judge, judge_safety
 from homeostat.domain.limits import LimitKind, Limits
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Quality, Snapshot
 from homeostat.domain.verdict import Approve, Revise
+from homeostat.guard.gate import Refused
+from homeostat.guard.permissives import permissive_findings, unjudged, usable
 from tests.safety.world import (
     ACTIONS,
     COLD,

@@ -12,16 +12,16 @@ import homeostat
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import new_executive, wire
+from homeostat.cases.wiring import new_sequencer, wire
 from homeostat.domain.ports import Plant
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
-from homeostat.plant.clock import DeclaredClock
+from homeostat.links.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import FellBack, ReleasedActions
 
 SOURCES = Path(homeostat.__file__).parent
-GATE = "assurance/gate.py"
+GATE = "guard/gate.py"
 BUILDS_PLANTS = ("plant/", "campaign/", "cases/learn_baselines.py", "__main__.py", "console/", "cli/")
 """Where a simulated plant may be made: outside everything that takes part in a recovery."""
 
@@ -123,9 +123,9 @@ class RecordingPlant:
 def watched_run(case: Case, fault: str) -> tuple[RecordingPlant, MemoryTrace]:
     clock, trace = DeclaredClock(1.0), MemoryTrace()
     short = scenario(case, fault, 3, onset_s=None if fault == "none" else 1450.0, end_s=1600.0)
-    executive = new_executive(case)
-    plant = RecordingPlant(build_plant(case, short, clock, executive))
-    asyncio.run(wire(case, plant, executive, clock, trace, seed=3).supervise())
+    sequencer = new_sequencer(case)
+    plant = RecordingPlant(build_plant(case, short, clock, sequencer))
+    asyncio.run(wire(case, plant, sequencer, clock, trace, seed=3).supervise())
     return plant, trace
 
 

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from homeostat.cases.case import load_case
 from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
-from homeostat.domain.formula import parse
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.tag import Range, Role, Tag
+from homeostat.stl.formula import parse
 
 EVENTS = ("fault", "trip")
 COMPONENTS = ("pump", "valve", "vessel")

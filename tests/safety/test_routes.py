@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.assurance.checks import ROUTE as ASTRAY_NAME
-from homeostat.assurance.checks import judge, judge_safety, rollout_findings
+from homeostat.agents.checks import ROUTE as ASTRAY_NAME
+from homeostat.agents.checks import judge, judge_safety, rollout_findings
 from homeostat.domain.behaviour import SetpointRange, State
-from homeostat.domain.formula import parse
 from homeostat.domain.limits import LimitKind, Limits, Owner
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
 from homeostat.domain.verdict import Approve, Finding, Revise, Verdict
+from homeostat.stl.formula import parse
 from tests.safety.world import (
     ACTIONS,
     ADJUST,
@@ -266,7 +266,7 @@ def test_what_was_commanded_stays_until_it_is_commanded_again() -> None:
 def test_the_member_and_the_time_of_a_permissive_are_those_of_the_release() -> None:
     finding = permissive("L <= 11", at=(2, 0), dt_s=5.0, L=12.0)
     assert (finding.member, finding.at_s, finding.margin) == (2, 0.0, -1.0)
-    assert permissive("L <= 11", at=(2, 1), L=12.0).satisfied, "what is read later binds the executive, not the rollout"
+    assert permissive("L <= 11", at=(2, 1), L=12.0).satisfied, "what is read later binds the sequencer, not the rollout"
 
 
 VALUES = st.none() | st.floats(0.0, 0.05)

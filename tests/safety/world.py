@@ -7,16 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from homeostat.assurance.executive import Executive
-from homeostat.assurance.gate import Gate
 from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
-from homeostat.domain.formula import parse
 from homeostat.domain.limits import Criterion, Limit, LimitKind, Limits, Owner
 from homeostat.domain.ports import Plant, Rehearsal
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, RecoveryPath, Step
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.tag import Range, Role, Tag
 from homeostat.domain.verdict import Approve, Rollout, RolloutResult, Verdict
+from homeostat.guard.gate import Gate
+from homeostat.guard.sequencer import Sequencer
+from homeostat.stl.formula import parse
 
 TAGS = {
     tag.name: tag
@@ -137,14 +137,14 @@ class Bench:
         return {command.tag: command.value for commands in self.written for command in commands}
 
 
-def executive(limits: Limits = LIMITS, *nominal: Step) -> Executive:
-    """The vessel's executive; ``nominal`` is what follows by itself."""
-    return Executive(MACHINE, limits, nominal)
+def sequencer(limits: Limits = LIMITS, *nominal: Step) -> Sequencer:
+    """The vessel's sequencer; ``nominal`` is what follows by itself."""
+    return Sequencer(MACHINE, limits, nominal)
 
 
 def guarded(plant: Plant, limits: Limits, fallback: FallbackStrategy, rehearsal: Rehearsal, **rest: float) -> Gate:
-    """A gate with an executive of its own."""
-    return Gate(plant, limits, fallback, rehearsal, executive(limits), **rest)
+    """A gate with an sequencer of its own."""
+    return Gate(plant, limits, fallback, rehearsal, sequencer(limits), **rest)
 
 
 class Says:

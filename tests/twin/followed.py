@@ -8,8 +8,8 @@ import functools
 from homeostat.cases.case import Case, load_case
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.snapshot import Snapshot
-from homeostat.plant.clock import DeclaredClock
-from homeostat.plant.simulated import PlantConfiguration, SimulatedPlant
+from homeostat.links.clock import DeclaredClock
+from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
 from homeostat.twin.twin import Twin
 
 HEALTHY_S = 1400

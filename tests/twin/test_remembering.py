@@ -10,8 +10,8 @@ import pytest
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
-from homeostat.plant.clock import DeclaredClock
-from homeostat.plant.simulated import PlantConfiguration, SimulatedPlant
+from homeostat.links.clock import DeclaredClock
+from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
 from tests.twin.followed import follow, reactor, readings
 
 FOULED = FaultState("fouling", 0.7, 1500.0)

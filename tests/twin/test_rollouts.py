@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from homeostat.assurance.checks import judge, judge_safety
+from homeostat.agents.checks import judge, judge_safety
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot

@@ -11,10 +11,10 @@ from homeostat.agents.grounding import Grounding
 from homeostat.agents.symptoms import SymptomWatch
 from homeostat.domain.baseline import Baseline
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
-from homeostat.domain.formula import Formula
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import LeftAlone, Outcome, Released
+from homeostat.stl.formula import Formula
 from homeostat.twin.twin import Twin
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from homeostat.agents.checks import REPEATED
 from homeostat.agents.crew import Situation
-from homeostat.assurance.checks import REPEATED
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.limits import Owner
 from homeostat.domain.verdict import Approve

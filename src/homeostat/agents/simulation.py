@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from homeostat.assurance.checks import rollout_findings, target_finding, target_name
+from homeostat.agents.checks import rollout_findings, target_finding, target_name
 from homeostat.domain.advice import Sensitivity
 from homeostat.domain.behaviour import SetpointRange, State
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis

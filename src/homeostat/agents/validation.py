@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from homeostat.assurance.checks import judge
+from homeostat.agents.checks import judge
 from homeostat.domain.behaviour import State
 from homeostat.domain.limits import Limits
 from homeostat.domain.recovery import ActionSet, RecoveryPath

@@ -12,7 +12,6 @@ from functools import partial
 import numpy as np
 
 from homeostat.agents.planning import EVENT
-from homeostat.assurance.executive import Executive
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case
@@ -21,7 +20,8 @@ from homeostat.domain.limits import Limits
 from homeostat.domain.plant_description import Relation
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step, open_setpoints
 from homeostat.domain.snapshot import Trajectory
-from homeostat.plant.clock import DeclaredClock
+from homeostat.guard.sequencer import Sequencer
+from homeostat.links.clock import DeclaredClock
 
 LEVELS = 3
 """Values of each open command that are tried."""
@@ -86,25 +86,25 @@ def _ways(case: Case) -> Iterator[tuple[RecoveryPath, dict[str, float]]]:
 
 def _carry_out(case: Case, scenario: Scenario, path: RecoveryPath, values: Mapping[str, float]) -> Route:
     """Run the batch along ``path`` with nobody watching."""
-    description, executive = case.description, executive_along(case, path, values)
-    plant = build_plant(case, scenario, DeclaredClock(0.0), executive)
+    description, sequencer = case.description, executive_along(case, path, values)
+    plant = build_plant(case, scenario, DeclaredClock(0.0), sequencer)
 
     async def watch() -> None:
         async for _ in plant.snapshots():
-            if executive.state == path.target:
+            if sequencer.state == path.target:
                 return
 
     asyncio.run(watch())
-    complete = executive.state == path.target and inside(plant.truth(), description.limits)
-    at_s = executive.drain()[-1][1] if complete else None
+    complete = sequencer.state == path.target and inside(plant.truth(), description.limits)
+    at_s = sequencer.drain()[-1][1] if complete else None
     return Route(path, dict(values), at_s)
 
 
-def executive_along(case: Case, path: RecoveryPath, values: Mapping[str, float]) -> Executive:
-    """An executive that runs the batch along ``path``; ``values``: tag -> value of what is open on the way."""
+def executive_along(case: Case, path: RecoveryPath, values: Mapping[str, float]) -> Sequencer:
+    """An sequencer that runs the batch along ``path``; ``values``: tag -> value of what is open on the way."""
     steps = ActionSet.along(path, partial(_commands, case, values)).then
     chosen = tuple(Step(s.transition, s.commands) for s in steps)
-    return Executive(case.description.machine, case.description.limits, chosen)
+    return Sequencer(case.description.machine, case.description.limits, chosen)
 
 
 def _commands(case: Case, values: Mapping[str, float], state: State) -> tuple[Command, ...]:

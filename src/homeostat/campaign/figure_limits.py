@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.cases.panel import LinePanel
-from homeostat.domain.formula import Formula
-from homeostat.domain.formula_ast import Comparison, Negate, Node, Number, Or, TagValue, walk
-from homeostat.domain.formula_text import render
 from homeostat.domain.limits import Limit
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.snapshot import Trajectory
+from homeostat.stl.formula import Formula
+from homeostat.stl.text import render
+from homeostat.stl.tree import Comparison, Negate, Node, Number, Or, TagValue, walk
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

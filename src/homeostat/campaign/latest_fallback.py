@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import asyncio
 
-from homeostat.agents.rehearsal import TwinRehearsal
-from homeostat.assurance.gate import Gate
 from homeostat.campaign.best_route import inside
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case
-from homeostat.cases.wiring import fallbacks, new_executive
+from homeostat.cases.wiring import fallbacks, new_sequencer
 from homeostat.domain.recovery import FallbackStrategy
-from homeostat.plant.clock import DeclaredClock
+from homeostat.guard.gate import Gate
+from homeostat.links.clock import DeclaredClock
+from homeostat.recovery.release_check import TwinReleaseCheck
 from homeostat.twin.twin import Twin
 
 
@@ -32,12 +32,12 @@ def latest_fallback(case: Case, scenario: Scenario, longest_s: int = 60) -> int 
 
 def _keeps(case: Case, scenario: Scenario, strategy: FallbackStrategy, at_s: float) -> bool:
     """Whether ``strategy`` keeps every hard limit and criterion to the end if it acts at ``at_s`` [s]."""
-    executive = new_executive(case)
-    plant = build_plant(case, scenario, DeclaredClock(0.0), executive)
+    sequencer = new_sequencer(case)
+    plant = build_plant(case, scenario, DeclaredClock(0.0), sequencer)
     description = case.description
     twin = Twin(case.model, description, case.twin, scenario.seed)
-    rehearsal = TwinRehearsal(twin, description.limits, description.tags_by_name)
-    gate = Gate(plant, description.limits, fallbacks(case)[0], rehearsal, executive)
+    rehearsal = TwinReleaseCheck(twin, description.limits, description.tags_by_name)
+    gate = Gate(plant, description.limits, fallbacks(case)[0], rehearsal, sequencer)
     gate.arm(strategy)
 
     async def watch() -> None:

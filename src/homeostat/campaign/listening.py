@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from homeostat.assurance.executive import Executive
+from homeostat.guard.sequencer import Sequencer
 from homeostat.llm.model import LanguageModel, Question, Reply
 from homeostat.llm.tokens import estimate
 
@@ -32,9 +32,9 @@ class Said:
 class ListeningModel:
     """Implements :class:`homeostat.llm.model.LanguageModel` over another one, and keeps what it said."""
 
-    def __init__(self, model: LanguageModel, executive: Executive) -> None:
-        """``executive`` knows the state that the plant is in."""
-        self._model, self._executive = model, executive
+    def __init__(self, model: LanguageModel, sequencer: Sequencer) -> None:
+        """``sequencer`` knows the state that the plant is in."""
+        self._model, self._sequencer = model, sequencer
         self.said: list[Said] = []
         """Every answer so far."""
 
@@ -50,7 +50,7 @@ class ListeningModel:
 
     async def ask(self, question: Question, within_s: float) -> Reply:
         """The other model's answer."""
-        state, answer, served = self._executive.state, "", ""
+        state, answer, served = self._sequencer.state, "", ""
         try:
             reply = await self._model.ask(question, within_s)
             answer, served = reply.answer, reply.served

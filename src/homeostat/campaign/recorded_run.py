@@ -20,7 +20,7 @@ from homeostat.campaign.step_scores import score_steps
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import Language, Propose, in_operation
 from homeostat.domain.snapshot import Snapshot
-from homeostat.plant.clock import DeclaredClock, ThinkingClock
+from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.trace import RunFinished, RunStarted, Setting, Subscriber, Summary
 
 LIBRARIES = ("numpy", "numba", "pyoxigraph")

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from homeostat.agents.bounds import Budget
 from homeostat.agents.crew import AskingProtocol, Monitoring, Proposer
 from homeostat.agents.planning import EVENT
-from homeostat.assurance.executive import Executive
 from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.label_given import LabelGiven
 from homeostat.campaign.listening import ListeningModel, Said
@@ -21,11 +20,12 @@ from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_
 from homeostat.campaign.unattended import Steered, Unattended, build_plant, fault_free, measured, watch
 from homeostat.campaign.watched import WatchedPlant, Watcher
 from homeostat.cases.case import Case
-from homeostat.cases.wiring import Language, Propose, Workbench, check_protocol, in_operation, new_executive, wire
+from homeostat.cases.wiring import Language, Propose, Workbench, check_protocol, in_operation, new_sequencer, wire
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
-from homeostat.plant.clock import DeclaredClock, ThinkingClock
+from homeostat.guard.sequencer import Sequencer
+from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.trace import MemoryTrace, Trace
 from homeostat.trace.archive import Archive
 from homeostat.trace.decisions import Attempted, Diagnosed, FellBack, Noticed, ReleasedActions, StateEntered
@@ -136,21 +136,21 @@ class Recorder:
 
 
 def run_steered(
-    case: Case, scenario: Scenario, executive: Executive, at_s: float = math.inf, commands: tuple[Command, ...] = ()
+    case: Case, scenario: Scenario, sequencer: Sequencer, at_s: float = math.inf, commands: tuple[Command, ...] = ()
 ) -> RunResult:
-    """Run ``scenario`` with nobody but ``executive``, ``commands`` being given at ``at_s`` [s], and score it."""
+    """Run ``scenario`` with nobody but ``sequencer``, ``commands`` being given at ``at_s`` [s], and score it."""
     begin, clock, trace = time.monotonic(), DeclaredClock(0.0), MemoryTrace()
     recorder = Recorder(clock)
     trace.subscribe(recorder)
-    plant = build_plant(case, scenario, clock, Steered(executive, at_s, commands))
+    plant = build_plant(case, scenario, clock, Steered(sequencer, at_s, commands))
     asyncio.run(watch(WatchedPlant(plant)))
-    _note_states(executive, trace)
+    _note_states(sequencer, trace)
     healthy = fault_free(case, scenario.seed, scenario.end_s)
     return _score(case, scenario, recorder, plant.truth(), measured(plant), healthy, 0.0, time.monotonic() - begin)
 
 
-def _note_states(executive: Executive, trace: Trace) -> None:
-    for state, at_s in executive.drain():
+def _note_states(sequencer: Sequencer, trace: Trace) -> None:
+    for state, at_s in sequencer.drain():
         trace.record(StateEntered(state), at_s)
 
 
@@ -181,18 +181,18 @@ def run(
     trace = trace or MemoryTrace()
     recorder = Recorder(clock, conditions.protocol is AskingProtocol.PER_STEP)
     trace.subscribe(recorder)
-    executive = new_executive(case, conditions.protocol)
-    plant = build_plant(case, scenario, clock, executive)
+    sequencer = new_sequencer(case, conditions.protocol)
+    plant = build_plant(case, scenario, clock, sequencer)
     watched = WatchedPlant(plant, watcher)
-    listening = ListeningModel(language.model, executive) if language else None
+    listening = ListeningModel(language.model, sequencer) if language else None
     if language and listening:
         language = replace(language, model=listening)
     if propose is None:
         asyncio.run(watch(watched))
-        _note_states(executive, trace)
+        _note_states(sequencer, trace)
     else:
         supervisor = wire(
-            _known(known or case, conditions), watched, executive, clock, trace, scenario.seed, budget, archive,
+            _known(known or case, conditions), watched, sequencer, clock, trace, scenario.seed, budget, archive,
             language, conditions.protocol, _informed(case, scenario, conditions), _once(propose, conditions),
         )  # fmt: skip
         asyncio.run(supervisor.supervise())

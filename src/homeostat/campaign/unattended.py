@@ -9,16 +9,16 @@ from typing import Protocol
 
 import numpy as np
 
-from homeostat.assurance.executive import Executive
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.watched import WatchedPlant
 from homeostat.cases.case import Case
-from homeostat.cases.wiring import new_executive
+from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.ports import Clock
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot, Trajectory
-from homeostat.plant.clock import DeclaredClock
-from homeostat.plant.simulated import PlantConfiguration, SimulatedPlant
+from homeostat.guard.sequencer import Sequencer
+from homeostat.links.clock import DeclaredClock
+from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
 
 MOST = 32
 """Most fault-free runs that are kept in memory; one of the reactor takes about 3 MB."""
@@ -27,7 +27,7 @@ _healthy: OrderedDict[tuple[int, int, float], tuple[Case, Unattended]] = Ordered
 
 @dataclass(frozen=True, slots=True)
 class Unattended:
-    """A run in which nobody acts but the executive."""
+    """A run in which nobody acts but the sequencer."""
 
     truth: Trajectory
     """True values."""
@@ -44,15 +44,15 @@ class BasicControl(Protocol):
 
 
 class Steered:
-    """Implements :class:`BasicControl` over an executive, and gives commands of its own once: what hindsight tries."""
+    """Implements :class:`BasicControl` over an sequencer, and gives commands of its own once: what hindsight tries."""
 
-    def __init__(self, executive: Executive, at_s: float, commands: tuple[Command, ...]) -> None:
+    def __init__(self, sequencer: Sequencer, at_s: float, commands: tuple[Command, ...]) -> None:
         """``commands`` are given after the first snapshot at ``at_s`` [s] or later."""
-        self._executive, self._at_s, self._left = executive, at_s, commands
+        self._sequencer, self._at_s, self._left = sequencer, at_s, commands
 
     def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:
-        """The executive's commands, and once the others."""
-        own = self._executive.sample(snapshot)
+        """The sequencer's commands, and once the others."""
+        own = self._sequencer.sample(snapshot)
         if snapshot.at_s < self._at_s or not self._left:
             return own
         given, self._left = self._left, ()
@@ -75,10 +75,10 @@ def run_unattended(case: Case, scenario: Scenario) -> Trajectory:
 
 def unattended(case: Case, scenario: Scenario) -> Unattended:
     """A scenario in which nobody acts."""
-    executive = new_executive(case)
-    plant = build_plant(case, scenario, DeclaredClock(0.0), executive)
+    sequencer = new_sequencer(case)
+    plant = build_plant(case, scenario, DeclaredClock(0.0), sequencer)
     asyncio.run(watch(WatchedPlant(plant)))
-    return Unattended(plant.truth(), tuple(executive.drain()))
+    return Unattended(plant.truth(), tuple(sequencer.drain()))
 
 
 def fault_free(case: Case, seed: int, end_s: float) -> Unattended:

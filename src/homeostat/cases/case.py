@@ -19,14 +19,14 @@ from homeostat.cases.graph import open_graph, read_description
 from homeostat.cases.panel import Panel, read_panel
 from homeostat.domain.baseline import Baseline
 from homeostat.domain.behaviour import StateMachine
-from homeostat.domain.formula import Formula
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.production import Production
 from homeostat.domain.recovery import open_setpoints
-from homeostat.domain.tag import near_matches
 from homeostat.knowledge.store import GraphStore
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Row
+from homeostat.stl.formula import Formula
+from homeostat.stl.spelling import near_matches
 from homeostat.twin.twin import TwinSettings
 
 CASES = Path(__file__).parent

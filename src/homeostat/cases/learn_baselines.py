@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from homeostat.agents.features import FeatureFilter
 from homeostat.cases.case import Case, case_folder, load_case
-from homeostat.cases.wiring import new_executive
+from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.baseline import Baseline
-from homeostat.plant.clock import DeclaredClock
-from homeostat.plant.simulated import PlantConfiguration, SimulatedPlant
+from homeostat.links.clock import DeclaredClock
+from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
 
 FIRST_SEED = 100_000
 """Seeds from here on are for learning; evaluation uses smaller ones."""
@@ -29,7 +29,7 @@ def feature_values(case: Case, seed: int) -> NDArray[np.float64]:
     """Feature values of one fault-free run once it has settled, shape (times, features)."""
     configuration = PlantConfiguration(case.true_parameters(seed), case.start, (), case.end_s, seed * 7919 + 13)
     plant = SimulatedPlant(
-        case.model, case.description.variables, configuration, DeclaredClock(0.0), new_executive(case).sample
+        case.model, case.description.variables, configuration, DeclaredClock(0.0), new_sequencer(case).sample
     )
     filters = [FeatureFilter(f) for f in case.description.features]
     settle_s = case.monitoring.settle_s

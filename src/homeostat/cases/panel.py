@@ -8,7 +8,8 @@ from typing import Any
 
 from homeostat.cases.error import CaseError
 from homeostat.domain.plant_description import PlantDescription
-from homeostat.domain.tag import Range, near_matches
+from homeostat.domain.tag import Range
+from homeostat.stl.spelling import near_matches
 
 
 @dataclass(frozen=True, slots=True)

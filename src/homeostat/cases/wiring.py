@@ -18,22 +18,22 @@ from homeostat.agents.grounding import Grounding
 from homeostat.agents.language.proposer import language_proposer, step_proposer
 from homeostat.agents.monitoring import Monitoring
 from homeostat.agents.planning import EVENT, SearchPlanning
-from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.agents.reprompting import MarginReprompting
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
-from homeostat.assurance.executive import Executive, nominal_route, what_follows
-from homeostat.assurance.gate import Gate
 from homeostat.cases.case import Case
 from homeostat.cases.error import CaseError
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.ports import Clock, Plant
 from homeostat.domain.recovery import Command, FallbackStrategy
+from homeostat.guard.gate import Gate
+from homeostat.guard.sequencer import Sequencer, nominal_route, what_follows
 from homeostat.llm.address import KEY_VARIABLES
 from homeostat.llm.model import LanguageModel
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.secrets import Secrets
-from homeostat.supervisor import Supervisor
+from homeostat.recovery.release_check import TwinReleaseCheck
+from homeostat.recovery.supervisor import Supervisor
 from homeostat.trace import Trace
 from homeostat.trace.archive import Archive, NoArchive
 from homeostat.twin.twin import Twin
@@ -112,11 +112,11 @@ def in_operation(bench: Workbench) -> tuple[Proposer, ...]:
     return (bench.searching(),) if bench.language is None else (bench.speaking(), bench.searching())
 
 
-def new_executive(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> Executive:
-    """The executive of ``case`` before its first sample, with the nominal route unless every step is asked for."""
+def new_sequencer(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> Sequencer:
+    """The sequencer of ``case`` before its first sample, with the nominal route unless every step is asked for."""
     d = case.description
     nominal = nominal_route(d.machine, _by_design(d)) if protocol is AskingProtocol.ROUTE else ()
-    return Executive(d.machine, d.limits, nominal)
+    return Sequencer(d.machine, d.limits, nominal)
 
 
 def check_protocol(case: Case, protocol: AskingProtocol) -> None:
@@ -146,14 +146,14 @@ def _by_design(plant: PlantDescription) -> dict[str, tuple[Command, ...]]:
 
 
 def wire(
-    case: Case, plant: Plant, executive: Executive, clock: Clock, trace: Trace, seed: int,
+    case: Case, plant: Plant, sequencer: Sequencer, clock: Clock, trace: Trace, seed: int,
     budget: Budget | None = None, archive: Archive | None = None, language: Language | None = None,
     protocol: AskingProtocol = AskingProtocol.ROUTE, given: Callable[[MonitoringRole], MonitoringRole] | None = None,
     propose: Propose = in_operation,
 ) -> Supervisor:  # fmt: skip
     """A supervisor for ``plant``; ``seed`` seeds the twin's draws and is the run's.
 
-    ``executive`` is the one that ``plant`` asks after each snapshot.
+    ``sequencer`` is the one that ``plant`` asks after each snapshot.
 
     ``archive`` keeps what graph and models were asked and answered; ``language`` proposes first where it is given.
     ``given`` puts another monitoring in front of the case's, for studies that take the diagnosis from elsewhere;
@@ -164,7 +164,7 @@ def wire(
     tags = d.tags_by_name
     archive = archive or NoArchive()
     grounding = Grounding(case.graph, case.namespace, archive)
-    rehearsal = TwinRehearsal(twin, d.limits, tags)
+    rehearsal = TwinReleaseCheck(twin, d.limits, tags)
     simulation = TwinSimulation(twin, tags, d.limits)
     bench = Workbench(case, twin, grounding, simulation, trace, archive, protocol, language)
     monitoring = Monitoring(twin, grounding, d, case.baselines, case.started, case.monitoring)
@@ -176,8 +176,8 @@ def wire(
         grounding=grounding,
     )
     strategies = fallbacks(case)
-    gate = Gate(plant, d.limits, strategies[0], rehearsal, executive)
+    gate = Gate(plant, d.limits, strategies[0], rehearsal, sequencer)
     return Supervisor(
-        plant, clock, crew, gate, rehearsal, executive, d.machine, d.limits, case.production, strategies,
+        plant, clock, crew, gate, rehearsal, sequencer, d.machine, d.limits, case.production, strategies,
         d.scales, case.patience, budget or Budget(), trace, protocol is AskingProtocol.PER_STEP,
     )  # fmt: skip

@@ -113,7 +113,7 @@ def _run_again(jobs: Sequence[Job], options: argparse.Namespace) -> int:
 
     from homeostat.campaign.study.done import measured
     from homeostat.campaign.study.measurement import Kept
-    from homeostat.domain.tag import near_matches
+    from homeostat.stl.spelling import near_matches
 
     by_name = {job.name: job for job in jobs}
     for name in options.only:

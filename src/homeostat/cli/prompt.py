@@ -52,8 +52,8 @@ def carry_out(options: argparse.Namespace) -> int:
     from homeostat.campaign.scenario import scenario
     from homeostat.cases.case import load_case
     from homeostat.cases.wiring import Language
+    from homeostat.links.clock import DeclaredClock
     from homeostat.llm.scripted import ScriptedModel
-    from homeostat.plant.clock import DeclaredClock
 
     case = load_case(options.case)
     fault = options.fault or max(case.description.faults, key=lambda f: f.prior).name

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from homeostat.domain.formula import Formula
+from homeostat.stl.formula import Formula
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from homeostat.domain.formula import Expression
 from homeostat.domain.tag import Range
+from homeostat.stl.formula import Expression
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from homeostat.domain.formula import Formula
+from homeostat.stl.formula import Formula
 
 
 class LimitKind(StrEnum):

@@ -7,11 +7,12 @@ from enum import StrEnum
 
 from homeostat.domain.behaviour import StateMachine
 from homeostat.domain.diagnosis import Fault, Feature, SymptomRule
-from homeostat.domain.formula import Expression
 from homeostat.domain.limits import Limits
 from homeostat.domain.parameter import ModelParameter
 from homeostat.domain.recovery import FallbackStrategy
-from homeostat.domain.tag import Tag, near_matches
+from homeostat.domain.tag import Tag
+from homeostat.stl.formula import Expression
+from homeostat.stl.spelling import near_matches
 
 
 class ComponentKind(StrEnum):

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -77,9 +75,3 @@ class Tag:
             raise ValueError(f"tag {self.name!r}: rate limit {self.rate_limit!r} must be finite, in {self.unit}/s")
         if self.increment is not None and not (math.isfinite(self.increment) and self.increment > 0):
             raise ValueError(f"tag {self.name!r}: increment {self.increment!r} must be finite and > 0 {self.unit}")
-
-
-def near_matches(name: str, known: Iterable[str]) -> str:
-    """A clause naming the closest known names, for error messages; empty when nothing is close."""
-    close = difflib.get_close_matches(name, list(known), n=3, cutoff=0.5)
-    return f"; did you mean {', '.join(repr(c) for c in close)}?" if close else ""

@@ -9,7 +9,7 @@ from typing import Final, TypeAlias
 
 from pyoxigraph import NamedNode, Triple
 
-from homeostat.domain.tag import near_matches
+from homeostat.stl.spelling import near_matches
 
 from .graph_error import Code, Found
 from .statements import BASIC, Statements, full_name, local_name, split

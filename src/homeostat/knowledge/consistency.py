@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from homeostat.domain.plant_description import PlantDescription
-from homeostat.domain.tag import Role, near_matches
+from homeostat.domain.tag import Role
+from homeostat.stl.spelling import near_matches
 
 from . import consistency_commands, consistency_rules
 from .graph_error import Code, Found, GraphError

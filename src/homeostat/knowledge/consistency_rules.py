@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from homeostat.domain.formula import Formula
-from homeostat.domain.formula_ast import Always, Eventually, Node, Until, children, walk
 from homeostat.domain.plant_description import PlantDescription
+from homeostat.stl.formula import Formula
+from homeostat.stl.tree import Always, Eventually, Node, Until, children, walk
 
 from .graph_error import Code, Found
 from .intervals import Intervals, bounds, can_fail, can_hold

@@ -10,7 +10,7 @@ from typing import Final, cast
 
 from pyoxigraph import Literal, NamedNode, Quad, QueryTriples, Store, Triple
 
-from homeostat.domain.formula import FormulaError, parse, parse_expression
+from homeostat.stl.formula import FormulaError, parse, parse_expression
 
 from . import answers
 from .graph_error import Code, GraphError

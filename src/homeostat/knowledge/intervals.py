@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, TypeAlias, assert_never
 
-from homeostat.domain.formula_ast import (
+from homeostat.stl.tree import (
     Always,
     And,
     Arithmetic,

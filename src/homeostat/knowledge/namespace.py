@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from pyoxigraph import NamedNode
 
-from homeostat.domain.tag import near_matches
+from homeostat.stl.spelling import near_matches
 
 
 class ClosedNamespace(type):

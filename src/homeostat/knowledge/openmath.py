@@ -13,8 +13,8 @@ from typing import Final, assert_never
 
 from pyoxigraph import Literal, NamedNode, Triple
 
-from homeostat.domain.formula import parse_expression
-from homeostat.domain.formula_ast import Arithmetic, Binary, Call, Negate, Number, TagValue
+from homeostat.stl.formula import parse_expression
+from homeostat.stl.tree import Arithmetic, Binary, Call, Negate, Number, TagValue
 
 from .vocabulary import HS, RDF, M
 

@@ -25,7 +25,7 @@ from typing import Final
 
 from pyoxigraph import Triple
 
-from homeostat.domain.tag import near_matches
+from homeostat.stl.spelling import near_matches
 
 from .parameter import Argument, Kind, Parameter, ParameterError
 from .store import GraphStore, Row

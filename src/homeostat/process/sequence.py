@@ -2,7 +2,7 @@
 
 A schedule is known in advance; a sequence is not: when a step ends depends on what the member's instruments show. So
 the engine advances all members by one second, looks at their readings, and lets those go on whose guard holds: exactly
-what the executive does with the plant, once per second.
+what the sequencer does with the plant, once per second.
 """
 
 from __future__ import annotations

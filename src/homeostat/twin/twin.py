@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.domain.diagnosis import Fault, FaultState, Hypothesis
-from homeostat.domain.formula import Formula
 from homeostat.domain.parameter import ModelParameter
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.recovery import ActionSet
@@ -21,6 +20,7 @@ from homeostat.process.model import ProcessModel, column
 from homeostat.process.schedule import InputRamp
 from homeostat.process.sequence import Guard, InputSequence
 from homeostat.process.types import Cube, Row, Table
+from homeostat.stl.formula import Formula
 from homeostat.twin.calibration import Belief, calibrate, prior
 from homeostat.twin.explanation import Explainer, explain
 from homeostat.twin.forecast import Ensemble, Forecast, follow, forecast, synchronise

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from homeostat.agents.checks import command_findings
 from homeostat.agents.language.answers import (
     ANSWER,
     MOST_ANSWER,
@@ -23,7 +24,6 @@ from homeostat.agents.language.answers import (
     reprompting_type,
     schema,
 )
-from homeostat.assurance.checks import command_findings
 from homeostat.domain.behaviour import State
 from homeostat.domain.limits import Owner
 from tests.agents.language.answering import STATES, TAGS, commands, taken, text, values_of

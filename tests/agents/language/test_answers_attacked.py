@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
+from homeostat.agents.checks import command_findings
 from homeostat.agents.language.answers import (
     ANSWER,
     MOST_ANSWER,
@@ -23,7 +24,6 @@ from homeostat.agents.language.answers import (
     read,
     reprompting_type,
 )
-from homeostat.assurance.checks import command_findings
 from tests.agents.language.answering import STATES, TAGS, taken, text, values_of
 
 REDUCED = next(s for s in STATES if s.name == "reduced_load")

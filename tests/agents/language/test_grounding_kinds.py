@@ -22,10 +22,10 @@ from homeostat.campaign.scenario import scenario
 from homeostat.cases.wiring import Language
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.verdict import Revise
+from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import exact
-from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import Retrieved
 from tests.agents.language.situations import CURABLE, questions, simulation, situation

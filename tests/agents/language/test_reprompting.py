@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import pytest
 
+from homeostat.agents.checks import repetition_finding
 from homeostat.agents.crew import NoAdmissiblePlan
 from homeostat.agents.language.reach import HALF
 from homeostat.agents.language.reprompting import (
@@ -18,7 +19,6 @@ from homeostat.agents.language.reprompting import (
     TeachingReprompting,
 )
 from homeostat.agents.language.scripts import reasonable
-from homeostat.assurance.checks import repetition_finding
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.behaviour import State
 from homeostat.domain.diagnosis import Diagnosis

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from homeostat.agents.checks import target_name
 from homeostat.agents.simulation import STEP, TwinSimulation, plausible
-from homeostat.assurance.checks import target_name
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.twin.twin import Purpose, Twin

@@ -12,8 +12,8 @@ from homeostat.campaign.study.entrant import CONSTANT, SEARCH, Entrant
 from homeostat.campaign.study.row import DO_NOTHING, FALLBACK_ONLY
 from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import Workbench, new_executive, wire
-from homeostat.plant.clock import DeclaredClock
+from homeostat.cases.wiring import Workbench, new_sequencer, wire
+from homeostat.links.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 
 
@@ -30,10 +30,10 @@ def proposers(entrant: Entrant) -> tuple[Proposer, ...]:
         found.append(bench)
         return ()
 
-    executive, clock = new_executive(case()), DeclaredClock(0.0)
-    plant = build_plant(case(), scenario(case(), "none", 1, end_s=10.0), clock, executive)
+    sequencer, clock = new_sequencer(case()), DeclaredClock(0.0)
+    plant = build_plant(case(), scenario(case(), "none", 1, end_s=10.0), clock, sequencer)
     language = entrant.language(GroundingKind.GRAPH)
-    wire(case(), plant, executive, clock, MemoryTrace(), 1, language=language, propose=noted)
+    wire(case(), plant, sequencer, clock, MemoryTrace(), 1, language=language, propose=noted)
     assert entrant.propose is not None
     return entrant.propose(found[0])
 

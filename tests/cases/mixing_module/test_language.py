@@ -15,10 +15,10 @@ from homeostat.campaign.runner import run
 from homeostat.campaign.scenario import scenario
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import Language
+from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import exact
-from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import Attempted, StateEntered
 

@@ -15,9 +15,9 @@ from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import fallbacks, new_executive
+from homeostat.cases.wiring import fallbacks, new_sequencer
 from homeostat.domain.verdict import Revise
-from homeostat.plant.clock import DeclaredClock
+from homeostat.links.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import Departed, Diagnosed, FellBack, ReleasedActions, StateEntered
 
@@ -114,19 +114,19 @@ def test_a_batch_that_is_over_is_not_left_to_a_valve_that_does_not_close() -> No
 
 
 def test_a_pump_that_has_emptied_every_tank_stops_before_it_is_hurt() -> None:
-    case, executive = module(), new_executive(module())
-    plant = build_plant(case, scenario(case, "none", 1, end_s=400.0), DeclaredClock(0.0), executive)
+    case, sequencer = module(), new_sequencer(module())
+    plant = build_plant(case, scenario(case, "none", 1, end_s=400.0), DeclaredClock(0.0), sequencer)
     (pump_out,) = (s for s in fallbacks(case) if s.name == "pump_out")
 
     async def watch() -> None:
         async for snapshot in plant.snapshots():
             if snapshot.at_s == 100.0:
-                executive.load(pump_out.actions)
+                sequencer.load(pump_out.actions)
                 await plant.write(pump_out.actions.commands)
 
     asyncio.run(watch())
     truth = plant.truth().signals
-    assert executive.state == "emptied" and truth["dry_s"][0, -1] == truth["dead_head_s"][0, -1] == 0.0
+    assert sequencer.state == "emptied" and truth["dry_s"][0, -1] == truth["dead_head_s"][0, -1] == 0.0
     assert all(truth[f"B20{n}.level"][0, -1] < 0.15 for n in (1, 2, 3)), "gravity leaves what stands below B204"
 
 

@@ -22,10 +22,10 @@ from homeostat.campaign.step_scores import StepScores, score_steps
 from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.error import CaseError
-from homeostat.cases.wiring import Language, new_executive, wire
+from homeostat.cases.wiring import Language, new_sequencer, wire
+from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Failure, ModelError, Question
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import Attempted, GaveUp, LeftAsIs, ReleasedActions, StateEntered
 
@@ -176,10 +176,10 @@ def test_a_step_that_was_asked_for_in_vain_is_asked_for_again() -> None:
                 raise NoAdmissiblePlan("nothing comes to mind")
             return await self._planning.plan(situation, advice)
 
-    model, trace, executive = ScriptedModel("scripted", at_second), MemoryTrace(), new_executive(case(), PER_STEP)
+    model, trace, sequencer = ScriptedModel("scripted", at_second), MemoryTrace(), new_sequencer(case(), PER_STEP)
     chosen, clock = scenario(case(), "none", 3, end_s=300.0), DeclaredClock(1.0)
-    plant = build_plant(case(), chosen, clock, executive)
-    supervisor = wire(case(), plant, executive, clock, trace, 3, language=Language(model), protocol=PER_STEP)
+    plant = build_plant(case(), chosen, clock, sequencer)
+    supervisor = wire(case(), plant, sequencer, clock, trace, 3, language=Language(model), protocol=PER_STEP)
     search = supervisor._crew.proposers[-1]
     silent = replace(search, planning=Silent(search.planning))
     supervisor._crew = replace(supervisor._crew, proposers=(supervisor._crew.proposers[0], silent))

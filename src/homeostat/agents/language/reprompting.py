@@ -8,6 +8,7 @@ import tomllib
 from collections.abc import Sequence
 from typing import Final
 
+from homeostat.agents.checks import REPEATED
 from homeostat.agents.crew import NoAdmissiblePlan, Simulation, Situation
 from homeostat.agents.excerpts import GroundingKind
 from homeostat.agents.language.answers import Unusable, reprompting_type
@@ -16,7 +17,6 @@ from homeostat.agents.language.prompt_files import PROMPTS, fill, prompt_file
 from homeostat.agents.language.reach import curable
 from homeostat.agents.language.situation import MOST_FINDINGS, nearest, situation_text, worst_first
 from homeostat.agents.language.speaker import ask, question
-from homeostat.assurance.checks import REPEATED
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.limits import Owner
 from homeostat.domain.plant_description import PlantDescription

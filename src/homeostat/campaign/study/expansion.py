@@ -26,7 +26,7 @@ from homeostat.cases.case import Case, load_case
 from homeostat.cases.error import CaseError
 from homeostat.cases.wiring import check_protocol
 from homeostat.domain.diagnosis import FaultState
-from homeostat.domain.tag import near_matches
+from homeostat.stl.spelling import near_matches
 
 UNTOUCHED = (CONSTANT, *YARDSTICKS)
 """Proposers without anything that could be left out."""

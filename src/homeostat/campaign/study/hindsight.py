@@ -18,7 +18,7 @@ from homeostat.campaign.study.row import HINDSIGHT, Row
 from homeostat.campaign.study.row_of import Observed, row_of, succeeded
 from homeostat.campaign.unattended import fault_free
 from homeostat.cases.case import Case
-from homeostat.cases.wiring import new_executive
+from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.behaviour import SetpointRange
 from homeostat.domain.recovery import Command
 
@@ -36,7 +36,7 @@ def hindsight_row(job: Job) -> Row:
     """
     begin = time.monotonic()
     case, chosen = loaded(job.scenario.case), job.scenario
-    idle = run_steered(case, chosen, new_executive(case))
+    idle = run_steered(case, chosen, new_sequencer(case))
     found = _best_batch(case, chosen) if idle.nominal_s is not None else _best_setpoints(case, chosen)
     if found is None and succeeded(job, idle):
         found = idle  # limits are broken whatever is done, and the plant comes back by itself
@@ -71,7 +71,7 @@ def _best_setpoints(case: Case, chosen: Scenario) -> RunResult | None:
     assert best.setpoints is not None  # the finer grids hold the best point of the one before
     tags = case.description.tags_by_name
     commands = tuple(Command(tag, value, tags[tag].rate_limit) for tag, value in best.setpoints.items())
-    return run_steered(case, chosen, new_executive(case), onset_s, commands)
+    return run_steered(case, chosen, new_sequencer(case), onset_s, commands)
 
 
 def _choices(case: Case) -> tuple[SetpointRange, ...]:

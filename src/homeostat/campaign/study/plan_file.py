@@ -12,7 +12,7 @@ from pydantic_core import ErrorDetails
 
 from homeostat.campaign.study.error import CampaignError
 from homeostat.campaign.study.plan import Plan, ProposerPlan, ScenarioPlan
-from homeostat.domain.tag import near_matches
+from homeostat.stl.spelling import near_matches
 
 LONGEST = 80
 """Most characters of a value that a message shows."""

@@ -10,8 +10,8 @@ from typing import TypeVar
 
 from pyoxigraph import NamedNode
 
-from homeostat.domain.formula import Expression, Formula, FormulaError, parse, parse_expression
 from homeostat.domain.tag import Range, Tag
+from homeostat.stl.formula import Expression, Formula, FormulaError, parse, parse_expression
 
 from ..graph_error import Code, GraphError
 from ..query import template

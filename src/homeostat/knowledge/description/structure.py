@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pyoxigraph import NamedNode
 
-from homeostat.domain.formula import parse_expression
 from homeostat.domain.plant_description import Component, ComponentKind, ControlLoop, Equation
+from homeostat.stl.formula import parse_expression
 
 from ..graph_error import Code, GraphError
 from ..openmath import split

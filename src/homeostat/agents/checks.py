@@ -1,0 +1,219 @@
+"""Checks: pure functions from (actions, rollout, limits) to findings with signed margins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from homeostat.domain.behaviour import State
+from homeostat.domain.limits import Criterion, Limit, LimitKind, Limits, Owner
+from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.tag import Tag
+from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, RolloutResult, Verdict
+from homeostat.guard.permissives import finding, refusal
+from homeostat.stl.formula import Formula
+
+REPEATED = "CHK-REPEATED"
+"""Name of the refusal of a proposal that was judged before."""
+ROUTE = "CHK-ROUTE"
+"""Name of the refusal of steps that do not follow the path."""
+CLOSED = "CHK-OPEN"
+"""Name of the refusal of a path that closed while its commands were thought about."""
+
+
+def judge(
+    actions: ActionSet, rollout: Rollout, limits: Limits, target: State, tags: Mapping[str, Tag],
+    path: RecoveryPath | None = None,
+) -> Verdict:  # fmt: skip
+    """Approve ``actions`` only if every check holds in every member of ``rollout``; default is to refuse.
+
+    ``target`` is the state in which they end; ``path`` leads there and must be given where there are later steps.
+    """
+    if actions.end != target.name:
+        text = f"the action set leads to {actions.end!r}; judge it for that state, not for {target.name!r}"
+        return Revise((refusal("CHK-TARGET", text),))
+    unfit = _unfit(actions, rollout, {*target.settled_when.tags, *_read(limits.criteria), *_read(limits.limits)})
+    if unfit is None and actions.then:
+        unfit = _astray(actions, path)
+    if unfit is not None:
+        return Revise((unfit,))
+    findings = (
+        *_commands_by_step(actions, target, tags, path),
+        *rollout_findings(rollout, limits.criteria, limits.limits, actions),
+        target_finding(rollout, target),
+    )
+    if all(f.satisfied for f in findings):
+        return Approve(actions.digest, findings)
+    return Revise(findings)
+
+
+def judge_safety(actions: ActionSet, rollout: Rollout, limits: Limits) -> Verdict:
+    """Judge a fallback: only what protects the plant counts."""
+    criteria = [c for c in limits.criteria if c.hard]
+    unfit = _unfit(actions, rollout, _read(criteria) | _read(limits.hard))
+    if unfit is not None:
+        return Revise((unfit,))
+    findings = rollout_findings(rollout, criteria, limits.hard, actions)
+    return Approve(actions.digest, findings) if all(f.satisfied for f in findings) else Revise(findings)
+
+
+def rollout_findings(
+    rollout: Rollout, criteria: Iterable[Criterion], limits: Iterable[Limit], actions: ActionSet
+) -> tuple[Finding, ...]:
+    """One finding per criterion and limit: the worst member's margin and its time.
+
+    Interlocks and envelopes must hold throughout; permissives at the moment of release, with every commanded tag at
+    the value that it is commanded to, then with what each later step commands.
+    """
+    signals, dt_s = rollout.trajectory.signals, rollout.trajectory.dt_s
+    covered_s = rollout.trajectory.length * dt_s
+    found = [
+        _too_short(c, covered_s) or worst(c.name, c.owner, c.formula, c.description, signals, dt_s) for c in criteria
+    ]
+    for limit in limits:
+        if limit.kind is LimitKind.PERMISSIVE:
+            margins = _permissive_margins(limit, signals, actions)
+        else:
+            margins = np.atleast_2d(limit.formula.margins(signals, dt_s))
+        member, row = np.unravel_index(int(np.argmin(margins)), margins.shape)
+        found.append(
+            finding(limit.name, Owner.ACTION, limit.formula, limit.description, float(margins[member, row]),
+                     float(row) * dt_s, int(member))
+        )  # fmt: skip
+    return tuple(found)
+
+
+def _permissive_margins(
+    limit: Limit, signals: Mapping[str, NDArray[np.float64]], actions: ActionSet
+) -> NDArray[np.float64]:
+    """Least margin of a permissive over the steps of ``actions``, shape (members, 1)."""
+    commanded: dict[str, NDArray[np.float64]] = {}
+    found = []
+    for commands in (actions.commands, *(s.commands for s in actions.then)):
+        commanded.update({c.tag: np.asarray(c.value) for c in commands if c.value is not None})
+        values = {tag: commanded.get(tag, first[:, :1]) for tag, first in signals.items()}
+        found.append(np.atleast_2d(limit.formula.margins(values, 1.0)))
+    return np.asarray(np.minimum.reduce(np.broadcast_arrays(*found)))
+
+
+def worst(
+    name: str, owner: Owner, formula: Formula, description: str, signals: Mapping[str, NDArray[np.float64]], dt_s: float
+) -> Finding:
+    """The finding of one formula on a rollout: its least margin over the members."""
+    margin = formula.evaluate(signals, dt_s)
+    member = int(np.argmin(margin.value))
+    return finding(
+        name, owner, formula, description, float(margin.value[member]), float(margin.worst_at_s[member]), member
+    )
+
+
+def target_name(target: State) -> str:
+    """Name of the finding on whether ``target`` is reached."""
+    return f"TARGET-{target.name}"
+
+
+def target_finding(rollout: Rollout, target: State) -> Finding:
+    """Whether every member has taken every step and reached the target state at the end of the rollout."""
+    left = max(rollout.steps_left, default=0)
+    if left > 0:
+        slow = rollout.steps_left.index(left)
+        text = f"State {target.name!r} is not entered: {left} of the steps are still waited for at the end"
+        return Finding(target_name(target), Owner.PLANNING, -float(left), "steps", 0.0, slow, text)
+    last = {tag: values[:, -1:] for tag, values in rollout.trajectory.signals.items()}
+    margins = target.settled_when.margins(last, rollout.trajectory.dt_s)
+    member = int(np.argmin(margins[:, 0]))
+    end_s = (rollout.trajectory.length - 1) * rollout.trajectory.dt_s
+    return finding(
+        target_name(target), Owner.PLANNING, target.settled_when, f"State {target.name!r} is reached",
+        float(margins[member, 0]), end_s, member,
+    )  # fmt: skip
+
+
+def command_findings(actions: ActionSet, target: State, tags: Mapping[str, Tag]) -> tuple[Finding, ...]:
+    """What is wrong with the commands: not admissible in the target state, outside its range, or too fast."""
+    found = []
+    for c in actions.commands:
+        admitted = target.setpoint(c.tag)
+        if admitted is None or c.tag not in tags:
+            found.append(refusal("CHK-ADMISSIBLE", f"{c.tag!r} may not be commanded in state {target.name!r}"))
+            continue
+        if c.value is None:
+            if admitted.design is not None:
+                found.append(refusal("CHK-AUTOMATIC", f"{c.tag!r} has no automatic mode in state {target.name!r}"))
+            continue
+        tag, rate = tags[c.tag], float("inf") if c.rate is None else c.rate
+        slack = 1e-9 * max(abs(admitted.low), abs(admitted.high), 1.0)
+        excess = max(admitted.low - c.value, c.value - admitted.high)
+        if excess > slack:
+            text = f"{c.tag!r} = {c.value:.6g} {tag.unit} in state {target.name!r}; admitted are"
+            text = f"{text} {admitted.low:.6g} to {admitted.high:.6g} {tag.unit}"
+            found.append(Finding("CHK-RANGE", Owner.ACTION, -excess, tag.unit, 0.0, 0, text))
+        if tag.rate_limit is not None and rate > tag.rate_limit:
+            text = f"{c.tag!r} ramps at {rate:.6g} {tag.unit}/s; limit {tag.rate_limit:.6g} {tag.unit}/s"
+            found.append(Finding("CHK-RATE", Owner.ACTION, tag.rate_limit - rate, f"{tag.unit}/s", 0.0, 0, text))
+    return tuple(found)
+
+
+def _commands_by_step(
+    actions: ActionSet, target: State, tags: Mapping[str, Tag], path: RecoveryPath | None
+) -> tuple[Finding, ...]:
+    """Findings on the commands of every step, each in its own state."""
+    if path is None or not actions.then:
+        return command_findings(actions, target, tags)
+    found: list[Finding] = []
+    for commands, name in zip((actions.commands, *(s.commands for s in actions.then)), actions.states, strict=True):
+        found += command_findings(ActionSet(commands, name), path.machine.state(name), tags)
+    return tuple(found)
+
+
+def _astray(actions: ActionSet, path: RecoveryPath | None) -> Finding | None:
+    """A refusal where the steps are not those that the machine has on ``path``: its states, each behind its guard."""
+    if path is None:
+        return refusal(ROUTE, "the action set has later steps, but no path through the state machine")
+    awaited = path.awaited
+    if actions.target != path.now or tuple(s.transition for s in actions.then) != awaited:
+        there = " > ".join((path.now, *(t.target for t in awaited)))
+        text = f"the steps lead {' > '.join(actions.states)}; the path leads {there}, each behind its guard"
+        return refusal(ROUTE, text)
+    return None
+
+
+def repetition_finding(number: int) -> Finding:
+    """The refusal of an action set that was attempt ``number`` already: the same proposal gets the same verdict."""
+    return refusal(REPEATED, f"this is attempt {number} again; propose something else")
+
+
+def closed_finding(states: Sequence[str]) -> Finding:
+    """The refusal of an action set whose path the machine no longer opens."""
+    text = f"{' > '.join(states)} is not open any more: a guard on it closed; name another path"
+    return Finding(CLOSED, Owner.PLANNING, -float("inf"), "1", 0.0, 0, text)
+
+
+def _read(rules: Iterable[Criterion | Limit]) -> set[str]:
+    """Tags that ``rules`` read."""
+    return {tag for rule in rules for tag in rule.formula.tags}
+
+
+def _unfit(actions: ActionSet, rollout: Rollout, read: set[str]) -> Finding | None:
+    """Why ``rollout`` says nothing about ``actions``; None where it does. ``read``: the tags that are judged."""
+    if rollout.digest != actions.digest:
+        return refusal("CHK-DIGEST", "the rollout belongs to another action set; roll this one out first")
+    if rollout.result is not RolloutResult.COMPLETED:
+        return refusal("CHK-ROLLOUT", f"{rollout.result.value} {rollout.note}")
+    signals = rollout.trajectory.signals
+    for tag in sorted(read & signals.keys()):
+        if not np.isfinite(signals[tag]).all():
+            return refusal("CHK-FINITE", f"{tag!r} is not finite in the rollout; the twin left the physical world")
+    return None
+
+
+def _too_short(criterion: Criterion, covered_s: float) -> Finding | None:
+    """A refusal where ``criterion`` looks beyond the rollout: whatever is asked of an empty window holds."""
+    ahead_s = criterion.formula.horizon_s
+    if ahead_s <= covered_s or math.isinf(ahead_s):
+        return None
+    text = f"{criterion.formula.text!r} looks {ahead_s:.0f} s ahead; the rollout covers {covered_s:.0f} s"
+    return refusal(criterion.name, text)

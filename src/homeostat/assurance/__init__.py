@@ -1,1 +1,0 @@
-"""The safety layer; it knows the domain and nothing else."""

@@ -1,1 +1,0 @@
-"""Physical space: the plants that Homeostat can be attached to."""

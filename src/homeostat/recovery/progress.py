@@ -1,0 +1,83 @@
+"""ProgressMonitor: when the twin says that each later step is taken, and whether the plant departs from that."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from homeostat.domain.recovery import Step
+from homeostat.domain.verdict import Departure, Rollout, StepBand
+from homeostat.guard.sequencer import Sequencer
+
+
+class ProgressMonitor:
+    """Compares the steps that the sequencer takes with the times that were predicted for them."""
+
+    def __init__(self, slack_s: float, repeat_s: float) -> None:
+        """``slack_s``: how far outside the predicted times a step must be [s]; infinite for no expectations.
+
+        ``repeat_s``: two calls are at least this far apart [s].
+        """
+        self._slack_s, self._repeat_s = slack_s, repeat_s
+        self._steps: tuple[Step, ...] = ()
+        self._bands: tuple[StepBand, ...] = ()
+        self._quiet_until_s = -math.inf
+        self._forbidden_s: float | None = None
+        self._early: Departure | None = None
+
+    def lacks(self, steps: Sequence[Step]) -> bool:
+        """Whether nothing is predicted of ``steps``, which wait, and something should be."""
+        return math.isfinite(self._slack_s) and bool(steps) and self._steps[len(self._steps) - len(steps) :] != steps
+
+    def expect(self, steps: tuple[Step, ...], rollout: Rollout) -> None:
+        """From now on the plant should do what ``rollout`` says of ``steps``."""
+        self._steps, self._bands = steps, rollout.bands
+        self._early, self._forbidden_s = None, None
+
+    def entered(self, state: str, at_s: float, waiting: int) -> None:
+        """The sequencer entered ``state`` at ``at_s`` [s]; at present it has ``waiting`` steps left."""
+        taken = len(self._steps) - waiting
+        for step, band in zip(self._steps[:taken], self._bands, strict=False):
+            if step.target == state and at_s < band.earliest_s - self._slack_s:
+                text = f"{state!r} is entered at {at_s:.0f} s, {band.earliest_s - at_s:.0f} s before the earliest"
+                self._early = Departure(step.transition.name, band.earliest_s, band.latest_s, f"{text} prediction")
+
+    def departs(self, sequencer: Sequencer, at_s: float) -> Departure | None:
+        """What calls for attention at ``at_s`` [s]; None where all is as expected, or it was called not long ago."""
+        waiting = sequencer.rest().then
+        if not waiting or self.lacks(waiting) or not self._bands:
+            return self._called(self._early, at_s)
+        if sequencer.refused is None:
+            self._forbidden_s = None
+        elif self._forbidden_s is None:
+            self._forbidden_s = at_s
+        return self._called(
+            self._forbidden(sequencer, waiting[0], at_s) or self._late(sequencer, waiting, at_s) or self._early, at_s
+        )
+
+    def _called(self, found: Departure | None, at_s: float) -> Departure | None:
+        """``found``, unless there was a call not long ago."""
+        if found is None or at_s < self._quiet_until_s:
+            return None
+        self._quiet_until_s, self._early = at_s + self._repeat_s, None
+        return found
+
+    def _band(self, waiting: Sequence[Step]) -> StepBand:
+        return self._bands[len(self._steps) - len(waiting)]
+
+    def _forbidden(self, sequencer: Sequencer, step: Step, at_s: float) -> Departure | None:
+        """Why the next step has been forbidden for longer than the slack."""
+        if self._forbidden_s is None or at_s - self._forbidden_s < self._slack_s:
+            return None
+        band = self._band(sequencer.rest().then)
+        text = f"{step.target!r} is due and forbidden since {self._forbidden_s:.0f} s: {sequencer.refused}"
+        return Departure(step.transition.name, band.earliest_s, band.latest_s, text)
+
+    def _late(self, sequencer: Sequencer, waiting: Sequence[Step], at_s: float) -> Departure | None:
+        """By how much the next step is later than any member of the prediction took it."""
+        band, step = self._band(waiting), waiting[0]
+        if at_s <= band.latest_s + self._slack_s:
+            return None
+        what = f"{step.transition.guard.text!r} does not hold" if sequencer.refused is None else sequencer.refused
+        text = f"{what} at {at_s:.0f} s, predicted by {band.latest_s:.0f} s"
+        return Departure(step.transition.name, band.earliest_s, band.latest_s, text)

@@ -1,0 +1,84 @@
+"""A batch that departs from its prediction is looked at, whatever monitoring notices."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from homeostat.agents.bounds import Patience
+from homeostat.domain.behaviour import Transition
+from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.limits import LimitKind, Limits
+from homeostat.domain.recovery import ActionSet
+from homeostat.domain.verdict import StepBand
+from homeostat.stl.formula import parse
+from homeostat.trace.decisions import Departed, LeftAsIs, Noticed, ReleasedActions
+from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
+from tests.recovery.line import GOOD, MACHINE, Stage, monitoring, run
+from tests.safety.world import CALM, HOT, TAGS, rule
+
+PATIENCE = Patience(slack_s=5.0, repeat_s=30.0)
+COOLS = Transition("cools", "running", "reduced", "", parse("T <= 290", TAGS), on_decision=False)
+COOLING = replace(MACHINE, transitions=(*MACHINE.transitions, COOLS))
+"""A line whose nominal route goes on when it is cold."""
+BAND = StepBand(30.0, 40.0)
+"""When the twin says that it is cold [s]."""
+
+
+def stage(band: StepBand = BAND, **changed: object) -> Stage:
+    """A cooling line that nobody notices anything about."""
+    healthy = ScriptedMonitoring(answer=lambda at_s: Diagnosis(at_s, (), ()))
+    made = Stage(ScriptedAction(GOOD), monitoring=healthy, patience=PATIENCE, machine=COOLING, **changed)  # type: ignore[arg-type]
+    made.twin.bands = lambda actions: (band,) * len(actions.then)
+    return made
+
+
+def departures(done: Stage) -> list[tuple[float, str]]:
+    return [(e.at_s, e.event.transition) for e in done.trace.entries if isinstance(e.event, Departed)]
+
+
+def test_a_late_step_is_looked_at_and_left_alone_where_all_is_well() -> None:
+    done = run(stage(heating=0.0))
+    assert departures(done) == [(46.0, "cools"), (76.0, "cools"), (106.0, "cools")]
+    assert monitoring(done).departures == [True] * 3
+    assert len(done.trace.of(Noticed)) == len(done.trace.of(LeftAsIs)) == 3
+    assert done.plant.written == [] and monitoring(done).outcomes == [], "a healthy plant is not improved"
+
+
+def test_a_late_step_gets_a_new_plan_where_the_rest_does_not_do() -> None:
+    done = run(stage(heating=0.15))
+    assert departures(done)[0] == (46.0, "cools")
+    (released,) = done.trace.of(ReleasedActions)
+    assert released.digest == GOOD.digest and len(monitoring(done).outcomes) == 1
+
+
+def test_a_step_in_time_is_no_news() -> None:
+    made = stage(heating=0.0)
+    made.plant.disturb = lambda at_s, values: values.update(T=289.0) if at_s == 35.0 else None
+    done = run(made)
+    assert departures(done) == [] and done.sequencer.state == "reduced"
+
+
+def test_an_early_step_is_looked_at() -> None:
+    made = stage(heating=0.0)
+    made.plant.disturb = lambda at_s, values: values.update(T=289.0) if at_s == 20.0 else None
+    assert departures(run(made)) == [(20.0, "cools")]
+
+
+def test_a_step_that_a_permissive_forbids_is_looked_at() -> None:
+    warm = rule("PRM-WARM", LimitKind.PERMISSIVE, "T >= 295")
+    done = run(stage(heating=-0.2, limits=Limits((HOT, warm), (CALM,)), band=StepBand(500.0, 600.0)))
+    found = done.trace.of(Departed)
+    assert found and "forbidden since" in found[0].reason and "PRM-WARM" in found[0].reason
+
+
+def test_nothing_is_predicted_where_no_slack_is_stated() -> None:
+    asked: list[ActionSet] = []
+
+    def bands(actions: ActionSet) -> tuple[StepBand, ...]:
+        asked.append(actions)
+        return (BAND,) * len(actions.then)
+
+    made = stage(heating=0.0)
+    made.patience = Patience()
+    made.twin.bands = bands
+    assert departures(run(made)) == [] and asked == []

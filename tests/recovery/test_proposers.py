@@ -1,0 +1,313 @@
+"""Several proposers: answers that are none, proposals that were judged before, and time that is shared out."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from itertools import pairwise
+
+import pytest
+
+from homeostat.agents.bounds import Budget
+from homeostat.agents.checks import CLOSED, REPEATED
+from homeostat.agents.crew import NoAdmissiblePlan, Proposer, Situation
+from homeostat.domain.advice import Advice, Attempt
+from homeostat.domain.limits import Owner
+from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.verdict import Approve, Finding, HandedOver, Released, Revise, RolloutResult
+from homeostat.guard.gate import Overtaken
+from homeostat.links.clock import ThinkingClock
+from homeostat.trace.decisions import Attempted, FellBack, GaveUp, ReleasedActions
+from tests.agents.scripted import ScriptedAction, ScriptedPlanning, ScriptedReprompting
+from tests.recovery.line import BAD, GOOD, HALF, MACHINE, Stage, feed, monitoring, run, safe
+
+WRONG = Revise((Finding("CHK-ANSWER", Owner.ACTION, -math.inf, "1", 0.0, 0, "not a JSON object"),))
+"""An answer that is none of those that were asked for."""
+NOTICED_S = 50.0
+
+
+def second(action: ScriptedAction | None = None, name: str = "second") -> Proposer:
+    return Proposer(name, ScriptedPlanning(MACHINE, ("reduce",)), action or ScriptedAction(GOOD), ScriptedReprompting())
+
+
+def tried(stage: Stage) -> list[ActionSet]:
+    """Every action set that the twin rolls out from now on, in order."""
+    found: list[ActionSet] = []
+    stage.twin.bug = found.append
+    return found
+
+
+# --- paths that close --------------------------------------------------------------------------------------------
+
+
+def closing(action: ScriptedAction, planning: ScriptedPlanning) -> Stage:
+    """A plant at 288 K that heats by half a kelvin per second, so ``when_cold`` is open for four seconds more."""
+    return Stage(action, planning=planning, heating=0.5, start=263.0, clock=ThinkingClock(10.0))
+
+
+def test_a_path_that_closes_while_the_commands_are_thought_about_is_not_taken() -> None:
+    """It is open up to 290 K; the plant passes that while the answer is awaited."""
+    planning = ScriptedPlanning(MACHINE, ("when_cold",), ("reduce",))
+    stage = closing(ScriptedAction(GOOD, delay_s=0.6), planning)
+    run(stage)
+    first, then, *_ = stage.trace.of(Attempted)
+    assert [f.criterion for f in first.findings] == [CLOSED] and not first.approved and first.members == 0
+    assert first.findings[0].owner is Owner.PLANNING
+    assert then.members == 2, "the same commands by another path were never judged, and are tried"
+
+
+class Keeping(ScriptedReprompting):
+    """Reprompting that keeps the path whatever happens."""
+
+    async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
+        return Advice(route=Owner.ACTION, keep_path=attempt.path)
+
+
+def test_a_kept_path_that_closed_is_planned_anew() -> None:
+    planning = ScriptedPlanning(MACHINE, ("when_cold",), ("reduce",))
+    action = ScriptedAction(BAD, GOOD, delay_s=0.3)
+    stage = closing(action, planning)
+    stage.reprompting = Keeping()
+    run(stage)
+    assert [path.transitions[0].name for _, path, _ in action.asked[:3]] == ["when_cold", "when_cold", "reduce"]
+
+
+# --- answers that are none --------------------------------------------------------------------------------------
+
+
+def test_an_answer_of_planning_that_is_none_counts_and_is_fed_back() -> None:
+    planning, action = ScriptedPlanning(MACHINE, WRONG, ("reduce",)), ScriptedAction(GOOD)
+    stage = run(Stage(action, planning=planning, start=305.0))
+    first, then = stage.trace.of(Attempted)
+    assert (first.number, first.path, first.commands, first.digest, first.members) == (1, (), (), "", 0)
+    assert not first.approved and first.findings == WRONG.findings
+    assert (then.number, then.approved) == (2, True)
+    (_, before), (_, after) = planning.asked
+    assert before.attempts == () and after.attempts == (Attempt(1, None, None, WRONG),)
+    assert len(action.asked) == 1, "where there is no path nobody is asked for commands"
+    assert isinstance(monitoring(stage).outcomes[0], Released)
+
+
+def test_an_answer_of_action_that_is_none_counts_and_is_fed_back() -> None:
+    action = ScriptedAction(WRONG, BAD, GOOD)
+    stage = run(Stage(action, start=305.0))
+    attempts = stage.trace.of(Attempted)
+    assert [(a.number, a.approved, a.members) for a in attempts] == [(1, False, 0), (2, False, 2), (3, True, 2)]
+    assert attempts[0].path == ("running", "reduced") and attempts[0].commands == ()
+    fed_back = action.asked[2][2].attempts
+    assert [a.number for a in fed_back] == [1, 2]
+    assert (fed_back[0].actions, fed_back[0].verdict) == (None, WRONG) and fed_back[1].actions == BAD
+    assert [commands for _, commands in stage.plant.written] == [GOOD.commands]
+
+
+@pytest.mark.parametrize("where", ["planning", "action"])
+def test_a_proposer_that_never_answers_properly_uses_its_attempts_up(where: str) -> None:
+    planning = ScriptedPlanning(MACHINE, WRONG if where == "planning" else ("reduce",))
+    others = (second(),)
+    stage = Stage(ScriptedAction(WRONG), planning=planning, others=others, start=305.0, attempts=3)
+    rolled_out = tried(stage)
+    run(stage)
+    assert [a.proposer for a in stage.trace.of(Attempted)] == ["scripted"] * 3 + ["second"]
+    (gave_up,) = stage.trace.of(GaveUp)
+    assert (gave_up.proposer, gave_up.reason) == ("scripted", "scripted: no proposal was approved in 3 attempts")
+    assert stage.trace.of(ReleasedActions)[0].proposer == "second"
+    assert rolled_out.count(GOOD) == 2, "once to be judged, once by the gate, and nothing for an answer that is none"
+
+
+def test_the_same_proposal_is_refused_before_it_is_simulated() -> None:
+    stage = Stage(ScriptedAction(BAD, BAD, GOOD), start=305.0)
+    rolled_out = tried(stage)
+    run(stage)
+    attempts = stage.trace.of(Attempted)
+    assert [a.approved for a in attempts] == [False, False, True]
+    (finding,) = attempts[1].findings
+    assert finding.criterion == REPEATED and "attempt 1" in finding.message and attempts[1].members == 0
+    assert attempts[1].digest == attempts[0].digest and rolled_out.count(BAD) == 1
+
+
+def test_every_earlier_attempt_counts_not_only_the_last() -> None:
+    other = feed(0.028, "reduced")
+    stage = Stage(ScriptedAction(BAD, other, BAD, other, GOOD), start=305.0)
+    rolled_out = tried(stage)
+    run(stage)
+    repeated = [a for a in stage.trace.of(Attempted) if a.findings[0].criterion == REPEATED]
+    assert [a.number for a in repeated] == [3, 4]
+    assert ["attempt 1" in repeated[0].findings[0].message, "attempt 2" in repeated[1].findings[0].message] == [
+        True
+    ] * 2
+    assert (rolled_out.count(BAD), rolled_out.count(other)) == (1, 1)
+
+
+def test_the_same_commands_for_another_state_are_another_proposal() -> None:
+    planning = ScriptedPlanning(MACHINE, ("reduce",), ("hold",), ("reduce",))
+    action = ScriptedAction(feed(0.03, "reduced"), feed(0.03, "still"), GOOD)
+    stage = run(Stage(action, planning=planning, start=305.0))
+    assert [a.members for a in stage.trace.of(Attempted)] == [2, 2, 2]
+
+
+def test_what_one_proposer_had_refused_the_next_may_try() -> None:
+    """It has not seen it, and its own reprompting must learn from it."""
+    others = (second(ScriptedAction(BAD, GOOD)),)
+    stage = run(Stage(ScriptedAction(BAD), others=others, start=305.0, attempts=1))
+    assert [(a.proposer, a.members) for a in stage.trace.of(Attempted)] == [
+        ("scripted", 2), ("second", 2), ("second", 2),
+    ]  # fmt: skip
+
+
+class Hanging(ScriptedReprompting):
+    """Reprompting that never comes back."""
+
+    async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
+        await asyncio.Event().wait()
+        raise AssertionError
+
+
+class Timed(ScriptedAction):
+    """Notes when it is asked, in wall-clock seconds."""
+
+    def __init__(self, *answers: ActionSet | Revise | Exception) -> None:
+        super().__init__(*answers)
+        self.asked_s: list[float] = []
+
+    async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
+        self.asked_s.append(time.monotonic())
+        return await super().act(situation, path, advice)
+
+
+def failing(how: str) -> Stage:
+    """A stage whose first proposer fails in one way, with a second one that knows what to do."""
+    stage = Stage(ScriptedAction(GOOD), others=(second(),), start=301.0, attempts=2,
+                  clock=ThinkingClock(), budget=Budget(latency_s=1.0, last_s=0.5))  # fmt: skip
+    match how:
+        case "planning hangs":
+            stage.planning = ScriptedPlanning(MACHINE, ("reduce",), delay_s=60.0)
+        case "action hangs":
+            stage.action = ScriptedAction(GOOD, delay_s=60.0)
+        case "action computes":
+            stage.action = ScriptedAction(GOOD, thread_s=0.8)
+        case "reprompting hangs":
+            stage.action, stage.reprompting = ScriptedAction(BAD), Hanging()
+        case "has no plan":
+            stage.planning = ScriptedPlanning(MACHINE, NoAdmissiblePlan("scripted: the model refused"))
+        case "has no commands":
+            stage.action = ScriptedAction(NoAdmissiblePlan("scripted: the key was not accepted"))
+        case "is never right":
+            stage.action = ScriptedAction(BAD, feed(0.028, "reduced"))
+        case "wants what is not open":
+            stage.planning = ScriptedPlanning(MACHINE, ("when_cold",))
+    return stage
+
+
+WAYS = {
+    "planning hangs": "in the time that was left", "action hangs": "in the time that was left",
+    "action computes": "in the time that was left", "reprompting hangs": "in the time that was left",
+    "has no plan": "the model refused", "has no commands": "the key was not accepted",
+    "is never right": "in 2 attempts", "wants what is not open": "is not open now",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_whatever_becomes_of_the_first_proposer_the_next_one_acts_in_time(how: str) -> None:
+    stage = run(failing(how))
+    (gave_up,) = stage.trace.of(GaveUp)
+    assert gave_up.proposer == "scripted" and "scripted" in gave_up.reason and WAYS[how] in gave_up.reason
+    assert stage.trace.of(ReleasedActions)[0].proposer == "second"
+    assert stage.gate.latched is None and stage.plant.written[0][1] == GOOD.commands
+    assert stage.plant.written[0][0] <= NOTICED_S + 2.0
+
+
+def test_a_proposer_whose_release_the_gate_refuses_is_followed_by_the_next() -> None:
+    careful = feed(0.8 * HALF, "reduced")
+    stage = Stage(ScriptedAction(GOOD), others=(second(ScriptedAction(careful)),), start=305.0)
+    rolled_out = tried(stage)
+    stage.twin.result = lambda actions: (
+        RolloutResult.BROKE_DOWN if rolled_out.count(GOOD) == 2 and actions == GOOD else RolloutResult.COMPLETED
+    )
+    run(stage)
+    (gave_up,) = stage.trace.of(GaveUp)
+    assert gave_up.proposer == "scripted" and "fresh snapshot" in gave_up.reason
+    assert [commands for _, commands in stage.plant.written] == [careful.commands]
+
+
+def test_the_last_seconds_are_kept_for_the_last_proposer() -> None:
+    last = Timed(GOOD)
+    stage = Stage(ScriptedAction(GOOD, delay_s=60.0), others=(second(last),), start=301.0, clock=ThinkingClock(),
+                  budget=Budget(latency_s=1.2, last_s=0.7))  # fmt: skip
+    begin = time.monotonic()
+    run(stage)
+    assert 0.4 <= last.asked_s[0] - begin <= 0.9, "after 0.5 s, with 0.7 s left"
+    assert stage.trace.of(ReleasedActions)[0].proposer == "second"
+
+
+def test_every_attempt_is_told_the_time_that_is_left() -> None:
+    action = ScriptedAction(BAD, BAD, GOOD, delay_s=0.6)
+    stage = Stage(action, start=301.0, clock=ThinkingClock(10.0), budget=Budget(latency_s=60.0))
+    run(stage)
+    told = [(situation.snapshot.at_s, situation.deadline_s) for situation, *_ in action.asked]
+    assert len(told) >= 2
+    for (before_s, before), (at_s, left) in pairwise(told):
+        assert at_s > before_s and left == pytest.approx(before - (at_s - before_s))
+
+
+def test_where_there_is_no_more_time_than_that_the_first_is_not_waited_for() -> None:
+    slow = ScriptedAction(GOOD, delay_s=0.3)
+    stage = Stage(
+        slow, others=(second(),), start=301.0, clock=ThinkingClock(), budget=Budget(latency_s=1.0, last_s=4.0)
+    )
+    begin = time.monotonic()
+    run(stage)
+    assert time.monotonic() - begin < 0.9
+    assert stage.trace.of(GaveUp)[0].proposer == "scripted"
+    assert stage.trace.of(ReleasedActions)[0].proposer == "second"
+
+
+@pytest.mark.parametrize(("scale", "latency_s", "hang"), [
+    (0.0, 0.8, "waits"), (1.0, 1.0, "waits"), (5.0, 5.0, "waits"), (1.0, 1.0, "computes"),
+])  # fmt: skip
+def test_when_all_fail_the_fallback_acts_at_most_a_second_after_the_deadline(
+    scale: float, latency_s: float, hang: str
+) -> None:
+    """Both proposers hang for real; what counts is the process time at which the fallback was written."""
+
+    def slow() -> ScriptedAction:
+        return ScriptedAction(GOOD, delay_s=30.0) if hang == "waits" else ScriptedAction(GOOD, thread_s=1.5)
+
+    stage = Stage(slow(), others=(second(slow()),), start=301.0, clock=ThinkingClock(scale),
+                  budget=Budget(latency_s=latency_s, last_s=0.3))  # fmt: skip
+    run(stage)
+    (outcome,) = monitoring(stage).outcomes
+    assert isinstance(outcome, HandedOver) and safe(stage)
+    assert [g.proposer for g in stage.trace.of(GaveUp)] == ["scripted", "second"]
+    acted_s, _ = stage.plant.written[0]
+    assert acted_s <= NOTICED_S + (latency_s if scale else 0.0) + 1.0
+    (fell,) = stage.trace.of(FellBack)
+    at_s = next(e.at_s for e in stage.trace.entries if e.event is fell)
+    assert f"within {latency_s:.1f} s" in fell.reason and at_s == pytest.approx(acted_s, abs=1.0)
+
+
+def test_when_all_give_up_the_reason_is_the_last_one_s() -> None:
+    quits = second(ScriptedAction(NoAdmissiblePlan("second: nothing is left")))
+    third = second(ScriptedAction(BAD), "third")
+    stage = run(Stage(ScriptedAction(BAD), others=(quits, third), start=305.0, attempts=1))
+    assert [g.proposer for g in stage.trace.of(GaveUp)] == ["scripted", "second", "third"]
+    (fell,) = stage.trace.of(FellBack)
+    assert fell.reason.startswith("third: no proposal was approved") and safe(stage)
+
+
+def test_a_release_that_the_plant_has_overtaken_is_found_again_by_the_same_proposer() -> None:
+    stage = Stage(
+        ScriptedAction(GOOD, feed(0.8 * HALF, "reduced")), others=(second(ScriptedAction(GOOD)),), start=305.0
+    )
+    release, states = stage.gate.release, []
+
+    async def once_late(actions: ActionSet, approval: Approve, seen_s: float, state: str | None = None) -> Released:
+        states.append(state)
+        if len(states) == 1:
+            raise Overtaken("the plant went on meanwhile")
+        return await release(actions, approval, seen_s, state)
+
+    stage.gate.release = once_late  # type: ignore[method-assign]
+    run(stage)
+    assert states == ["running", "running"] and not stage.trace.of(GaveUp)
+    assert [r.proposer for r in stage.trace.of(ReleasedActions)] == ["scripted"] and stage.gate.latched is None

@@ -1,0 +1,87 @@
+"""The unit of a margin and the normalisation where units mix."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from homeostat.domain.tag import Range, Role, Tag
+from homeostat.stl.formula import parse
+
+TAGS = {
+    tag.name: tag
+    for tag in (
+        Tag("T1", Role.PV, "K", Range(273.0, 373.0), 2.0),
+        Tag("T1.sp", Role.SP, "K", Range(273.0, 373.0), 4.0),
+        Tag("F1", Role.PV, "L/s", Range(0.0, 10.0), 0.5),
+        Tag("F2", Role.PV, "L/s", Range(0.0, 10.0), 0.25),
+        Tag("V1.pos", Role.STATUS, "1", Range(0.0, 1.0), 0.1),
+    )
+}
+POINT = {"T1": 300.0, "T1.sp": 304.0, "F1": 6.0, "F2": 2.0, "V1.pos": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "margin"),
+    [
+        ("T1 <= 313", "K", 13.0),
+        ("abs(T1 - T1.sp) <= 1", "K", -3.0),
+        ("T1 <= 313 and T1.sp >= 273", "K", 13.0),
+        ("2 * T1 <= T1.sp / 2 + 500", "K", 52.0),
+        ("-max(T1, 310) <= min(T1.sp, 0)", "K", 310.0),
+        ("T1 * 2 >= 0.5 and true", "K", 599.5),
+        ("V1.pos >= 0.2", "1", 0.3),
+        ("1 <= 3 and T1 <= 313", "K", 2.0),
+        ("1 <= 3", "1", 2.0),
+        # two units: each comparison is divided by the largest scale of its own tags
+        ("T1 <= 313 and F1 >= 1", "1", 6.5),
+        ("T1 <= T1.sp and F1 >= 1", "1", 1.0),
+        ("not (V1.pos >= 0.4 -> F1 >= 9)", "1", 1.0),
+        ("1 <= 3 or F1 <= 6 and T1 <= 0", "1", 2.0),
+        # two units in one comparison
+        ("F1 - 4 * V1.pos <= 5", "1", 2.0),
+        ("T1 <= F1", "1", -147.0),
+        # a product or quotient of tags has no unit of its own
+        ("F1 * F2 <= 13", "1", 2.0),
+        ("F1 / F2 <= 5", "1", 4.0),
+        ("6 / F1 <= 2", "1", 2.0),
+        ("F1 * F2 <= 13 and F1 <= 9", "1", 2.0),
+    ],
+)
+def test_unit_and_margin(text: str, unit: str, margin: float) -> None:
+    formula = parse(text, TAGS)
+    assert formula.unit == unit
+    assert formula.margin_at(POINT) == pytest.approx(margin, abs=1e-12)
+    signals = {name: np.array([value, value]) for name, value in POINT.items()}
+    assert formula.margins(signals, 1.0).tolist() == [[formula.margin_at(POINT)] * 2]
+
+
+@pytest.mark.parametrize(
+    ("text", "margin"),
+    [
+        ("always[0,1](T1 <= 313) and F1 >= 7", -3.0),
+        ("eventually(T1 >= 320) or F1 >= 9", -0.5),
+        ("not (T1 <= 313) and F1 >= 5", 2.0),
+        ("T1 <= 319 implies F1 >= 7", 0.0),
+        ("T1 >= 313 implies F1 >= 7", -2.0),
+        ("(F1 >= 7) until[1,1] (T1 >= 313)", -2.0),
+        ("(F1 >= 4) until[1,1] (T1 >= 316)", 1.5),
+    ],
+)
+def test_scales_reach_every_operator(text: str, margin: float) -> None:
+    formula = parse(text, TAGS)
+    signals = {"T1": np.array([319.0, 319.0]), "F1": np.array([6.0, 6.0])}
+    assert formula.unit == "1"
+    assert formula.evaluate(signals, 1.0).value.tolist() == [margin]
+
+
+def test_without_tags_margins_are_raw_and_the_unit_is_unknown() -> None:
+    formula = parse("T1 <= 313 and F1 >= 1")
+    assert formula.unit == ""
+    assert formula.margin_at(POINT) == 5.0
+
+
+def test_scales_survive_a_round_trip() -> None:
+    formula = parse("T1 <= 313 and F1 >= 1", TAGS)
+    assert parse(str(formula), TAGS).root == formula.root
+    assert parse(str(formula)).root != formula.root
