@@ -14,11 +14,12 @@ from homeostat.campaign.scoring import exposures
 from homeostat.campaign.unattended import run_unattended
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import Language
+from homeostat.domain.guard_events import FellBack
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.llm.model import LanguageModel
 from homeostat.trace import MemoryTrace
 from homeostat.trace.calls import ModelCalled
-from homeostat.trace.decisions import Attempted, FellBack, ReleasedActions
+from homeostat.trace.decisions import Attempted, ReleasedActions
 
 STARTED_S = 600.0
 """Start-up is over by then [s]."""

@@ -13,9 +13,10 @@ from homeostat.campaign.runner import run
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.cases.case import Case, load_case
 from homeostat.domain.diagnosis import Fault, FaultState
+from homeostat.domain.guard_events import StateEntered
 from homeostat.links.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import Departed, StateEntered
+from homeostat.trace.decisions import Departed
 
 PUBLISHED = {
     "pump_failure": ("pump_failure",),

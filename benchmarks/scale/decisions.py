@@ -19,11 +19,12 @@ from homeostat.campaign.unattended import build_plant
 from homeostat.campaign.watched import WatchedPlant
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import Language, new_executive, wire
+from homeostat.domain.guard_events import FellBack
 from homeostat.knowledge.store import GraphStore
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import FellBack, Noticed, ReleasedActions
+from homeostat.trace.decisions import Noticed, ReleasedActions
 from homeostat.trace.events import Event
 
 END_S = {"cstr": 2600.0, "mixing_module": 600.0}

@@ -13,12 +13,13 @@ from homeostat.agents.bounds import Budget
 from homeostat.agents.checks import CLOSED, REPEATED
 from homeostat.agents.crew import NoAdmissiblePlan, Proposer, Situation
 from homeostat.domain.advice import Advice, Attempt
+from homeostat.domain.guard_events import FellBack
 from homeostat.domain.limits import Owner
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Approve, Finding, HandedOver, Released, Revise, RolloutResult
 from homeostat.guard.gate import Overtaken
 from homeostat.links.clock import ThinkingClock
-from homeostat.trace.decisions import Attempted, FellBack, GaveUp, ReleasedActions
+from homeostat.trace.decisions import Attempted, GaveUp, ReleasedActions
 from tests.agents.scripted import ScriptedAction, ScriptedPlanning, ScriptedReprompting
 from tests.recovery.line import BAD, GOOD, HALF, MACHINE, Stage, feed, monitoring, run, safe
 

@@ -9,9 +9,10 @@ import pytest
 
 from homeostat.agents.crew import NoAdmissiblePlan, Proposer
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
+from homeostat.domain.guard_events import FellBack
 from homeostat.domain.verdict import Approve, HandedOver, LeftAlone, Released, RolloutResult
 from homeostat.links.clock import DeclaredClock, ThinkingClock
-from homeostat.trace.decisions import Attempted, FellBack, ReleasedActions
+from homeostat.trace.decisions import Attempted, ReleasedActions
 from tests.agents.scripted import (
     SYMPTOM,
     ScriptedAction,

@@ -26,10 +26,8 @@ from _pytest.runner import runtestprotocol
 
 REPO = Path(__file__).resolve().parents[2]
 SAFETY_LAYER = REPO / "src" / "homeostat" / "guard"
-TESTS = tuple(
-    f"test_{name}.py"
-    for name in ("judge", "routes", "gate", "abort", "sequencer", "not_finite", "fallback", "intervention", "boundaries")
-)  # fmt: skip
+NAMES = ("judge", "routes", "gate", "abort", "sequencer", "not_finite", "fallback", "intervention", "boundaries")
+TESTS = tuple(f"test_{name}.py" for name in NAMES)
 LIMIT_S = 20.0
 """A mutant that keeps the tests busy for longer counts as noticed [s]."""
 

@@ -13,12 +13,13 @@ from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import new_sequencer, wire
+from homeostat.domain.guard_events import FellBack
 from homeostat.domain.ports import Plant
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import FellBack, ReleasedActions
+from homeostat.trace.decisions import ReleasedActions
 
 SOURCES = Path(homeostat.__file__).parent
 GATE = "guard/gate.py"

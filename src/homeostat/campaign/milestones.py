@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from homeostat.trace.decisions import Attempted, Diagnosed, FellBack, ReleasedActions, StateEntered
+from homeostat.domain.guard_events import FellBack, StateEntered
+from homeostat.trace.decisions import Attempted, Diagnosed, ReleasedActions
 from homeostat.trace.events import Event
 
 

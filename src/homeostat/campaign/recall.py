@@ -7,6 +7,7 @@ from enum import Enum
 from types import UnionType
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
+from homeostat.domain.guard_events import FellBack, StateEntered
 from homeostat.trace import Event, Record, RunFinished, RunStarted
 from homeostat.trace.calls import ModelCalled
 from homeostat.trace.decisions import (
@@ -14,13 +15,11 @@ from homeostat.trace.decisions import (
     Departed,
     Diagnosed,
     FallbackArmed,
-    FellBack,
     GaveUp,
     LeftAsIs,
     Noticed,
     ReleasedActions,
     Retrieved,
-    StateEntered,
 )
 
 EVENTS: Final[tuple[type[Event], ...]] = (

@@ -22,13 +22,14 @@ from homeostat.campaign.watched import WatchedPlant, Watcher
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import Language, Propose, Workbench, check_protocol, in_operation, new_sequencer, wire
 from homeostat.domain.diagnosis import Hypothesis
+from homeostat.domain.guard_events import FellBack, StateEntered
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
 from homeostat.guard.sequencer import Sequencer
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.trace import MemoryTrace, Trace
 from homeostat.trace.archive import Archive
-from homeostat.trace.decisions import Attempted, Diagnosed, FellBack, Noticed, ReleasedActions, StateEntered
+from homeostat.trace.decisions import Attempted, Diagnosed, Noticed, ReleasedActions
 from homeostat.trace.events import Event
 
 

@@ -8,6 +8,7 @@ from enum import StrEnum
 
 from homeostat.campaign.belief import merge
 from homeostat.cli.wording import beliefs, commands, quantity, worst
+from homeostat.domain.guard_events import FellBack, StateEntered
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.quotation import quoted
 from homeostat.trace import Event, RunFinished, RunStarted
@@ -17,13 +18,11 @@ from homeostat.trace.decisions import (
     Departed,
     Diagnosed,
     FallbackArmed,
-    FellBack,
     GaveUp,
     LeftAsIs,
     Noticed,
     ReleasedActions,
     Retrieved,
-    StateEntered,
 )
 
 _MOST_DETAIL = 400

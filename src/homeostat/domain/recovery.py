@@ -6,8 +6,8 @@ import hashlib
 import itertools
 import json
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
@@ -206,3 +206,7 @@ class FallbackStrategy:
     """Identifier."""
     actions: ActionSet
     """What it commands, and what follows by itself."""
+    waived: Mapping[str, str] = field(default_factory=dict)
+    """Permissive that it sets aside -> why."""
+    forced: frozenset[str] = frozenset()
+    """Tags that it writes even where they are out of service."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
@@ -19,18 +19,6 @@ class Quality(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
-    """One value of one tag."""
-
-    value: float
-    """Value in the tag's unit; NaN for a manual output that is on automatic."""
-    quality: Quality
-    """How far it can be trusted."""
-    at_s: float
-    """Process time at which it was taken [s]."""
-
-
-@dataclass(frozen=True, slots=True)
 class Snapshot:
     """Every reading of the plant at one moment."""
 
@@ -40,11 +28,14 @@ class Snapshot:
     """Tag name -> value in the tag's unit; NaN for a manual output that is on automatic."""
     bad: frozenset[str] = frozenset()
     """Tags whose reading must not be used."""
-
-    def reading(self, tag: str) -> Reading:
-        """The reading of ``tag``; KeyError where the plant does not have it."""
-        quality = Quality.BAD if tag in self.bad else Quality.GOOD
-        return Reading(self.values[tag], quality, self.at_s)
+    uncertain: frozenset[str] = frozenset()
+    """Tags whose reading may be used with care."""
+    reasons: Mapping[str, str] = field(default_factory=dict)
+    """Tag -> why its reading is not good."""
+    taken_s: Mapping[str, float] = field(default_factory=dict)
+    """Tag -> process time at which its value was taken, where that is not ``at_s`` [s]."""
+    accepted: Mapping[str, float | None] = field(default_factory=dict)
+    """Writable tag -> the target that the plant has accepted, in the tag's unit; None for automatic."""
 
 
 @dataclass(frozen=True, slots=True)

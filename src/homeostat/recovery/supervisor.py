@@ -16,6 +16,7 @@ from homeostat.agents.planning import EVENT
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.behaviour import StateMachine
 from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.guard_events import FellBack, StateEntered
 from homeostat.domain.limits import Limits
 from homeostat.domain.ports import Clock, Plant
 from homeostat.domain.production import Production
@@ -44,12 +45,10 @@ from homeostat.trace.decisions import (
     Departed,
     Diagnosed,
     FallbackArmed,
-    FellBack,
     GaveUp,
     LeftAsIs,
     Noticed,
     ReleasedActions,
-    StateEntered,
 )
 from homeostat.trace.events import Trace
 

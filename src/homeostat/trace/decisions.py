@@ -115,28 +115,6 @@ class ReleasedActions:
 
 
 @dataclass(frozen=True, slots=True)
-class StateEntered:
-    """The supervisory state machine entered a state."""
-
-    kind: ClassVar[str] = "state-entered"
-    state: str
-    """Name of the state."""
-
-
-@dataclass(frozen=True, slots=True)
-class FellBack:
-    """The fallback acted."""
-
-    kind: ClassVar[str] = "fell-back"
-    strategy: str
-    """Name of the strategy."""
-    commands: tuple[Command, ...]
-    """What was written."""
-    reason: str
-    """Why."""
-
-
-@dataclass(frozen=True, slots=True)
 class Noticed:
     """Monitoring saw something, a batch departs from its prediction, or a step is to be asked for: thinking begins."""
 

@@ -15,12 +15,13 @@ from homeostat.campaign.runner import run
 from homeostat.campaign.scenario import scenario
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import Language
+from homeostat.domain.guard_events import StateEntered
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import exact
 from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import Attempted, StateEntered
+from homeostat.trace.decisions import Attempted
 
 pytestmark = pytest.mark.filterwarnings("ignore:open_binary is deprecated:DeprecationWarning")  # on counting tokens
 

@@ -16,10 +16,11 @@ from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import fallbacks, new_sequencer
+from homeostat.domain.guard_events import FellBack, StateEntered
 from homeostat.domain.verdict import Revise
 from homeostat.links.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import Departed, Diagnosed, FellBack, ReleasedActions, StateEntered
+from homeostat.trace.decisions import Departed, Diagnosed, ReleasedActions
 
 
 @functools.cache

@@ -23,11 +23,12 @@ from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.error import CaseError
 from homeostat.cases.wiring import Language, new_sequencer, wire
+from homeostat.domain.guard_events import StateEntered
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Failure, ModelError, Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import Attempted, GaveUp, LeftAsIs, ReleasedActions, StateEntered
+from homeostat.trace.decisions import Attempted, GaveUp, LeftAsIs, ReleasedActions
 
 PER_STEP = AskingProtocol.PER_STEP
 MAIN = (

@@ -19,8 +19,9 @@ from homeostat.campaign.study.row import YARDSTICKS, Row
 from homeostat.campaign.study.usage import usage_of
 from homeostat.cases.case import Case
 from homeostat.domain.diagnosis import Hypothesis
+from homeostat.domain.guard_events import FellBack
 from homeostat.domain.snapshot import Trajectory
-from homeostat.trace.decisions import Attempted, FellBack, Noticed, ReleasedActions
+from homeostat.trace.decisions import Attempted, Noticed, ReleasedActions
 from homeostat.trace.events import Event
 
 SPILLED = "spilled_L"

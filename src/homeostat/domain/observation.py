@@ -1,0 +1,77 @@
+"""What guard and recovery tell each other: observations one way, messages the other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from homeostat.domain.mode import Mode, PersonCommand
+from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.request import Answer, Request
+from homeostat.domain.snapshot import Snapshot
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """One tick of the guard as recovery sees it."""
+
+    now_s: float
+    """Process time of the tick [s]."""
+    snapshot: Snapshot | None
+    """Readings with their quality; None where no sample came."""
+    state: str
+    """State of the supervisory state machine."""
+    rest: ActionSet
+    """What is left of the sequence; its immediate commands are those whose ramp goes on."""
+    way: RecoveryPath | None
+    """The path that is left; None where nothing waits."""
+    refused: str | None
+    """Why the next step is not taken although its guard holds; None where nothing is in its way."""
+    entered: tuple[tuple[str, float], ...]
+    """States that were entered in this tick, each with its process time [s]."""
+    latched: str | None
+    """Why the fallback acted; None while it has not."""
+    mode: Mode
+    """Mode of the plant."""
+    answers: tuple[Answer, ...]
+    """Answers that were given in this tick."""
+
+
+@dataclass(frozen=True, slots=True)
+class Withdraw:
+    """The issuer of a request gives it up."""
+
+    request: str
+    """Identifier of the request."""
+    reason: str
+    """Why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """A ranking of the fallbacks, and perhaps a time by which recovery must have acted."""
+
+    strategies: tuple[str, ...]
+    """Names of strategies, the best first; those that are left out follow in the order of the tables."""
+    act_by_s: float | None = None
+    """Process time at which the first strategy acts unless the guard hears of something better [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Correction:
+    """What a diagnosis says about instruments."""
+
+    errors: tuple[Mapping[str, float], ...]
+    """Per plausible explanation: tag -> reading minus truth, in the tag's unit; empty takes readings as they are."""
+
+
+@dataclass(frozen=True, slots=True)
+class FallBack:
+    """Recovery has nothing to release and asks for the fallback."""
+
+    reason: str
+    """Why."""
+
+
+Message: TypeAlias = Request | Withdraw | Arm | Correction | FallBack | PersonCommand
