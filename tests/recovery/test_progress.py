@@ -23,7 +23,7 @@ FORBIDDEN = {"L": 11.5}
 def expecting(slack_s: float = SLACK_S) -> tuple[ProgressMonitor, Sequencer]:
     """An sequencer with a batch from 100 s on, and what is expected of it."""
     subject, expected = sequencer(LIMITS), ProgressMonitor(slack_s, REPEAT_S)
-    subject.load(BATCH)
+    subject.load(BATCH, 0.0)
     expected.expect(BATCH.then, replace(rollout(BATCH), bands=BANDS))
     return expected, subject
 
@@ -100,7 +100,7 @@ def test_a_member_that_never_takes_a_step_makes_it_never_late() -> None:
 
 def test_nothing_is_expected_without_a_prediction() -> None:
     expected, subject = ProgressMonitor(SLACK_S, REPEAT_S), sequencer(LIMITS)
-    subject.load(BATCH)
+    subject.load(BATCH, 0.0)
     assert expected.lacks(BATCH.then) and not expected.lacks(())
     assert expected.departs(subject, 1e6) is None
     expected.expect(BATCH.then, rollout(BATCH))
@@ -115,5 +115,5 @@ def test_nothing_is_expected_where_the_slack_is_infinite() -> None:
 
 def test_a_prediction_says_nothing_of_other_steps() -> None:
     expected, subject = expecting()
-    subject.load(replace(BATCH, then=BATCH.then[:1]))
+    subject.load(replace(BATCH, then=BATCH.then[:1]), 0.0)
     assert expected.lacks(BATCH.then[:1]) and expected.departs(subject, 1e6) is None

@@ -55,7 +55,7 @@ def test_a_later_step_never_overtakes_the_first_one() -> None:
 
 def test_no_old_step_is_taken_while_a_release_is_written() -> None:
     plant = CatchingUp(reading(101.0, L=9.5))
-    plant.sequencer.load(replace(BATCH, commands=()))
+    plant.sequencer.load(replace(BATCH, commands=()), 0.0)
     gate = gate_over(plant)
     asyncio.run(gate.release(BATCH, Approve(BATCH.digest, ()), 0.0, "running"))
     assert plant.written == [BATCH.commands] and plant.sequencer.state == "running"
@@ -121,15 +121,15 @@ def test_no_permissive_forbids_what_leads_to_a_safe_state() -> None:
     """The vessel is too full for a release, and one transmitter is bad: it is stopped all the same."""
     subject = sequencer(LIMITS)
     high = replace(EMPTYING.actions, then=(POUR, replace(END, commands=DRAIN.actions.commands)))
-    subject.load(replace(high, target="running"), aborting=True)
+    subject.load(replace(high, target="running"), 0.0, aborting=True)
     assert subject.sample(reading(101.0, L=12.0)) == POUR.commands and subject.refused is None
-    subject.load(replace(high, target="running"))
+    subject.load(replace(high, target="running"), 0.0)
     assert subject.sample(reading(102.0, L=12.0)) == () and subject.refused is not None, "a batch is forbidden it"
 
 
 def test_a_release_in_a_state_that_the_plant_has_left_is_overtaken() -> None:
     plant = CatchingUp()
-    plant.sequencer.load(ActionSet((), "emptying"))
+    plant.sequencer.load(ActionSet((), "emptying"), 0.0)
     gate = gate_over(plant)
     with pytest.raises(Overtaken, match="from 'running' to 'emptying'"):
         asyncio.run(gate.release(BATCH, Approve(BATCH.digest, ()), 0.0, "running"))
@@ -139,7 +139,7 @@ def test_a_release_in_a_state_that_the_plant_has_left_is_overtaken() -> None:
 
 def test_no_old_step_is_taken_while_a_fallback_is_written() -> None:
     plant = CatchingUp(reading(101.0, L=9.5))
-    plant.sequencer.load(replace(BATCH, commands=()))
+    plant.sequencer.load(replace(BATCH, commands=()), 0.0)
     asyncio.run(gate_over(plant, replace(DRAIN, name="better")).fall_back("hot"))
     assert plant.written == [DRAIN.actions.commands] and plant.sequencer.state == "still"
 

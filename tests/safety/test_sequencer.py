@@ -52,7 +52,7 @@ GO = Step(START, (Command("F.sp", 0.03, 0.005),))
 def loaded(limits: Limits = LIMITS, actions: ActionSet = BATCH) -> Sequencer:
     """An sequencer that has just been given ``actions``."""
     subject = sequencer(limits)
-    subject.load(actions)
+    subject.load(actions, 0.0)
     return subject
 
 
@@ -150,7 +150,7 @@ def test_the_reason_is_gone_with_what_was_in_the_way() -> None:
     assert subject.refused is None, "now it is the guard that does not hold"
     subject = loaded(actions=replace(BATCH, then=(POUR,)))
     subject.sample(reading(L=11.5))
-    subject.load(DRAIN.actions)
+    subject.load(DRAIN.actions, 0.0)
     subject.sample(reading(L=11.5))
     assert subject.refused is None, "nothing waits"
 
@@ -190,7 +190,7 @@ def test_only_permissives_hold_a_step_back() -> None:
 
 def test_loading_replaces_what_waits() -> None:
     subject = loaded()
-    subject.load(DRAIN.actions)
+    subject.load(DRAIN.actions, 0.0)
     assert subject.state == "still" and subject.way() is None
     assert subject.sample(reading(L=FULL)) == () and subject.rest() == ActionSet((), "still")
 
@@ -199,7 +199,7 @@ def test_loading_in_the_middle_goes_on_with_the_new_steps() -> None:
     subject = loaded()
     subject.sample(reading(L=FULL))
     again = replace(BATCH, then=(replace(POUR, commands=(Command("F.sp", 0.01, 0.005),)),))
-    subject.load(again)
+    subject.load(again, 0.0)
     assert subject.state == "running" and subject.sample(reading(L=FULL)) == again.then[0].commands
     assert subject.state == "emptying" and subject.way() is None
 
@@ -208,7 +208,7 @@ def test_the_nominal_route_is_followed_until_something_is_loaded() -> None:
     subject = sequencer(LIMITS, GO, POUR)
     assert subject.sample(reading(L=4.0)) == () and subject.state == "waiting"
     assert subject.sample(reading(L=5.0)) == GO.commands and subject.state == "running"
-    subject.load(ActionSet((), "running"))
+    subject.load(ActionSet((), "running"), 0.0)
     assert subject.sample(reading(L=FULL)) == ()
 
 
@@ -269,7 +269,7 @@ def test_a_ramp_is_left_to_do_until_it_arrives() -> None:
     """Idling means that the pump runs down, not that it stays at the speed it passes through just now."""
     subject = sequencer(LIMITS)
     subject.sample(reading(0.0, **{"F.sp": 0.03}))
-    subject.load(ActionSet((RAMP,), "running"))
+    subject.load(ActionSet((RAMP,), "running"), 0.0)
     assert subject.rest().commands == (RAMP,), "no snapshot shows it yet"
     left = []
     for k, value in enumerate((0.025, 0.015, 0.0, 0.0), 1):
@@ -280,12 +280,12 @@ def test_a_ramp_is_left_to_do_until_it_arrives() -> None:
 
 def test_states_are_told_once_each_with_the_time_of_the_look() -> None:
     subject = sequencer(LIMITS, GO)
-    subject.load(ActionSet((), "running"))
+    subject.load(ActionSet((), "running"), 0.0)
     assert subject.drain() == (("running", 0.0),), "before the first look nothing has happened yet"
     subject = sequencer(LIMITS, GO)
     subject.sample(reading(100.0, L=8.0))
     subject.sample(reading(101.0))
-    subject.load(BATCH)
+    subject.load(BATCH, 0.0)
     subject.sample(reading(102.0, L=FULL))
     assert subject.drain() == (("running", 100.0), ("emptying", 102.0)), "a release that stays in the state is no entry"
     assert subject.drain() == ()

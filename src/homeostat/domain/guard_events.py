@@ -34,6 +34,16 @@ class WriteResult(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class StepLoaded:
+    """One later step of what the sequencer has loaded."""
+
+    transition: str
+    """Name of the transition that it takes."""
+    commands: tuple[Command, ...]
+    """What is sent when it is due."""
+
+
+@dataclass(frozen=True, slots=True)
 class GuardStarted:
     """The guard begins to watch a plant, for the first time or again."""
 
@@ -69,6 +79,8 @@ class WriteIntended:
     """Digest of the action set that they begin; empty where they are a later step's or a person's."""
     state: str
     """State of the machine that they lead to."""
+    steps: tuple[StepLoaded, ...] = ()
+    """What follows once the plant has taken them, in order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -343,3 +355,29 @@ class Stopped:
     kind: ClassVar[str] = "stopped"
     reason: str
     """Why."""
+
+
+@dataclass(frozen=True, slots=True)
+class SequenceLoaded:
+    """The sequencer goes on with something else; a restart takes its position from here."""
+
+    kind: ClassVar[str] = "sequence-loaded"
+    source: str
+    """Name of the request or strategy; empty for the nominal sequence."""
+    state: str
+    """State that the plant is in from now on."""
+    steps: tuple[StepLoaded, ...]
+    """What follows, in order."""
+    aborting: bool
+    """Whether it belongs to a fallback."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepTaken:
+    """The plant has got the commands of the step that waited."""
+
+    kind: ClassVar[str] = "step-taken"
+    transition: str
+    """Name of the transition that it takes."""
+    state: str
+    """State that the plant is in from now on."""

@@ -43,7 +43,7 @@ class Gate:
                 f"fallback {fallback.name!r} has later steps; the first one must be done when it is written"
             )
         self._armed = self._first = fallback
-        self._fell_back = False
+        self._fell_back, self._seen_s = False, 0.0
         self._gain = 1.0 - math.exp(-1.0 / filter_s)
         self._smooth: dict[str, float] = {}
         self._errors: tuple[Mapping[str, float], ...] = ({},)
@@ -82,7 +82,7 @@ class Gate:
                     raise Overtaken(f"the plant went on from {state!r} to {self._sequencer.state!r} meanwhile")
                 self._sequencer.stop()
                 await self._plant.write(actions.commands)
-                self._sequencer.load(actions)
+                self._sequencer.load(actions, snapshot.at_s)
                 return Released(actions, snapshot.at_s)
             case Revise() as revise:
                 worst = min(revise.violated, key=lambda f: f.margin, default=None)
@@ -107,7 +107,7 @@ class Gate:
             await self._plant.write(self._armed.actions.commands)
             self._fell_back = True
         finally:
-            self._sequencer.load(self._armed.actions, aborting=True)
+            self._sequencer.load(self._armed.actions, self._seen_s, aborting=True)
         return self._armed
 
     def correct(self, errors: tuple[Mapping[str, float], ...]) -> None:
@@ -120,7 +120,7 @@ class Gate:
 
     def watch(self, snapshot: Snapshot) -> str | None:
         """The hard limit that smoothed readings break or that cannot be judged; None while all hold."""
-        readings = usable(snapshot)
+        readings, self._seen_s = usable(snapshot), snapshot.at_s
         blind = self._blind(readings)
         if blind is not None:
             return blind

@@ -1,4 +1,4 @@
-"""The sequencer: carries out step by step what was released, one look at the plant per sample."""
+"""The sequencer: which step of what was released is due, one look at the plant per tick (ISA-88)."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from homeostat.stl.formula import FormulaError
 
 
 class Sequencer:
-    """Knows the state of the machine and the steps that wait for their guards.
+    """Knows the state of the machine and the steps that wait for their guards; what is due is written by the guard.
 
-    It belongs to the basic control system: it goes on while agents think, and never thinks itself. At the start it has
-    the nominal route; later what the gate released.
+    It never thinks: at the start it has the nominal route, later what was released. A step is taken when the plant has
+    got its commands, and stays due until then.
     """
 
     def __init__(self, machine: StateMachine, limits: Limits, nominal: tuple[Step, ...] = ()) -> None:
@@ -22,7 +22,6 @@ class Sequencer:
         self._machine, self._limits = machine, limits
         self._waiting = nominal
         self._entered: list[tuple[str, float]] = []
-        self._at_s = 0.0
         self._sent: tuple[Command, ...] = ()
         self._seen: Snapshot | None = None
         self._aborting = False
@@ -31,39 +30,60 @@ class Sequencer:
         self.refused: str | None = None
         """Why the next step is not taken although its guard holds; None where nothing is in its way."""
 
-    def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:
-        """Look at the plant; the commands of the next step if its guard holds and no permissive forbids it."""
-        self.refused, self._at_s = None, snapshot.at_s
+    def due(self, snapshot: Snapshot) -> Step | None:
+        """Look at the plant; the next step if its guard holds and no permissive forbids it."""
+        self.refused = None
         self._sent, self._seen = under_way(self._sent, snapshot, self._seen), snapshot
         if not self._waiting:
-            return ()
+            return None
         step, values = self._waiting[0], usable(snapshot)
         try:
             due = step.transition.guard.holds(values)
         except FormulaError:  # a tag without usable reading, a division by zero: what is not known does not hold
             due = False
         if not due:
-            return ()
+            return None
         if not self._aborting:  # what leads to a safe state is always allowed
             found = permissive_findings(snapshot, step.commands, self._limits)
             self.refused = next((f.message for f in found if not f.satisfied), None)
-        if self.refused is not None:
-            return ()
+        return step if self.refused is None else None
+
+    def take(self, step: Step, at_s: float) -> None:
+        """The plant has got the commands of ``step``, which was due, at process time ``at_s`` [s]."""
+        if not self._waiting or self._waiting[0] != step:
+            raise ValueError(f"step {step.transition.name!r} is not the one that waits")
         self._waiting = self._waiting[1:]
-        self._enter(step.target)
         self._sent = step.commands
+        self._enter(step.target, at_s)
+
+    def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:
+        """What is commanded after ``snapshot`` where every command arrives at once: a recipe inside a plant."""
+        step = self.due(snapshot)
+        if step is None:
+            return ()
+        self.take(step, snapshot.at_s)
         return step.commands
 
     def stop(self) -> None:
         """Take no further step before something is loaded: what is being written is not to be overtaken."""
         self._waiting, self.refused = (), None
 
-    def load(self, actions: ActionSet, aborting: bool = False) -> None:
-        """Go on with what was released; no permissive forbids a step of a fallback (``aborting``)."""
+    def load(self, actions: ActionSet, at_s: float, aborting: bool = False) -> None:
+        """Go on with what was written at ``at_s`` [s]; no permissive forbids a step of a fallback (``aborting``)."""
         self._waiting, self._sent, self.refused = actions.then, actions.commands, None
         self._aborting = aborting
         if actions.target != self.state:
-            self._enter(actions.target)
+            self._enter(actions.target, at_s)
+
+    def restore(self, state: str, waiting: tuple[Step, ...], aborting: bool) -> None:
+        """Stand where a journal says that the sequence stood."""
+        self._machine.state(state)
+        self.state, self._waiting, self._aborting = state, waiting, aborting
+
+    @property
+    def waiting(self) -> tuple[Step, ...]:
+        """The steps that are left."""
+        return self._waiting
 
     def rest(self) -> ActionSet:
         """What is left to do; its immediate commands are those that no snapshot shows yet, or whose ramp goes on."""
@@ -80,9 +100,9 @@ class Sequencer:
         entered, self._entered = tuple(self._entered), []
         return entered
 
-    def _enter(self, state: str) -> None:
+    def _enter(self, state: str, at_s: float) -> None:
         self.state = state
-        self._entered.append((state, self._at_s))
+        self._entered.append((state, at_s))
 
 
 def under_way(sent: tuple[Command, ...], now: Snapshot, before: Snapshot | None) -> tuple[Command, ...]:

@@ -122,7 +122,7 @@ def test_a_pump_that_has_emptied_every_tank_stops_before_it_is_hurt() -> None:
     async def watch() -> None:
         async for snapshot in plant.snapshots():
             if snapshot.at_s == 100.0:
-                sequencer.load(pump_out.actions)
+                sequencer.load(pump_out.actions, 0.0)
                 await plant.write(pump_out.actions.commands)
 
     asyncio.run(watch())

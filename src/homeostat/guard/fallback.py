@@ -1,0 +1,85 @@
+"""The fallback: strategies in their order, each checked when it is armed and when it acts, sent until it stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
+from homeostat.domain.rules import GuardRules
+from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.permissives import permissive_findings
+from homeostat.guard.verification import command_finding
+
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """A strategy as it may act now."""
+
+    strategy: FallbackStrategy
+    """The strategy."""
+    actions: ActionSet
+    """Its commands without those for tags that are out of service, and what follows."""
+
+
+class Fallbacks:
+    """Knows which strategy acts next."""
+
+    def __init__(self, rules: GuardRules) -> None:
+        """In the order of the tables until somebody ranks them."""
+        self._rules = rules
+        self._ranked = rules.fallbacks
+        self._next = 0
+
+    @property
+    def ranked(self) -> tuple[FallbackStrategy, ...]:
+        """The strategies, the one that acts first at the front."""
+        return self._ranked
+
+    def arm(self, names: tuple[str, ...], readings: Snapshot | None, in_service: frozenset[str]) -> tuple[str, ...]:
+        """Rank the strategies by ``names``, those left out after them; what is wrong with the named ones, by line.
+
+        One that does not pass its checks now is named and keeps its place: it is checked again when it acts.
+        """
+        known = {s.name: s for s in self._rules.fallbacks}
+        wrong = [f"there is no fallback {name!r}" for name in names if name not in known]
+        first = [known[name] for name in dict.fromkeys(names) if name in known]
+        self._ranked = (*first, *(s for s in self._rules.fallbacks if s not in first))
+        for strategy in first:
+            chosen = self.checked(strategy, readings, in_service)
+            if isinstance(chosen, str):
+                wrong.append(f"{strategy.name}: {chosen}")
+        return tuple(wrong)
+
+    def begin(self) -> None:
+        """Start with the first one."""
+        self._next = 0
+
+    def take(self) -> FallbackStrategy | None:
+        """The next strategy; None where every one was taken."""
+        if self._next >= len(self._ranked):
+            return None
+        self._next += 1
+        return self._ranked[self._next - 1]
+
+    def checked(
+        self, strategy: FallbackStrategy, readings: Snapshot | None, in_service: frozenset[str]
+    ) -> Chosen | str:
+        """What of ``strategy`` may be written, or the first check that it fails.
+
+        A command to a tag that is out of service is left out, unless the table says that the strategy writes it.
+        """
+        state = self._rules.machine.state(strategy.actions.target)
+        kept: list[Command] = []
+        for command in strategy.actions.commands:
+            found = command_finding(command, state.setpoint(command.tag), state.name, self._rules)
+            if found is not None:
+                return found.message
+            if command.tag in in_service or command.tag in strategy.forced:
+                kept.append(command)
+        if not kept:
+            return "every tag that it writes is out of service"
+        if readings is not None:
+            for finding in permissive_findings(readings, kept, self._rules.limits):
+                if not finding.satisfied and finding.criterion not in strategy.waived:
+                    return finding.message
+        return Chosen(strategy, replace(strategy.actions, commands=tuple(kept)))

@@ -1,0 +1,36 @@
+"""The mailbox: how anybody asks the guard for anything; putting never blocks, and what is put cannot change after."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+
+from homeostat.domain.observation import Message
+
+MOST = 1000
+"""Most messages that wait; what comes when it is full is turned away."""
+
+
+class Mailbox:
+    """A bounded queue between any number of threads that ask and the one that decides."""
+
+    def __init__(self, most: int = MOST) -> None:
+        """``most``: messages that may wait."""
+        self._waiting: deque[Message] = deque()
+        self._most = most
+        self._lock = threading.Lock()
+
+    def put(self, message: Message) -> bool:
+        """Leave ``message``; False where the mailbox is full, and nothing was taken."""
+        with self._lock:
+            if len(self._waiting) >= self._most:
+                return False
+            self._waiting.append(message)
+            return True
+
+    def take(self) -> tuple[Message, ...]:
+        """Everything that waits, the oldest first."""
+        with self._lock:
+            taken = tuple(self._waiting)
+            self._waiting.clear()
+            return taken

@@ -1,0 +1,50 @@
+"""The guard's parts, made once and shared by those who decide."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from homeostat.domain.ports import GuardEvent, Lease, Record
+from homeostat.domain.rules import GuardRules
+from homeostat.guard.alarms import Alarms
+from homeostat.guard.recorder import Recorder
+from homeostat.guard.sequencer import Sequencer
+from homeostat.guard.service import Service
+from homeostat.guard.settings import GuardSettings
+from homeostat.guard.writer import Writer
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """What everybody in the guard works with."""
+
+    rules: GuardRules
+    """The plant's rules."""
+    settings: GuardSettings
+    """How patient the guard is."""
+    recorder: Recorder
+    """Journals."""
+    alarms: Alarms
+    """Standing alarms."""
+    sequencer: Sequencer
+    """State of the machine and the steps that wait."""
+    service: Service
+    """Which tags are the guard's."""
+    writer: Writer
+    """The only way to the plant."""
+    lease: Lease | None
+    """The right to write; None where the plant is only observed."""
+
+    @classmethod
+    def of(cls, rules: GuardRules, record: Record, lease: Lease | None, settings: GuardSettings) -> Parts:
+        """New parts for a plant that nobody has watched yet."""
+        recorder = Recorder(record)
+        return cls(
+            rules, settings, recorder, Alarms(recorder.note),
+            Sequencer(rules.machine, rules.limits, rules.nominal), Service(rules.writables, recorder.note),
+            Writer(rules.writables, recorder, settings), lease,
+        )  # fmt: skip
+
+    def note(self, event: GuardEvent, at_s: float) -> None:
+        """Journal ``event``, which happened at process time ``at_s`` [s]."""
+        self.recorder.note(event, at_s)

@@ -1,0 +1,175 @@
+"""People: their orders are carried out by the guard, checked once, answered and journalled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from homeostat.domain.behaviour import Transition
+from homeostat.domain.guard_events import Cause, LatchReset, ModeEntered, PersonHeard
+from homeostat.domain.mode import Mode, PersonCommand, Verb
+from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.authority import Authority
+from homeostat.guard.latch import Latch, loaded
+from homeostat.guard.modes import Modes
+from homeostat.guard.parts import Parts
+from homeostat.guard.permissives import permissive_findings
+from homeostat.guard.recognition import recognise
+from homeostat.guard.requests import Requests
+from homeostat.guard.sequencer import what_follows
+from homeostat.guard.verification import command_finding
+from homeostat.guard.writer import Write
+
+
+@dataclass(frozen=True, slots=True)
+class Floor:
+    """What people's orders act on."""
+
+    parts: Parts
+    """The guard's parts."""
+    modes: Modes
+    """Who may write."""
+    latch: Latch
+    """Fallback and latch."""
+    requests: Requests
+    """What waits for a person."""
+
+
+class Persons:
+    """Carries out what people order."""
+
+    def __init__(self, floor: Floor) -> None:
+        """``floor``: what orders act on."""
+        self._floor = floor
+        self._authority = Authority(floor.parts.settings.persons)
+        self._orders: dict[Verb, Callable[[PersonCommand, float, Snapshot | None], str]] = {
+            Verb.APPROVE: self._approve,
+            Verb.REJECT: self._reject,
+            Verb.RESET: self._reset,
+            Verb.MODE: self._mode,
+            Verb.IN_SERVICE: self._service,
+            Verb.OUT_OF_SERVICE: self._service,
+            Verb.ACKNOWLEDGE: self._acknowledge,
+            Verb.FALL_BACK: self._fall_back,
+            Verb.START: self._start,
+        }
+
+    def hear(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> None:
+        """Carry out ``command`` if nothing is against it, and journal what came of it."""
+        objection = self._authority.objection(command)
+        if not objection:
+            self._authority.use(command)
+            objection = self._orders[command.verb](command, now_s, readings)
+        texts = [str(t)[:200] for t in (command.id, command.person, command.subject)]
+        event = PersonHeard(
+            texts[0], texts[1], command.role, str(command.verb), texts[2], not objection,
+            objection or str(command.reason)[:500],
+        )  # fmt: skip
+        self._floor.parts.note(event, now_s)
+
+    def _approve(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
+        return self._floor.requests.agree(command.subject, command.digest)
+
+    def _reject(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
+        return self._floor.requests.reject(command.subject, f"{command.person}: {command.reason}", now_s)
+
+    def _acknowledge(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
+        known = self._floor.parts.alarms.acknowledge(command.subject, command.person, now_s)
+        return "" if known else f"there is no alarm {command.subject!r}"
+
+    def _service(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
+        service, into = self._floor.parts.service, command.verb is Verb.IN_SERVICE
+        if service.change(command.subject, into, command.person, command.reason, now_s):
+            if into:
+                self._floor.parts.alarms.return_(f"moved:{command.subject}", now_s)
+            return ""
+        return f"{command.subject!r} is not writable, or it is {command.verb.value} already"
+
+    def _mode(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
+        floor, mode = self._floor, Mode(command.subject)
+        if floor.latch.reason is not None and mode.writes:
+            return "a fallback is latched; reset it first"
+        objection = floor.modes.enter(mode, now_s)
+        if objection:
+            return objection
+        floor.parts.writer.overtake(now_s, f"{command.person} changed the mode")
+        floor.requests.withdraw_all(f"{command.person} changed the mode to {mode.value!r}", now_s)
+        floor.parts.note(ModeEntered(mode.value, command.person, command.reason), now_s)
+        return ""
+
+    def _reset(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
+        floor = self._floor
+        if floor.latch.reason is None:
+            return "nothing is latched"
+        if readings is None or not (floor.latch.standing or floor.parts.alarms.lasts("shed")):
+            return "the fallback is not confirmed by the plant yet; a reset would leave it half done"
+        agreed = self._authority.agree(command)
+        if not agreed:
+            return f"{floor.parts.settings.persons} people must agree to a reset; {command.person} is one of them"
+        state = recognise(floor.parts.rules.machine, readings, floor.parts.sequencer.state)
+        floor.latch.reset()
+        floor.modes.enter(Mode.OBSERVE, now_s)
+        floor.parts.sequencer.restore(state, (), aborting=False)
+        floor.parts.alarms.return_("latched", now_s)
+        floor.parts.note(LatchReset(agreed, command.reason, state), now_s)
+        floor.parts.note(ModeEntered(Mode.OBSERVE.value, command.person, "reset"), now_s)
+        return ""
+
+    def _fall_back(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
+        floor = self._floor
+        if not floor.modes.mode.writes:
+            return f"in mode {floor.modes.mode.value!r} nobody writes"
+        if floor.latch.reason is not None:
+            return "a fallback has acted already"
+        floor.requests.withdraw_all("a person ordered the fallback", now_s)
+        floor.latch.activate(f"ordered by {command.person}: {command.reason}", now_s, readings)
+        return ""
+
+    def _start(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
+        """Take a transition that leads back to a start, with the design commands of its target state."""
+        floor = self._floor
+        rules, sequencer, writer = floor.parts.rules, floor.parts.sequencer, floor.parts.writer
+        found = [t for t in rules.machine.transitions if t.name == command.subject and t.source == sequencer.state]
+        if not floor.modes.mode.writes or floor.latch.reason is not None:
+            return "a start needs a mode that writes, and no latch"
+        if not found or readings is None:
+            return f"{command.subject!r} does not leave state {sequencer.state!r}"
+        commands = self._design(found[0])
+        objection = self._unfit(found[0], commands, readings)
+        if objection or writer.flying is not None:
+            return objection or "another write is under way; order it again"
+        state = rules.machine.state(found[0].target)
+        by_state = {s.name: design(s.name, floor.parts) for s in rules.machine.states}
+        actions = ActionSet(commands, state.name, what_follows(rules.machine, state.name, by_state))
+        if not writer.begin(Write.of(Cause.PERSON, command.person, actions), now_s):
+            return f"the intention could not be journalled: {floor.parts.recorder.trouble}"
+        sequencer.load(actions, now_s)
+        floor.parts.note(loaded(command.subject, actions, aborting=False), now_s)
+        return ""
+
+    def _design(self, transition: Transition) -> tuple[Command, ...]:
+        return design(transition.target, self._floor.parts)
+
+    def _unfit(self, transition: Transition, commands: tuple[Command, ...], readings: Snapshot) -> str:
+        """The first check that a start fails; empty where it passes."""
+        parts = self._floor.parts
+        if not transition.guard.holds(readings.values):
+            return f"{transition.guard.text!r} does not hold ({transition.name})"
+        state = parts.rules.machine.state(transition.target)
+        for command in commands:
+            found = command_finding(command, state.setpoint(command.tag), state.name, parts.rules)
+            if found is not None:
+                return found.message
+            if command.tag not in parts.service.tags:
+                return f"{command.tag!r} is out of service"
+        found_all = permissive_findings(readings, commands, parts.rules.limits)
+        return next((f.message for f in found_all if not f.satisfied), "")
+
+
+def design(state: str, parts: Parts) -> tuple[Command, ...]:
+    """What ``state`` is commanded by design, at the rates of the tables."""
+    return tuple(
+        Command(r.tag, r.design, None if r.design is None else parts.rules.tags[r.tag].rate_limit)
+        for r in parts.rules.machine.state(state).setpoints
+    )

@@ -1,0 +1,74 @@
+"""Ramps that the guard makes: where the plant takes steps as they come, the guard owns the way to the target."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from homeostat.domain.mode import Side
+from homeostat.domain.recovery import Command
+from homeostat.domain.rules import WriteRule
+
+
+@dataclass(slots=True)
+class _Ramp:
+    """One tag on its way."""
+
+    target: float
+    rate: float
+    now: float
+    at_s: float
+
+
+class Ramps:
+    """At most one ramp per tag; every one stops at once when it is told to."""
+
+    def __init__(self) -> None:
+        self._ramps: dict[str, _Ramp] = {}
+        self._last: dict[str, float] = {}
+
+    def first(self, commands: tuple[Command, ...], rules: Mapping[str, WriteRule]) -> tuple[Command, ...]:
+        """What is sent at once for ``commands``: where the guard ramps, nothing but the present value."""
+        sent = []
+        for c in commands:
+            self._ramps.pop(c.tag, None)
+            owned = c.tag in rules and rules[c.tag].ramped_by is Side.GUARD
+            start = self._last.get(c.tag)
+            if owned and c.value is not None and c.rate is not None and start is not None:
+                self._ramps[c.tag] = _Ramp(c.value, c.rate, start, math.nan)
+                sent.append(replace(c, value=start, rate=None))
+            else:
+                sent.append(c)
+            if c.value is not None and c.tag not in self._ramps:
+                self._last[c.tag] = c.value
+        return tuple(sent)
+
+    def present(self, accepted: Mapping[str, float | None]) -> None:
+        """Take note of the targets that the plant holds; a ramp starts there."""
+        self._last.update({t: v for t, v in accepted.items() if v is not None and t not in self._ramps})
+
+    def step(self, now_s: float) -> tuple[Command, ...]:
+        """The next values of every ramp at ``now_s`` [s]."""
+        sent = []
+        for tag, ramp in list(self._ramps.items()):
+            passed_s = 0.0 if math.isnan(ramp.at_s) else now_s - ramp.at_s
+            ramp.at_s = now_s
+            reach, left = ramp.rate * passed_s, ramp.target - ramp.now
+            if reach <= 0.0:
+                continue
+            ramp.now = ramp.target if abs(left) <= reach else ramp.now + math.copysign(reach, left)
+            sent.append(Command(tag, ramp.now, None))
+            self._last[tag] = ramp.now
+            if ramp.now == ramp.target:
+                del self._ramps[tag]
+        return tuple(sent)
+
+    def left_s(self, tag: str) -> float:
+        """Time that the ramp of ``tag`` takes from here [s]; 0 where there is none."""
+        ramp = self._ramps.get(tag)
+        return 0.0 if ramp is None else abs(ramp.target - ramp.now) / ramp.rate
+
+    def stop(self) -> None:
+        """Stop every ramp where it is."""
+        self._ramps.clear()

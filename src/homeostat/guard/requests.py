@@ -1,0 +1,180 @@
+"""Requests: verified on the very reading of a tick, the oldest that still stands first, each answered (NE 178)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from homeostat.domain.guard_events import Cause, RequestAnswered
+from homeostat.domain.mode import Mode
+from homeostat.domain.recovery import RecoveryPath
+from homeostat.domain.request import Answer, Request, RequestStatus
+from homeostat.domain.verdict import Finding
+from homeostat.guard.latch import loaded
+from homeostat.guard.parts import Parts
+from homeostat.guard.permissives import refusal
+from homeostat.guard.verification import Present, Unfit, authorise, mapped, verify
+from homeostat.guard.writer import Progress, Write
+
+MOST = 50
+"""Most requests that wait."""
+
+
+@dataclass(slots=True)
+class _Asked:
+    """One request as the guard holds it."""
+
+    request: Request
+    path: RecoveryPath
+    offered: bool = False
+    agreed: bool = False
+
+
+class Requests:
+    """Everything that was asked and is not answered for good."""
+
+    def __init__(self, parts: Parts, keys: dict[str, bytes]) -> None:
+        """``keys``: issuer -> the key of its seals."""
+        self._parts, self._keys = parts, keys
+        self._waiting: dict[str, _Asked] = {}
+        self._written: _Asked | None = None
+        self._loaded = False
+        self._used: dict[str, float] = {}
+        self._answers: list[Answer] = []
+
+    @property
+    def offered(self) -> tuple[Request, ...]:
+        """Requests that wait for a person."""
+        return tuple(a.request for a in self._waiting.values() if a.offered)
+
+    def drain(self) -> tuple[Answer, ...]:
+        """Answers since the last call."""
+        answers, self._answers = tuple(self._answers), []
+        return answers
+
+    def receive(self, request: Request, now_s: float, oldest_s: float) -> None:
+        """Copy ``request``, check where it comes from, and have it wait; answered at once where it does not pass."""
+        self._used = {nonce: until for nonce, until in self._used.items() if until >= now_s}
+        known = str(getattr(request, "id", ""))[:100]
+        try:
+            own, path = mapped(request, self._parts.rules)
+            if own.id in self._waiting or own.seal.nonce in self._used:
+                raise Unfit(refusal("CHK-USED", f"request {own.id!r} was made before; a seal is used once"))
+            authorise(own, self._keys, now_s, oldest_s, oldest_s)
+            if len(self._waiting) >= MOST:
+                raise Unfit(refusal("CHK-BUSY", f"{MOST} requests wait already; ask again later"))
+        except Unfit as unfit:
+            self._refuse_unknown(known, unfit.finding, now_s)
+            return
+        self._used[own.seal.nonce] = own.seal.expires_s
+        self._waiting[own.id] = _Asked(own, path)
+        self._answer(own, RequestStatus.AUTHORISED, now_s)
+
+    def withdraw(self, name: str, reason: str, now_s: float) -> None:
+        """The issuer gives up request ``name``; one that is written already stays written."""
+        asked = self._waiting.pop(name, None)
+        if asked is not None:
+            self._answer(asked.request, RequestStatus.WITHDRAWN, now_s, refusal("CHK-WITHDRAWN", reason))
+
+    def withdraw_all(self, reason: str, now_s: float) -> None:
+        """A trip, a mode change or a person has overtaken everything that was asked."""
+        finding = refusal("CHK-OVERTAKEN", reason)
+        if self._written is not None:
+            self._answer(self._written.request, RequestStatus.WITHDRAWN, now_s, finding)
+            self._written = None
+        for asked in list(self._waiting.values()):
+            self._answer(asked.request, RequestStatus.WITHDRAWN, now_s, finding)
+        self._waiting.clear()
+
+    def agree(self, name: str, digest: str) -> str:
+        """A person says yes to request ``name`` with this ``digest``; why not, or empty."""
+        asked = self._waiting.get(name)
+        if asked is None or not asked.offered:
+            return f"no request {name!r} waits for a person"
+        if digest != asked.request.actions.digest:
+            return f"the digest is not that of request {name!r}; look at it again"
+        asked.agreed = True
+        return ""
+
+    def reject(self, name: str, reason: str, now_s: float) -> str:
+        """A person says no to request ``name``; why not, or empty."""
+        asked = self._waiting.get(name)
+        if asked is None or not asked.offered:
+            return f"no request {name!r} waits for a person"
+        del self._waiting[name]
+        self._answer(asked.request, RequestStatus.REFUSED, now_s, refusal("CHK-PERSON", reason))
+        return ""
+
+    def decide(self, present: Present, mode: Mode, oldest_s: float) -> bool:
+        """Write the oldest request that still stands, if nothing is under way; whether anything was written."""
+        for asked in list(self._waiting.values()):
+            try:
+                authorise(asked.request, self._keys, present.now_s, oldest_s, oldest_s)
+                verify(asked.request, asked.path, self._parts.rules, present)
+                if self._parts.recorder.trouble:
+                    raise Unfit(refusal("CHK-JOURNAL", f"nothing is released: {self._parts.recorder.trouble}"))
+            except Unfit as unfit:
+                self._close(asked, RequestStatus.REFUSED, present.now_s, unfit.finding)
+                continue
+            if not mode.writes:
+                self._close(asked, RequestStatus.ADVISED, present.now_s)
+            elif mode is Mode.APPROVE and not asked.agreed:
+                self._offer(asked, present.now_s)
+            elif self._parts.writer.flying is None:
+                return self._write(asked, present.now_s)
+        return False
+
+    def follow(self, progress: Progress | None, now_s: float) -> None:
+        """Take note of how far the write of a request has come."""
+        asked, parts = self._written, self._parts
+        if asked is None:
+            return
+        actions = asked.request.actions
+        if not self._loaded and (parts.writer.accepted or progress is Progress.CONFIRMED):
+            self._loaded = True
+            parts.sequencer.load(actions, now_s)
+            parts.note(loaded(asked.request.id, actions, aborting=False), now_s)
+        if progress is Progress.CONFIRMED:
+            parts.service.expect(actions.commands)
+            self._written = None
+            self._answer(asked.request, RequestStatus.CONFIRMED, now_s)
+        elif progress is Progress.FAILED:
+            self._written = None
+            reason = parts.writer.error or "the plant does not hold every target after every attempt"
+            self._answer(asked.request, RequestStatus.FAILED, now_s, refusal("CHK-OBEYED", reason))
+
+    def _offer(self, asked: _Asked, now_s: float) -> None:
+        if not asked.offered:
+            asked.offered = True
+            self._answer(asked.request, RequestStatus.OFFERED, now_s)
+
+    def _write(self, asked: _Asked, now_s: float) -> bool:
+        request, parts = asked.request, self._parts
+        del self._waiting[request.id]
+        self._answer(request, RequestStatus.VERIFIED, now_s)
+        actions = request.actions
+        write = Write.of(Cause.REQUEST, request.id, actions)
+        self._written, self._loaded = asked, False
+        self._answer(request, RequestStatus.ACCEPTED, now_s)
+        if actions.commands and not parts.writer.begin(write, now_s):
+            self._written = None
+            text = f"the intention of request {request.id!r} could not be journalled: {parts.recorder.trouble}"
+            self._answer(request, RequestStatus.FAILED, now_s, refusal("CHK-JOURNAL", text))
+            return False
+        self.follow(None if actions.commands else Progress.CONFIRMED, now_s)
+        return True
+
+    def _close(self, asked: _Asked, status: RequestStatus, now_s: float, finding: Finding | None = None) -> None:
+        del self._waiting[asked.request.id]
+        self._answer(asked.request, status, now_s, finding)
+
+    def _answer(self, request: Request, status: RequestStatus, now_s: float, finding: Finding | None = None) -> None:
+        self._answers.append(Answer(request.id, status, now_s, finding))
+        check, reason = ("", "") if finding is None else (finding.criterion, finding.message)
+        event = RequestAnswered(request.id, request.proposer, request.actions.digest, status.value, check, reason)
+        self._parts.note(event, now_s)
+
+    def _refuse_unknown(self, name: str, finding: Finding, now_s: float) -> None:
+        """Answer something that is not known to be what it says."""
+        self._answers.append(Answer(name, RequestStatus.REFUSED, now_s, finding))
+        event = RequestAnswered(name, "", "", RequestStatus.REFUSED.value, finding.criterion, finding.message)
+        self._parts.note(event, now_s)

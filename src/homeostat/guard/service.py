@@ -1,0 +1,85 @@
+"""In service: which writable tags are the guard's, and who else has moved one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from homeostat.domain.guard_events import ServiceChanged
+from homeostat.domain.ports import GuardEvent
+from homeostat.domain.recovery import Command
+from homeostat.domain.rules import WriteRule
+from homeostat.domain.snapshot import Snapshot
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """A target that somebody else has changed."""
+
+    tag: str
+    """Name of the tag."""
+    before: float | None
+    """What it was, in the tag's unit; None for automatic."""
+    now: float | None
+    """What it is."""
+
+
+class Service:
+    """Knows the target that every writable tag should hold; a tag that somebody else moves goes out of service."""
+
+    def __init__(self, rules: Mapping[str, WriteRule], note: Callable[[GuardEvent, float], None]) -> None:
+        """Every writable tag is in service at first."""
+        self._rules, self._note = rules, note
+        self._out: set[str] = set()
+        self._expected: dict[str, float | None] = {}
+
+    @property
+    def tags(self) -> frozenset[str]:
+        """Tags that the guard may write."""
+        return frozenset(self._rules) - self._out
+
+    @property
+    def out(self) -> frozenset[str]:
+        """Tags that it may not."""
+        return frozenset(self._out)
+
+    def restore(self, out: frozenset[str]) -> None:
+        """Take over what a journal says."""
+        self._out = set(out) & set(self._rules)
+
+    def expect(self, commands: tuple[Command, ...]) -> None:
+        """The plant holds ``commands`` now."""
+        self._expected.update({c.tag: c.value for c in commands})
+
+    def adopt(self, commands: tuple[Command, ...], readings: Snapshot | None) -> None:
+        """What became of ``commands`` is what the plant says; it was no stranger."""
+        if readings is not None:
+            held = {c.tag: readings.accepted[c.tag] for c in commands if c.tag in readings.accepted}
+            self._expected.update(held)
+
+    def moved(self, readings: Snapshot, pending: frozenset[str]) -> tuple[Moved, ...]:
+        """Targets that somebody else has changed since the last tick; ``pending`` tags are not judged."""
+        found = []
+        for tag, rule in self._rules.items():
+            if tag not in readings.accepted or tag in pending:
+                continue
+            target = readings.accepted[tag]
+            before = self._expected.setdefault(tag, target)
+            if not _same(before, target, rule.tolerance):
+                self._expected[tag] = target
+                found.append(Moved(tag, before, target))
+        return tuple(found)
+
+    def change(self, tag: str, in_service: bool, person: str, reason: str, at_s: float) -> bool:
+        """Take ``tag`` out of service or bring it back; False where that changes nothing or the tag is not writable."""
+        if tag not in self._rules or (tag not in self._out) == in_service:
+            return False
+        (self._out.discard if in_service else self._out.add)(tag)
+        self._note(ServiceChanged(tag, in_service, person, reason), at_s)
+        return True
+
+
+def _same(one: float | None, other: float | None, tolerance: float) -> bool:
+    if one is None or other is None:
+        return one is None and other is None
+    return abs(one - other) <= tolerance

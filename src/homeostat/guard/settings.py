@@ -1,0 +1,23 @@
+"""How patient the guard is with links, journals and seals; the plant's own numbers are in its tables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class GuardSettings:
+    """Times and counts of the guard."""
+
+    write_s: float = 3.0
+    """A link that has not answered a write after this long is given up [s]."""
+    attempts: int = 3
+    """Most attempts at one write before it has failed."""
+    again_s: float = 10.0
+    """After a write of the sequence or of a fallback has failed, when it is begun again [s]."""
+    check_age_s: float = 30.0
+    """Oldest release check on which something is released [s]."""
+    person_s: float = 600.0
+    """The same where a person has to say yes first [s]."""
+    persons: int = 1
+    """People who must agree to a reset: one in simulation, two on a link."""

@@ -1,0 +1,188 @@
+"""Verification of requests (the chain of NAMUR NE 178): authorise, map, verify; everything in the positive.
+
+The guard trusts nothing in a request. It keeps a copy of its own, made from the names in it and the machine in the
+tables, so that nothing can be altered once it was looked at.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from homeostat.domain.behaviour import SetpointRange, Transition
+from homeostat.domain.limits import Owner
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
+from homeostat.domain.request import Request, Seal
+from homeostat.domain.rules import GuardRules
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import Finding
+from homeostat.guard.permissives import permissive_findings, refusal
+from homeostat.guard.seal import genuine
+from homeostat.guard.trips import Violation
+
+
+class Unfit(Exception):
+    """A request does not pass a check; ``finding`` says which."""
+
+    def __init__(self, finding: Finding) -> None:
+        super().__init__(finding.message)
+        self.finding = finding
+
+
+@dataclass(frozen=True, slots=True)
+class Present:
+    """What a request is judged on: the very reading of this tick."""
+
+    now_s: float
+    """Process time [s]."""
+    readings: Snapshot | None
+    """Readings with their quality; None before the first sample."""
+    state: str
+    """State of the machine."""
+    in_service: frozenset[str]
+    """Tags that the guard may write."""
+    near: tuple[Violation, ...]
+    """Hard limits that are undecided or half way to a trip."""
+
+
+def mapped(request: Request, rules: GuardRules) -> tuple[Request, RecoveryPath]:
+    """A copy of ``request`` that nobody else holds, its transitions taken from the tables, and its path.
+
+    Raises Unfit for whatever does not have the form of a request, and for a path that the machine does not have.
+    """
+    try:
+        path = RecoveryPath(rules.machine, tuple(_transition(name, rules) for name in request.path))
+        if tuple(s.transition.name for s in request.actions.then) != tuple(t.name for t in path.awaited):
+            raise ValueError("the later steps are not those that the path waits for")
+        steps = tuple(
+            Step(t, tuple(map(_copied, s.commands))) for t, s in zip(path.awaited, request.actions.then, strict=True)
+        )
+        actions = ActionSet(tuple(map(_copied, request.actions.commands)), str(request.actions.target), steps)
+        if actions.target != path.now:
+            raise ValueError(f"the commands lead to {actions.target!r}, the path to {path.now!r}")
+        seal = request.seal
+        own = Seal(str(seal.issuer), float(seal.checked_s), float(seal.expires_s), str(seal.nonce), str(seal.mac))
+        texts = {n: str(getattr(request, n)) for n in ("id", "proposer", "state", "diagnosis", "configuration")}
+        return Request(actions=actions, path=tuple(t.name for t in path.transitions), seal=own, **texts), path
+    except Exception as error:  # whatever a stranger made of it
+        raise Unfit(refusal("CHK-FORM", f"this is no request that the plant could take: {error}")) from None
+
+
+def authorise(request: Request, keys: Mapping[str, bytes], now_s: float, oldest_s: float, longest_s: float) -> None:
+    """Raise Unfit unless the seal is an issuer's, of now, and covers the request as it is."""
+    seal, key = request.seal, keys.get(request.seal.issuer)
+    if key is None or not genuine(request, key):
+        text = f"the seal of request {request.id!r} is not the release check's; have it checked again"
+        raise Unfit(refusal("CHK-SEAL", text))
+    age_s = now_s - seal.checked_s
+    if not 0.0 <= age_s <= oldest_s:
+        text = f"the release check of request {request.id!r} is {age_s:g} s old; 0 to {oldest_s:g} s are allowed"
+        raise Unfit(refusal("CHK-AGE", text))
+    if not (now_s <= seal.expires_s and seal.expires_s - seal.checked_s <= longest_s):
+        raise Unfit(refusal("CHK-EXPIRY", f"the seal of request {request.id!r} is void since {seal.expires_s:g} s"))
+
+
+def verify(request: Request, path: RecoveryPath, rules: GuardRules, present: Present) -> None:
+    """Raise Unfit at the first check that ``request`` does not pass on the present reading."""
+    for check in _CHECKS:
+        finding = check(request, path, rules, present)
+        if finding is not None:
+            raise Unfit(finding)
+
+
+def command_finding(command: Command, admitted: SetpointRange | None, state: str, rules: GuardRules) -> Finding | None:
+    """Why ``command`` may not be written in ``state`` whatever the plant reads; None where it may."""
+    tag, rule = rules.tags.get(command.tag), rules.writables.get(command.tag)
+    if tag is None or rule is None:
+        return refusal("CHK-WRITABLE", f"{command.tag!r} is not a tag that may be written")
+    if admitted is None:
+        return refusal("CHK-ADMISSIBLE", f"{command.tag!r} may not be commanded in state {state!r}")
+    if command.value is None:
+        if rule.automatic and admitted.design is None:
+            return None
+        return refusal("CHK-AUTOMATIC", f"{command.tag!r} has no automatic mode in state {state!r}")
+    slack = 1e-9 * max(abs(admitted.low), abs(admitted.high), 1.0)
+    if not admitted.low - slack <= command.value <= admitted.high + slack:
+        text = f"{command.tag!r} = {command.value:.6g} {tag.unit} in state {state!r}; admitted are"
+        text = f"{text} {admitted.low:.6g} to {admitted.high:.6g} {tag.unit}"
+        excess = max(admitted.low - command.value, command.value - admitted.high)
+        return Finding("CHK-RANGE", Owner.ACTION, -excess, tag.unit, 0.0, 0, text)
+    if tag.rate_limit is not None and not (command.rate is not None and command.rate <= tag.rate_limit):
+        rate = math.inf if command.rate is None else command.rate
+        text = f"{command.tag!r} ramps at {rate:.6g} {tag.unit}/s; limit {tag.rate_limit:.6g} {tag.unit}/s"
+        return Finding("CHK-RATE", Owner.ACTION, tag.rate_limit - rate, f"{tag.unit}/s", 0.0, 0, text)
+    return None
+
+
+def _empty(request: Request, path: RecoveryPath, rules: GuardRules, present: Present) -> Finding | None:
+    if request.actions.commands or request.actions.then:
+        return None
+    return refusal("CHK-EMPTY", f"request {request.id!r} commands nothing; there is nothing to release")
+
+
+def _configuration(request: Request, path: RecoveryPath, rules: GuardRules, present: Present) -> Finding | None:
+    if request.configuration == rules.configuration:
+        return None
+    return refusal("CHK-CONFIGURATION", f"request {request.id!r} was approved under another configuration")
+
+
+def _state(request: Request, path: RecoveryPath, rules: GuardRules, present: Present) -> Finding | None:
+    if request.state == path.states[0] == present.state:
+        return None
+    text = f"the plant is in {present.state!r}, and the request starts in {request.state!r}"
+    return Finding(OVERTAKEN, Owner.PLANNING, -math.inf, "1", 0.0, 0, text)
+
+
+OVERTAKEN = "CHK-STATE"
+"""Name of the refusal of a request whose state the plant has left."""
+
+
+def _way(request: Request, path: RecoveryPath, rules: GuardRules, present: Present) -> Finding | None:
+    if not rules.machine.state(path.target).recovery_target:
+        return refusal("CHK-TARGET", f"{path.target!r} is no state in which a recovery may end")
+    values = {} if present.readings is None else present.readings.values
+    for transition in path.decisions:
+        if not transition.guard.holds(values):
+            text = f"{transition.guard.text!r} does not hold, so {transition.target!r} is not open ({transition.name})"
+            return Finding("CHK-OPEN", Owner.PLANNING, -math.inf, "1", 0.0, 0, text)
+    return None
+
+
+def _commands(request: Request, path: RecoveryPath, rules: GuardRules, present: Present) -> Finding | None:
+    parts = (request.actions.commands, *(s.commands for s in request.actions.then))
+    for commands, state in zip(parts, path.commanded_states, strict=True):
+        for command in commands:
+            found = command_finding(command, state.setpoint(command.tag), state.name, rules)
+            if found is None and command.tag not in present.in_service:
+                found = refusal("CHK-SERVICE", f"{command.tag!r} is out of service; a person must bring it back")
+            if found is not None:
+                return found
+    return None
+
+
+def _readings(request: Request, path: RecoveryPath, rules: GuardRules, present: Present) -> Finding | None:
+    if present.readings is None:
+        return refusal("CHK-READING", "there is no reading to decide on")
+    if present.near:
+        return refusal(present.near[0].limit, f"hard limit at release: {present.near[0].reason}")
+    found = permissive_findings(present.readings, request.actions.commands, rules.limits)
+    return next((replace(f, message=f"permissive at release: {f.message}") for f in found if not f.satisfied), None)
+
+
+_CHECKS: tuple[Callable[[Request, RecoveryPath, GuardRules, Present], Finding | None], ...] = (
+    _empty, _configuration, _state, _way, _commands, _readings,
+)  # fmt: skip
+
+
+def _transition(name: object, rules: GuardRules) -> Transition:
+    for transition in rules.machine.transitions:
+        if transition.name == name:
+            return transition
+    raise ValueError(f"the machine has no transition {name!r}")
+
+
+def _copied(command: Command) -> Command:
+    value = None if command.value is None else float(command.value)
+    rate = None if command.rate is None else float(command.rate)
+    return Command(str(command.tag), value, rate)
