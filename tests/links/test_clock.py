@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from homeostat.links.clock import DeclaredClock, ThinkingClock
+from homeostat.links.clock import PATIENCE_S, DeclaredClock, ThinkingClock
 
 
 def think(seconds: float) -> float:
@@ -98,3 +98,15 @@ def test_a_clock_that_runs_backwards_or_away_is_refused(value: float) -> None:
         ThinkingClock(value)
     with pytest.raises(ValueError, match="must be finite and >= 0"):
         DeclaredClock(value)
+
+
+def test_declared_thinking_is_cut_off_by_its_wall_limit_and_never_before_its_process_time() -> None:
+    assert DeclaredClock().wall_s(5.0) == PATIENCE_S
+    clock = DeclaredClock(1.0, wall_limit_s=20.0)
+    assert clock.wall_s(5.0) == 20.0 and clock.wall_s(30.0) == 30.0
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_a_wall_limit_is_a_time(value: float) -> None:
+    with pytest.raises(ValueError, match="must be finite and > 0 s"):
+        DeclaredClock(wall_limit_s=value)

@@ -57,11 +57,17 @@ class ThinkingClock:
 class DeclaredClock:
     """Every stretch of thinking costs the same declared process time: runs are bit-identical on any machine."""
 
-    def __init__(self, cost_s: float = 1.0) -> None:
-        """``cost_s``: process seconds that each stretch of thinking takes [s]."""
+    def __init__(self, cost_s: float = 1.0, wall_limit_s: float = PATIENCE_S) -> None:
+        """``cost_s``: process seconds that each stretch of thinking takes [s].
+
+        ``wall_limit_s``: wall-clock seconds after which one that never ends is cut off [s].
+        """
         if not (math.isfinite(cost_s) and cost_s >= 0.0):
             raise ValueError(f"declared thinking time {cost_s!r} must be finite and >= 0 s")
+        if not (math.isfinite(wall_limit_s) and wall_limit_s > 0.0):
+            raise ValueError(f"wall-clock limit of thinking {wall_limit_s!r} must be finite and > 0 s")
         self._cost_s = cost_s
+        self._wall_limit_s = wall_limit_s
         self._owed = 0.0
         self._since: float | None = None
         self._settled_s = 0.0
@@ -89,4 +95,4 @@ class DeclaredClock:
 
     def wall_s(self, process_s: float) -> float:
         """The same on every machine, however slow [s]: so long that only what never ends is cut off."""
-        return max(process_s, PATIENCE_S)
+        return max(process_s, self._wall_limit_s)

@@ -1,39 +1,165 @@
-"""A simulated plant: a process model with its own true parameters that keeps running while agents think."""
+"""The simulated plant as a link: it runs in virtual time, and nothing but its wire commands it from outside."""
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import AsyncIterator, Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
+from typing import final
 
-import numpy as np
-
-from homeostat.domain.diagnosis import FaultState
-from homeostat.domain.ports import Clock
+from homeostat.domain.mode import Side
+from homeostat.domain.ports import Clock, Ticket
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot, Trajectory
-from homeostat.process.batch import ProcessError
-from homeostat.process.model import ProcessModel, column
-from homeostat.process.schedule import InputRamp
-from homeostat.process.types import Row
+from homeostat.links.errors import LeaseVoid, PlantEnded
+from homeostat.links.true_process import PlantConfiguration as PlantConfiguration
+from homeostat.links.true_process import TrueProcess
+from homeostat.links.true_process import fault_tables as fault_tables
+from homeostat.links.virtual import Answered, Arrival, Recipe, Source, SourceView, VirtualPlant
+from homeostat.process.model import ProcessModel
+
+WIRE_LOG_LENGTH = 10_000
+"""Most arrivals that a link remembers; the oldest are forgotten first."""
 
 
 @dataclass(frozen=True, slots=True)
-class PlantConfiguration:
-    """What the plant truly is; the twin never sees this."""
+class LinkConfiguration:
+    """What the plant's own control system does about a guard."""
 
-    parameters: Row
-    """True parameters, shape (parameters,)."""
-    inputs: Row
-    """Inputs at the start, shape (inputs,)."""
-    faults: tuple[FaultState, ...]
-    """Injected faults."""
-    end_s: float
-    """Process time at which the run ends [s]."""
-    noise_seed: int
-    """Seed of the disturbances and the sensor noise."""
-    noise: float = 1.0
-    """Scale of all noise; 0 for a quiet plant."""
+    heartbeat_s: float = 5.0
+    """Process time without a heartbeat after which the plant sheds to local control [s]."""
+    local: tuple[Command, ...] = ()
+    """What local control then commands; other manual outputs go back to automatic, other setpoints stay."""
+    recipe_by: Side = Side.GUARD
+    """Whose recipe counts while a guard holds the lease; while none does, it is the plant's."""
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.heartbeat_s) and self.heartbeat_s > 0.0):
+            raise ValueError(f"heartbeat_s {self.heartbeat_s!r} must be finite and > 0 s")
+
+
+@final
+class SimulatedLink:
+    """Implements :class:`homeostat.links.virtual.Link`; one second per sample, and no sample is kept."""
+
+    def __init__(
+        self, plant: VirtualPlant, configuration: LinkConfiguration = LinkConfiguration(), recipe: Recipe | None = None,
+    ) -> None:  # fmt: skip
+        """``recipe`` sees every sample; what it commands is the plant's own doing and not in the wire log.
+
+        ValueError where a local setpoint cannot be commanded.
+        """
+        for c in configuration.local:
+            if c.tag not in plant.accepted:
+                raise ValueError(
+                    f"local setpoint {c.tag!r} cannot be commanded; these can: {', '.join(plant.accepted)}"
+                )
+            if c.value is None and c.tag not in plant.manual:
+                raise ValueError(f"local setpoint {c.tag!r} has no automatic mode; give a value")
+        self._plant, self._configuration, self._recipe = plant, configuration, recipe
+        self._lease, self._leased, self._beat_s = 0, False, math.inf
+        self._shed = self._broken = False
+        self._wire_log: deque[Arrival] = deque(maxlen=WIRE_LOG_LENGTH)
+        self.source: Source = SourceView(self)
+        """The reading side alone."""
+
+    @property
+    def now_s(self) -> float:
+        """Process time [s]."""
+        return self._plant.now_s
+
+    @property
+    def end_s(self) -> float:
+        """Process time at which the run ends [s]."""
+        return self._plant.end_s
+
+    @property
+    def ended(self) -> bool:
+        """Whether the run is over: its end is reached, or the plant broke."""
+        return self._broken or self.now_s >= self.end_s
+
+    @property
+    def wire_log(self) -> tuple[Arrival, ...]:
+        """What arrived on the wire, the oldest first."""
+        return tuple(self._wire_log)
+
+    @property
+    def shed(self) -> bool:
+        """Whether local control has taken over because the guard is gone; a new lease ends it."""
+        return self._shed
+
+    def advance(self) -> Snapshot:
+        """The sample one second later; PlantEnded after the end, and whatever the plant raises where it breaks."""
+        if self.ended:
+            raise PlantEnded(f"the run is over since t = {self.now_s:.0f} s; there is no further sample")
+        if self.now_s - self._beat_s >= self._configuration.heartbeat_s:
+            self._shed_to_local()
+        try:
+            values = self._plant.advance()
+        except Exception:
+            self._broken = True
+            raise
+        snapshot = Snapshot(self.now_s, values, accepted=self._plant.accepted)
+        if self._recipe is not None:
+            commands = self._recipe(snapshot)  # it follows the plant also while the guard's recipe counts
+            if commands and (not self._leased or self._configuration.recipe_by is Side.PLANT):
+                self._plant.command(commands)
+        return snapshot
+
+    def take(self) -> SimulatedWire:
+        """Take the lease; the wire of whoever held it is void from now on."""
+        self._lease += 1
+        self._leased, self._beat_s, self._shed = True, math.inf, False
+        return SimulatedWire(partial(self._deliver, self._lease))
+
+    def beat(self) -> None:
+        """The guard is alive; from the first time on it must say so. Without a lease it changes nothing."""
+        if self._leased:
+            self._beat_s = self.now_s
+
+    def give_back(self) -> None:
+        """The heartbeat stops and local control takes over; where nobody holds the lease, nothing happens."""
+        if self._leased:
+            self._shed_to_local()
+
+    def operate(self, tag: str, value: float | None, rate: float | None = None) -> None:
+        """Somebody at the plant moves ``tag``; ValueError where it cannot be."""
+        self._plant.command((Command(tag, value, rate),))
+
+    def _deliver(self, lease: int, commands: tuple[Command, ...]) -> Ticket:
+        if not self._leased or lease != self._lease:
+            raise LeaseVoid(f"the lease of this wire is over at t = {self.now_s:.0f} s; take a new one")
+        error = ""
+        try:
+            self._plant.command(commands)
+        except ValueError as refused:
+            error = str(refused)
+        self._wire_log.append(Arrival(self.now_s, commands, error))
+        return Answered(error=error)
+
+    def _shed_to_local(self) -> None:
+        local = self._configuration.local
+        named = {c.tag for c in local}
+        held = [tag for tag, target in self._plant.accepted.items() if target is not None and tag not in named]
+        self._plant.command((*local, *(Command(tag, None, None) for tag in held if tag in self._plant.manual)))
+        self._leased, self._beat_s, self._shed = False, math.inf, True
+
+
+@final
+class SimulatedWire:
+    """Implements :class:`homeostat.domain.ports.Wire` for one lease."""
+
+    __slots__ = ("_deliver",)
+
+    def __init__(self, deliver: Callable[[tuple[Command, ...]], Ticket]) -> None:
+        """``deliver`` hands commands to the plant, as long as the lease lasts."""
+        self._deliver = deliver
+
+    def send(self, commands: tuple[Command, ...]) -> Ticket:
+        """Write ``commands``: all of them, or none and the ticket says why; LeaseVoid where the lease is over."""
+        return self._deliver(commands)
 
 
 class SimulatedPlant:
@@ -45,29 +171,11 @@ class SimulatedPlant:
     ) -> None:  # fmt: skip
         """``variables``: tag -> variable of the model; ``sample``: what the basic control system commands after each
         snapshot, whoever thinks meanwhile."""
-        self._sample = sample
-        wrong = np.flatnonzero(~np.isfinite(configuration.parameters))
-        if wrong.size:
-            name, value = model.parameters[wrong[0]], float(configuration.parameters[wrong[0]])
-            raise ValueError(f"true parameter {name!r} is {value!r}; must be finite")
-        self._model = model
-        self._variables = dict(variables)
+        self._process = TrueProcess(model, variables, configuration)
+        self._link = SimulatedLink(self._process, recipe=sample)
         self._clock = clock
-        self._end_s = configuration.end_s
-        self._parameters = np.array(configuration.parameters, dtype=np.float64, ndmin=2)
-        self._state = model.initial_state(configuration.parameters).reshape(1, -1)
-        self._severity, self._onset = fault_tables(model, configuration.faults)
-        self._ramp = InputRamp(model.inputs, configuration.inputs)
-        self._seeds = np.array([configuration.noise_seed], dtype=np.int64)
-        self._noise = np.array([configuration.noise])
-        self._now_s = 0.0
         self._owed_s = 0.0
-        self._states: list[Row] = []
-        self._inputs: list[Row] = []
         self._snapshots: list[Snapshot] = []
-        self._picks = np.empty(0, dtype=np.int64)
-        self._out = np.empty((1, 1, 0))
-        self._index = np.zeros(1, dtype=np.int64)
 
     async def snapshots(self) -> AsyncIterator[Snapshot]:
         """One snapshot per second, those that passed while agents thought included, until the end of the run."""
@@ -76,7 +184,7 @@ class SimulatedPlant:
             if given == len(self._snapshots):
                 self._catch_up()
             if given == len(self._snapshots):
-                if self._now_s >= self._end_s:
+                if self._link.ended:
                     return
                 self._step()
             yield self._snapshots[given]
@@ -93,20 +201,11 @@ class SimulatedPlant:
     async def write(self, commands: tuple[Command, ...]) -> None:
         """Hand commands to the basic control system, which ramps them from the next second on."""
         self._catch_up()
-        self._command(commands)
-
-    def _command(self, commands: tuple[Command, ...]) -> None:
-        readings = self._model.readings(self._state[0], self._ramp.current)
-        present = {name: readings[name.replace("_man", "_cmd")] for name in self._model.inputs if name.endswith("_man")}
-        self._ramp.command(commands, self._variables, present)
+        self._process.command(commands)
 
     def truth(self) -> Trajectory:
         """True values of every tag and of the model's unmeasured variables; only scoring may look."""
-        record, inputs = np.stack(self._states)[None], np.stack(self._inputs)[None]
-        values = self._model.truth(record, inputs)
-        signals = {tag: values[v] for tag, v in self._variables.items()}
-        signals.update({name: v for name, v in values.items() if name not in signals})
-        return Trajectory(start_s=1.0, dt_s=1.0, signals=signals)
+        return self._process.truth()
 
     def _catch_up(self) -> None:
         """Let the process time that thinking took pass, in whole seconds; what passed too early is set off later."""
@@ -114,36 +213,9 @@ class SimulatedPlant:
         seconds = max(math.ceil(self._owed_s - 1e-9), 0)
         self._owed_s -= seconds
         for _ in range(seconds):
-            if self._now_s < self._end_s:
+            if not self._link.ended:
                 self._step()
 
     def _step(self) -> None:
         """One second of the plant."""
-        inputs = self._ramp.advance()
-        broken = np.full(1, np.nan)
-        self._model.kernel(
-            0, 1, self._state, self._parameters, self._severity, self._onset, inputs[None, None], self._index,
-            self._now_s, self._index, 1, 1, self._seeds, self._noise, self._noise, self._picks, self._out, broken,
-        )  # fmt: skip
-        if not math.isnan(broken[0]):
-            raise ProcessError(f"the simulated plant left the physical world at t = {broken[0]:.0f} s")
-        self._now_s += 1.0
-        self._states.append(self._state[0].copy())
-        self._inputs.append(inputs)
-        readings = self._model.readings(self._state[0], inputs)
-        snapshot = Snapshot(self._now_s, {tag: readings[v] for tag, v in self._variables.items()})
-        self._snapshots.append(snapshot)
-        if self._sample is not None and (commands := self._sample(snapshot)):
-            self._command(commands)
-
-
-def fault_tables(model: ProcessModel, faults: tuple[FaultState, ...]) -> tuple[Row, Row]:
-    """Severity and onset rows of one member, shape (1, faults) each."""
-    severity = np.zeros((1, len(model.faults)))
-    onset = np.full((1, len(model.faults)), np.inf)
-    for fault in faults:
-        i = column(model.faults, fault.fault)
-        if not math.isfinite(fault.severity) or math.isnan(fault.onset_s):
-            raise ValueError(f"{fault!r}: severity must be finite, the onset a time [s]")
-        severity[0, i], onset[0, i] = fault.severity, fault.onset_s
-    return severity, onset
+        self._snapshots.append(self._link.advance())

@@ -53,6 +53,11 @@ class InputRamp:
             self._rate[i] = math.inf if c.rate is None else c.rate
         self.current = self._start.copy()
 
+    @property
+    def targets(self) -> Row:
+        """Where the inputs are going, shape (inputs,); NaN where a manual output is on automatic."""
+        return self._target.copy()
+
     def advance(self) -> Row:
         """The inputs of the next second, shape (inputs,); the caller may keep the array, and must not change it."""
         if not self._arrived:

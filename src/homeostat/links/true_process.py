@@ -1,0 +1,149 @@
+"""The process behind a simulated plant: a model with its own true parameters, faults and noise, second by second."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.recovery import Command
+from homeostat.domain.snapshot import Trajectory
+from homeostat.links.truth import TruthRecord
+from homeostat.process.batch import ProcessError
+from homeostat.process.model import ProcessModel, column
+from homeostat.process.schedule import InputRamp
+from homeostat.process.types import Row
+
+
+@dataclass(frozen=True, slots=True)
+class PlantConfiguration:
+    """What the plant truly is; the twin never sees this."""
+
+    parameters: Row
+    """True parameters, shape (parameters,)."""
+    inputs: Row
+    """Inputs at the start, shape (inputs,)."""
+    faults: tuple[FaultState, ...]
+    """Injected faults."""
+    end_s: float
+    """Process time at which the run ends [s]."""
+    noise_seed: int
+    """Seed of the disturbances and the sensor noise."""
+    noise: float = 1.0
+    """Scale of all noise; 0 for a quiet plant."""
+
+
+class TrueProcess:
+    """Implements :class:`homeostat.links.virtual.VirtualPlant` over a process model."""
+
+    def __init__(
+        self, model: ProcessModel, variables: Mapping[str, str], configuration: PlantConfiguration, record: bool = True,
+    ) -> None:  # fmt: skip
+        """``variables``: tag -> variable of the model; ``record`` keeps the whole truth, for scoring.
+
+        Raises:
+            ValueError: a true parameter or the size of a fault is not finite.
+            KeyError: the model has no such fault.
+        """
+        wrong = np.flatnonzero(~np.isfinite(configuration.parameters))
+        if wrong.size:
+            name, value = model.parameters[wrong[0]], float(configuration.parameters[wrong[0]])
+            raise ValueError(f"true parameter {name!r} is {value!r}; must be finite")
+        self._model = model
+        self._variables = dict(variables)
+        self._parameters = np.array(configuration.parameters, dtype=np.float64, ndmin=2)
+        self._state = model.initial_state(configuration.parameters).reshape(1, -1)
+        self._severity, self._onset = fault_tables(model, configuration.faults)
+        self._ramp = InputRamp(model.inputs, configuration.inputs)
+        self._seeds = np.array([configuration.noise_seed], dtype=np.int64)
+        self._noise = np.array([configuration.noise])
+        self._picks = np.empty(0, dtype=np.int64)
+        self._out = np.empty((1, 1, 0))
+        self._index = np.zeros(1, dtype=np.int64)
+        self._record = TruthRecord() if record else None
+        self._writable = {tag: model.inputs.index(v) for tag, v in self._variables.items() if v in model.inputs}
+        self._accepted = self._targets()
+        self.now_s = 0.0
+        """Process time [s]."""
+        self.end_s = configuration.end_s
+        """Process time at which the run ends [s]."""
+
+    @property
+    def accepted(self) -> Mapping[str, float | None]:
+        """Writable tag -> the target that was accepted last, in the tag's unit; None for automatic."""
+        return self._accepted
+
+    @property
+    def manual(self) -> frozenset[str]:
+        """Writable tags that may be handed back to automatic."""
+        return frozenset(tag for tag in self._writable if _has_automatic(self._variables[tag]))
+
+    def command(self, commands: tuple[Command, ...]) -> None:
+        """Ramp to ``commands`` from the next second on; ValueError, and none is taken, where one cannot be."""
+        if not commands:
+            return  # a ramp that starts again from where it is rounds differently
+        readings = self._model.readings(self._state[0], self._ramp.current)
+        present = {name: readings[name.replace("_man", "_cmd")] for name in self._model.inputs if _has_automatic(name)}
+        self._ramp.command(commands, self._variables, present)
+        self._accepted = self._targets()
+
+    def advance(self) -> Mapping[str, float]:
+        """One second later: tag -> reading in the tag's unit; ProcessError where the plant left the physical world."""
+        inputs = self._ramp.advance()
+        broken = np.full(1, np.nan)
+        self._model.kernel(
+            0, 1, self._state, self._parameters, self._severity, self._onset, inputs[None, None], self._index,
+            self.now_s, self._index, 1, 1, self._seeds, self._noise, self._noise, self._picks, self._out, broken,
+        )  # fmt: skip
+        if not math.isnan(broken[0]):
+            raise ProcessError(f"the simulated plant left the physical world at t = {broken[0]:.0f} s")
+        self.now_s += 1.0
+        if self._record is not None:
+            self._record.append(self._state[0], inputs)
+        readings = self._model.readings(self._state[0], inputs)
+        return {tag: readings[v] for tag, v in self._variables.items()}
+
+    def truth(self) -> Trajectory:
+        """True values of every tag and of the model's unmeasured variables; only scoring may look."""
+        states, inputs = self._recorded.arrays()
+        values = self._model.truth(states[None], inputs[None])
+        signals = {tag: values[v] for tag, v in self._variables.items()}
+        signals.update({name: v for name, v in values.items() if name not in signals})
+        return Trajectory(start_s=1.0, dt_s=1.0, signals=signals)
+
+    def measured(self) -> Trajectory:
+        """What the instruments said, every tag."""
+        rows = [self._model.readings(*row) for row in zip(*self._recorded.arrays(), strict=True)]
+        signals = {tag: np.array([[row[v] for row in rows]]) for tag, v in self._variables.items()}
+        return Trajectory(start_s=1.0, dt_s=1.0, signals=signals)
+
+    @property
+    def _recorded(self) -> TruthRecord:
+        if self._record is None:
+            raise ValueError("the truth of this plant was not recorded; open it with record=True")
+        if not self._record.length:
+            raise ValueError("nothing is recorded before the first second; advance the plant first")
+        return self._record
+
+    def _targets(self) -> Mapping[str, float | None]:
+        targets = self._ramp.targets.tolist()
+        return {tag: None if math.isnan(targets[i]) else targets[i] for tag, i in self._writable.items()}
+
+
+def fault_tables(model: ProcessModel, faults: tuple[FaultState, ...]) -> tuple[Row, Row]:
+    """Severity and onset rows of one member, shape (1, faults) each."""
+    severity = np.zeros((1, len(model.faults)))
+    onset = np.full((1, len(model.faults)), np.inf)
+    for fault in faults:
+        i = column(model.faults, fault.fault)
+        if not math.isfinite(fault.severity) or math.isnan(fault.onset_s):
+            raise ValueError(f"{fault!r}: severity must be finite, the onset a time [s]")
+        severity[0, i], onset[0, i] = fault.severity, fault.onset_s
+    return severity, onset
+
+
+def _has_automatic(variable: str) -> bool:
+    return variable.endswith("_man")
