@@ -207,7 +207,7 @@ class Guard:
         now_s = self._now_s
         match message:
             case Request():
-                self._requests.receive(message, now_s, self._oldest_s)
+                self._requests.receive(message, now_s, self._oldest_s, self.latched)
             case Withdraw():
                 self._requests.withdraw(message.request, message.reason, now_s)
             case Correction():

@@ -51,8 +51,11 @@ class Requests:
         answers, self._answers = tuple(self._answers), []
         return answers
 
-    def receive(self, request: Request, now_s: float, oldest_s: float) -> None:
-        """Copy ``request``, check where it comes from, and have it wait; answered at once where it does not pass."""
+    def receive(self, request: Request, now_s: float, oldest_s: float, latched: str | None) -> None:
+        """Copy ``request``, check where it comes from, and have it wait; answered at once where it does not pass.
+
+        While a fallback is ``latched`` nothing waits: what was asked then is old when the latch is reset.
+        """
         self._used = {nonce: until for nonce, until in self._used.items() if until >= now_s}
         known = str(getattr(request, "id", ""))[:100]
         try:
@@ -60,6 +63,8 @@ class Requests:
             if own.id in self._waiting or own.seal.nonce in self._used:
                 raise Unfit(refusal("CHK-USED", f"request {own.id!r} was made before; a seal is used once"))
             authorise(own, self._keys, now_s, oldest_s, oldest_s)
+            if latched is not None:
+                raise Unfit(refusal("CHK-LATCHED", f"a fallback has acted ({latched}); a person must reset it"))
             if len(self._waiting) >= MOST:
                 raise Unfit(refusal("CHK-BUSY", f"{MOST} requests wait already; ask again later"))
         except Unfit as unfit:
