@@ -15,6 +15,7 @@ from homeostat.cases.case import Case, load_case
 from homeostat.domain.diagnosis import Fault, FaultState
 from homeostat.domain.guard_events import StateEntered
 from homeostat.links.clock import DeclaredClock
+from homeostat.process.seeds import generator as draws
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import Departed
 
@@ -36,11 +37,9 @@ FAMILIES = PUBLISHED | {
     "stuck_valve": tuple(f"stuck_{way}_{valve}" for way in ("closed", "open") for valve in VALVES),
     "open_inlet": tuple(f"stuck_open_{valve}" for valve in VALVES[:3]),
 }
-"""What a single fault is drawn from; new families come last, so that the draws of the others stay."""
+"""What a single fault is drawn from."""
 PAIR = "pair"
 """Two of the published five at once, each with its own place, severity and onset."""
-PAIR_STREAM = 6
-"""Random stream of the pairs."""
 END_S = 900.0
 BATCH_S = 230.0
 """Onsets are drawn from the whole nominal batch [s]."""
@@ -85,9 +84,9 @@ def drawn(family: str, seed: int) -> Scenario:
     if family == "none":
         return scenario(case, "none", seed, end_s=END_S)
     if family != PAIR:
-        generator = np.random.default_rng([seed, list(FAMILIES).index(family)])
+        generator = draws(seed, "study/mixing batches", family)
         return Scenario(case.name, (_fault(family, generator),), seed, END_S)
-    generator = np.random.default_rng([seed, PAIR_STREAM])
+    generator = draws(seed, "study/mixing batches", PAIR)
     families = generator.choice(list(PUBLISHED), size=2, replace=False)
     return Scenario(case.name, tuple(_fault(str(f), generator) for f in families), seed, END_S)
 

@@ -6,8 +6,6 @@ import asyncio
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from benchmarks.cstr_results import table
 from benchmarks.mixing_batches import module
 from homeostat.agents.candidates import design_commands
@@ -21,6 +19,7 @@ from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Verdict
 from homeostat.links.clock import DeclaredClock
+from homeostat.process.seeds import generator as draws
 from homeostat.twin.twin import Twin
 
 WRONG = {"pump_failure": (1.0, 1.0), "clogging_main": (1.0, 1.0), "leakage_main": (0.2, 1.0)}
@@ -52,10 +51,10 @@ def forced(chosen: Scenario) -> Verdict:
 def wrong_routes(seeds: int) -> str:
     """One line per fault: how often the main line is refused, and by which physical checks with which margins."""
     lines = []
-    for number, (fault, severities) in enumerate(WRONG.items()):
+    for fault, severities in WRONG.items():
         verdicts = []
         for seed in range(1, seeds + 1):
-            generator = np.random.default_rng([seed, number, 11])
+            generator = draws(seed, "study/wrong routes", fault)
             at_s = round(float(generator.uniform(*LOOK_S)))
             severity = round(float(generator.uniform(*severities)), 4)
             verdicts.append(forced(scenario(module(), fault, seed, at_s - 10.0, severity, at_s)))

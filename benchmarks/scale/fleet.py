@@ -13,6 +13,7 @@ from homeostat.cases.case import Case
 from homeostat.cases.wiring import new_sequencer
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.model import column
+from homeostat.process.seeds import Stream, noise_seed
 from homeostat.process.sequence import Guard, InputSequence, Walk
 from homeostat.process.types import Row, Table
 from homeostat.stl.formula import Formula
@@ -21,11 +22,6 @@ STAGGER_S = 23.0
 """Time by which neighbours begin their batches one after the other [s]."""
 BATCHES = 40
 """Batches that a module runs one after the other: more than any run of the study has time for."""
-
-
-def noise_seed(seed: int) -> int:
-    """Seed of the noise of the plant that ``seed`` stands for, as campaigns choose it."""
-    return seed * 7919 + 13
 
 
 @dataclass
@@ -47,12 +43,13 @@ class Fleet:
         self.own = np.array([self.case.true_parameters(seed) for seed in self.seeds])
         """Parameters of each without its neighbours, shape (members, parameters)."""
         members = len(self.modules)
+        noise = [noise_seed(seed, Stream.TRUTH_NOISE) for seed in self.seeds]
         self._now_s = 0.0
         self._batch = Batch(
             state=np.array([model.initial_state(row) for row in self.own]), parameters=self.own.copy(),
             severity=np.zeros((members, len(model.faults))), onset_s=np.full((members, len(model.faults)), np.inf),
             inputs=self.case.start[None, None], input_of=np.zeros(members, dtype=np.int64), start_s=0.0, steps=1,
-            stride=1, record=(), seeds=np.array([noise_seed(s) for s in self.seeds], dtype=np.int64),
+            stride=1, record=(), seeds=np.array(noise, dtype=np.int64),
             process_noise=np.ones(members), sensor_noise=np.ones(members),
         )  # fmt: skip
         self._walk = Walk(model, [self._recipe], self._batch.input_of, self.case.start)

@@ -17,6 +17,7 @@ from benchmarks.scale.retrieval import Retrieval, retrievals
 from benchmarks.scale.site import BLOCK_S, Site
 from homeostat.cases.case import Case, load_case
 from homeostat.knowledge.store import GraphStore
+from homeostat.process.seeds import generator as draws
 
 SIZES = (1, 3, 10, 30, 100, 300, 1000)
 """Modules of the sites."""
@@ -113,7 +114,7 @@ def chosen(modules: int, kind: str, first: str, number: int) -> tuple[int, ...]:
     mine = [k for k in range(1, modules + 1) if kind_of(k, first) == kind]
     if not mine:
         return ()
-    generator = np.random.default_rng([modules, KINDS.index(kind)])
+    generator = draws(modules, "study/site", kind)
     drawn = generator.permutation(mine).tolist()
     return tuple(drawn[i % len(drawn)] for i in range(number))
 

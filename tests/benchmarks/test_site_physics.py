@@ -43,7 +43,7 @@ def alone(case: Case, chosen: Scenario, site: Site | None = None) -> Trajectory:
 
 
 @pytest.mark.parametrize(("kind", "end_s", "column", "variable"), [
-    ("cstr", 800, S.T, "T1"), ("cstr", 800, S.V, "L1"), ("mixing_module", 235, 4, "L_B201"),
+    ("cstr", 800, S.T, "T1"), ("cstr", 800, S.V, "L1"), ("mixing_module", 225, 4, "L_B201"),
 ])  # fmt: skip
 def test_an_uncoupled_site_of_one_module_is_the_case(
     cases: dict[str, Case], kind: str, end_s: int, column: int, variable: str

@@ -40,7 +40,7 @@ def ran(fault: str, seed: int) -> tuple[RunResult, MemoryTrace]:
 
 RECOVERABLE = [
     ("cool_stuck_closed", 1),
-    ("cool_stuck_closed", 2),
+    ("cool_stuck_closed", 4),
     ("pump_degrade", 1),
     ("pump_degrade", 2),
     ("fouling", 1),

@@ -65,7 +65,7 @@ def case() -> Case:
 def leaking(case: Case) -> tuple[RunResult, Milestones]:
     trace, milestones = MemoryTrace(), Milestones()
     trace.subscribe(milestones)
-    return run(case, scenario(case, "leak", 1, 700.0, end_s=800.0), trace, DeclaredClock(1.0)), milestones
+    return run(case, scenario(case, "leak", 1, 700.0, end_s=900.0), trace, DeclaredClock(1.0)), milestones
 
 
 def test_moments_in_their_order_and_equal_runs_equal_pictures(case: Case) -> None:

@@ -18,6 +18,7 @@ from homeostat.cases.case import load_case
 from homeostat.cases.wiring import new_sequencer
 from homeostat.links.clock import DeclaredClock
 from homeostat.process.batch import Batch, ProcessError
+from homeostat.process.seeds import Stream, noise_seed
 from homeostat.process.sequence import Guard, InputSequence, SequenceResult, run_sequences
 from homeostat.process.types import Cube, Indices, Row, Table
 from homeostat.stl.formula import Formula, parse
@@ -283,8 +284,8 @@ def test_a_member_that_is_the_plant_runs_the_batch_as_the_plant_does() -> None:
     what = Batch(
         state=model.initial_state(parameters)[None], parameters=parameters[None], severity=np.zeros(width),
         onset_s=np.full(width, math.inf), inputs=np.empty((1, 0, len(model.inputs))), input_of=np.array([0]),
-        start_s=0.0, steps=seconds, stride=1, record=(), seeds=np.array([seed * 7919 + 13]), process_noise=one,
-        sensor_noise=one,
+        start_s=0.0, steps=seconds, stride=1, record=(), seeds=np.array([noise_seed(seed, Stream.TRUTH_NOISE)]),
+        process_noise=one, sensor_noise=one,
     )  # fmt: skip
     steps = InputSequence(targets, rates, tuple(judged(s.transition.guard) for s in route))
     result = run_sequences(model, what, [steps], case.start)

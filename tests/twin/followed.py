@@ -10,6 +10,7 @@ from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
+from homeostat.process.seeds import Stream, noise_seed
 from homeostat.twin.twin import Twin
 
 HEALTHY_S = 1400
@@ -26,7 +27,8 @@ def reactor() -> Case:
 def readings(seed: int, end_s: int, faults: tuple[FaultState, ...] = ()) -> tuple[Snapshot, ...]:
     """Every snapshot of an unattended run."""
     case = reactor()
-    configuration = PlantConfiguration(case.true_parameters(seed), case.start, faults, float(end_s), seed * 7919 + 13)
+    noise = noise_seed(seed, Stream.TRUTH_NOISE)
+    configuration = PlantConfiguration(case.true_parameters(seed), case.start, faults, float(end_s), noise)
     plant = SimulatedPlant(case.model, case.description.variables, configuration, DeclaredClock(0.0))
 
     async def watch() -> tuple[Snapshot, ...]:

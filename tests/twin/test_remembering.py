@@ -12,6 +12,7 @@ from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
+from homeostat.process.seeds import Stream, noise_seed
 from tests.twin.followed import follow, reactor, readings
 
 FOULED = FaultState("fouling", 0.7, 1500.0)
@@ -24,7 +25,8 @@ HOLD = (Command("F1.sp", 0.0, None), Command("XV1.cmd", 0.0, None), Command("L1.
 def held(seed: int) -> tuple[Snapshot, ...]:
     """A reactor that fouls, and whose feed is then shut off: without load nobody sees how well it is cooled."""
     case = reactor()
-    configuration = PlantConfiguration(case.true_parameters(seed), case.start, (FOULED,), END_S, seed * 7919 + 13)
+    noise = noise_seed(seed, Stream.TRUTH_NOISE)
+    configuration = PlantConfiguration(case.true_parameters(seed), case.start, (FOULED,), END_S, noise)
     plant = SimulatedPlant(case.model, case.description.variables, configuration, DeclaredClock(0.0))
 
     async def watch() -> tuple[Snapshot, ...]:
@@ -63,7 +65,7 @@ def test_a_fault_that_the_readings_refute_is_given_up() -> None:
 @pytest.mark.parametrize(("true", "believed"), [("temp_bias", "fouling"), ("inlet_stuck_open", "level_bias")])
 def test_what_was_believed_by_mistake_is_corrected(true: str, believed: str) -> None:
     size = {f.name: f.severity_nominal for f in reactor().description.faults}
-    twin = follow(readings(3, 1750, (FaultState(true, size[true], 1450.0),)), 3)
+    twin = follow(readings(4, 1750, (FaultState(true, size[true], 1450.0),)), 4)
     found = twin.explain([true, believed], (FaultState(believed, size[believed], 1440.0),))
     assert sum(h.probability for h in found if h.name == true) >= 0.8
 

@@ -15,6 +15,7 @@ from homeostat.domain.recovery import Command
 from homeostat.links.simulated import fault_tables
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.schedule import InputRamp
+from homeostat.process.seeds import Stream, noise_seed
 from homeostat.process.types import Cube, Row, Table
 
 STRIDE_S = 5
@@ -73,7 +74,8 @@ def _batch(
         state=states, parameters=np.tile(case.true_parameters(scenario.seed), (members, 1)),
         severity=np.tile(severity, (members, 1)), onset_s=np.tile(onset, (members, 1)), inputs=inputs,
         input_of=np.arange(members), start_s=start_s, steps=steps, stride=stride,
-        record=tuple(range(len(case.model.states))), seeds=np.full(members, scenario.seed * 7919 + 13),
+        record=tuple(range(len(case.model.states))),
+        seeds=np.full(members, noise_seed(scenario.seed, Stream.TRUTH_NOISE)),
         process_noise=np.ones(members), sensor_noise=np.ones(members),
     )  # fmt: skip
 

@@ -21,6 +21,7 @@ from homeostat.cases.case import Case
 from homeostat.cases.wiring import Language, Propose, in_operation
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.clock import DeclaredClock, ThinkingClock
+from homeostat.process.seeds import NAMING
 from homeostat.trace import RunFinished, RunStarted, Setting, Subscriber, Summary
 
 LIBRARIES = ("numpy", "numba", "pyoxigraph")
@@ -123,7 +124,7 @@ class _LastTime:
 def _started(
     scenario: Scenario, thinking: Thinking, proposer: str, conditions: Conditions, language: Language | None
 ) -> RunStarted:
-    configuration = [Setting("end_s", scenario.end_s)]
+    configuration = [Setting("end_s", scenario.end_s), Setting("seeds", NAMING)]
     for fault in scenario.faults:
         configuration.append(Setting(f"onset_s {fault.fault}", fault.onset_s))
         configuration.append(Setting(f"severity {fault.fault}", fault.severity))

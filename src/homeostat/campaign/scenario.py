@@ -11,7 +11,7 @@ from homeostat.domain.diagnosis import FaultState
 LONGEST_S = 86_400.0
 """Longest run: a day [s]. Every second is kept in memory."""
 LARGEST_SEED = 2**32 - 1
-"""Largest seed; the seeds of the plant's noise follow from it and must fit into 64 bits."""
+"""Largest seed; every draw comes from a child of it (:mod:`homeostat.process.seeds`)."""
 
 
 class ScenarioError(ValueError):

@@ -19,6 +19,7 @@ from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.guard.sequencer import Sequencer
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
+from homeostat.process.seeds import Stream, noise_seed
 
 MOST = 32
 """Most fault-free runs that are kept in memory; one of the reactor takes about 3 MB."""
@@ -63,7 +64,7 @@ def build_plant(case: Case, scenario: Scenario, clock: Clock, basic: BasicContro
     """The plant of a scenario: its own true parameters, its faults, its noise; ``basic`` runs its batch."""
     configuration = PlantConfiguration(
         parameters=case.true_parameters(scenario.seed), inputs=case.start, faults=scenario.faults,
-        end_s=scenario.end_s, noise_seed=scenario.seed * 7919 + 13,
+        end_s=scenario.end_s, noise_seed=noise_seed(scenario.seed, Stream.TRUTH_NOISE),
     )  # fmt: skip
     return SimulatedPlant(case.model, case.description.variables, configuration, clock, basic.sample)
 

@@ -24,6 +24,7 @@ from homeostat.domain.production import Production
 from homeostat.domain.recovery import open_setpoints
 from homeostat.knowledge.store import GraphStore
 from homeostat.process.model import ProcessModel
+from homeostat.process.seeds import Stream, generator
 from homeostat.process.types import Row
 from homeostat.stl.formula import Formula
 from homeostat.stl.spelling import near_matches
@@ -76,7 +77,7 @@ class Case:
     def true_parameters(self, seed: int) -> Row:
         """Parameters of the plant that ``seed`` stands for, drawn from the stated uncertainty."""
         by_symbol = {p.symbol: p for p in self.description.parameters}
-        draws = np.random.default_rng([seed, 1]).standard_normal(len(self.model.parameters))
+        draws = generator(seed, Stream.TRUTH_PARAMETERS).standard_normal(len(self.model.parameters))
         values = [by_symbol[s].value + by_symbol[s].sd * z for s, z in zip(self.model.parameters, draws, strict=True)]
         return np.array(values)
 

@@ -20,6 +20,7 @@ from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.baseline import Baseline
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
+from homeostat.process.seeds import Stream, noise_seed
 
 FIRST_SEED = 100_000
 """Seeds from here on are for learning; evaluation uses smaller ones."""
@@ -27,7 +28,8 @@ FIRST_SEED = 100_000
 
 def feature_values(case: Case, seed: int) -> NDArray[np.float64]:
     """Feature values of one fault-free run once it has settled, shape (times, features)."""
-    configuration = PlantConfiguration(case.true_parameters(seed), case.start, (), case.end_s, seed * 7919 + 13)
+    noise = noise_seed(seed, Stream.TRUTH_NOISE)
+    configuration = PlantConfiguration(case.true_parameters(seed), case.start, (), case.end_s, noise)
     plant = SimulatedPlant(
         case.model, case.description.variables, configuration, DeclaredClock(0.0), new_sequencer(case).sample
     )

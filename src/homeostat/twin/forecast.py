@@ -44,7 +44,7 @@ def synchronise(
     draws: Table,
     hypotheses: Sequence[Hypothesis],
     variables: tuple[str, ...],
-    noise_seed: int,
+    noise: np.random.Generator,
     memory: Window,
     latest: int = 15,
 ) -> Ensemble:
@@ -53,7 +53,7 @@ def synchronise(
     Args:
         draws: parameter sets, shape (draws, parameters).
         variables: readings that the model is corrected by.
-        noise_seed: seed from which each member's own noise seed is derived.
+        noise: what each member's own noise seed is drawn from.
         memory: readings that end with ``window`` and reach back as far as there are any: what a controller remembers
             may be much older than what the process does.
         latest: readings whose mean difference corrects the state.
@@ -71,7 +71,7 @@ def synchronise(
     }
     model.correct(states, residuals)
     model.resume_control(states, memory.readings, parameters)
-    seeds = np.random.default_rng(noise_seed).integers(1, 2**62, size=len(sets), dtype=np.int64)
+    seeds = noise.integers(1, 2**62, size=len(sets), dtype=np.int64)
     weights = np.repeat([h.probability for h in hypotheses], count) / count
     return Ensemble(
         window.end_s, states, parameters, *faults, np.repeat(np.arange(len(hypotheses)), count), weights, seeds

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import IntEnum
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from homeostat.domain.verdict import Rollout, RolloutResult, StepBand
 from homeostat.process.batch import ProcessError
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.schedule import InputRamp
+from homeostat.process.seeds import Stream, generator
 from homeostat.process.sequence import Guard, InputSequence
 from homeostat.process.types import Cube, Row, Table
 from homeostat.stl.formula import Formula
@@ -59,14 +60,14 @@ class TwinSettings:
     """Every how many seconds a searched rollout is sampled."""
 
 
-class Purpose(IntEnum):
+class Purpose(StrEnum):
     """What an ensemble is drawn for; each purpose has its own random stream."""
 
-    REFINE = 0
+    REFINE = Stream.TWIN_REFINE
     """Choosing among a search's finalists."""
-    EXPLORE = 1
+    EXPLORE = Stream.TWIN_EXPLORE
     """Everything that is only looked at roughly."""
-    JUDGE = 2
+    JUDGE = Stream.TWIN_JUDGE
     """Rollouts that are judged, and how their margins would change; no search looks at it."""
 
 
@@ -153,10 +154,10 @@ class Twin:
         return drawn.ensembles[key]
 
     def _draw(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose) -> Ensemble:
-        generator = np.random.default_rng([self._seed, purpose])
+        parameters = self._belief.draws(draws, generator(self._seed, purpose))
         return synchronise(
-            self._model, self._history.window(self.settings.synchronise_s), self._belief.draws(draws, generator),
-            hypotheses, self.settings.corrected, int(generator.integers(2**62)), self._history.whole,
+            self._model, self._history.window(self.settings.synchronise_s), parameters, hypotheses,
+            self.settings.corrected, generator(self._seed, Stream.TWIN_NOISE, purpose), self._history.whole,
         )  # fmt: skip
 
     def schedule(self, actions: ActionSet, steps: int) -> Table:

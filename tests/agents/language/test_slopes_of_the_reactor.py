@@ -83,7 +83,7 @@ def test_on_the_reactor_the_slope_is_that_between_two_rollouts() -> None:
 def test_what_is_validated_later_moves_the_same_way() -> None:
     """Validation rolls each proposal out with draws and noise of its own: sign and size are those that were told."""
     d = reactor().description
-    simulation = TwinSimulation(follow(stuck()[:NOW_S]), d.tags_by_name, d.limits)
+    simulation = TwinSimulation(follow(stuck()[:NOW_S], 2), d.tags_by_name, d.limits)
 
     async def ask() -> tuple[float, float]:
         (told, *_) = await simulation.sensitivities(BELIEF, PROPOSAL, (REDUCED,), ["ACC-T-HIGH"])

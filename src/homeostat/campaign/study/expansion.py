@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import zlib
 from collections.abc import Sequence
 from functools import cache
 from itertools import product
@@ -26,6 +25,8 @@ from homeostat.cases.case import Case, load_case
 from homeostat.cases.error import CaseError
 from homeostat.cases.wiring import check_protocol
 from homeostat.domain.diagnosis import FaultState
+from homeostat.process.seeds import Stream
+from homeostat.process.seeds import generator as draws
 from homeostat.stl.spelling import near_matches
 
 UNTOUCHED = (CONSTANT, *YARDSTICKS)
@@ -134,7 +135,7 @@ def _matters(ablation: Ablation, entrant: Entrant) -> bool:
 def _drawn(plan: ScenarioPlan, seed: int) -> Scenario:
     """The ground truth for ``seed``: what is left to chance follows from it and the scenario's name alone."""
     case = loaded(plan.case)
-    generator = np.random.default_rng([seed, zlib.crc32(plan.label.encode())])
+    generator = draws(seed, Stream.STUDY_SCENARIO, plan.label)
     names = _faults(plan, generator)
     end_s = case.end_s if plan.end_s is None else plan.end_s
     states: list[FaultState] = []

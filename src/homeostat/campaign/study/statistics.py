@@ -9,6 +9,8 @@ from typing import Final
 
 import numpy as np
 
+from homeostat.process.seeds import Stream, generator
+
 LEVEL: Final = 0.95
 """Confidence of every interval [1]."""
 RESAMPLES: Final = 2000
@@ -132,7 +134,7 @@ def bootstrap(values: Sequence[float]) -> Interval | None:
             warnings.simplefilter("ignore")
             ends = resample(
                 (data,), np.mean, n_resamples=RESAMPLES, batch=_AT_ONCE, confidence_level=LEVEL, method=method,
-                rng=np.random.default_rng(SEED),
+                rng=generator(SEED, Stream.STUDY_BOOTSTRAP),
             ).confidence_interval  # fmt: skip
         if np.isfinite(ends.low) and np.isfinite(ends.high):
             break
