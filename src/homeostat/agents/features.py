@@ -1,4 +1,4 @@
-"""Features on line: filtered residuals and balances, one value per snapshot."""
+"""Features on line: filtered residuals and balances, one value per snapshot, unknown where a reading is."""
 
 from __future__ import annotations
 
@@ -10,30 +10,50 @@ from homeostat.domain.snapshot import Snapshot
 
 
 class FeatureFilter:
-    """Computes one feature from a stream of snapshots, one per second."""
+    """Computes one feature from a stream of snapshots, however far they are apart."""
 
     def __init__(self, feature: Feature) -> None:
         """Start without memory."""
         self.feature = feature
-        self._gain = 1.0 - math.exp(-1.0 / feature.filter_s) if feature.filter_s > 0 else 1.0
         self._filtered: float | None = None
+        self._at_s: float | None = None
+        self._rate = 0.0
         self._integral = 0.0
-        self._stored: deque[float] = deque(maxlen=int(feature.window_s) + 1)
+        self._stored: deque[tuple[float, float]] = deque()
 
     def update(self, snapshot: Snapshot) -> float | None:
-        """The feature after one more snapshot, in its unit; None while its window fills."""
-        raw = self.feature.expression.value(snapshot.values)
-        if self.feature.accumulation is None:
-            return self._smooth(raw)
-        # What is stored minus everything that came in since the start: constant while the balance closes.
-        unexplained = self.feature.accumulation.value(snapshot.values) - self._integral
-        self._integral += raw
-        self._stored.append(self._smooth(unexplained))
-        if len(self._stored) <= self.feature.window_s:
-            return None
-        return self._stored[-1] - self._stored[0]
+        """The feature after one more snapshot, in its unit; None while its window fills or a reading is unknown.
 
-    def _smooth(self, raw: float) -> float:
+        What came in while a reading was unknown is taken to be what came in before.
+        """
+        values, at_s = snapshot.values, snapshot.at_s
+        raw = self.feature.expression.value(values)
+        passed_s = 1.0 if self._at_s is None else at_s - self._at_s
+        if self.feature.accumulation is None:
+            if math.isnan(raw):
+                return None
+            self._at_s = at_s
+            return self._smooth(raw, passed_s)
+        stored = self.feature.accumulation.value(values)
+        # What is stored minus everything that came in since the start: constant while the balance closes.
+        unexplained = stored - self._integral
+        self._rate = self._rate if math.isnan(raw) else raw
+        self._integral += self._rate * passed_s
+        self._at_s = at_s
+        if math.isnan(stored):
+            return None
+        self._stored.append((at_s, self._smooth(unexplained, passed_s)))
+        begin_s = at_s - self.feature.window_s
+        while len(self._stored) > 1 and self._stored[1][0] <= begin_s:
+            self._stored.popleft()
+        if math.isnan(raw) or self._stored[0][0] > begin_s:
+            return None
+        return self._stored[-1][1] - self._stored[0][1]
+
+    def _smooth(self, raw: float, passed_s: float) -> float:
+        """First-order lag by time, so that samples further apart count for more."""
         before = raw if self._filtered is None else self._filtered
-        self._filtered = before + self._gain * (raw - before)
+        lag_s = self.feature.filter_s
+        gain = 1.0 - math.exp(-passed_s / lag_s) if lag_s > 0.0 else 1.0
+        self._filtered = before + gain * (raw - before)
         return self._filtered

@@ -72,11 +72,13 @@ class Monitoring:
         self._known: tuple[FaultState, ...] = ()
         self._last: tuple[Symptom, ...] = ()
         self._stopped = False
-        self._at_s = 0.0
+        self._at_s = -math.inf
         self._symptoms: tuple[Symptom, ...] = ()
 
     def notices(self, snapshot: Snapshot) -> bool:
-        """Take one more snapshot; whether something needs to be explained now."""
+        """Take one more snapshot; whether something needs to be explained now. One that is not newer says nothing."""
+        if snapshot.at_s <= self._at_s:
+            return False
         self._twin.observe(snapshot)
         self._at_s = snapshot.at_s
         self._symptoms = self._update(snapshot)
@@ -128,15 +130,16 @@ class Monitoring:
             if self._started_formula.holds(snapshot.values):
                 self._started_s = snapshot.at_s
             return ()
-        if snapshot.at_s - self._started_s < self._settings.settle_s or None in values.values():
+        if snapshot.at_s - self._started_s < self._settings.settle_s:
             return ()
         for watch in self._watches:
             value = values[watch.rule.feature]
-            assert value is not None
-            watch.update(value, snapshot.at_s)
+            if value is not None:  # what is not known neither begins a symptom nor ends one
+                watch.update(value, snapshot.at_s)
         active = tuple(w.active for w in self._watches if w.active is not None)
-        if not self._centred and not self._known:
-            self._learn({k: v for k, v in values.items() if v is not None}, healthy=not active)
+        known = {k: v for k, v in values.items() if v is not None}
+        if not self._centred and not self._known and len(known) == len(values):
+            self._learn(known, healthy=not active)
         return active
 
     def _learn(self, values: Mapping[str, float], healthy: bool) -> None:

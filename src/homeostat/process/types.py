@@ -15,3 +15,5 @@ Cube: TypeAlias = NDArray[np.float64]
 """Values over time, shape (members, times, n)."""
 Indices: TypeAlias = NDArray[np.int64]
 """Positions or seeds, shape (n,)."""
+Flags: TypeAlias = NDArray[np.bool_]
+"""Yes or no, shape (n,)."""

@@ -74,7 +74,12 @@ class Explainer:
         self._seen = np.stack([window.readings[v][1:] for v in self._variables], axis=1)
         moved = self._seen - np.mean(self._seen[:SETTLED], axis=0)
         self._spread = np.hypot(self._noise, gain_error * moved)
-        self._directions = self._excuses(tuple(known))
+        known_rows = np.ones(self._seen.shape)
+        for j, v in enumerate(self._variables):
+            if v in window.held:
+                known_rows[:, j] = ~window.held[v][1:]
+        self._counts = known_rows
+        self._directions = self._excuses(tuple(known)) * known_rows.reshape(-1, 1)
         self._inner = np.eye(self._directions.shape[1]) + self._directions.T @ self._directions
 
     def score(self, sets: Sequence[tuple[FaultState, ...]]) -> Row:
@@ -88,6 +93,7 @@ class Explainer:
         misfit = run.predicted
         misfit -= self._seen
         misfit /= self._spread
+        misfit *= self._counts  # a reading that was not there says nothing
         misfit = np.clip(misfit, -12.0, 12.0, out=misfit).reshape(len(sets), -1)
         along = misfit @ self._directions
         excused = (along * np.linalg.solve(self._inner, along.T).T).sum(axis=1)

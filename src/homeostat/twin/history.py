@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import islice
 
 import numpy as np
 
 from homeostat.domain.snapshot import Snapshot
-from homeostat.process.types import Row, Table
+from homeostat.process.types import Flags, Row, Table
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +26,8 @@ class Window:
     """Inputs of the process model, shape (n, inputs)."""
     settle_rows: int = 20
     """First readings that are averaged to find the state at the start."""
+    held: Mapping[str, Flags] = field(default_factory=dict)
+    """Variable -> where its reading was unknown and the last one stands for it, shape (n,)."""
 
     @property
     def length(self) -> int:
@@ -45,8 +48,17 @@ class Window:
         return {v: float(r[row]) for v, r in self.readings.items()}
 
 
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """Readings of one second."""
+
+    at_s: float
+    values: Mapping[str, float]
+    unknown: frozenset[str]
+
+
 class History:
-    """The last ``capacity`` snapshots, one per second."""
+    """The last ``capacity`` seconds of readings; where one is unknown, the last one that was known stands for it."""
 
     def __init__(
         self, variables: Mapping[str, str], inputs: tuple[str, ...], settle_rows: int = 20, capacity: int = 3600
@@ -56,14 +68,28 @@ class History:
         self._variables = dict(variables)
         self._inputs = inputs
         self._tag_of = {v: t for t, v in variables.items()}
-        self._rows: deque[Snapshot] = deque(maxlen=capacity)
+        self._rows: deque[_Row] = deque(maxlen=capacity)
         self._windows: dict[int, Window] = {}
 
     def append(self, snapshot: Snapshot) -> None:
-        """Take one more snapshot; one that is already known is ignored."""
-        if not self._rows or snapshot.at_s > self._rows[-1].at_s:
-            self._rows.append(snapshot)
-            self._windows.clear()
+        """Take one more snapshot; one that is no newer is ignored, and seconds without one are filled."""
+        if not self._rows:
+            self._add(snapshot)
+            return
+        last = self._rows[-1]
+        if snapshot.at_s <= last.at_s:
+            return
+        every = frozenset(self._variables)
+        for k in range(1, min(round(snapshot.at_s - last.at_s), self._rows.maxlen or 1)):
+            self._rows.append(_Row(last.at_s + k, last.values, every))
+        self._add(snapshot)
+
+    def _add(self, snapshot: Snapshot) -> None:
+        unknown = frozenset(t for t in self._variables if t in snapshot.bad or t not in snapshot.values)
+        last = self._rows[-1].values if self._rows else {}
+        held = {t: last.get(t, math.nan) for t in unknown}
+        self._rows.append(_Row(snapshot.at_s, {**snapshot.values, **held} if held else snapshot.values, unknown))
+        self._windows.clear()
 
     @property
     def length(self) -> int:
@@ -91,4 +117,6 @@ class History:
         for k, name in enumerate(self._inputs):
             if name in self._tag_of:
                 inputs[:, k] = readings[name]
-        return Window(rows[0].at_s, readings, inputs, self._settle_rows)
+        unknown = frozenset[str]().union(*(r.unknown for r in rows))
+        held = {self._variables[t]: np.array([t in r.unknown for r in rows]) for t in unknown}
+        return Window(rows[0].at_s, readings, inputs, self._settle_rows, held)
