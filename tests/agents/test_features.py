@@ -66,6 +66,15 @@ def test_an_old_loss_leaves_the_window() -> None:
     assert -1.0 in values and values[-1] == 0.0
 
 
-def test_a_reading_that_says_nothing_is_loud() -> None:
-    with pytest.raises(ValueError, match="not a number"):
-        shown(residual(), (math.nan, 1.0))
+@pytest.mark.parametrize("gap", [(math.nan, 1.0), (1.0, math.nan)])
+def test_a_reading_that_says_nothing_makes_the_feature_unknown_and_leaves_no_trace(gap: tuple[float, float]) -> None:
+    assert shown(residual(), (1.0, 0.5), gap, (1.0, 0.5)) == [0.5, None, 0.5]
+
+
+@pytest.mark.parametrize("gap", [(math.nan, 0.1, 10.4), (0.2, 0.1, math.nan)])
+def test_a_balance_goes_on_after_a_gap(gap: tuple[float, float, float]) -> None:
+    rows = [(0.2, 0.1, 10.0 + 0.1 * k) for k in range(20)]
+    rows[4] = gap
+    values = shown(balance(3.0), *rows)
+    assert [k for k, value in enumerate(values) if value is None] == [0, 1, 2, 4, 7], "the window begins in the gap"
+    assert [v for v in values if v is not None] == pytest.approx([0.0] * 15, abs=1e-9)

@@ -115,7 +115,15 @@ def test_a_reading_that_is_marked_or_missing_fires_no_guard(tag: str) -> None:
     assert subject.sample(Snapshot(101.0, values)) == () and subject.state == "running"
 
 
-@pytest.mark.parametrize("text", ["L <= 9 or T <= 310", "not (L <= 9)", "L >= 9 implies T <= 310"])
+@pytest.mark.parametrize("text", ["L <= 9 or T <= 310", "L >= 9 implies T <= 310"])
+def test_a_guard_that_the_other_readings_decide_needs_no_more(text: str) -> None:
+    step = replace(POUR, transition=replace(EMPTY, guard=parse(text, TAGS)))
+    for value in WILD:
+        subject = loaded(NO_LIMITS, replace(BATCH, then=(step,)))
+        assert subject.sample(reading(L=value)) == POUR.commands
+
+
+@pytest.mark.parametrize("text", ["L <= 9 or T >= 310", "not (L <= 9)", "L >= 9 implies T >= 310", "L >= 9 or L <= 9"])
 def test_no_way_of_writing_a_guard_makes_up_for_a_missing_reading(text: str) -> None:
     step = replace(POUR, transition=replace(EMPTY, guard=parse(text, TAGS)))
     for value in WILD:

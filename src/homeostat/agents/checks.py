@@ -63,7 +63,7 @@ def judge_safety(actions: ActionSet, rollout: Rollout, limits: Limits) -> Verdic
 def rollout_findings(
     rollout: Rollout, criteria: Iterable[Criterion], limits: Iterable[Limit], actions: ActionSet
 ) -> tuple[Finding, ...]:
-    """One finding per criterion and limit: the worst member's margin and its time.
+    """One finding per criterion and limit: the worst member's margin and its time; an undecided member is the worst.
 
     Interlocks and envelopes must hold throughout; permissives at the moment of release, with every commanded tag at
     the value that it is commanded to, then with what each later step commands.
@@ -78,7 +78,7 @@ def rollout_findings(
             margins = _permissive_margins(limit, signals, actions)
         else:
             margins = np.atleast_2d(limit.formula.margins(signals, dt_s))
-        member, row = np.unravel_index(int(np.argmin(margins)), margins.shape)
+        member, row = np.unravel_index(_worst(margins), margins.shape)
         found.append(
             finding(limit.name, Owner.ACTION, limit.formula, limit.description, float(margins[member, row]),
                      float(row) * dt_s, int(member))
@@ -104,10 +104,15 @@ def worst(
 ) -> Finding:
     """The finding of one formula on a rollout: its least margin over the members."""
     margin = formula.evaluate(signals, dt_s)
-    member = int(np.argmin(margin.value))
+    member = _worst(margin.value)
     return finding(
         name, owner, formula, description, float(margin.value[member]), float(margin.worst_at_s[member]), member
     )
+
+
+def _worst(margins: NDArray[np.float64]) -> int:
+    """Flat index of the first undecided margin, otherwise of the least one."""
+    return int(np.argmin(np.where(np.isnan(margins), -np.inf, margins)))
 
 
 def target_name(target: State) -> str:
@@ -124,7 +129,7 @@ def target_finding(rollout: Rollout, target: State) -> Finding:
         return Finding(target_name(target), Owner.PLANNING, -float(left), "steps", 0.0, slow, text)
     last = {tag: values[:, -1:] for tag, values in rollout.trajectory.signals.items()}
     margins = target.settled_when.margins(last, rollout.trajectory.dt_s)
-    member = int(np.argmin(margins[:, 0]))
+    member = _worst(margins[:, 0])
     end_s = (rollout.trajectory.length - 1) * rollout.trajectory.dt_s
     return finding(
         target_name(target), Owner.PLANNING, target.settled_when, f"State {target.name!r} is reached",

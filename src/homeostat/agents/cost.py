@@ -35,17 +35,20 @@ class Cost:
     def judge(self, signals: Mapping[str, NDArray[np.float64]], dt_s: float, count: int) -> NDArray[np.float64]:
         """What each candidate comes to, whatever is required: shape (count, 1 + criteria).
 
-        Production that is lost [1], then the worst member's margin of each criterion in scales.
+        Production that is lost [1], then the worst member's margin of each criterion in scales: -inf where a member is
+        undecided, and what is lost is infinite where the throughput is not known.
         """
         rate = signals[self._production.throughput].mean(axis=1).reshape(count, -1)
-        found = [1.0 - rate.mean(axis=1) / self._production.design_rate]
+        lost = 1.0 - rate.mean(axis=1) / self._production.design_rate
+        found = [np.where(np.isnan(lost), np.inf, lost)]
         for c in self._criteria:
             if isinstance(c, Criterion):
                 margin = c.formula.evaluate(signals, dt_s).value
             else:
                 margin = c.formula.margins(signals, dt_s).min(axis=1)
             worst = np.broadcast_to(margin, (next(iter(signals.values())).shape[0],))
-            found.append(worst.reshape(count, -1).min(axis=1) / self._scale(c))
+            least = worst.reshape(count, -1).min(axis=1) / self._scale(c)
+            found.append(np.where(np.isnan(least), -np.inf, least))
         return np.stack(found, axis=1)
 
     def total(self, judged: NDArray[np.float64], required: Mapping[str, float]) -> NDArray[np.float64]:

@@ -51,7 +51,7 @@ def exposures(truth: Trajectory, limits: Limits, started_s: float, detected_s: f
         if limit.kind is LimitKind.PERMISSIVE:
             continue
         margins = np.broadcast_to(limit.formula.margins(truth.signals, truth.dt_s), (1, times.size))
-        outside = (margins[0] < 0.0) & running
+        outside = ~(margins[0] >= 0.0) & running  # where it cannot be judged, too
         seconds = (float((outside & late).sum()) * truth.dt_s, float(outside.sum()) * truth.dt_s)
         result.append(Exposure(limit.name, *seconds))
     return tuple(result)

@@ -129,6 +129,8 @@ class Gate:
             values = {t: v - errors.get(t, 0.0) for t, v in self._smooth.items()}
             for limit in self._limits.hard:
                 margin = limit.formula.margin_at(values)
+                if math.isnan(margin):
+                    return f"{limit.formula.text!r} has no value at these readings ({limit.name})"
                 if margin < 0.0:
                     return f"{limit.formula.text!r} is broken by {-margin:.4g} {limit.formula.unit} ({limit.name})"
         return None

@@ -15,7 +15,7 @@ from homeostat.stl.formula import Formula
 def permissive_findings(snapshot: Snapshot, commands: Sequence[Command], limits: Limits) -> tuple[Finding, ...]:
     """The permissives on a snapshot as it would be right after the release of ``commands``.
 
-    One that reads a tag without usable reading is violated.
+    One that the usable readings leave undecided is violated.
     """
     commanded = {c.tag for c in commands}
     values = {tag: value for tag, value in usable(snapshot).items() if tag not in commanded}
@@ -36,17 +36,21 @@ def usable(snapshot: Snapshot) -> dict[str, float]:
 
 
 def unjudged(limit: Limit, values: Mapping[str, float]) -> str | None:
-    """Why ``limit`` cannot be judged from ``values``; None where it can. What is not known does not hold."""
-    missing = ", ".join(repr(tag) for tag in sorted(limit.formula.tags - values.keys()))
-    if not missing:
+    """Why ``values`` leave ``limit`` undecided; None where they decide it. What is not known does not hold."""
+    if not math.isnan(limit.formula.margin_at(values)):
         return None
-    return f"{limit.formula.text!r} cannot be judged without a usable value of {missing} ({limit.name})"
+    missing = ", ".join(repr(tag) for tag in sorted(limit.formula.tags - values.keys()))
+    reason = f"cannot be judged without a usable value of {missing}" if missing else "has no value at these readings"
+    return f"{limit.formula.text!r} {reason} ({limit.name})"
 
 
 def finding(
     name: str, owner: Owner, formula: Formula, description: str, margin: float, at_s: float, member: int
 ) -> Finding:
-    """What a formula's margin says, with a sentence for a person."""
+    """What a formula's margin says, with a sentence for a person; one that is undecided is violated without limit."""
+    if math.isnan(margin):
+        message = f"{description}: {formula.text!r} cannot be judged, a value that it needs is not known ({name})"
+        return Finding(name, owner, -math.inf, formula.unit, 0.0, member, message)
     state = "holds" if margin >= 0 else "is violated"
     message = f"{description}: {formula.text!r} {state} by {abs(margin):.4g} {formula.unit} at {at_s:.0f} s ({name})"
     return Finding(name, owner, margin, formula.unit, at_s, member, message)
@@ -54,4 +58,4 @@ def finding(
 
 def refusal(name: str, message: str) -> Finding:
     """What no margin can cure: the check ``name`` refuses."""
-    return Finding(name, Owner.ACTION, -float("inf"), "1", 0.0, 0, message)
+    return Finding(name, Owner.ACTION, -math.inf, "1", 0.0, 0, message)

@@ -28,7 +28,7 @@ def first_broken_s(idle: Rollout, limits: Limits) -> float:
     first = math.inf
     for limit in limits.hard:
         margins = limit.formula.margins(idle.trajectory.signals, idle.trajectory.dt_s)
-        broken = np.flatnonzero((margins < 0.0).any(axis=0))
+        broken = np.flatnonzero(~(margins >= 0.0).all(axis=0))  # undecided is not kept
         if broken.size:
             first = min(first, float(broken[0]) * idle.trajectory.dt_s)
     return first

@@ -127,7 +127,8 @@ def least_margin(case: Case, truth: Trajectory, from_s: float) -> tuple[float, s
         margins = np.broadcast_to(limit.formula.margins(truth.signals, truth.dt_s), (1, judged.size))[0, judged]
         if margins.size:
             scale = case.description.scales.get(limit.formula.unit, 1.0)
-            found.append((float(margins.min()) / scale, limit.name))
+            least = float(np.where(np.isnan(margins), -np.inf, margins).min())  # undecided is the worst
+            found.append((least / scale, limit.name))
     if not found:
         raise ValueError(f"the run ends at {truth.times_s[-1]:g} s, before there is anything to judge; make it longer")
     return min(found)
