@@ -15,7 +15,7 @@ from typing import Final
 from pyoxigraph import NamedNode, RdfFormat, Triple, parse, serialize
 
 from benchmarks.scale.header_graph import HEADERS, SITE, connections, equipment_triples, header_triples
-from homeostat.cases.case import CASES
+from homeostat.cases.folder import CASES
 from homeostat.knowledge.embedded import EmbeddedStore
 from homeostat.knowledge.tbox import load_ontology
 from homeostat.knowledge.vocabulary import RDF, VDI2206, VDI3682, CPSMod

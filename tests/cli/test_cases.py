@@ -2,7 +2,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from homeostat.cases.case import case_names, load_case
+from homeostat.cases.case import load_case
+from homeostat.cases.folder import case_names
 from tests.cli.command import homeostat
 
 

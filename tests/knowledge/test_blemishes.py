@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pyoxigraph import NamedNode, RdfFormat
 
-from homeostat.cases.case import case_folder
+from homeostat.cases.folder import case_folder
 from homeostat.cases.graph import open_graph
 from homeostat.knowledge.blemishes import Blemish, blemishes
 from homeostat.knowledge.embedded import EmbeddedStore
@@ -36,7 +36,7 @@ def only(text: str) -> Blemish:
 
 
 def test_our_own_graph_has_none() -> None:
-    assert blemishes(open_graph(case_folder("cstr") / "plant.ttl")) == ()
+    assert blemishes(open_graph((case_folder("cstr") / "plant.ttl").read_bytes())) == ()
 
 
 def test_a_sound_graph_has_none() -> None:

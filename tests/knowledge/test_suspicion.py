@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse, serialize
 
-from homeostat.cases.case import case_folder
+from homeostat.cases.folder import case_folder
 from homeostat.knowledge.embedded import EmbeddedStore
 from homeostat.knowledge.query import parse as parse_template
 from homeostat.knowledge.query import template

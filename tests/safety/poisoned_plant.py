@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse, serialize
 
-from homeostat.cases.case import CASES, Case
+from homeostat.cases.case import Case
+from homeostat.cases.folder import CASES
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary import HS, RDFS, UML, VDI3682

@@ -2,35 +2,35 @@
 
 from __future__ import annotations
 
-import csv
-import importlib
-import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from homeostat.agents.bounds import Patience
 from homeostat.agents.monitoring import MonitoringSettings
+from homeostat.cases.configuration import configuration_digest
 from homeostat.cases.error import CaseError
+from homeostat.cases.folder import PlantFiles, case_folder, read_files
+from homeostat.cases.generated import with_baselines, with_fresh_graph
 from homeostat.cases.graph import open_graph, read_description
+from homeostat.cases.model import find_model
 from homeostat.cases.panel import Panel, read_panel
+from homeostat.cases.settings import Settings
+from homeostat.cases.settings_check import refuse_misfit
+from homeostat.cases.settings_file import read_settings
 from homeostat.domain.baseline import Baseline
 from homeostat.domain.behaviour import StateMachine
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.production import Production
 from homeostat.domain.recovery import open_setpoints
+from homeostat.knowledge.build import GRAPH
 from homeostat.knowledge.store import GraphStore
 from homeostat.process.model import ProcessModel
 from homeostat.process.seeds import Stream, generator
 from homeostat.process.types import Row
 from homeostat.stl.formula import Formula
-from homeostat.stl.spelling import near_matches
 from homeostat.twin.twin import TwinSettings
-
-CASES = Path(__file__).parent
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +41,8 @@ class Case:
     """Name of the folder."""
     title: str
     """In the engineer's words."""
+    files: PlantFiles
+    """What its folder holds."""
     graph: GraphStore
     """The knowledge graph."""
     namespace: str
@@ -73,6 +75,13 @@ class Case:
     """Default onset of a fault [s]."""
     panels: tuple[Panel, ...]
     """Panels of a run's figure."""
+    remade: tuple[str, ...] = ()
+    """Generated files that were older than their sources, and were made again when the case was loaded."""
+
+    @property
+    def configuration(self) -> str:
+        """Digest of everything that configures the plant."""
+        return configuration_digest(self.files)
 
     def true_parameters(self, seed: int) -> Row:
         """Parameters of the plant that ``seed`` stands for, drawn from the stated uncertainty."""
@@ -82,52 +91,54 @@ class Case:
         return np.array(values)
 
 
-def case_names() -> tuple[str, ...]:
-    """Names of every case that is installed."""
-    return tuple(sorted(p.parent.name for p in CASES.glob("*/case.toml")))
-
-
-def case_folder(name: str) -> Path:
-    """Folder of the case called ``name``; CaseError naming near matches where there is none."""
-    if name not in case_names():
-        known = case_names()
-        raise CaseError(f"unknown case {name!r}{near_matches(name, known)}; installed: {', '.join(known)}")
-    return CASES / name
-
-
 def load_case(name: str, learned: bool = True) -> Case:
     """Read the case called ``name``: its graph, its model and, unless not ``learned`` yet, its reference values.
 
+    ``name`` may be a path of a plant's folder; it has a ``/`` then. A generated file that is older than its sources is
+    made again: `Case.remade` names it.
+
     Raises:
-        CaseError: the case is unknown, or its graph, tables, model and settings disagree.
+        CaseError: the case is unknown, or its settings are wrong or do not fit the plant.
+        GraphError: a generated file was altered, or graph, tables, model and reference values disagree.
     """
-    folder = case_folder(name)
-    settings = tomllib.loads((folder / "case.toml").read_text(encoding="utf-8"))
-    module, _, attribute = settings["model"].partition(":")
-    model: ProcessModel = getattr(importlib.import_module(module), attribute)()
-    graph = open_graph(folder / "plant.ttl")
-    description = read_description(graph, settings["system"], model, settings["twin"]["horizon_s"])
+    files = read_files(case_folder(name))
+    settings = read_settings(files)
+    model = find_model(files.folder.name, settings.model)
+    fresh = with_fresh_graph(files)
+    graph = open_graph(fresh.contents[GRAPH])
+    description = read_description(graph, settings.system, model, settings.twin.settings.horizon_s)
+    refuse_misfit(files.folder.name, settings, description, model)
     _check_choices(description.machine)
-    started = next(t.guard for t in description.machine.transitions if t.name == settings["run"]["started_by"])
+    case = _case(settings, fresh, graph, description, model)
+    if fresh is not files:
+        case = replace(case, remade=(GRAPH,))
+    return with_baselines(case) if learned else case
+
+
+def _case(
+    settings: Settings, files: PlantFiles, graph: GraphStore, description: PlantDescription, model: ProcessModel
+) -> Case:
+    """The case without its reference values."""
     return Case(
-        name=name,
-        title=settings["title"],
+        name=files.folder.name,
+        title=settings.title,
+        files=files,
         graph=graph,
-        namespace=settings["system"].rpartition("#")[0] + "#",
+        namespace=settings.namespace,
         description=description,
         model=model,
-        baselines=read_baselines(folder / "baseline.csv") if learned else {},
-        twin=_twin_settings(settings["twin"]),
-        patience=Patience(**settings.get("patience", {})),
-        monitoring=MonitoringSettings(**settings.get("monitoring", {})),
-        production=Production(settings["objective"]["throughput"], settings["objective"]["design_rate"]),
-        delivered=tuple(settings["objective"]["delivered"]),
-        totals=dict(settings["objective"].get("totals", {})),
-        started=started,
-        start=_start(settings["start"], description, model),
-        end_s=settings["run"]["end_s"],
-        onset_s=settings["run"]["onset_s"],
-        panels=tuple(read_panel(table, description) for table in settings["figure"]),
+        baselines={},
+        twin=settings.twin.settings,
+        patience=settings.patience.settings,
+        monitoring=settings.monitoring.settings,
+        production=settings.objective.production,
+        delivered=tuple(settings.objective.delivered),
+        totals=dict(settings.objective.totals),
+        started=next(t.guard for t in description.machine.transitions if t.name == settings.run.started_by),
+        start=_start(settings.start, description, model),
+        end_s=settings.run.end_s,
+        onset_s=settings.run.onset_s,
+        panels=tuple(read_panel(table.model_dump(exclude_none=True), description) for table in settings.figure),
     )
 
 
@@ -141,21 +152,7 @@ def _check_choices(machine: StateMachine) -> None:
                 raise CaseError(f"{error}; give the states ranges that overlap") from None
 
 
-def read_baselines(path: Path) -> dict[str, Baseline]:
-    """Feature -> reference values, from the file that ``learn_baselines`` wrote."""
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    numbers = [f.name for f in fields(Baseline) if f.name != "feature"]
-    return {r["feature"]: Baseline(r["feature"], *(float(r[n]) for n in numbers)) for r in rows}
-
-
-def _twin_settings(table: dict[str, Any]) -> TwinSettings:
-    errors = {name: (pair[0], pair[1]) for name, pair in table["errors"].items()}
-    rest = {k: v for k, v in table.items() if k not in ("errors", "initial", "corrected")}
-    return TwinSettings(errors=errors, corrected=tuple(table["corrected"]), initial=dict(table["initial"]), **rest)
-
-
-def _start(values: dict[str, float], description: PlantDescription, model: ProcessModel) -> Row:
+def _start(values: Mapping[str, float], description: PlantDescription, model: ProcessModel) -> Row:
     """Inputs at the start; those that are not given are on automatic."""
     row = np.full(len(model.inputs), np.nan)
     for tag, value in values.items():

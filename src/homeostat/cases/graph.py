@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from pyoxigraph import NamedNode, RdfFormat
 
 from homeostat.domain.plant_description import PlantDescription
@@ -14,10 +12,10 @@ from homeostat.knowledge.store import GraphStore
 from homeostat.process.model import ProcessModel
 
 
-def open_graph(path: Path) -> EmbeddedStore:
-    """The A-Box in ``path`` (Turtle) in a store in memory."""
+def open_graph(content: bytes) -> EmbeddedStore:
+    """The A-Box in ``content`` (Turtle) in a store in memory."""
     store = EmbeddedStore()
-    store.load(path.read_bytes(), RdfFormat.TURTLE)
+    store.load(content, RdfFormat.TURTLE)
     return store
 
 

@@ -6,24 +6,27 @@ Every run has its own true parameters, so the reference knows how much healthy p
 from __future__ import annotations
 
 import asyncio
-import csv
 import sys
-from dataclasses import astuple, fields
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.agents.features import FeatureFilter
-from homeostat.cases.case import Case, case_folder, load_case
+from homeostat.cases.baselines import read_baselines, write_baselines
+from homeostat.cases.case import Case, load_case
+from homeostat.cases.folder import BASELINES
+from homeostat.cases.generated import baseline_sources
 from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.baseline import Baseline
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
 from homeostat.process.seeds import Stream, noise_seed
+from homeostat.trace.files import write_whole
 
 FIRST_SEED = 100_000
 """Seeds from here on are for learning; evaluation uses smaller ones."""
+RUNS = 40
+"""Fault-free runs that are learned from."""
 
 
 def feature_values(case: Case, seed: int) -> NDArray[np.float64]:
@@ -67,21 +70,17 @@ def learn(case: Case, runs: int) -> tuple[Baseline, ...]:
     )  # fmt: skip
 
 
-def write(path: Path, baselines: tuple[Baseline, ...]) -> None:
-    """Write reference values where :func:`homeostat.cases.case.read_baselines` finds them."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow([f.name for f in fields(Baseline)])
-        for baseline in baselines:
-            name, *numbers = astuple(baseline)
-            table.writerow([name, *(f"{number:.6g}" for number in numbers)])
+def learned(case: Case) -> bytes:
+    """The file of reference values for ``case``, learned now: some seconds to minutes."""
+    return write_baselines(learn(case, RUNS), baseline_sources(case))
 
 
 def main(arguments: list[str]) -> int:
     """Learn and write the reference values of the named case."""
-    name = arguments[0]
-    case = load_case(name, learned=False)
-    write(case_folder(name) / "baseline.csv", learn(case, runs=40))
+    case = load_case(arguments[0], learned=False)
+    content = learned(case)
+    read_baselines(content, case.description)
+    write_whole(case.files.folder / BASELINES, content)
     return 0
 
 

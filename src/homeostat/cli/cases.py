@@ -22,7 +22,8 @@ def configure(commands: Commands) -> None:
 
 def carry_out(options: argparse.Namespace) -> int:
     """Print every case."""
-    from homeostat.cases.case import case_names, load_case
+    from homeostat.cases.case import load_case
+    from homeostat.cases.folder import case_names
     from homeostat.cli.table import table
 
     for number, name in enumerate(case_names()):

@@ -12,8 +12,9 @@ from homeostat.cli.arguments import ENDINGS
 if TYPE_CHECKING:
     from homeostat.cli.arguments import Commands
     from homeostat.cli.graphs import Plant
-    from homeostat.knowledge.consistency import ModelInterface
+    from homeostat.domain.plant_description import PlantDescription
     from homeostat.knowledge.store import GraphStore
+    from homeostat.process.model import ProcessModel
 
 
 def configure(commands: Commands) -> None:
@@ -22,11 +23,13 @@ def configure(commands: Commands) -> None:
         "check",
         help="check a plant's graph against shapes, tables and process model, or any graph for blemishes",
         description="Check a graph. The graph of a CASE: its shapes (SHACL), its consistency, its agreement with the "
-        "engineering tables that it was built from and with the process model. That and any other graph in FILE: "
+        "engineering tables that it was built from and with the process model, and whether settings and reference "
+        "values fit it. That and any other graph in FILE: "
         "references to nothing, misspelt terms, swapped prefixes, transitions without guard and event, machines "
         "without an initial state, components that were left unconnected. Every problem is one line. So is every text "
         "that reads as if it were written for a language model, but that is a warning and no problem.",
-        epilog="Exit status: 0 no problem, 1 problems were found, 2 the graph cannot be read.",
+        epilog="Exit status: 0 no problem, 1 problems were found, 2 the graph cannot be read, or a generated file of "
+        "CASE was altered by hand.",
         allow_abbrev=False,
     )
     command.add_argument("case", nargs="?", metavar="CASE", help="name of the plant; not for other plants' graphs")
@@ -39,6 +42,8 @@ def carry_out(options: argparse.Namespace) -> int:
     from homeostat.cli.graphs import opened, place
 
     where = place(options.case, options.graph)
+    if where.plant is not None and options.graph is None:
+        _refuse_altered(where.plant)
     store = opened(where)
     count = 0
     for problem in _problems(where.plant, store):
@@ -48,6 +53,17 @@ def carry_out(options: argparse.Namespace) -> int:
     told = f"{count} problem{'' if count == 1 else 's'}" if count else "no problem"
     print(f"{where.path}: {told}" + (f", {warnings} suspicious text{'' if warnings == 1 else 's'}" if warnings else ""))
     return 1 if count else 0
+
+
+def _refuse_altered(plant: Plant) -> None:
+    """GraphError where a generated file of the plant is not as it was generated."""
+    from homeostat.cases.baselines import refuse_altered
+    from homeostat.cases.folder import BASELINES
+    from homeostat.cases.generated import refuse_altered_graph
+
+    refuse_altered_graph(plant.files)
+    if BASELINES in plant.files.contents:
+        refuse_altered(plant.files.contents[BASELINES])
 
 
 def _warn(store: GraphStore) -> int:
@@ -69,16 +85,18 @@ def _problems(plant: Plant | None, store: GraphStore) -> Iterator[str]:
 
 
 def _disagreements(plant: Plant, store: GraphStore) -> Iterator[str]:
-    """Where the graph does not have the shapes, or does not fit the case's tables and its process model."""
+    """Where the graph does not have the shapes, or does not fit the case's tables, process model and settings."""
     from pyoxigraph import RdfFormat
 
+    from homeostat.cases.graph import interface
+    from homeostat.cases.model import find_model
     from homeostat.knowledge.conformance import check_shapes
     from homeostat.knowledge.consistency import inconsistencies
     from homeostat.knowledge.description.plant import read_plant
     from homeostat.knowledge.graph_error import Code, GraphError
     from homeostat.knowledge.provenance import stale_tables
 
-    for table in stale_tables(plant.folder, store.dump(RdfFormat.N_TRIPLES), RdfFormat.N_TRIPLES):
+    for table in stale_tables(plant.files.folder, store.dump(RdfFormat.N_TRIPLES), RdfFormat.N_TRIPLES):
         yield f"[{Code.STALE_GRAPH}] table {table!r}: changed after the graph was built; run 'make graph'"
     yield from map(str, check_shapes(store))
     try:
@@ -86,16 +104,22 @@ def _disagreements(plant: Plant, store: GraphStore) -> Iterator[str]:
     except GraphError as error:
         yield str(error)  # what cannot be read cannot be compared
         return
-    yield from map(str, inconsistencies(described, _interface(plant)))
+    model = find_model(plant.name, plant.settings.model)
+    yield from map(str, inconsistencies(described, interface(model, plant.settings.twin.settings.horizon_s)))
+    yield from _misfits(plant, described, model)
 
 
-def _interface(plant: Plant) -> ModelInterface:
-    """What the case's process model offers; a case whose own graph is wrong cannot be loaded as a whole."""
-    import importlib
+def _misfits(plant: Plant, described: PlantDescription, model: ProcessModel) -> Iterator[str]:
+    """Where settings or reference values do not fit the plant."""
+    from homeostat.cases.baselines import read_baselines
+    from homeostat.cases.error import CaseError
+    from homeostat.cases.folder import BASELINES
+    from homeostat.cases.settings_check import refuse_misfit
+    from homeostat.knowledge.graph_error import GraphError
 
-    from homeostat.cases.graph import interface
-    from homeostat.process.model import ProcessModel
-
-    module, _, attribute = plant.model.partition(":")
-    model: ProcessModel = getattr(importlib.import_module(module), attribute)()
-    return interface(model, plant.horizon_s)
+    try:
+        refuse_misfit(plant.name, plant.settings, described, model)
+        if BASELINES in plant.files.contents:
+            read_baselines(plant.files.contents[BASELINES], described)
+    except (CaseError, GraphError) as error:
+        yield str(error)

@@ -2,38 +2,40 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 from pyoxigraph import NamedNode
 
-from homeostat.cases.case import case_folder
+from homeostat.cases.folder import PlantFiles, case_folder, read_files
+from homeostat.cases.settings import Settings
+from homeostat.cases.settings_file import read_settings
 from homeostat.cli.arguments import UsageError
+from homeostat.knowledge.build import GRAPH
 from homeostat.knowledge.embedded import EmbeddedStore
 from homeostat.knowledge.graph_file import UnreadableGraph, load_file
 from homeostat.knowledge.tbox import ONTOLOGY_GRAPH, load_ontology
 from homeostat.knowledge.vocabulary import PREFIXES
-
-GRAPH: Final = "plant.ttl"
-"""Name of the graph in a case's folder."""
 
 
 @dataclass(frozen=True, slots=True)
 class Plant:
     """An installed case, as far as graph commands need it."""
 
-    name: str
-    """Name of the case."""
-    folder: Path
-    """Folder of the case."""
-    system: NamedNode
-    """The plant in its graph."""
-    model: str
-    """The case's process model, as ``module:class``."""
-    horizon_s: float
-    """Length of a rollout [s]."""
+    files: PlantFiles
+    """What its folder holds."""
+    settings: Settings
+    """Its settings."""
+
+    @property
+    def name(self) -> str:
+        """Name of the case."""
+        return self.files.folder.name
+
+    @property
+    def system(self) -> NamedNode:
+        """The plant in its graph."""
+        return NamedNode(self.settings.system)
 
     @property
     def namespace(self) -> str:
@@ -64,7 +66,7 @@ def place(case: str | None, file: Path | None) -> Place:
         return Place(file, plant)
     if plant is None:
         raise UsageError("no graph is named; name a CASE, or a file with --graph FILE")
-    return Place(plant.folder / GRAPH, plant)
+    return Place(plant.files.folder / GRAPH, plant)
 
 
 def opened(where: Place) -> EmbeddedStore:
@@ -84,15 +86,8 @@ def with_ontology(where: Place) -> EmbeddedStore:
 
 
 def _plant(case: str) -> Plant:
-    folder = case_folder(case)
-    settings = tomllib.loads((folder / "case.toml").read_text(encoding="utf-8"))
-    return Plant(
-        name=case,
-        folder=folder,
-        system=NamedNode(settings["system"]),
-        model=settings["model"],
-        horizon_s=float(settings["twin"]["horizon_s"]),
-    )
+    files = read_files(case_folder(case))
+    return Plant(files, read_settings(files))
 
 
 def _load(store: EmbeddedStore, where: Place, graph: NamedNode | None) -> None:

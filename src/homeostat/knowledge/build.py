@@ -1,4 +1,4 @@
-"""A plant's graph from its engineering tables: mapping, rules, checks, sorted Turtle.
+"""A plant's graph from its engineering tables: mapping, rules, checks, sorted Turtle with a seal.
 
 ``python -m homeostat.knowledge.build FOLDER`` writes ``FOLDER/plant.ttl`` unless something is wrong. ``--triples FILE``
 compares what another RML processor made of the same mapping, so that no processor is trusted alone.
@@ -22,6 +22,7 @@ from .embedded import EmbeddedStore
 from .graph_error import Code, GraphError
 from .rml import materialise
 from .rml_mapping import read_mapping
+from .seal import seal
 from .turtle import write_turtle
 from .vocabulary import RDF, XSD, CPSMod
 
@@ -48,11 +49,11 @@ def build(folder: Path, other: frozenset[Triple] | None = None) -> bytes:
         odd = min(other ^ stated, key=str)
         whose = "only the other processor" if odd in other else "only homeostat.knowledge.rml"
         raise GraphError(Code.BAD_MAPPING, "mapping", f"{len(other ^ stated)} triples differ; {whose} makes {odd}")
-    triples = complete(stated, folder, (item.source for item in maps))
+    triples = complete(stated, folder, (MAPPING, *(item.source for item in maps)))
     plant = next(t.subject for t in triples if t.predicate == RDF.type and t.object == CPSMod.SystemModel)
     assert isinstance(plant, NamedNode)  # complete() makes sure
     namespace = plant.value.rpartition("#")[0] + "#"
-    return write_turtle(triples, namespace[:-1].rpartition(":")[2], namespace)
+    return seal(write_turtle(triples, namespace[:-1].rpartition(":")[2], namespace))
 
 
 def refuse_incomplete(graph: bytes) -> None:

@@ -1,0 +1,207 @@
+"""Settings: an unknown key, an unknown name and an absurd value are one line each; nothing foreign is imported."""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from homeostat.cases.case import load_case
+from homeostat.cases.error import CaseError
+from homeostat.cases.folder import CASES, PlantFiles
+from homeostat.cases.settings import Settings
+from homeostat.cases.settings_file import read_settings
+from tests.cases.copies import Copy
+
+TEXT = (CASES / "cstr" / "case.toml").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def reactor(tmp_path: Path) -> Copy:
+    return Copy.of("cstr", tmp_path)
+
+
+def read(text: str) -> Settings:
+    return read_settings(PlantFiles(Path("some"), {"case.toml": text.encode("utf-8", "surrogatepass")}))
+
+
+def changed(key: str, value: str) -> str:
+    """The reactor's settings with another ``value`` for ``key``, which is added where it is not there."""
+    table, _, name = key.rpartition(".")
+    pattern = re.compile(rf"(?m)^{re.escape(name)} = .*$")
+    start = TEXT.index(f"[{table}]") if table else 0
+    end = TEXT.find("\n[", start + 1)
+    section = TEXT[start:end]
+    line = f"{name} = {value}"
+    section = pattern.sub(lambda _: line, section, count=1) if pattern.search(section) else f"{section}\n{line}\n"
+    return TEXT[:start] + section + TEXT[end:]
+
+
+ABSURD = [
+    ("twin.judged_draws", "-1", "judged_draws: -1 draws is outside 1 to 1000 draws"),
+    ("twin.judged_draws", "0", "outside 1 to 1000"),
+    ("twin.draws", "0", "draws: 0 draws is outside"),
+    ("twin.search_draws", "1000000", "search_draws: 1e+06 draws is outside"),
+    ("twin.horizon_s", "100000000", "horizon_s: 1e+08 s is outside 1 to 86400 s"),
+    ("twin.horizon_s", "1e8", "valid integer"),
+    ("twin.gain_error", "nan", "gain_error: nan"),
+    ("twin.gain_error", "1.5", "outside 0 to 1"),
+    ("twin.stride", "0", "stride: 0 s is outside 1 to 3600 s"),
+    ("twin.stride", "1000", "at most horizon_s = 900 s"),
+    ("twin.replay_s", "-5", "replay_s: -5 s is outside 1 to 3600 s"),
+    ("twin.recent_s", "100000", "recent_s: 100000 s is outside"),
+    ("twin.synchronise_s", "0", "synchronise_s: 0 s"),
+    ("twin.settle_rows", "700", "at most replay_s = 600"),
+    ("twin.errors.T1", "[nan, 0.1]", "errors, T1"),
+    ("twin.errors.T1", "[-0.5, 0.1]", "outside 0 to"),
+    ("twin.errors.T1", "[0.5]", "at least 2 items"),
+    ("twin.initial.T", "inf", "initial, T: inf"),
+    ("run.end_s", "0.0", "end_s: 0 s is outside 10 to 604800 s"),
+    ("run.end_s", "inf", "end_s: inf s is outside"),
+    ("run.onset_s", "-1.0", "onset_s: -1 s"),
+    ("run.onset_s", "6000.0", "onset_s = 6000 s must be before end_s = 6000 s"),
+    ("objective.design_rate", "0.0", "design_rate: 0"),
+    ("monitoring.sure", "1.2", "sure: 1.2 (probability) is outside 0.5 to 1"),
+    ("monitoring.sure", "nan", "sure: nan"),
+    ("monitoring.settle_s", "-1.0", "settle_s: -1 s"),
+    ("monitoring.repeat_s", "0.0", "repeat_s: 0 s is outside 1 to 86400 s"),
+    ("monitoring.evidence_s", "1e9", "evidence_s: 1e+09 s"),
+    ("run.end_s", "true", "valid number"),
+    ("run.end_s", '"6000"', "valid number"),
+    ("model", '"os"', "model: 'os' is not written as 'module:class'"),
+    ("system", '"no iri"', "system: 'no iri' is not written as an IRI"),
+    ("title", '""', "title: "),
+    ("twin.judged_drawz", "3", "there is no key 'judged_drawz'; did you mean 'judged_draws'"),
+    ("run.onset", "3", "there is no key 'onset'; did you mean 'onset_s'"),
+    ("tilte", '"x"', "there is no key 'tilte'; did you mean 'title'"),
+]
+
+
+@pytest.mark.parametrize(("key", "value", "words"), ABSURD, ids=lambda x: x if "." in x else "")
+def test_an_absurd_value_is_one_line(key: str, value: str, words: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        read(changed(key, value))
+    message = str(caught.value)
+    assert words in message and message.startswith("some/case.toml: ") and "\n" not in message
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[twin", "twin = 3", "", "title = '\x00'", "a = " + "9" * 5000, "a = " + "[" * 5000, "twin = [[1]]", "\ud800"],
+)
+def test_what_are_no_settings(text: str) -> None:
+    with pytest.raises(CaseError, match=r"^some/case\.toml") as caught:
+        read(text)
+    assert len(str(caught.value)) < 500
+
+
+MISFITS = [
+    ('started_by = "t_started"', 'started_by = "t_start"', "no transition 't_start'; did you mean 't_started'"),
+    ('"T1.sp" = 310.0', '"T1.spp" = 310.0', "no tag that can be commanded 'T1.spp'; did you mean 'T1.sp'"),
+    ('"T1.sp" = 310.0', '"T1" = 310.0', "no tag that can be commanded 'T1'"),
+    ('"T1.sp" = 310.0', '"T1.sp" = 400.0', "start, T1.sp: 400 K is outside the tag's range 296 to 313 K"),
+    ('throughput = "F1"', 'throughput = "F11"', "no tag 'F11'; did you mean 'F1'"),
+    ("design_rate = 0.0333333333333333", "design_rate = 5", "design_rate: 5 L/s is outside the tag's range 0 to 0.08"),
+    ('delivered = ["product", "L1"]', 'delivered = ["produkt"]', "no quantity 'produkt'; did you mean 'product'"),
+    ('delivered = ["product", "L1"]', 'delivered = ["L1", "L1"]', "quantity 'L1' is named twice"),
+    ("L1 = [0.03, 0.03]", "L11 = [0.03, 0.03]", "twin, errors: the plant has no variable 'L11'; did you mean 'L1'"),
+    ("L1 = [0.03, 0.03]", "L1 = [30, 0.03]", "twin, errors, L1: 30 + 0.03 L must be more than 0 and at most"),
+    ("L1 = [0.03, 0.03]", "L1 = [0, 0]", "must be more than 0"),
+    ('corrected = ["T1", "L1"]', 'corrected = ["T1", "L2"]', "no variable with an entry in errors 'L2'"),
+    ("V = 0.005", "V = 5000", "twin, initial, V: 5000 is more than the width of any measured tag's range, 110"),
+    ("V = 0.005", "VV = 0.005", "twin, initial: the plant has no state variable 'VV'; did you mean 'V'"),
+    ("sure = 0.95", "settle_s = 6000", "must be less than the run's end_s = 6000 s"),
+    ('tags = ["F1", "F2", "F1.sp"]', 'tags = ["F1", "F22"]', "did you mean 'F2'"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "words"), MISFITS, ids=[new for _, new, _ in MISFITS])
+def test_a_setting_that_does_not_fit_the_plant(reactor: Copy, old: str, new: str, words: str) -> None:
+    reactor.replace("case.toml", old, new)
+    with pytest.raises(CaseError) as caught:
+        reactor.load()
+    assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        "antigravity:geohash", "os:system", "homeostat.process.model:ProcessModel", "homeostat.cases.cstr:process",
+        "homeostat.cases.csrt.process:CstrModel", "homeostat.cases.cstr.process:CstrModell",
+        "homeostat.cases.cstr.process:Mapping", "homeostat.cases.cstr.process:advance",
+        "homeostat.cases.learn_baselines:main", "homeostat.cases.cstr.__init__:x",
+    ],
+)  # fmt: skip
+def test_only_what_an_installed_plant_provides_is_imported(reactor: Copy, model: str) -> None:
+    before = set(sys.modules)
+    reactor.replace("case.toml", "homeostat.cases.cstr.process:CstrModel", model)
+    with pytest.raises(CaseError, match=r"no installed plant provides|defines no process model") as caught:
+        reactor.load()
+    assert "\n" not in str(caught.value)
+    assert not {"antigravity"} & (set(sys.modules) - before)
+
+
+def numbers(table: Any, place: tuple[str, ...] = ()) -> list[tuple[str, ...]]:
+    """Places of all numbers in the settings."""
+    if isinstance(table, dict):
+        return [found for key, value in table.items() for found in numbers(value, (*place, key))]
+    return [place] if isinstance(table, int | float) else []
+
+
+CONTENT = tomllib.loads(TEXT)
+HOSTILE = st.one_of(
+    st.sampled_from([math.nan, math.inf, -math.inf, -1, -1e-9, 10**400, -(10**400), 1e300, True, None, "5", [], {}]),
+    st.dates(),
+    st.text(max_size=200),
+)
+
+
+@given(place=st.sampled_from(numbers(CONTENT)), value=HOSTILE)
+@settings(deadline=None, max_examples=200)
+def test_whatever_stands_for_a_number_is_one_line(place: tuple[str, ...], value: Any) -> None:
+    content = tomllib.loads(TEXT)
+    table = content
+    for key in place[:-1]:
+        table = table[key]
+    table[place[-1]] = value
+    if place[0] == "start" and value in (-1, -1e-9, 1e300):
+        return  # finite: what the plant says about the tag bounds it
+    with pytest.raises(CaseError) as caught:
+        read(_toml(content))
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 600
+
+
+def _toml(value: Any, top: bool = True) -> str:
+    if isinstance(value, dict):
+        pairs = [f"{_toml(str(key), False)} = {_toml(item, False)}" for key, item in value.items()]
+        return "\n".join(pairs) if top else "{" + ", ".join(pairs) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(_toml(item, False) for item in value) + "]"
+    if isinstance(value, str):
+        return '"' + "".join(c if c.isalnum() and c.isascii() else f"\\U{ord(c):08x}" for c in value) + '"'
+    if isinstance(value, bool) or value is None:
+        return str(value).lower()  # None is no TOML at all
+    return value.isoformat() if hasattr(value, "isoformat") else _digits(value)
+
+
+def _digits(value: float) -> str:
+    return f"1{'0' * 400}" if value == 10**400 else f"-1{'0' * 400}" if value == -(10**400) else repr(value)
+
+
+@pytest.mark.parametrize("name", ["cstr", "mixing_module"])
+def test_the_installed_plants_are_as_their_files_say(name: str) -> None:
+    case = load_case(name)
+    content = tomllib.loads((CASES / name / "case.toml").read_text(encoding="utf-8"))
+    assert case.remade == () and (case.end_s, case.onset_s) == (content["run"]["end_s"], content["run"]["onset_s"])
+    assert case.twin.errors == {k: tuple(v) for k, v in content["twin"]["errors"].items()}
+    for table, filled in (("twin", case.twin), ("monitoring", case.monitoring), ("patience", case.patience)):
+        for key, value in content.get(table, {}).items():
+            if isinstance(value, int | float):
+                assert getattr(filled, key) == value
