@@ -33,7 +33,7 @@ def test_a_directory_that_is_not_closed_is_incomplete(tmp_path: Path) -> None:
     with RunDirectory(tmp_path / "run") as directory:
         directory.journal.record(RunFinished("done"), 1.0)
     report = verify(tmp_path / "run")
-    assert (report.lines, report.intact, report.complete) == (1, True, False)
+    assert (report.lines, report.intact, report.complete) == (2, True, False)  # the event and its signature
 
 
 def test_an_empty_directory_is_used_and_a_full_one_is_not(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from tests.cli.command import COMMAND, environment, homeostat, refused
 
 HEAVY = {
     "numpy", "numba", "pyoxigraph", "pyarrow", "matplotlib", "rich", "rdflib", "pyshacl", "lark", "asyncio", "scipy",
-    "jinja2", "distributed", "dask", "pydantic", "bm25s",
+    "jinja2", "distributed", "dask", "pydantic", "bm25s", "cryptography",
 }  # fmt: skip
 PROBE = """
 import sys

@@ -62,8 +62,8 @@ def test_ctrl_c_closes_the_trace(tmp_path: Path) -> None:
     assert (status, err) == (130, "homeostat: interrupted\n")
     assert out.splitlines()[-1].endswith("end       interrupted")
     assert verify(tmp_path / "run").complete
-    last = list(read_events(tmp_path / "run"))[-1]
-    assert (last.kind, last.fields["outcome"]) == ("run-finished", "interrupted")
+    last, signed = list(read_events(tmp_path / "run"))[-2:]
+    assert (last.kind, last.fields["outcome"], signed.kind) == ("run-finished", "interrupted", "signed")
     again = homeostat("replay", "run", cwd=tmp_path)
     assert (again.status, again.out, again.err) == (0, out, "")
     without = homeostat("replay", "run", "--json", cwd=tmp_path)

@@ -8,7 +8,7 @@ from types import UnionType
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
 from homeostat.domain.guard_events import FellBack, StateEntered
-from homeostat.trace import Event, Record, RunFinished, RunStarted
+from homeostat.trace import Event, Record, RunFinished, RunStarted, Signed
 from homeostat.trace.calls import ModelCalled
 from homeostat.trace.decisions import (
     Attempted,
@@ -37,6 +37,7 @@ EVENTS: Final[tuple[type[Event], ...]] = (
     ReleasedActions,
     StateEntered,
     FellBack,
+    Signed,
 )
 """The events that are recalled; a record of another kind is somebody else's."""
 
@@ -54,7 +55,7 @@ def recall(record: Record) -> Event | None:
         return None
     try:
         event: Event = _made(kind, dict(record.fields))
-    except (KeyError, TypeError, ValueError) as error:
+    except (LookupError, TypeError, ValueError, ArithmeticError, RecursionError) as error:
         raise RecallError(
             f"event {record.seq} ({record.kind!r}) cannot be read: {error!r}; use the version that recorded it"
         ) from error
@@ -70,8 +71,18 @@ def _made(kind: Any, value: Any) -> Any:
         return value if value is None or len(options) > 1 else _made(options[0], value)
     if dataclasses.is_dataclass(kind):
         types = get_type_hints(kind)
-        made = {field.name: _made(types[field.name], value[field.name]) for field in dataclasses.fields(kind)}
+        given = [field for field in dataclasses.fields(kind) if field.name in value or _is_required(field)]
+        made = {field.name: _made(types[field.name], value[field.name]) for field in given}
         return kind(**made) if isinstance(kind, type) else None
     if isinstance(kind, type) and issubclass(kind, Enum):
         return kind[value]
-    return float(value) if kind is float else value
+    if kind is float and type(value) in (int, float, str):  # a text for what is not finite
+        return float(value)
+    if kind in (str, int, bool) and type(value) is not kind:
+        raise TypeError(f"{value!r} is no {kind.__name__}")
+    return value
+
+
+def _is_required(field: dataclasses.Field[Any]) -> bool:
+    """Whether a record must have the field; one with a default may be younger than the record."""
+    return field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING

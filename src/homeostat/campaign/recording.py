@@ -13,6 +13,7 @@ from homeostat.domain.snapshot import Trajectory
 from homeostat.trace import Journal, Manifest, StoredFile, Summary
 from homeostat.trace.artifacts import write_parquet, write_text
 from homeostat.trace.files import describe, write_whole
+from homeostat.trace.keys import KeyTrouble, SigningKey, installation_key
 
 TRAJECTORY = "trajectory.parquet"
 """Measured and true values of every tag."""
@@ -32,12 +33,22 @@ class RunDirectoryError(ValueError):
     """A run cannot be kept where it should be; one line with the remedy."""
 
 
+def _key() -> tuple[SigningKey | None, str]:
+    """The installation's key and an empty text, or nothing and why there is none: a run without a key goes on."""
+    try:
+        return installation_key(), ""
+    except KeyTrouble as trouble:
+        return None, str(trouble)
+
+
 @final
 class RunDirectory:
     """A run directory being written. Leaving the ``with`` block without `close` leaves an incomplete run."""
 
     def __init__(self, path: Path) -> None:
-        """Make ``path``, which must be new or empty, and open the journal in it.
+        """Make ``path``, which must be new or empty, and open the journal in it, signed by the installation's key.
+
+        Where there is no key, ``unsigned`` says why.
 
         Raises RunDirectoryError where it holds something, OSError where it cannot be made; nothing is left behind then.
         """
@@ -46,7 +57,8 @@ class RunDirectory:
         made = [p for p in (path, *path.parents) if not p.exists()]
         try:
             path.mkdir(parents=True, exist_ok=True)
-            self.journal = Journal(path)
+            key, self.unsigned = _key()
+            self.journal = Journal(path, key)
         except OSError:
             for folder in made:
                 with contextlib.suppress(OSError):

@@ -47,7 +47,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _fail(message: str, status: int) -> int:
-    print(f"homeostat: {' '.join(message.split())}", file=sys.stderr)
+    from homeostat.domain.quotation import printable
+
+    print(f"homeostat: {printable(' '.join(message.split()))}", file=sys.stderr)
     return status
 
 
@@ -68,8 +70,9 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.knowledge.graph_error import GraphError
     from homeostat.knowledge.store import StoreError
     from homeostat.trace import BrokenChain
+    from homeostat.trace.keys import KeyTrouble
 
     return (
-        BrokenChain, CampaignError, CaseError, GraphError, RecallError, ResultError, RunDirectoryError, ScenarioError,
-        StoreError,
+        BrokenChain, CampaignError, CaseError, GraphError, KeyTrouble, RecallError, ResultError, RunDirectoryError,
+        ScenarioError, StoreError,
     )  # fmt: skip

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING
 from homeostat.cli.arguments import UsageError
 
 if TYPE_CHECKING:
+    from homeostat.campaign.result import Result
     from homeostat.cli.arguments import Commands
+    from homeostat.cli.story import Line, Story
+    from homeostat.domain.plant_description import PlantDescription
+    from homeostat.trace import Event, Record
+
+_UNTOLD = (LookupError, TypeError, ValueError, ArithmeticError, AttributeError)
+"""What words for a record of somebody else's making may run into."""
 
 
 def configure(commands: Commands) -> None:
@@ -30,6 +37,7 @@ def configure(commands: Commands) -> None:
 def carry_out(options: argparse.Namespace) -> int:
     """Show the run; 1 where its record is not whole."""
     from homeostat.cli.trace_verify import run_directory
+    from homeostat.domain.quotation import printable
     from homeostat.trace import verify
 
     run_dir = run_directory(options.run)
@@ -39,7 +47,7 @@ def carry_out(options: argparse.Namespace) -> int:
     else:
         _tell(run_dir, report.intact)
     if report.problem is not None:
-        print(f"homeostat: {str(run_dir)!r}: {report.problem}", file=sys.stderr)
+        print(printable(f"homeostat: {str(run_dir)!r}: {report.problem}"), file=sys.stderr)
     return 0 if report.complete else 1
 
 
@@ -57,7 +65,6 @@ def _tell(run_dir: Path, intact: bool) -> None:
     from homeostat.campaign.result import read_result
     from homeostat.cases.case import load_case
     from homeostat.cli.story import Story
-    from homeostat.cli.summary import summary
     from homeostat.trace import BrokenChain, RunStarted, read_events
 
     story = None
@@ -69,10 +76,30 @@ def _tell(run_dir: Path, intact: bool) -> None:
                 plant = load_case(event.case).description
                 story = Story(plant)
             if event is not None and story is not None:
-                for line in story.tell(event, record.at_s):
+                for line in _lines(story, event, record):
                     print(line)
     except BrokenChain:
         return  # what follows cannot be trusted; the report says where
     result = read_result(run_dir) if intact else None
     if result is not None and story is not None and plant is not None:
-        print("", *summary(result, story, plant, run_dir), sep="\n")
+        print("", *_summary(result, story, plant, run_dir), sep="\n")
+
+
+def _lines(story: Story, event: Event, record: Record) -> list[Line]:
+    """What ``event`` has to say; UsageError where it is of a plant that this installation does not know like that."""
+    try:
+        return list(story.tell(event, record.happened_s))
+    except _UNTOLD as error:
+        raise UsageError(
+            f"event {record.seq} ({record.kind!r}) cannot be told: {error!r}; its plant is not the one known here"
+        ) from error
+
+
+def _summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path) -> list[str]:
+    """The end of the run in words; UsageError where its result is of a plant that is not known like that."""
+    from homeostat.cli.summary import summary
+
+    try:
+        return list(summary(result, story, plant, run_dir))
+    except _UNTOLD as error:
+        raise UsageError(f"the result of {str(run_dir)!r} cannot be told: {error!r}; verify the run") from error

@@ -77,6 +77,7 @@ def carry_out(options: argparse.Namespace) -> int:
     from homeostat.campaign.scenario import scenario
     from homeostat.cases.case import load_case
     from homeostat.cases.wiring import check_protocol
+    from homeostat.domain.quotation import printable
 
     case = load_case(options.case)
     chosen = scenario(case, options.fault, options.seed, options.onset, options.severity, options.end, options.location)
@@ -87,6 +88,8 @@ def carry_out(options: argparse.Namespace) -> int:
         directory = RunDirectory(options.out)
     else:
         directory = RunDirectory.next_free(RUNS, f"{case.name}-{chosen.fault}-{chosen.seed}")
+    if directory.unsigned:
+        print(f"homeostat: the run is not signed: {printable(directory.unsigned)}", file=sys.stderr)
     return _run(case, chosen, directory, thinking, options.proposer, speaker, conditions, options.json)
 
 
@@ -98,6 +101,7 @@ def _run(
     from homeostat.cli.notices import notices
     from homeostat.cli.story import Story
     from homeostat.cli.summary import summary
+    from homeostat.domain.quotation import printable
     from homeostat.domain.snapshot import Snapshot
     from homeostat.trace import Event
 
@@ -117,6 +121,8 @@ def _run(
             done = record_run(case, chosen, directory, thinking, proposer, on_event, on_snapshot, speaker, conditions)
     finally:
         view.close()
+    for trouble in directory.journal.take_troubles():
+        print(f"homeostat: {printable(trouble)}", file=sys.stderr)
     result = done.result
     if as_json:
         print(result.to_json())

@@ -10,7 +10,7 @@ from homeostat.campaign.belief import merge
 from homeostat.cli.wording import beliefs, commands, quantity, worst
 from homeostat.domain.guard_events import FellBack, StateEntered
 from homeostat.domain.plant_description import PlantDescription
-from homeostat.domain.quotation import quoted
+from homeostat.domain.quotation import printable, quoted
 from homeostat.trace import Event, RunFinished, RunStarted
 from homeostat.trace.calls import ModelCalled
 from homeostat.trace.decisions import (
@@ -51,6 +51,10 @@ class Line:
     """What happened."""
     tone: Tone = Tone.PLAIN
     """What it is to the operator."""
+
+    def __post_init__(self) -> None:
+        """Whoever wrote a journal that is told again commands no terminal."""
+        object.__setattr__(self, "text", printable(self.text))
 
     def __str__(self) -> str:
         """The line without colour."""

@@ -13,6 +13,7 @@ from homeostat.campaign.step_scores import StepScores
 from homeostat.cli.story import Onset, Story
 from homeostat.cli.wording import beliefs, commands, quantity
 from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.quotation import printable
 
 HEADLINES: Final = {
     OutcomeKind.RECOVERED: "Recovered: the plant runs on inside its limits.",
@@ -44,7 +45,7 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
 
 
 def _row(name: str, text: str) -> str:
-    return f"  {name:<11} {text}"
+    return f"  {name:<11} {printable(text)}"
 
 
 def _injected(onset: Onset, plant: PlantDescription) -> str:

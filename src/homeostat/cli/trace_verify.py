@@ -1,8 +1,9 @@
-"""``homeostat trace verify``: is a recorded run what it was when it was written?"""
+"""``homeostat trace verify``: is a recorded run what it was when it was written, and who vouches for it?"""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,32 +11,51 @@ from homeostat.cli.arguments import UsageError
 
 if TYPE_CHECKING:
     from homeostat.cli.arguments import Commands
+    from homeostat.trace import Report
 
 
 def configure(commands: Commands) -> None:
     """Declare the command."""
     command = commands.add_parser(
         "verify",
-        help="check that a recorded run is complete and unaltered",
-        description="Check the hash chain of a run's journal, its manifest and every file that the manifest names.",
-        epilog="Exit status: 0 complete and unaltered, 1 incomplete or altered, 2 not a run directory.",
+        help="check that a recorded run is complete, unaltered and signed",
+        description="Check the hash chain and the signatures of a run's journal, whether its events agree with one "
+        "another, its manifest and every file that the manifest names. A key is trusted only from outside the run.",
+        epilog="Exit status: 0 complete, unaltered and signed by a trusted key, or recorded before runs were signed; "
+        "1 incomplete, altered, contradicting itself, signed by a stranger or without a closing signature; 2 not a run "
+        "directory, or no key.",
         allow_abbrev=False,
     )
     command.add_argument("run", type=Path, metavar="RUN", help="run directory")
+    command.add_argument(
+        "--key", action="append", metavar="PUBLIC",
+        help="public key to trust: a file, or 32 bytes in hexadecimal or base64; a run without signature is refused "
+        "then (may be given several times; default: the installation's key)",
+    )  # fmt: skip
     command.set_defaults(carry_out=carry_out)
 
 
 def carry_out(options: argparse.Namespace) -> int:
-    """Print one line; 0 where the run is whole, 1 where it is not."""
-    from homeostat.trace import verify
+    """Print what was found; 0 where the run is whole and vouched for, 1 where it is not."""
+    from homeostat.domain.quotation import printable
+    from homeostat.trace import Signature, verify
 
     run_dir = run_directory(options.run)
-    report = verify(run_dir)
-    if report.complete:
-        print(f"{run_dir}: complete and unaltered, {report.lines} events")
-        return 0
-    print(f"{run_dir}: {'' if report.intact else 'ALTERED: '}{report.problem}")
-    return 1
+    report = verify(run_dir, trusted(options.key))
+    for line in _told(report):
+        print(printable(f"{run_dir}: {line}"))
+    vouched = (Signature.TRUSTED,) if options.key else (Signature.TRUSTED, Signature.OLDER)
+    return 0 if report.complete and report.vouched.signature in vouched else 1
+
+
+def trusted(given: list[str] | None) -> Collection[str]:
+    """The public keys to trust: those that were given, else the installation's, if it has one."""
+    from homeostat.trace.keys import installation_public, read_public
+
+    if given:
+        return {read_public(key) for key in given}
+    own = installation_public()
+    return set() if own is None else {own}
 
 
 def run_directory(path: Path) -> Path:
@@ -47,3 +67,33 @@ def run_directory(path: Path) -> Path:
     if not ((path / JOURNAL).exists() or (path / MANIFEST).exists()):
         raise UsageError(f"{str(path)!r} is not a run directory: it has no {JOURNAL}")
     return path
+
+
+def _told(report: Report) -> Iterator[str]:
+    """What was found, line by line; one where there is nothing but the first thing to say."""
+    if report.contradictions:
+        yield from (f"CONTRADICTION: {sentence}" for sentence in report.contradictions)
+    elif not report.intact:
+        yield f"ALTERED: {report.problem}"
+    elif report.problem is not None:
+        yield f"{report.problem}; {_signature(report)}"
+    else:
+        yield f"complete and unaltered, {report.lines} events; {_signature(report)}"
+
+
+def _signature(report: Report) -> str:
+    """Who vouches for the run, in words."""
+    from homeostat.trace import Signature
+
+    vouched = report.vouched
+    covered = f"line {vouched.lines}" if vouched.lines else "no line"
+    match vouched.signature:
+        case Signature.TRUSTED:
+            return f"signed by trusted key {vouched.key[:16]}"
+        case Signature.STRANGER:
+            return f"SIGNED BY A STRANGER: nobody vouches for key {vouched.key}; trusted up to {covered}"
+        case Signature.NOT_CLOSED:
+            return f"NO CLOSING SIGNATURE: what comes after {covered} is not signed by a trusted key"
+        case Signature.OLDER:
+            return "not signed: it was recorded before runs were signed, or says so"
+    return "NOT SIGNED: anybody may have written it"

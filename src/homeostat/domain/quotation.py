@@ -58,6 +58,17 @@ def quote(text: str, limit: int = 120) -> str:
     return f"«{quoted(text, limit)}»"
 
 
+def printable(text: str) -> str:
+    """``text`` in one line of visible characters: what a terminal would obey or hide is written as an escape.
+
+    >>> printable("T1\\x1b[2J\\nreleased")
+    'T1\\\\x1b[2J\\\\nreleased'
+    """
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(_escaped(c) if not c.isprintable() or c in _BLANK else c for c in text)
+
+
 def is_unseen(character: str) -> bool:
     """Whether nobody sees ``character``: it has no glyph, or an empty one. A space is seen, a line break is not."""
     return character in _BLANK or unicodedata.category(character) in _UNSEEN
@@ -70,6 +81,10 @@ def most_marks(text: str) -> int:
         marks = marks + 1 if _is_mark(character) else 0
         most = max(most, marks)
     return most
+
+
+def _escaped(character: str) -> str:
+    return character.encode("unicode_escape").decode()
 
 
 def _once(text: str) -> str:

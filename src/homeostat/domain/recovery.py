@@ -144,10 +144,8 @@ class ActionSet:
     @property
     def digest(self) -> str:
         """SHA-256 of the canonical text of commands, guards and states: what an approval is bound to."""
-        content: list[object] = [self.target, _texts(self.commands)]
-        content += [[s.transition.name, str(s.transition.guard), s.target, _texts(s.commands)] for s in self.then]
-        text = json.dumps(content, separators=(",", ":"), allow_nan=False)
-        return hashlib.sha256(text.encode()).hexdigest()
+        steps = [[s.transition.name, str(s.transition.guard), s.target, _texts(s.commands)] for s in self.then]
+        return action_digest(self.target, _texts(self.commands), steps)
 
     def command(self, tag: str) -> Command | None:
         """The command to ``tag``; None where there is none."""
@@ -192,6 +190,15 @@ def open_setpoints(states: Sequence[State]) -> tuple[SetpointRange, ...]:
             design = None if known.design is None else min(max(known.design, low), high)
             found[r.tag] = SetpointRange(r.tag, low, high, design)
     return tuple(found.values())
+
+
+def action_digest(target: str, commands: Sequence[object], steps: Sequence[object]) -> str:
+    """SHA-256 of the canonical text of an action set.
+
+    ``commands``: tag, value and rate of each; ``steps``: name and guard of the transition, target and commands of each.
+    """
+    text = json.dumps([target, commands, *steps], separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _texts(commands: tuple[Command, ...]) -> list[list[object]]:

@@ -378,9 +378,7 @@ class Supervisor:
         if diagnosis.faulty or not self._every_step:  # a step as usual is no recovery
             self._released_s = released.at_s
         self._seen_s = max(self._seen_s, released.at_s)
-        event = ReleasedActions(
-            found.proposer, found.actions.commands, found.actions.digest, found.actions.end, found.approval.min_margin
-        )  # fmt: skip
+        event = ReleasedActions.of(found.proposer, found.actions, found.approval.min_margin)
         self._trace.record(event, released.at_s)
         self._note_states()
 

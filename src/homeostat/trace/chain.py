@@ -14,6 +14,8 @@ GENESIS = "0" * 64
 
 HEADER = ("seq", "prev", "at_s", "event")
 """Keys with which every line starts; no event may have a field of these names."""
+HAPPENED = "happened_s"
+"""Key after the header, only where an event happened before the line's time: its own process time [s]."""
 
 
 def digest(line: bytes) -> str:
@@ -23,19 +25,25 @@ def digest(line: bytes) -> str:
 
 @final
 class Chain:
-    """The state of a growing chain: how many lines, and the digest of the last."""
+    """The state of a growing chain: how many lines, and the digest and the time of the last."""
 
-    def __init__(self) -> None:
-        self.count = 0
-        self.last = GENESIS
+    def __init__(self, count: int = 0, last: str = GENESIS, at_s: float = -math.inf) -> None:
+        """A chain of ``count`` lines; the last has the digest ``last`` and the process time ``at_s`` [s]."""
+        self.count = count
+        self.last = last
+        self.at_s = at_s
         self._classes: dict[str, type] = {}
 
     def draft(self, event: Event, at_s: float) -> bytes:
-        """The line that would come next, without newline; the chain itself does not move until `commit`."""
+        """The line that would come next, without newline; the chain itself does not move until `commit`.
+
+        The times of lines never decrease: an event that is recorded late gets the time of the line before, and its own
+        time under `HAPPENED`.
+        """
         if not math.isfinite(at_s):
             raise ValueError(f"event {event.kind!r} at {at_s!r} s: the process time must be finite")
         fields = encode_fields(event, event.kind)
-        taken = [name for name in HEADER if name in fields]
+        taken = [name for name in (*HEADER, HAPPENED) if name in fields]
         if taken:
             raise TypeError(f"event {event.kind!r} has a field {taken[0]!r}, which every line has already; rename it")
         owner = self._classes.setdefault(event.kind, type(event))
@@ -46,12 +54,15 @@ class Chain:
         header: dict[str, Json] = {
             "seq": self.count + 1,
             "prev": self.last,
-            "at_s": float(at_s),
+            "at_s": max(float(at_s), self.at_s),
             "event": event.kind,
         }
+        if at_s < self.at_s:
+            header[HAPPENED] = float(at_s)
         return canonical({**header, **fields}).encode("ascii")
 
-    def commit(self, line: bytes) -> None:
-        """Make ``line``, which is stored now, the last of the chain."""
+    def commit(self, line: bytes, at_s: float) -> None:
+        """Make ``line``, which is stored now and whose event happened at ``at_s`` [s], the last of the chain."""
         self.count += 1
         self.last = digest(line)
+        self.at_s = max(float(at_s), self.at_s)

@@ -7,7 +7,7 @@ from typing import ClassVar, Self
 
 from homeostat.domain.advice import Attempt
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom
-from homeostat.domain.recovery import Command
+from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.verdict import Approve, Departure, Finding
 
 
@@ -98,6 +98,20 @@ class LeftAsIs:
 
 
 @dataclass(frozen=True, slots=True)
+class LaterStep:
+    """What is sent once the plant has come so far, as the journal has it."""
+
+    transition: str
+    """Name of the transition that it takes."""
+    guard: str
+    """Formula that must hold on the plant before anything is sent."""
+    target: str
+    """State that it leads to."""
+    commands: tuple[Command, ...]
+    """What is sent, in order."""
+
+
+@dataclass(frozen=True, slots=True)
 class ReleasedActions:
     """The gate wrote an approved action set to the plant."""
 
@@ -112,6 +126,16 @@ class ReleasedActions:
     """State that it leads to."""
     min_margin: float
     """Least margin of the approval."""
+    state: str = ""
+    """State that its first commands lead to; empty in records that are older than this field."""
+    then: tuple[LaterStep, ...] = ()
+    """What follows, in order."""
+
+    @classmethod
+    def of(cls, proposer: str, actions: ActionSet, min_margin: float) -> Self:
+        """The event of one release."""
+        steps = tuple(LaterStep(s.transition.name, str(s.transition.guard), s.target, s.commands) for s in actions.then)
+        return cls(proposer, actions.commands, actions.digest, actions.end, min_margin, actions.target, steps)
 
 
 @dataclass(frozen=True, slots=True)

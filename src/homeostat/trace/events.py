@@ -19,14 +19,17 @@ class Event(Protocol):
 
 
 Subscriber: TypeAlias = Callable[[Event, float], None]
-"""Called with each event and its process time [s] after it was recorded; what it raises reaches the recorder."""
+"""Called with each event and the process time at which it happened [s], once it is recorded, in the order of the lines.
+
+What it raises is kept as a trouble of the trace and does not reach the recorder; see `homeostat.trace.listeners`.
+"""
 
 
 class Trace(Protocol):
     """Where everything that happened goes, in order."""
 
     def record(self, event: Event, at_s: float) -> None:
-        """Append ``event``, which happened at process time ``at_s`` [s].
+        """Append ``event``, which happened at process time ``at_s`` [s]; any thread may do so.
 
         Raises TypeError for an event that cannot be encoded, ValueError for a time that is not finite or a closed
         trace, OSError where the line could not be stored whole; in each case nothing is recorded.
@@ -80,3 +83,19 @@ class RunFinished:
     """Why, one sentence."""
     wall_duration_s: float = 0.0
     """Wall-clock time that the run took [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signed:
+    """Every line before this one is vouched for by whoever holds a key. Its time is the one of the line before."""
+
+    kind: ClassVar[str] = "signed"
+
+    key: str
+    """Public Ed25519 key, in hexadecimal."""
+    lines: int
+    """Number of lines that are signed: all that come before."""
+    wall_digest: str
+    """Digest of the last of them, and so of the whole chain."""
+    wall_signature: str
+    """Signature over both, in hexadecimal."""

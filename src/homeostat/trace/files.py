@@ -11,6 +11,8 @@ JOURNAL = "events.jsonl"
 """The journal of a run."""
 MANIFEST = "manifest.json"
 """What closes a run; written last."""
+RESULT = "result.json"
+"""What a run came to."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 from homeostat import __version__
 from homeostat.trace.chain import digest
-from homeostat.trace.encode import canonical, encode_fields
+from homeostat.trace.encode import Json, canonical, encode_fields
 from homeostat.trace.files import JOURNAL, MANIFEST, StoredFile, describe, write_whole
+from homeostat.trace.signing import Signer, signs_manifest
 
-FORMAT = 1
+UNSIGNED_FORMAT = 1
+"""The format before signatures, which is still read."""
+FORMAT = 2
 """Version of the run directory's format."""
+_SINCE_2 = ("configuration", "key", "signature")
+"""Fields that the format before does not have."""
 
 
 class BadManifest(ValueError):
@@ -28,6 +33,8 @@ class Summary:
     """Seed from which every random draw of the run followed."""
     outcome: str
     """How the run ended, one word or sentence."""
+    configuration: str = ""
+    """Digest of the configuration that the run was made with; empty where there is none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +55,27 @@ class Manifest:
     """Digest of the journal's last line."""
     files: tuple[StoredFile, ...]
     """Every other file of the run, by name."""
+    configuration: str = ""
+    """Digest of the configuration that the run was made with; empty where there is none."""
+    key: str = ""
+    """Public key of the signature, in hexadecimal; empty where there is none."""
+    signature: str = ""
+    """Signature over all the rest, in hexadecimal; empty where there is none."""
+
+    @property
+    def self_signed(self) -> bool:
+        """Whether the signature is by ``key`` and of this content; who holds the key is another question."""
+        return bool(self.signature) and signs_manifest(_unsigned(self), self.key, self.signature)
 
 
-def manifest_of(run_dir: Path, summary: Summary, events: int, last: str) -> Manifest:
-    """The manifest for the files that ``run_dir`` holds now."""
+def manifest_of(run_dir: Path, summary: Summary, events: int, last: str, signer: Signer | None = None) -> Manifest:
+    """The manifest for the files that ``run_dir`` holds now, signed by ``signer`` where there is one."""
     files = tuple(describe(path, run_dir) for path in sorted(_artifacts(run_dir)))
-    return Manifest(FORMAT, __version__, summary.seed, summary.outcome, events, last, files)
+    manifest = Manifest(FORMAT, __version__, summary.seed, summary.outcome, events, last, files, summary.configuration)
+    if signer is None:
+        return manifest
+    manifest = replace(manifest, key=signer.public)
+    return replace(manifest, signature=signer.sign_manifest(_unsigned(manifest)))
 
 
 def write_manifest(run_dir: Path, manifest: Manifest) -> None:
@@ -69,11 +91,11 @@ def read_manifest(run_dir: Path) -> Manifest | None:
         return None
     try:
         content = json.loads(raw)
-        if content["format"] != FORMAT:
-            raise BadManifest(f"{MANIFEST} has format {content['format']!r}, this version reads {FORMAT}")
+        if content["format"] not in (UNSIGNED_FORMAT, FORMAT):
+            raise BadManifest(f"{MANIFEST} has format {content['format']!r}, this version reads up to {FORMAT}")
         del content["sha256"]
         manifest = Manifest(**{**content, "files": tuple(StoredFile(**file) for file in content["files"])})
-        intact = _render(manifest) == raw
+        intact = _is_typed(manifest) and all(map(_is_typed, manifest.files)) and _render(manifest) == raw
     except BadManifest:
         raise
     except (ValueError, TypeError, KeyError, RecursionError):
@@ -83,9 +105,26 @@ def read_manifest(run_dir: Path) -> Manifest | None:
     return manifest
 
 
-def _render(manifest: Manifest) -> bytes:
+def _is_typed(record: Manifest | StoredFile) -> bool:
+    """Whether numbers are numbers and texts are texts: a forger may write anything."""
+    types = {"int": int, "str": str}
+    return all(type(getattr(record, f.name)) is types[str(f.type)] for f in fields(record) if str(f.type) in types)
+
+
+def _content(manifest: Manifest) -> dict[str, Json]:
     content = encode_fields(manifest, "manifest")
     content["files"] = [encode_fields(file, f"manifest file {file.name!r}") for file in manifest.files]
+    if manifest.format == UNSIGNED_FORMAT:
+        content = {name: value for name, value in content.items() if name not in _SINCE_2}
+    return content
+
+
+def _unsigned(manifest: Manifest) -> dict[str, Json]:
+    return {name: value for name, value in _content(manifest).items() if name != "signature"}
+
+
+def _render(manifest: Manifest) -> bytes:
+    content = _content(manifest)
     content["sha256"] = digest(canonical(content).encode("ascii"))
     return (json.dumps(content, indent=1) + "\n").encode("ascii")
 

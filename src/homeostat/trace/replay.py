@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import cast
 
-from homeostat.trace.chain import GENESIS, HEADER, digest
-from homeostat.trace.encode import Json
+from homeostat.trace.chain import GENESIS, HAPPENED, HEADER, digest
+from homeostat.trace.encode import Json, canonical
 from homeostat.trace.files import JOURNAL
 
 
@@ -30,15 +30,17 @@ class Record:
     seq: int
     """Position in the run, from 1."""
     at_s: float
-    """Process time [s]."""
+    """Process time of the line [s]; never less than that of the line before."""
     kind: str
     """The event's kind."""
     fields: Mapping[str, Json]
     """The event's fields in JSON form: enums by name, nested records as objects with ``@type``."""
+    happened_s: float
+    """Process time at which it happened [s]; before ``at_s`` where it was recorded late."""
 
     def timeless(self) -> Record:
         """The same record without what depends on the wall clock; equal for two runs of the same seed."""
-        return Record(self.seq, self.at_s, self.kind, cast("Mapping[str, Json]", _without_wall(dict(self.fields))))
+        return replace(self, fields=cast("Mapping[str, Json]", _without_wall(dict(self.fields))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,10 +100,15 @@ def _parts(line: bytes) -> tuple[Record, str]:
     content = json.loads(line)
     if not isinstance(content, dict) or tuple(content)[: len(HEADER)] != HEADER:
         raise ValueError(f"a line must be an object that starts with {', '.join(HEADER)}")
+    if canonical(content).encode("ascii") != line:  # a key twice, a number that is none, blanks
+        raise ValueError("a line must be written as a run writes it")
     seq, prev, at_s, kind = (content.pop(name) for name in HEADER)
+    happened_s = content.pop(HAPPENED, at_s)
     if type(seq) is not int or type(prev) is not str or type(at_s) is not float or type(kind) is not str:
         raise ValueError(f"line {seq!r}: {', '.join(HEADER)} must be an integer, a text, a number and a text")
-    return Record(seq, at_s, kind, MappingProxyType(content)), prev
+    if type(happened_s) is not float:
+        raise ValueError(f"line {seq!r}: {HAPPENED} must be a number")
+    return Record(seq, at_s, kind, MappingProxyType(content), happened_s), prev
 
 
 def _without_wall(value: Json) -> Json:
