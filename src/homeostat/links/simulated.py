@@ -112,7 +112,7 @@ class SimulatedLink:
         """Take the lease; the wire of whoever held it is void from now on."""
         self._lease += 1
         self._leased, self._beat_s, self._shed = True, math.inf, False
-        return SimulatedWire(partial(self._deliver, self._lease))
+        return SimulatedWire(self._deliver, partial(self._holds, self._lease))
 
     def beat(self) -> None:
         """The guard is alive; from the first time on it must say so. Without a lease it changes nothing."""
@@ -128,9 +128,10 @@ class SimulatedLink:
         """Somebody at the plant moves ``tag``; ValueError where it cannot be."""
         self._plant.command((Command(tag, value, rate),))
 
-    def _deliver(self, lease: int, commands: tuple[Command, ...]) -> Ticket:
-        if not self._leased or lease != self._lease:
-            raise LeaseVoid(f"the lease of this wire is over at t = {self.now_s:.0f} s; take a new one")
+    def _holds(self, lease: int) -> bool:
+        return self._leased and lease == self._lease
+
+    def _deliver(self, commands: tuple[Command, ...]) -> Ticket:
         error = ""
         try:
             self._plant.command(commands)
@@ -151,14 +152,21 @@ class SimulatedLink:
 class SimulatedWire:
     """Implements :class:`homeostat.domain.ports.Wire` for one lease."""
 
-    __slots__ = ("_deliver",)
+    __slots__ = ("_deliver", "_holds")
 
-    def __init__(self, deliver: Callable[[tuple[Command, ...]], Ticket]) -> None:
-        """``deliver`` hands commands to the plant, as long as the lease lasts."""
-        self._deliver = deliver
+    def __init__(self, deliver: Callable[[tuple[Command, ...]], Ticket], holds: Callable[[], bool]) -> None:
+        """``deliver`` hands commands to the plant; ``holds``: whether the lease lasts."""
+        self._deliver, self._holds = deliver, holds
+
+    @property
+    def void(self) -> bool:
+        """Whether the lease is over."""
+        return not self._holds()
 
     def send(self, commands: tuple[Command, ...]) -> Ticket:
         """Write ``commands``: all of them, or none and the ticket says why; LeaseVoid where the lease is over."""
+        if self.void:
+            raise LeaseVoid("the lease of this wire is over, and nothing was written; take a new one")
         return self._deliver(commands)
 
 

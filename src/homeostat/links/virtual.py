@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias, final
 
-from homeostat.domain.ports import Lease
+from homeostat.domain.ports import Lease, Wire
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 
@@ -78,11 +78,24 @@ class Arrival:
     commands: tuple[Command, ...]
     """What arrived, in order."""
     error: str = ""
-    """Why the plant took none of it; empty where it took all."""
+    """What the sender was told of it; empty where nothing went wrong."""
+
+
+class LeasedWire(Wire, Protocol):
+    """A wire that knows whether its lease lasts."""
+
+    @property
+    def void(self) -> bool:
+        """Whether the lease is over."""
+        ...
 
 
 class Link(Source, Lease, Protocol):
     """A plant in virtual time, with everything that a test or a study may do to it."""
+
+    def take(self) -> LeasedWire:
+        """Take the lease; LinkError where the plant does not give it."""
+        ...
 
     @property
     def source(self) -> Source:
