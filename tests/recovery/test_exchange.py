@@ -46,7 +46,7 @@ class Run:
         try:
             Loop(self.guard, source or Seconds(end_s), self.exchange).run_virtual()
         finally:
-            self.ended = self.worker.join(5.0)
+            self.ended = self.worker.join(0.0 if self.lost or isinstance(clock, ThinkingClock) else 5.0)
 
 
 def done(request: Request, at_s: float) -> tuple[Answer, ...]:
