@@ -22,7 +22,7 @@ def deadline_s(idle: Rollout, limits: Limits, latency_s: float, reserve_s: float
 
 
 def act_by_s(idle: Rollout, limits: Limits, now_s: float, reserve_s: float) -> float | None:
-    """Process time by which something must have been done, ``reserve_s`` before a hard limit is violated without it [s].
+    """Process time by which something must be done, ``reserve_s`` before a hard limit is violated without it [s].
 
     None where none is violated. The shortest thinking and ``reserve_s`` for the guard to write are left in any case:
     a limit that is violated meanwhile trips by itself.

@@ -57,7 +57,7 @@ class Exchange:
     """
 
     def __init__(
-        self, clock: Clock, send: Callable[[Message], None], lost: Callable[[str], None],
+        self, clock: Clock, send: Callable[[Message], object], lost: Callable[[str], None],
         settings: ExchangeSettings | None = None,
     ) -> None:  # fmt: skip
         """``send`` puts a message into the guard's mailbox; ``lost`` is told, once, why recovery was given up."""

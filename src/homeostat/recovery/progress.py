@@ -51,9 +51,7 @@ class ProgressMonitor:
             self._forbidden_s = None
         elif self._forbidden_s is None:
             self._forbidden_s = at_s
-        return self._called(
-            self._forbidden(seen, waiting[0]) or self._late(seen, waiting) or self._early, at_s
-        )
+        return self._called(self._forbidden(seen, waiting[0]) or self._late(seen, waiting) or self._early, at_s)
 
     def _called(self, found: Departure | None, at_s: float) -> Departure | None:
         """``found``, unless there was a call not long ago."""

@@ -75,7 +75,14 @@ class ReleaseCheck:
         path = tuple(t.name for t in found.path.transitions)
         name = f"{found.proposer}-{self._count}-{checked_s:.0f}s"
         request = Request(
-            name, found.proposer, found.path.states[0], actions, path, digest_of(diagnosis), self._configuration, UNSEALED
+            name,
+            found.proposer,
+            found.path.states[0],
+            actions,
+            path,
+            digest_of(diagnosis),
+            self._configuration,
+            UNSEALED,
         )
         return self._seal(request, checked_s)
 

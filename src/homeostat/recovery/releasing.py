@@ -66,7 +66,9 @@ class Releasing:
             case RequestStatus.ADVISED:
                 return LeftAlone(scene.seen_s, found.approval.min_margin)
             case RequestStatus.WITHDRAWN:
-                raise Withdrawn(f"request {answer.request!r} was withdrawn{f': {answer.reason}' if answer.reason else ''}")
+                raise Withdrawn(
+                    f"request {answer.request!r} was withdrawn{f': {answer.reason}' if answer.reason else ''}"
+                )
             case _:
                 self._refuse_if_overtaken(found)
                 raise Refused(() if answer.finding is None else (answer.finding,))

@@ -21,6 +21,11 @@ class SharedTrace:
         self._one = threading.RLock()
         self._last_s = -math.inf
 
+    @property
+    def last_s(self) -> float:
+        """Process time of the last event; 0 before the first [s]."""
+        return max(self._last_s, 0.0)
+
     def record(self, event: GuardEvent, at_s: float) -> None:
         """Append ``event``, which happened at process time ``at_s`` [s]."""
         with self._one:

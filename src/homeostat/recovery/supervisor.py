@@ -31,9 +31,7 @@ FIRST_LOOK = 5
 class Supervisor:
     """Watches what the guard sees; every fault that monitoring reports gets one bounded recovery."""
 
-    def __init__(
-        self, desk: Desk, crew: Crew, rules: PlantRules, check: Check, bounds: Bounds, trace: Trace
-    ) -> None:
+    def __init__(self, desk: Desk, crew: Crew, rules: PlantRules, check: Check, bounds: Bounds, trace: Trace) -> None:
         """Wire the parts together; nothing happens before :meth:`supervise`."""
         self._desk, self._crew, self._rules, self._bounds = desk, crew, rules, bounds
         self._progress = ProgressMonitor(bounds.patience.slack_s, bounds.patience.repeat_s)
