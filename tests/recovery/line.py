@@ -5,34 +5,41 @@ dT/dt = ``heating`` (F.sp / 0.03 - 0.5) 2 [K/s]: full feed heats at ``heating``,
 
 from __future__ import annotations
 
-import asyncio
 import math
-from collections.abc import AsyncIterator, Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from homeostat.agents.bounds import Budget, Patience
-from homeostat.agents.crew import Action, Crew, Monitoring, Planning, Proposer, Reprompting, Simulation, Validation
+from homeostat.agents.crew import Action, Crew, Monitoring, Planning, Proposer, Reprompting, Validation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.limits import Limits
-from homeostat.domain.ports import Clock
+from homeostat.domain.mode import Mode
+from homeostat.domain.ports import Clock, Ticket
 from homeostat.domain.production import Production
-from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
+from homeostat.domain.rules import GuardRules, QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.verdict import Rollout, RolloutResult, StepBand
-from homeostat.guard.gate import Gate
-from homeostat.guard.sequencer import Sequencer, nominal_route
+from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.seal import Sealer
+from homeostat.guard.sequencer import nominal_route
 from homeostat.links.clock import DeclaredClock
-from homeostat.recovery.release_check import TwinReleaseCheck
+from homeostat.links.virtual import Answered
+from homeostat.recovery.exchange import Exchange
+from homeostat.recovery.loop import Hook, Loop
+from homeostat.recovery.plant_rules import Bounds, PlantRules
+from homeostat.recovery.release_check import Check, ReleaseCheck
+from homeostat.recovery.shared_trace import SharedTrace
 from homeostat.recovery.supervisor import Supervisor
+from homeostat.recovery.worker import Worker
 from homeostat.stl.formula import parse
 from homeostat.trace import MemoryTrace
 from tests.agents.scripted import NoGraph, ScriptedMonitoring, ScriptedPlanning, ScriptedReprompting
-from tests.safety.world import CALM, DRAIN, HOT, TAGS, VENT
+from tests.safety.world import CALM, HOT, TAGS
 
 FULL, HALF, OFF = 0.03, 0.015, 0.0
 HORIZON = 100
@@ -44,7 +51,7 @@ def feed(value: float, target: str = "running") -> ActionSet:
 
 
 def _state(name: str, risk: int, settled: str, target: bool = True, initial: bool = False) -> State:
-    ranges = (SetpointRange("F.sp", 0.0, 0.05, FULL),)
+    ranges = (SetpointRange("F.sp", 0.0, 0.05, FULL), SetpointRange("V.man", 0.0, 1.0, None))
     return State(name, name, risk, initial, target, parse(settled, TAGS), frozenset(), ranges)
 
 
@@ -70,66 +77,56 @@ MACHINE = StateMachine(
     ),
 )  # fmt: skip
 LIMITS = Limits((HOT,), (CALM,))
+VENT = FallbackStrategy("vent", feed(OFF, "still"))
+DRAIN = FallbackStrategy("drain", replace(VENT.actions, commands=(*VENT.actions.commands, Command("V.man", 1.0, 0.2))))
 
 
 class LinePlant:
-    """Implements the plant's port: one snapshot per second, and it runs on while somebody thinks."""
+    """A link over the line: one sample per second, a lease, and it remembers what arrived on its wire."""
 
-    def __init__(
-        self, clock: Clock, end_s: float = 200.0, start: float = 300.0, heating: float = 0.1, level: float = 8.0,
-        sample: Callable[[Snapshot], tuple[Command, ...]] = lambda snapshot: (),
-    ) -> None:  # fmt: skip
-        """``sample``: what the basic control system commands after each snapshot."""
-        self._sample = sample
-        self._clock, self._end_s, self._heating, self._level = clock, end_s, heating, level
-        self._hot, self._feed, self._now_s, self._owed_s = start, FULL, 0.0, 0.0
-        self._snapshots: list[Snapshot] = []
+    def __init__(self, end_s: float = 200.0, start: float = 300.0, heating: float = 0.1, level: float = 8.0) -> None:
+        self._end_s, self._heating, self.level = end_s, heating, level
+        self._hot, self._accepted = start, {"F.sp": FULL, "V.man": None}
+        self.now_s = 0.0
+        self.readings: list[Snapshot] = []
         self.written: list[tuple[float, tuple[Command, ...]]] = []
         self.disturb: Callable[[float, dict[str, float]], None] = lambda at_s, values: None
         self.read_error: Exception | None = None
 
-    async def snapshots(self) -> AsyncIterator[Snapshot]:
-        given = 0
-        while True:
-            if given == len(self._snapshots):
-                if self._now_s >= self._end_s:
-                    return
-                self._second()
-            yield self._snapshots[given]
-            given += 1
+    @property
+    def ended(self) -> bool:
+        return self.now_s >= self._end_s
 
-    async def since(self, at_s: float) -> tuple[Snapshot, ...]:
-        if self.read_error is not None:
+    def advance(self) -> Snapshot:
+        self.now_s += 1.0
+        feed = self._accepted["F.sp"] or 0.0
+        self._hot += slope(self._heating, feed)
+        if self.read_error is not None and self.now_s >= 52.0:
             raise self.read_error
-        self._catch_up()
-        return tuple(s for s in self._snapshots if s.at_s > at_s) or (self._snapshots[-1],)
-
-    async def write(self, commands: tuple[Command, ...]) -> None:
-        self._catch_up()
-        self.written.append((self._now_s, commands))
-        self._command(commands)
-
-    def _command(self, commands: tuple[Command, ...]) -> None:
-        for command in commands:
-            if command.tag == "F.sp" and command.value is not None:
-                self._feed = command.value
-
-    def _catch_up(self) -> None:
-        self._owed_s += self._clock.collect_s()
-        while self._owed_s >= 1.0 and self._now_s < self._end_s:
-            self._owed_s -= 1.0
-            self._second()
-
-    def _second(self) -> None:
-        self._now_s += 1.0
-        self._hot += slope(self._heating, self._feed)
         values = {
-            "T": self._hot, "L": self._level, "F": self._feed, "T.sp": 300.0, "F.sp": self._feed, "L.sp": 8.0,
-            "V.man": math.nan,
+            "T": self._hot, "L": self.level, "F": feed, "T.sp": 300.0, "F.sp": feed, "L.sp": 8.0, "V.man": math.nan,
         }  # fmt: skip
-        self.disturb(self._now_s, values)
-        self._snapshots.append(Snapshot(self._now_s, values))
-        self._command(self._sample(self._snapshots[-1]))
+        self.disturb(self.now_s, values)
+        self.readings.append(Snapshot(self.now_s, values, accepted=dict(self._accepted)))
+        return self.readings[-1]
+
+    def take(self) -> LinePlant:
+        return self
+
+    def beat(self) -> None:
+        """Nothing sheds here."""
+
+    def give_back(self) -> None:
+        """Nothing sheds here."""
+
+    def send(self, commands: tuple[Command, ...]) -> Ticket:
+        self.written.append((self.now_s, commands))
+        self._accepted.update({c.tag: c.value for c in commands})
+        return Answered()
+
+    @property
+    def hottest(self) -> float:
+        return max(s.values["T"] for s in self.readings)
 
 
 def slope(heating: float, feed: float) -> float:
@@ -180,7 +177,7 @@ class LineTwin:
 
 @dataclass
 class Stage:
-    """Everything around a supervisor; a test changes what it is about."""
+    """A line with a guard and recovery beside it; a test changes what it is about."""
 
     action: Action
     planning: Planning | None = None
@@ -188,55 +185,82 @@ class Stage:
     clock: Clock = field(default_factory=lambda: DeclaredClock(1.0))
     reprompting: Reprompting = field(default_factory=ScriptedReprompting)
     attempts: int = 12
-    simulation: Simulation | None = None
     validation: Validation | None = None
     others: tuple[Proposer, ...] = ()
-    patience: Patience = field(default_factory=Patience)
-    budget: Budget = field(default_factory=Budget)
+    bounds: Bounds = field(default_factory=Bounds)
     heating: float = 0.1
     start: float = 300.0
     end_s: float = 120.0
     limits: Limits = LIMITS
     machine: StateMachine = MACHINE
+    mode: Mode = Mode.CLOSED_LOOP
+    check: Check | None = None
+    hook: Hook = lambda seen: None
 
     def __post_init__(self) -> None:
-        route = nominal_route(self.machine, {state.name: () for state in self.machine.states})
-        self.sequencer = Sequencer(self.machine, self.limits, route)
-        self.plant = LinePlant(self.clock, self.end_s, self.start, self.heating, sample=self.sequencer.sample)
+        self.plant = LinePlant(self.end_s, self.start, self.heating)
         self.twin = LineTwin(self.heating)
         self.trace = MemoryTrace()
-        self.rehearsal = TwinReleaseCheck(self.twin, self.limits, TAGS)  # type: ignore[arg-type]
-        self.gate = Gate(self.plant, self.limits, DRAIN, self.rehearsal, self.sequencer)
+        self.shared = SharedTrace(self.trace)
         self.planning = self.planning or ScriptedPlanning(self.machine, ("reduce",))
+        self.lost: list[str] = []
+        self.alarms: list[str] = []
+        self.guard = Guard(self._rules(), Attachment(self.shared, self.plant, self.mode, {"check": KEY}))
+        self.exchange = Exchange(self.clock, self.guard.mailbox.put, self.lost.append)
 
-    def supervisor(self) -> Supervisor:
-        """The wired supervisor."""
+    def run(self) -> Stage:
+        """Run the line to its end."""
+        worker = Worker(self.exchange, self._supervisor().supervise, self.alarms.append)
+        worker.start()
+        try:
+            Loop(self.guard, self.plant, self.exchange, self.hook).run_virtual()
+        finally:
+            self.ended = worker.join(2.0)
+            self.guard.stop("the run is over")
+        return self
+
+    def _rules(self) -> GuardRules:
+        route = nominal_route(self.machine, {state.name: () for state in self.machine.states})
+        never = parse("true", TAGS)
+        return GuardRules(
+            "line", TAGS, self.machine, self.limits,
+            {x.name: TripRule(x.name, 0.5, 3.0) for x in self.limits.hard},
+            {tag: QualityRule(tag, 5.0) for tag in ("T", "L", "F")},
+            {"F.sp": WriteRule("F.sp", 0.0005, 3.0), "V.man": WriteRule("V.man", 0.01, 3.0, automatic=True)},
+            (DRAIN, VENT), route,
+            StartUp(frozenset({"starting"}), {x.name: replace(x, formula=never) for x in self.limits.hard}),
+        )  # fmt: skip
+
+    def _supervisor(self) -> Supervisor:
         assert self.planning is not None
         crew = Crew(
             self.monitoring,
             (Proposer("scripted", self.planning, self.action, self.reprompting, self.attempts), *self.others),
-            self.simulation or TwinSimulation(self.twin, TAGS, self.limits),  # type: ignore[arg-type]
+            TwinSimulation(self.twin, TAGS, self.limits),  # type: ignore[arg-type]
             self.validation or LimitValidation(self.limits, TAGS),
             NoGraph(),  # type: ignore[arg-type]
         )
-        return Supervisor(
-            self.plant, self.clock, crew, self.gate, self.rehearsal, self.sequencer, self.machine, self.limits,
-            Production("F", FULL), (DRAIN, VENT), {"K": 2.0}, self.patience, self.budget, self.trace,
-        )  # fmt: skip
+        rules = PlantRules(self.machine, self.limits, Production("F", FULL), (DRAIN, VENT), {"K": 2.0})
+        check = self.check or ReleaseCheck(self.twin, self.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
+        return Supervisor(self.exchange, crew, rules, check, self.bounds, self.shared)
 
     @property
     def kinds(self) -> list[str]:
-        """The kinds of events in the trace, in order."""
-        return [entry.event.kind for entry in self.trace.entries]
+        """The kinds of events that recovery records, in order, and the states that were entered."""
+        return [entry.event.kind for entry in self.trace.entries if entry.event.kind in RECORDED]
 
 
+RECORDED = {
+    "state-entered", "noticed", "departed", "diagnosed", "fallback-armed", "attempted", "gave-up", "left-as-is",
+    "released", "release-refused",
+}  # fmt: skip
+KEY = b"a key that proposers do not have"
 GOOD, BAD = feed(HALF, "reduced"), feed(FULL, "reduced")
 """Half feed holds the temperature; full feed runs through the limit within the horizon."""
 
 
 def run(stage: Stage) -> Stage:
-    asyncio.run(stage.supervisor().supervise())
-    return stage
+    return stage.run()
 
 
 def monitoring(stage: Stage) -> ScriptedMonitoring:
@@ -245,5 +269,7 @@ def monitoring(stage: Stage) -> ScriptedMonitoring:
 
 
 def safe(stage: Stage) -> bool:
-    """The fallback has acted and nothing was written after it."""
-    return stage.gate.latched is not None and stage.plant.written[-1][1] == stage.gate.armed.actions.commands
+    """A fallback has acted and nothing was written after it."""
+    return stage.guard.latched is not None and stage.plant.written[-1][1] in (
+        DRAIN.actions.commands, VENT.actions.commands,
+    )  # fmt: skip

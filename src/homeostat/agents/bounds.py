@@ -16,6 +16,16 @@ class Budget:
     """Process time that is kept for the fallback to act [s]."""
     last_s: float = 4.0
     """Wall-clock time that is kept for the last proposer, which has never failed to answer in less [s]."""
+    diagnosis_s: float = 30.0
+    """Longest diagnosis; after it nothing counts as known [s]."""
+    arming_s: float = 30.0
+    """Longest look at what happens without action, and at each fallback [s]."""
+    check_s: float = 30.0
+    """Longest release check [s]."""
+    answer_s: float = 60.0
+    """Longest wait for the guard to write a request and to read it back [s]."""
+    person_s: float = 600.0
+    """Longest wait for a person's yes, where one is needed [s]."""
 
 
 @dataclass(frozen=True, slots=True)

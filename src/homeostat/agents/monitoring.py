@@ -13,7 +13,7 @@ from homeostat.domain.baseline import Baseline
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import LeftAlone, Outcome, Released
+from homeostat.domain.verdict import HandedOver, LeftAlone, Outcome, Released
 from homeostat.stl.formula import Formula
 from homeostat.twin.twin import Twin
 
@@ -113,6 +113,7 @@ class Monitoring:
     def follow(self, outcome: Outcome) -> None:
         """Take note of what was done: an expected transient is not a new fault, and reviews are scheduled."""
         self._first_s = None
+        self._stopped = isinstance(outcome, HandedOver)
         match outcome:
             case Released(at_s=at_s):
                 self._released_s = at_s
@@ -120,8 +121,8 @@ class Monitoring:
                 self._review_at_s = at_s + self._settings.review_s
             case LeftAlone(at_s=at_s):
                 self._review_at_s = at_s + self._settings.review_s
-            case _:
-                self._stopped = True
+            case HandedOver():
+                self._review_at_s = None
 
     def _update(self, snapshot: Snapshot) -> tuple[Symptom, ...]:
         """Confirmed symptoms; learns the plant's own means on the way."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import itertools
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
@@ -13,7 +12,7 @@ import numpy as np
 
 from homeostat.agents.planning import EVENT
 from homeostat.campaign.scenario import Scenario
-from homeostat.campaign.unattended import build_plant
+from homeostat.campaign.unattended import open_process, watch
 from homeostat.cases.case import Case
 from homeostat.domain.behaviour import State, Transition
 from homeostat.domain.limits import Limits
@@ -21,7 +20,6 @@ from homeostat.domain.plant_description import Relation
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step, open_setpoints
 from homeostat.domain.snapshot import Trajectory
 from homeostat.guard.sequencer import Sequencer
-from homeostat.links.clock import DeclaredClock
 
 LEVELS = 3
 """Values of each open command that are tried."""
@@ -87,15 +85,8 @@ def _ways(case: Case) -> Iterator[tuple[RecoveryPath, dict[str, float]]]:
 def _carry_out(case: Case, scenario: Scenario, path: RecoveryPath, values: Mapping[str, float]) -> Route:
     """Run the batch along ``path`` with nobody watching."""
     description, sequencer = case.description, executive_along(case, path, values)
-    plant = build_plant(case, scenario, DeclaredClock(0.0), sequencer)
-
-    async def watch() -> None:
-        async for _ in plant.snapshots():
-            if sequencer.state == path.target:
-                return
-
-    asyncio.run(watch())
-    complete = sequencer.state == path.target and inside(plant.truth(), description.limits)
+    process = watch(open_process(case, scenario), sequencer, lambda snapshot: sequencer.state == path.target)
+    complete = sequencer.state == path.target and inside(process.truth(), description.limits)
     at_s = sequencer.drain()[-1][1] if complete else None
     return Route(path, dict(values), at_s)
 

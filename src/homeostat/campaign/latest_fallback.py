@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import asyncio
+import math
 
 from homeostat.campaign.best_route import inside
 from homeostat.campaign.scenario import Scenario
-from homeostat.campaign.unattended import build_plant
+from homeostat.campaign.unattended import open_process, watch
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import fallbacks, new_sequencer
-from homeostat.domain.recovery import FallbackStrategy
-from homeostat.guard.gate import Gate
-from homeostat.links.clock import DeclaredClock
-from homeostat.recovery.release_check import TwinReleaseCheck
-from homeostat.twin.twin import Twin
+from homeostat.domain.recovery import Command, FallbackStrategy
+from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.sequencer import Sequencer
 
 
 def latest_fallback(case: Case, scenario: Scenario, longest_s: int = 60) -> int | None:
@@ -32,18 +30,20 @@ def latest_fallback(case: Case, scenario: Scenario, longest_s: int = 60) -> int 
 
 def _keeps(case: Case, scenario: Scenario, strategy: FallbackStrategy, at_s: float) -> bool:
     """Whether ``strategy`` keeps every hard limit and criterion to the end if it acts at ``at_s`` [s]."""
-    sequencer = new_sequencer(case)
-    plant = build_plant(case, scenario, DeclaredClock(0.0), sequencer)
-    description = case.description
-    twin = Twin(case.model, description, case.twin, scenario.seed)
-    rehearsal = TwinReleaseCheck(twin, description.limits, description.tags_by_name)
-    gate = Gate(plant, description.limits, fallbacks(case)[0], rehearsal, sequencer)
-    gate.arm(strategy)
+    process = watch(open_process(case, scenario), _FallingBack(new_sequencer(case), strategy, at_s))
+    return inside(process.truth(), case.description.limits)
 
-    async def watch() -> None:
-        async for snapshot in plant.snapshots():
-            if snapshot.at_s >= at_s and gate.latched is None:
-                await gate.fall_back("hindsight")
 
-    asyncio.run(watch())
-    return inside(plant.truth(), description.limits)
+class _FallingBack:
+    """Implements :class:`homeostat.campaign.unattended.BasicControl`: the recipe, and one strategy from a time on."""
+
+    def __init__(self, sequencer: Sequencer, strategy: FallbackStrategy, at_s: float) -> None:
+        self._sequencer, self._strategy, self._at_s = sequencer, strategy, at_s
+
+    def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:
+        """The recipe's commands, and once the strategy's instead."""
+        if snapshot.at_s < self._at_s:
+            return self._sequencer.sample(snapshot)
+        self._at_s = math.inf
+        self._sequencer.load(self._strategy.actions, snapshot.at_s, aborting=True)
+        return self._strategy.actions.commands

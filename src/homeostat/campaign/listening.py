@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from homeostat.guard.sequencer import Sequencer
 from homeostat.llm.model import LanguageModel, Question, Reply
 from homeostat.llm.tokens import estimate
 
@@ -32,9 +31,9 @@ class Said:
 class ListeningModel:
     """Implements :class:`homeostat.llm.model.LanguageModel` over another one, and keeps what it said."""
 
-    def __init__(self, model: LanguageModel, sequencer: Sequencer) -> None:
-        """``sequencer`` knows the state that the plant is in."""
-        self._model, self._sequencer = model, sequencer
+    def __init__(self, model: LanguageModel, state: Callable[[], str]) -> None:
+        """``state`` says which state the plant is in."""
+        self._model, self._state = model, state
         self.said: list[Said] = []
         """Every answer so far."""
 
@@ -50,7 +49,7 @@ class ListeningModel:
 
     async def ask(self, question: Question, within_s: float) -> Reply:
         """The other model's answer."""
-        state, answer, served = self._sequencer.state, "", ""
+        state, answer, served = self._state(), "", ""
         try:
             reply = await self._model.ask(question, within_s)
             answer, served = reply.answer, reply.served

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -17,18 +16,29 @@ from homeostat.campaign.listening import ListeningModel, Said
 from homeostat.campaign.most_probable import MostProbable, without_ensemble
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_at_end, outcome, production_loss
-from homeostat.campaign.unattended import Steered, Unattended, build_plant, fault_free, measured, watch
-from homeostat.campaign.watched import WatchedPlant, Watcher
+from homeostat.campaign.shown import Shown, Watcher
+from homeostat.campaign.unattended import Steered, fault_free, open_process, watch
 from homeostat.cases.case import Case
-from homeostat.cases.wiring import Language, Propose, Workbench, check_protocol, in_operation, new_sequencer, wire
+from homeostat.cases.wiring import (
+    Arrangement,
+    Language,
+    Propose,
+    Workbench,
+    check_protocol,
+    in_operation,
+    new_sequencer,
+    wire,
+)
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.guard_events import FellBack, StateEntered
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
 from homeostat.guard.sequencer import Sequencer
 from homeostat.links.clock import DeclaredClock, ThinkingClock
+from homeostat.links.simulated import SimulatedLink
+from homeostat.links.true_process import TrueProcess
 from homeostat.trace import MemoryTrace, Trace
-from homeostat.trace.archive import Archive
+from homeostat.trace.archive import Archive, NoArchive
 from homeostat.trace.decisions import Attempted, Diagnosed, Noticed, ReleasedActions
 from homeostat.trace.events import Event
 
@@ -143,11 +153,9 @@ def run_steered(
     begin, clock, trace = time.monotonic(), DeclaredClock(0.0), MemoryTrace()
     recorder = Recorder(clock)
     trace.subscribe(recorder)
-    plant = build_plant(case, scenario, clock, Steered(sequencer, at_s, commands))
-    asyncio.run(watch(WatchedPlant(plant)))
+    process = watch(open_process(case, scenario), Steered(sequencer, at_s, commands))
     _note_states(sequencer, trace)
-    healthy = fault_free(case, scenario.seed, scenario.end_s)
-    return _score(case, scenario, recorder, plant.truth(), measured(plant), healthy, 0.0, time.monotonic() - begin)
+    return _score(case, scenario, recorder, process, clock.total_s, time.monotonic() - begin)
 
 
 def _note_states(sequencer: Sequencer, trace: Trace) -> None:
@@ -182,25 +190,23 @@ def run(
     trace = trace or MemoryTrace()
     recorder = Recorder(clock, conditions.protocol is AskingProtocol.PER_STEP)
     trace.subscribe(recorder)
-    sequencer = new_sequencer(case, conditions.protocol)
-    plant = build_plant(case, scenario, clock, sequencer)
-    watched = WatchedPlant(plant, watcher)
-    listening = ListeningModel(language.model, sequencer) if language else None
-    if language and listening:
-        language = replace(language, model=listening)
+    process, shown = open_process(case, scenario), Shown(case.description.machine.initial.name, watcher)
+    listening = ListeningModel(language.model, lambda: shown.state) if language else None
     if propose is None:
-        asyncio.run(watch(watched))
+        sequencer = new_sequencer(case)
+        watch(process, sequencer, shown.sampled)
         _note_states(sequencer, trace)
     else:
-        supervisor = wire(
-            _known(known or case, conditions), watched, sequencer, clock, trace, scenario.seed, budget, archive,
-            language, conditions.protocol, _informed(case, scenario, conditions), _once(propose, conditions),
+        arrangement = Arrangement(
+            budget=budget or Budget(), archive=archive or NoArchive(),
+            language=replace(language, model=listening) if language and listening else None,
+            protocol=conditions.protocol, given=_informed(case, scenario, conditions),
+            propose=_once(propose, conditions),
         )  # fmt: skip
-        asyncio.run(supervisor.supervise())
-    truth = plant.truth()
-    healthy, readings = fault_free(case, scenario.seed, scenario.end_s), measured(plant)
-    wall_s = time.monotonic() - begin
-    result = _score(case, scenario, recorder, truth, readings, healthy, clock.total_s, wall_s)
+        link = SimulatedLink(process)
+        assembly = wire(_known(known or case, conditions), link, clock, trace, scenario.seed, arrangement)
+        assembly.run(link.source, shown)
+    result = _score(case, scenario, recorder, process, clock.total_s, time.monotonic() - begin)
     return replace(result, said=tuple(listening.said)) if listening else result
 
 
@@ -238,10 +244,10 @@ def _completion_s(case: Case, states: Sequence[tuple[str, float]]) -> float | No
 
 
 def _score(
-    case: Case, scenario: Scenario, seen: Recorder, truth: Trajectory, readings: Trajectory, healthy: Unattended,
-    thinking_s: float, wall_s: float,
-) -> RunResult:  # fmt: skip
-    limits = case.description.limits
+    case: Case, scenario: Scenario, seen: Recorder, process: TrueProcess, thinking_s: float, wall_s: float
+) -> RunResult:
+    limits, truth, readings = case.description.limits, process.truth(), process.measured()
+    healthy = fault_free(case, scenario.seed, scenario.end_s)
     # A report before the onset is a false alarm, not a detection.
     onset = scenario.onset_s
     reports = [t for t, _ in seen.diagnosed if onset is None or t >= onset]

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-
 from homeostat.campaign.scenario import Scenario
-from homeostat.campaign.watched import WatchedPlant
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import new_sequencer
-from homeostat.domain.ports import Clock
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.guard.sequencer import Sequencer
-from homeostat.links.clock import DeclaredClock
-from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
+from homeostat.links.simulated import PlantConfiguration, SimulatedLink
+from homeostat.links.true_process import TrueProcess
 from homeostat.process.seeds import Stream, noise_seed
 
 MOST = 32
@@ -45,7 +41,7 @@ class BasicControl(Protocol):
 
 
 class Steered:
-    """Implements :class:`BasicControl` over an sequencer, and gives commands of its own once: what hindsight tries."""
+    """Implements :class:`BasicControl` over a sequencer, and gives commands of its own once: what hindsight tries."""
 
     def __init__(self, sequencer: Sequencer, at_s: float, commands: tuple[Command, ...]) -> None:
         """``commands`` are given after the first snapshot at ``at_s`` [s] or later."""
@@ -60,13 +56,24 @@ class Steered:
         return (*own, *given)
 
 
-def build_plant(case: Case, scenario: Scenario, clock: Clock, basic: BasicControl) -> SimulatedPlant:
-    """The plant of a scenario: its own true parameters, its faults, its noise; ``basic`` runs its batch."""
+def open_process(case: Case, scenario: Scenario) -> TrueProcess:
+    """The true process of a scenario: its own true parameters, its faults, its noise."""
     configuration = PlantConfiguration(
         parameters=case.true_parameters(scenario.seed), inputs=case.start, faults=scenario.faults,
         end_s=scenario.end_s, noise_seed=noise_seed(scenario.seed, Stream.TRUTH_NOISE),
     )  # fmt: skip
-    return SimulatedPlant(case.model, case.description.variables, configuration, clock, basic.sample)
+    return TrueProcess(case.model, case.description.variables, configuration)
+
+
+def watch(
+    process: TrueProcess, basic: BasicControl, until: Callable[[Snapshot], bool] = lambda snapshot: False
+) -> TrueProcess:
+    """Let ``process`` run to its end, or ``until`` that holds, commanded by ``basic`` alone."""
+    link = SimulatedLink(process, recipe=basic.sample)
+    while not link.ended:
+        if until(link.advance()):
+            break
+    return process
 
 
 def run_unattended(case: Case, scenario: Scenario) -> Trajectory:
@@ -77,9 +84,8 @@ def run_unattended(case: Case, scenario: Scenario) -> Trajectory:
 def unattended(case: Case, scenario: Scenario) -> Unattended:
     """A scenario in which nobody acts."""
     sequencer = new_sequencer(case)
-    plant = build_plant(case, scenario, DeclaredClock(0.0), sequencer)
-    asyncio.run(watch(WatchedPlant(plant)))
-    return Unattended(plant.truth(), tuple(sequencer.drain()))
+    process = watch(open_process(case, scenario), sequencer)
+    return Unattended(process.truth(), tuple(sequencer.drain()))
 
 
 def fault_free(case: Case, seed: int, end_s: float) -> Unattended:
@@ -90,16 +96,3 @@ def fault_free(case: Case, seed: int, end_s: float) -> Unattended:
         if len(_healthy) > MOST:
             _healthy.popitem(last=False)
     return _healthy[key][1]
-
-
-async def watch(plant: WatchedPlant) -> None:
-    """Let ``plant`` run to its end."""
-    async for _ in plant.snapshots():
-        pass
-
-
-def measured(plant: SimulatedPlant) -> Trajectory:
-    """What the instruments said over a run that has ended."""
-    snapshots = asyncio.run(plant.since(0.0))
-    signals = {tag: np.array([[s.values[tag] for s in snapshots]]) for tag in snapshots[0].values}
-    return Trajectory(start_s=snapshots[0].at_s, dt_s=1.0, signals=signals)

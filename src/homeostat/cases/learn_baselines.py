@@ -5,7 +5,6 @@ Every run has its own true parameters, so the reference knows how much healthy p
 
 from __future__ import annotations
 
-import asyncio
 import sys
 
 import numpy as np
@@ -18,8 +17,8 @@ from homeostat.cases.folder import BASELINES
 from homeostat.cases.generated import baseline_sources
 from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.baseline import Baseline
-from homeostat.links.clock import DeclaredClock
-from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
+from homeostat.links.simulated import PlantConfiguration, SimulatedLink
+from homeostat.links.true_process import TrueProcess
 from homeostat.process.seeds import Stream, noise_seed
 from homeostat.trace.files import write_whole
 
@@ -33,23 +32,19 @@ def feature_values(case: Case, seed: int) -> NDArray[np.float64]:
     """Feature values of one fault-free run once it has settled, shape (times, features)."""
     noise = noise_seed(seed, Stream.TRUTH_NOISE)
     configuration = PlantConfiguration(case.true_parameters(seed), case.start, (), case.end_s, noise)
-    plant = SimulatedPlant(
-        case.model, case.description.variables, configuration, DeclaredClock(0.0), new_sequencer(case).sample
-    )
+    process = TrueProcess(case.model, case.description.variables, configuration, record=False)
+    link = SimulatedLink(process, recipe=new_sequencer(case).sample)
     filters = [FeatureFilter(f) for f in case.description.features]
     settle_s = case.monitoring.settle_s
     rows: list[list[float]] = []
-
-    async def watch() -> None:
-        started: float | None = None
-        async for snapshot in plant.snapshots():
-            values = [f.update(snapshot) for f in filters]
-            if started is None and case.started.holds(snapshot.values):
-                started = snapshot.at_s
-            if started is not None and snapshot.at_s - started >= settle_s and None not in values:
-                rows.append([v for v in values if v is not None])
-
-    asyncio.run(watch())
+    started: float | None = None
+    while not link.ended:
+        snapshot = link.advance()
+        values = [f.update(snapshot) for f in filters]
+        if started is None and case.started.holds(snapshot.values):
+            started = snapshot.at_s
+        if started is not None and snapshot.at_s - started >= settle_s and None not in values:
+            rows.append([v for v in values if v is not None])
     return np.array(rows)
 
 

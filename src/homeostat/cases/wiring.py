@@ -1,10 +1,10 @@
-"""Wiring: from a case and a plant to a supervisor with its crew and its gate."""
+"""Wiring: from a case and a plant's lease to a guard, and recovery in a thread beside it."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from homeostat.agents.action import SearchAction
@@ -23,17 +23,28 @@ from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.cases.case import Case
 from homeostat.cases.error import CaseError
+from homeostat.cases.guard_defaults import qualities, start_up, trips, writables
+from homeostat.domain.alarm import Priority
+from homeostat.domain.guard_events import AlarmRaised
+from homeostat.domain.mode import Mode
 from homeostat.domain.plant_description import PlantDescription
-from homeostat.domain.ports import Clock, Plant
-from homeostat.domain.recovery import Command, FallbackStrategy
-from homeostat.guard.gate import Gate
+from homeostat.domain.ports import Clock, Lease, Source
+from homeostat.domain.recovery import Command, FallbackStrategy, Step
+from homeostat.domain.rules import GuardRules
+from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.seal import Sealer, new_key
 from homeostat.guard.sequencer import Sequencer, nominal_route, what_follows
 from homeostat.llm.address import KEY_VARIABLES
 from homeostat.llm.model import LanguageModel
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.secrets import Secrets
-from homeostat.recovery.release_check import TwinReleaseCheck
+from homeostat.recovery.exchange import Exchange, ExchangeSettings
+from homeostat.recovery.loop import Hook, Loop
+from homeostat.recovery.plant_rules import Bounds, PlantRules
+from homeostat.recovery.release_check import ReleaseCheck
+from homeostat.recovery.shared_trace import SharedTrace
 from homeostat.recovery.supervisor import Supervisor
+from homeostat.recovery.worker import Worker
 from homeostat.trace import Trace
 from homeostat.trace.archive import Archive, NoArchive
 from homeostat.twin.twin import Twin
@@ -112,11 +123,15 @@ def in_operation(bench: Workbench) -> tuple[Proposer, ...]:
     return (bench.searching(),) if bench.language is None else (bench.speaking(), bench.searching())
 
 
-def new_sequencer(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> Sequencer:
-    """The sequencer of ``case`` before its first sample, with the nominal route unless every step is asked for."""
+def new_sequencer(case: Case) -> Sequencer:
+    """The sequencer of ``case`` before its first sample, with the nominal route: its recipe by design."""
+    return Sequencer(case.description.machine, case.description.limits, nominal(case))
+
+
+def nominal(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> tuple[Step, ...]:
+    """What follows from the initial state by itself; nothing where every step is asked for."""
     d = case.description
-    nominal = nominal_route(d.machine, _by_design(d)) if protocol is AskingProtocol.ROUTE else ()
-    return Sequencer(d.machine, d.limits, nominal)
+    return nominal_route(d.machine, _by_design(d)) if protocol is AskingProtocol.ROUTE else ()
 
 
 def check_protocol(case: Case, protocol: AskingProtocol) -> None:
@@ -145,39 +160,117 @@ def _by_design(plant: PlantDescription) -> dict[str, tuple[Command, ...]]:
     return {state.name: design_commands(state, plant.tags_by_name) for state in plant.machine.states}
 
 
-def wire(
-    case: Case, plant: Plant, sequencer: Sequencer, clock: Clock, trace: Trace, seed: int,
-    budget: Budget | None = None, archive: Archive | None = None, language: Language | None = None,
-    protocol: AskingProtocol = AskingProtocol.ROUTE, given: Callable[[MonitoringRole], MonitoringRole] | None = None,
-    propose: Propose = in_operation,
-) -> Supervisor:  # fmt: skip
-    """A supervisor for ``plant``; ``seed`` seeds the twin's draws and is the run's.
+ISSUER = "release-check"
+"""Name in which the release check seals requests."""
+BUSY_S = 600.0
+"""Longest that recovery may hold a plant that stands while it thinks, wall-clock [s]."""
+END_S = 5.0
+"""Longest wait for recovery to end when a run is over, wall-clock [s]."""
 
-    ``sequencer`` is the one that ``plant`` asks after each snapshot.
 
-    ``archive`` keeps what graph and models were asked and answered; ``language`` proposes first where it is given.
-    ``given`` puts another monitoring in front of the case's, for studies that take the diagnosis from elsewhere;
-    ``propose`` makes other proposers than those of operation, for studies that compare them.
-    """
+@dataclass(frozen=True, slots=True)
+class Arrangement:
+    """How a run is arranged; by default as a plant is operated."""
+
+    mode: Mode = Mode.CLOSED_LOOP
+    """Mode in which the guard begins."""
+    budget: Budget = field(default_factory=Budget)
+    """What one recovery may take."""
+    archive: Archive = field(default_factory=NoArchive)
+    """Keeps what graph and models were asked and answered."""
+    language: Language | None = None
+    """Proposes first where it is given."""
+    protocol: AskingProtocol = AskingProtocol.ROUTE
+    """When proposers are asked."""
+    given: Callable[[MonitoringRole], MonitoringRole] | None = None
+    """Puts another monitoring in front of the case's, for studies that take the diagnosis from elsewhere."""
+    propose: Propose = in_operation
+    """Makes the proposers, for studies that compare them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Assembly:
+    """A guard with recovery beside it."""
+
+    guard: Guard
+    """Decides."""
+    exchange: Exchange
+    """Where the two meet."""
+    worker: Worker
+    """Runs recovery."""
+
+    def run(self, source: Source, hook: Hook = lambda seen: None, scale: float | None = None) -> None:
+        """Go on until ``source`` ends, in virtual time, or at ``scale`` process seconds per wall-clock second.
+
+        ``hook`` is shown every observation. Raises ProcessError where a simulated plant leaves the physical world.
+        """
+        loop = Loop(self.guard, source, self.exchange, hook)
+        reason = "the run was interrupted"
+        self.worker.start()
+        try:
+            loop.run_virtual() if scale is None else loop.run_paced(scale)
+            reason = "the run is over"
+        finally:
+            self.worker.join(END_S)
+            self.guard.stop(reason)
+
+
+def guard_rules(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> GuardRules:
+    """What the guard knows of ``case``: all of it from the tables."""
     d = case.description
+    return GuardRules(
+        plant=case.name, tags=d.tags_by_name, machine=d.machine, limits=d.limits, trips=trips(d),
+        qualities=qualities(d), writables=writables(d), fallbacks=fallbacks(case), nominal=nominal(case, protocol),
+        start_up=start_up(d),
+    )  # fmt: skip
+
+
+def wire(
+    case: Case, lease: Lease | None, clock: Clock, trace: Trace, seed: int, arrangement: Arrangement = Arrangement()
+) -> Assembly:
+    """A guard for the plant behind ``lease``, and recovery beside it; ``seed`` seeds the twin's draws, as the run's."""
+    rules, key, shared = guard_rules(case, arrangement.protocol), new_key(), SharedTrace(trace)
+    guard = Guard(rules, Attachment(shared, lease, arrangement.mode, {ISSUER: key}))
+    alarm = _Alarm(shared)
+    patience_s = BUSY_S if clock.measured else clock.wall_s(0.0)
+    exchange = Exchange(clock, guard.mailbox.put, alarm.lost, ExchangeSettings(patience_s=patience_s))
+    supervisor = _supervisor(case, exchange, shared, seed, arrangement, rules, Sealer(ISSUER, key))
+    return Assembly(guard, exchange, Worker(exchange, supervisor.supervise, alarm.failed))
+
+
+class _Alarm:
+    """Calls a person where recovery itself is broken."""
+
+    def __init__(self, trace: SharedTrace) -> None:
+        self._trace = trace
+
+    def lost(self, cause: str) -> None:
+        """Recovery goes on no more."""
+        self._trace.record(AlarmRaised("recovery:lost", cause, Priority.HIGH), self._trace.last_s)
+
+    def failed(self, cause: str) -> None:
+        """Recovery had a bug and begins again."""
+        self._trace.record(AlarmRaised("recovery:failed", cause, Priority.HIGH), self._trace.last_s)
+
+
+def _supervisor(
+    case: Case, exchange: Exchange, trace: SharedTrace, seed: int, arrangement: Arrangement, rules: GuardRules,
+    sealer: Sealer,
+) -> Supervisor:  # fmt: skip
+    d, tags, archive = case.description, case.description.tags_by_name, arrangement.archive
     twin = Twin(case.model, d, case.twin, seed)
-    tags = d.tags_by_name
-    archive = archive or NoArchive()
     grounding = Grounding(case.graph, case.namespace, archive)
-    rehearsal = TwinReleaseCheck(twin, d.limits, tags)
     simulation = TwinSimulation(twin, tags, d.limits)
-    bench = Workbench(case, twin, grounding, simulation, trace, archive, protocol, language)
-    monitoring = Monitoring(twin, grounding, d, case.baselines, case.started, case.monitoring)
+    bench = Workbench(case, twin, grounding, simulation, trace, archive, arrangement.protocol, arrangement.language)
+    monitoring: MonitoringRole = Monitoring(twin, grounding, d, case.baselines, case.started, case.monitoring)
     crew = Crew(
-        monitoring=given(monitoring) if given else monitoring,
-        proposers=propose(bench),
+        monitoring=arrangement.given(monitoring) if arrangement.given else monitoring,
+        proposers=arrangement.propose(bench),
         simulation=simulation,
         validation=LimitValidation(d.limits, tags),
         grounding=grounding,
     )
-    strategies = fallbacks(case)
-    gate = Gate(plant, d.limits, strategies[0], rehearsal, sequencer)
-    return Supervisor(
-        plant, clock, crew, gate, rehearsal, sequencer, d.machine, d.limits, case.production, strategies,
-        d.scales, case.patience, budget or Budget(), trace, protocol is AskingProtocol.PER_STEP,
-    )  # fmt: skip
+    known = PlantRules(d.machine, d.limits, case.production, rules.fallbacks, d.scales)
+    check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration)
+    bounds = Bounds(arrangement.budget, case.patience, arrangement.protocol is AskingProtocol.PER_STEP)
+    return Supervisor(exchange, crew, known, check, bounds, trace)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
-from typing import ClassVar, Protocol
+from collections.abc import AsyncIterator, Coroutine
+from typing import Any, ClassVar, Protocol
 
+from homeostat.domain.observation import Message, Observation
 from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.request import Answer, Request
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Verdict
 
@@ -28,6 +30,9 @@ class Plant(Protocol):
 
 class Clock(Protocol):
     """Process time that passes while agents think."""
+
+    measured: bool
+    """Whether it charges as the wall clock runs; else a stretch of thinking costs what was declared."""
 
     def start(self) -> None:
         """Thinking begins."""
@@ -108,4 +113,50 @@ class Lease(Protocol):
 
     def give_back(self) -> None:
         """Stop the heartbeat; the plant's own control carries on."""
+        ...
+
+
+class Source(Protocol):
+    """The reading side of a link: one sample per tick, or none."""
+
+    @property
+    def now_s(self) -> float:
+        """Process time of the last tick [s]."""
+        ...
+
+    @property
+    def ended(self) -> bool:
+        """Whether there is no further tick."""
+        ...
+
+    def advance(self) -> Snapshot | None:
+        """Go on by one tick; its sample, or None where none came; may raise."""
+        ...
+
+
+class Desk(Protocol):
+    """Where recovery sits: observations come in, messages go out, and thinking is charged."""
+
+    async def next(self) -> Observation | None:
+        """The next observation, each one once and in order; None when there is no further one."""
+        ...
+
+    async def since(self, at_s: float) -> tuple[Observation, ...]:
+        """Every observation after process time ``at_s``, at least the freshest; charged thinking time passes first."""
+        ...
+
+    def put(self, message: Message) -> None:
+        """Send ``message`` to the guard; what was overtaken sends nothing."""
+        ...
+
+    async def ask(self, request: Request, within_s: float) -> Answer:
+        """The final answer to ``request``, which is withdrawn after ``within_s`` [s]; TimeoutError where none comes."""
+        ...
+
+    async def think(self, work: Coroutine[Any, Any, None]) -> bool:
+        """Do ``work`` as charged thinking; whether it came to its end before something overtook it."""
+        ...
+
+    def wall_s(self, process_s: float) -> float:
+        """Wall-clock seconds after which thinking that may take ``process_s`` is cut off [s]."""
         ...

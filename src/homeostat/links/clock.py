@@ -12,6 +12,9 @@ PATIENCE_S = 600.0
 class ThinkingClock:
     """Wall-clock seconds of thinking times a scale are process seconds."""
 
+    measured = True
+    """It charges as the wall clock runs."""
+
     def __init__(self, scale: float = 1.0) -> None:
         """``scale``: process seconds per wall-clock second of thinking; 0 stops the plant while agents think."""
         if not (math.isfinite(scale) and scale >= 0.0):
@@ -56,6 +59,9 @@ class ThinkingClock:
 
 class DeclaredClock:
     """Every stretch of thinking costs the same declared process time: runs are bit-identical on any machine."""
+
+    measured = False
+    """It charges the same however long thinking takes."""
 
     def __init__(self, cost_s: float = 1.0, wall_limit_s: float = PATIENCE_S) -> None:
         """``cost_s``: process seconds that each stretch of thinking takes [s].

@@ -1,4 +1,4 @@
-"""Safe-state strategies: chosen by their margins on the twin, before anything is proposed."""
+"""Arming: the fallbacks ranked by their margins on the twin, before anything is proposed."""
 
 from __future__ import annotations
 
@@ -6,9 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from homeostat.agents.checks import judge_safety
+from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.limits import Limits
+from homeostat.domain.observation import Arm, Correction
 from homeostat.domain.recovery import FallbackStrategy
-from homeostat.domain.verdict import Finding, Rollout, Verdict
+from homeostat.domain.verdict import Approve, Finding, Rollout, Verdict
+from homeostat.recovery.deadline import act_by_s, deadline_s
+from homeostat.recovery.plant_rules import Bounds, PlantRules
+from homeostat.recovery.scene import Scene
+from homeostat.trace.decisions import FallbackArmed
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,11 +31,64 @@ class ValidatedFallback:
         """One finding per protecting criterion."""
         return self.verdict.findings
 
+    @property
+    def margin(self) -> float:
+        """Least margin, each criterion in its own unit."""
+        return min((f.margin for f in self.findings), default=float("inf"))
 
-def choose(rollouts: Sequence[tuple[FallbackStrategy, Rollout]], limits: Limits) -> ValidatedFallback:
-    """The strategy with the largest least margin; of equals the first in table order.
 
-    A fallback is chosen even if none is approved: it is the least harmful thing that is known.
+def rank(rollouts: Sequence[tuple[FallbackStrategy, Rollout]], limits: Limits) -> tuple[ValidatedFallback, ...]:
+    """The strategies, that with the largest least margin first; of equals the first in table order.
+
+    Those that are not approved are ranked as well: the best of them is the least harmful thing that is known.
     """
     judged = [ValidatedFallback(s, judge_safety(s.actions, r, limits)) for s, r in rollouts]
-    return max(judged, key=lambda v: min((f.margin for f in v.findings), default=float("inf")))
+    return tuple(sorted(judged, key=lambda v: -v.margin))
+
+
+class Arming:
+    """Tells the guard which fallback acts first, and until when something must have been done."""
+
+    def __init__(self, scene: Scene, rules: PlantRules, bounds: Bounds) -> None:
+        """``rules`` hold the strategies in table order."""
+        self._scene, self._rules, self._budget = scene, rules, bounds.budget
+        self._armed = Arm(())
+
+    async def arm(self, diagnosis: Diagnosis, idle: Rollout) -> float:
+        """Arm the best fallback under ``diagnosis``; the thinking time that is left then [s].
+
+        Where the rollouts are late, the strategies stay in the order of the tables.
+        """
+        scene, budget, limits = self._scene, self._budget, self._rules.limits
+        scene.desk.put(Correction(scene.crew.simulation.instrument_errors(diagnosis)))
+        left_s = deadline_s(idle, limits, budget.latency_s, budget.reserve_s)
+        by_s = act_by_s(idle, limits, scene.seen_s, budget.reserve_s)
+        try:
+            ranked = await scene.within("arming the fallback", budget.arming_s, self._ranked(diagnosis))
+        except TimeoutError as late:
+            scene.alarm("arming", f"{late}; {self._rules.fallbacks[0].name!r} acts first, as in the tables")
+            self._send(Arm((), by_s))
+            return left_s
+        self._send(Arm(tuple(v.strategy.name for v in ranked), by_s))
+        best = ranked[0]
+        approved = isinstance(best.verdict, Approve)
+        scene.record(FallbackArmed(best.strategy.name, approved, best.findings, left_s))
+        return left_s
+
+    def as_in_tables(self) -> None:
+        """Nothing is known: the first fallback of the tables is to act first."""
+        self._send(Arm(()))
+
+    def relax(self) -> None:
+        """Recovery has done what it can: nothing need act by itself any more."""
+        if self._armed.act_by_s is not None:
+            self._send(Arm(self._armed.strategies))
+
+    async def _ranked(self, diagnosis: Diagnosis) -> tuple[ValidatedFallback, ...]:
+        simulation = self._scene.crew.simulation
+        rollouts = [(s, await simulation.roll_out(diagnosis, s.actions)) for s in self._rules.fallbacks]
+        return rank(rollouts, self._rules.limits)
+
+    def _send(self, arm: Arm) -> None:
+        self._armed = arm
+        self._scene.desk.put(arm)

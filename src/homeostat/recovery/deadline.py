@@ -14,21 +14,31 @@ SHORTEST_S = 1.0
 
 
 def deadline_s(idle: Rollout, limits: Limits, latency_s: float, reserve_s: float) -> float:
-    """Thinking time: ``latency_s``, or what is left before the first hard limit breaks without action [s].
+    """Thinking time: ``latency_s``, or what is left before the first hard limit is violated without action [s].
 
     ``idle``: what happens without action; ``reserve_s``: what is kept for the fallback to act [s].
     """
-    return min(latency_s, max(first_broken_s(idle, limits) - reserve_s, SHORTEST_S))
+    return min(latency_s, max(first_violated_s(idle, limits) - reserve_s, SHORTEST_S))
 
 
-def first_broken_s(idle: Rollout, limits: Limits) -> float:
-    """Process time until a hard limit breaks in any member; at once where the twin cannot say [s]."""
+def act_by_s(idle: Rollout, limits: Limits, now_s: float, reserve_s: float) -> float | None:
+    """Process time by which something must be done, ``reserve_s`` before a hard limit is violated without it [s].
+
+    None where none is violated. The shortest thinking and ``reserve_s`` for the guard to write are left in any case:
+    a limit that is violated meanwhile trips by itself.
+    """
+    first_s = first_violated_s(idle, limits)
+    return None if math.isinf(first_s) else now_s + max(first_s - reserve_s, SHORTEST_S + reserve_s)
+
+
+def first_violated_s(idle: Rollout, limits: Limits) -> float:
+    """Process time until a hard limit is violated in any member; at once where the twin cannot say [s]."""
     if idle.result is not RolloutResult.COMPLETED:
         return 0.0
     first = math.inf
     for limit in limits.hard:
         margins = limit.formula.margins(idle.trajectory.signals, idle.trajectory.dt_s)
-        broken = np.flatnonzero(~(margins >= 0.0).all(axis=0))  # undecided is not kept
-        if broken.size:
-            first = min(first, float(broken[0]) * idle.trajectory.dt_s)
+        violated = np.flatnonzero(~(margins >= 0.0).all(axis=0))  # undecided is not kept
+        if violated.size:
+            first = min(first, float(violated[0]) * idle.trajectory.dt_s)
     return first

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import Step
 from homeostat.domain.verdict import Departure, Rollout, StepBand
-from homeostat.guard.sequencer import Sequencer
 
 
 class ProgressMonitor:
@@ -42,18 +42,16 @@ class ProgressMonitor:
                 text = f"{state!r} is entered at {at_s:.0f} s, {band.earliest_s - at_s:.0f} s before the earliest"
                 self._early = Departure(step.transition.name, band.earliest_s, band.latest_s, f"{text} prediction")
 
-    def departs(self, sequencer: Sequencer, at_s: float) -> Departure | None:
-        """What calls for attention at ``at_s`` [s]; None where all is as expected, or it was called not long ago."""
-        waiting = sequencer.rest().then
+    def departs(self, seen: Observation) -> Departure | None:
+        """What calls for attention in ``seen``; None where all is as expected, or it was called not long ago."""
+        waiting, at_s = seen.rest.then, seen.now_s
         if not waiting or self.lacks(waiting) or not self._bands:
             return self._called(self._early, at_s)
-        if sequencer.refused is None:
+        if seen.refused is None:
             self._forbidden_s = None
         elif self._forbidden_s is None:
             self._forbidden_s = at_s
-        return self._called(
-            self._forbidden(sequencer, waiting[0], at_s) or self._late(sequencer, waiting, at_s) or self._early, at_s
-        )
+        return self._called(self._forbidden(seen, waiting[0]) or self._late(seen, waiting) or self._early, at_s)
 
     def _called(self, found: Departure | None, at_s: float) -> Departure | None:
         """``found``, unless there was a call not long ago."""
@@ -65,19 +63,19 @@ class ProgressMonitor:
     def _band(self, waiting: Sequence[Step]) -> StepBand:
         return self._bands[len(self._steps) - len(waiting)]
 
-    def _forbidden(self, sequencer: Sequencer, step: Step, at_s: float) -> Departure | None:
+    def _forbidden(self, seen: Observation, step: Step) -> Departure | None:
         """Why the next step has been forbidden for longer than the slack."""
-        if self._forbidden_s is None or at_s - self._forbidden_s < self._slack_s:
+        if self._forbidden_s is None or seen.now_s - self._forbidden_s < self._slack_s:
             return None
-        band = self._band(sequencer.rest().then)
-        text = f"{step.target!r} is due and forbidden since {self._forbidden_s:.0f} s: {sequencer.refused}"
+        band = self._band(seen.rest.then)
+        text = f"{step.target!r} is due and forbidden since {self._forbidden_s:.0f} s: {seen.refused}"
         return Departure(step.transition.name, band.earliest_s, band.latest_s, text)
 
-    def _late(self, sequencer: Sequencer, waiting: Sequence[Step], at_s: float) -> Departure | None:
+    def _late(self, seen: Observation, waiting: Sequence[Step]) -> Departure | None:
         """By how much the next step is later than any member of the prediction took it."""
         band, step = self._band(waiting), waiting[0]
-        if at_s <= band.latest_s + self._slack_s:
+        if seen.now_s <= band.latest_s + self._slack_s:
             return None
-        what = f"{step.transition.guard.text!r} does not hold" if sequencer.refused is None else sequencer.refused
-        text = f"{what} at {at_s:.0f} s, predicted by {band.latest_s:.0f} s"
+        what = f"{step.transition.guard.text!r} does not hold" if seen.refused is None else seen.refused
+        text = f"{what} at {seen.now_s:.0f} s, predicted by {band.latest_s:.0f} s"
         return Departure(step.transition.name, band.earliest_s, band.latest_s, text)

@@ -1,43 +1,94 @@
-"""Rehearsal: the approved rollout, repeated from a fresh snapshot just before release."""
+"""Release check: the approved rollout, repeated from fresh readings; what passes is sealed for the guard."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
 
 from homeostat.agents.checks import judge
+from homeostat.agents.crew import Approved
 from homeostat.agents.simulation import plausible
-from homeostat.domain.behaviour import State
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.limits import Limits
-from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.recovery import ActionSet
+from homeostat.domain.request import Request, Seal
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.tag import Tag
-from homeostat.domain.verdict import Rollout, Verdict
+from homeostat.domain.verdict import Approve, Rollout, Verdict
 from homeostat.twin.twin import Twin
 
+UNSEALED = Seal("", 0.0, 0.0, "", "")
+"""Stands in a request that was not sealed yet."""
 
-class TwinReleaseCheck:
-    """Implements :class:`homeostat.domain.ports.Rehearsal` over the twin."""
+SealRequest = Callable[[Request, float], Request]
+"""Seals a request in the name of a check that knew the plant up to a process time [s]."""
 
-    def __init__(self, twin: Twin, limits: Limits, tags: Mapping[str, Tag]) -> None:
-        """The same twin and limits as simulation and validation use."""
+
+class Check(Protocol):
+    """What stands between an approval and the guard."""
+
+    def check(self, fresh: Sequence[Snapshot], found: Approved, diagnosis: Diagnosis) -> Checked:
+        """Judge ``found`` once more after the ``fresh`` snapshots, under ``diagnosis``."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What the release check says."""
+
+    verdict: Verdict
+    """Its judgement."""
+    rollout: Rollout
+    """The rollout that was judged."""
+    request: Request | None
+    """The sealed request; None where the verdict is no approval."""
+
+
+class ReleaseCheck:
+    """Implements :class:`Check` over the twin; the only one that can seal."""
+
+    def __init__(
+        self, twin: Twin, limits: Limits, tags: Mapping[str, Tag], seal: SealRequest, configuration: str = ""
+    ) -> None:
+        """The same twin and limits as simulation and validation use; ``configuration`` is the digest of the plant's."""
         self._twin, self._limits, self._tags = twin, limits, tags
-        self._diagnosis: Diagnosis | None = None
-        self._target: State | None = None
-        self._path: RecoveryPath | None = None
-        self.last: Rollout | None = None
-        """The last rollout that was judged; None before the first."""
+        self._seal, self._configuration = seal, configuration
+        self._count = 0
 
-    def prepare(self, diagnosis: Diagnosis, target: State, path: RecoveryPath | None = None) -> None:
-        """Under which diagnosis, towards which state and by which path the next action set was approved."""
-        self._diagnosis, self._target, self._path = diagnosis, target, path
-
-    def rehearse(self, fresh: tuple[Snapshot, ...], actions: ActionSet) -> Verdict:
-        """The verdict after the ``fresh`` snapshots."""
-        if self._diagnosis is None or self._target is None:
-            raise RuntimeError("rehearse was called before prepare; there is no diagnosis to rehearse under")
+    def check(self, fresh: Sequence[Snapshot], found: Approved, diagnosis: Diagnosis) -> Checked:
+        """Roll ``found`` out again after the ``fresh`` snapshots, the last of which is now; seal it if it holds."""
         for snapshot in fresh:
             self._twin.observe(snapshot)
-        rollout = self._twin.roll_out(actions, plausible(self._diagnosis))
-        self.last = rollout
-        return judge(actions, rollout, self._limits, self._target, self._tags, self._path)
+        rollout = self._twin.roll_out(found.actions, plausible(diagnosis))
+        target = found.path.machine.state(found.path.target)
+        verdict = judge(found.actions, rollout, self._limits, target, self._tags, found.path)
+        passed = isinstance(verdict, Approve) and verdict.digest == found.approval.digest == found.actions.digest
+        request = self._request(found, diagnosis, fresh[-1].at_s) if passed else None
+        return Checked(verdict, rollout, request)
+
+    def _request(self, found: Approved, diagnosis: Diagnosis, checked_s: float) -> Request:
+        self._count += 1
+        actions: ActionSet = found.actions
+        path = tuple(t.name for t in found.path.transitions)
+        name = f"{found.proposer}-{self._count}-{checked_s:.0f}s"
+        request = Request(
+            name,
+            found.proposer,
+            found.path.states[0],
+            actions,
+            path,
+            digest_of(diagnosis),
+            self._configuration,
+            UNSEALED,
+        )
+        return self._seal(request, checked_s)
+
+
+def digest_of(diagnosis: Diagnosis) -> str:
+    """SHA-256 of the canonical text of what was believed."""
+    believed = [[[f.fault, f.severity, f.onset_s] for f in h.faults] + [h.probability] for h in diagnosis.hypotheses]
+    text = json.dumps([diagnosis.at_s, [s.rule for s in diagnosis.symptoms], believed], separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()

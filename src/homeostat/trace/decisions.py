@@ -87,6 +87,19 @@ class GaveUp:
 
 
 @dataclass(frozen=True, slots=True)
+class ReleaseRefused:
+    """The release check refused what had been approved: on fresh readings it does not hold any more."""
+
+    kind: ClassVar[str] = "release-refused"
+    proposer: str
+    """Who proposed it."""
+    digest: str
+    """Digest of the action set."""
+    findings: tuple[Finding, ...]
+    """The checks that are violated."""
+
+
+@dataclass(frozen=True, slots=True)
 class LeftAsIs:
     """The plant meets every criterion without action, so none was taken."""
 

@@ -1,0 +1,86 @@
+"""The loop that drives link, guard and recovery, tick by tick: in virtual time, or in scaled real time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from homeostat.domain.observation import Observation
+from homeostat.domain.ports import Source
+from homeostat.domain.snapshot import Snapshot
+from homeostat.process.batch import ProcessError
+from homeostat.recovery.exchange import Exchange
+
+Hook = Callable[[Observation], None]
+"""Called with every observation before recovery sees it."""
+
+
+class Decides(Protocol):
+    """What the loop needs of the guard."""
+
+    def tick(self, now_s: float, sample: Snapshot | None) -> Observation:
+        """Decide once, with a sample or its absence; never raises."""
+        ...
+
+
+class Loop:
+    """Reads, decides and publishes, once per tick; recovery is cancelled by what overtakes it."""
+
+    def __init__(self, guard: Decides, source: Source, exchange: Exchange, hook: Hook = lambda seen: None) -> None:
+        """``hook`` is shown every tick, and may put messages into the guard's mailbox."""
+        self._guard, self._source, self._exchange, self._hook = guard, source, exchange, hook
+        self._before: Observation | None = None
+
+    def run_virtual(self) -> None:
+        """Tick until the source ends, as fast as recovery's charged thinking lets the plant go on.
+
+        Raises ProcessError where a simulated plant leaves the physical world.
+        """
+        try:
+            while not self._source.ended:
+                self._tick()
+                self._exchange.hold()
+        finally:
+            self._exchange.close()
+
+    def run_paced(self, scale: float, tick_s: float = 1.0) -> None:
+        """Tick until the source ends, ``scale`` process seconds per wall-clock second, ``tick_s`` apart [s].
+
+        Recovery thinks meanwhile; a tick that comes late is made up for. Raises as :meth:`run_virtual`.
+        """
+        due = time.monotonic()
+        try:
+            while not self._source.ended:
+                self._tick()
+                due += tick_s / scale
+                time.sleep(max(due - time.monotonic(), 0.0))
+        finally:
+            self._exchange.close()
+
+    def _tick(self) -> None:
+        """One tick: a sample or its absence, one decision, and whoever thinks is told or overtaken."""
+        try:
+            sample = self._source.advance()
+        except ProcessError:
+            raise  # there is no plant any more
+        except Exception:  # whatever a link raises, the guard decides without a sample
+            sample = None
+        seen = self._guard.tick(self._source.now_s, sample)
+        before, self._before = self._before, seen
+        reason = None if before is None else overtaken_by(before, seen)
+        if reason is not None:
+            self._exchange.cancel(reason)
+        self._hook(seen)
+        self._exchange.publish(seen)
+
+
+def overtaken_by(before: Observation, now: Observation) -> str | None:
+    """What in ``now`` overtakes thinking that began under ``before``; None where it may go on."""
+    if now.latched is not None and before.latched is None:
+        return f"the fallback was activated: {now.latched}"
+    if now.latched is None and before.latched is not None:
+        return "the latch was reset"
+    if now.mode is not before.mode:
+        return f"the mode is {now.mode.value} now"
+    return None

@@ -1,0 +1,40 @@
+"""What recovery goes by: a plant's machine, limits and worth, and how long anything may take."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from homeostat.agents.bounds import Budget, Patience
+from homeostat.domain.behaviour import StateMachine
+from homeostat.domain.limits import Limits
+from homeostat.domain.production import Production
+from homeostat.domain.recovery import FallbackStrategy
+
+
+@dataclass(frozen=True, slots=True)
+class PlantRules:
+    """What the tables say of the plant."""
+
+    machine: StateMachine
+    """Supervisory state machine."""
+    limits: Limits
+    """Everything that must hold."""
+    production: Production
+    """What production is."""
+    fallbacks: tuple[FallbackStrategy, ...]
+    """Safe-state strategies in table order, each with the steps that follow."""
+    scales: Mapping[str, float]
+    """Unit -> what counts as one unit of margin in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """How long and how eagerly recovery works."""
+
+    budget: Budget = field(default_factory=Budget)
+    """What one recovery may take."""
+    patience: Patience = field(default_factory=Patience)
+    """How eagerly a plant is improved that may also be left alone."""
+    every_step: bool = False
+    """Whether proposers are asked in every state that the plant enters, also where nothing is wrong."""

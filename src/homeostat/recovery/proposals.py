@@ -1,0 +1,59 @@
+"""Proposals: one proposer after the other, each within its share of the time."""
+
+from __future__ import annotations
+
+from homeostat.agents.crew import NoAdmissiblePlan, Proposer, Situation
+from homeostat.domain.verdict import LeftAlone, Released, Rollout
+from homeostat.recovery.deliberation import Deliberation
+from homeostat.recovery.intervention import InterventionPolicy
+from homeostat.recovery.plant_rules import Bounds
+from homeostat.recovery.releasing import Overtaken, Withdrawn
+from homeostat.recovery.scene import Scene
+from homeostat.trace.decisions import GaveUp
+
+
+class Proposals:
+    """Asks the proposers until one's action set is released."""
+
+    def __init__(self, scene: Scene, deliberation: Deliberation, policy: InterventionPolicy, bounds: Bounds) -> None:
+        """``policy`` says whether a plant that may be left alone is worth improving."""
+        self._scene, self._deliberation, self._policy = scene, deliberation, policy
+        self._last_s = bounds.budget.last_s
+
+    async def ask(self, situation: Situation, idle: Rollout | None, began: float) -> Released | LeftAlone:
+        """Ask one proposer after the other, each within its time; the last one's failure is everyone's.
+
+        The time counts from ``began``, by the event loop's clock, when the plant was looked at [s]. Where the plant
+        may also be left alone (``idle``), only those are asked whose business it is to improve.
+
+        Raises:
+            NoAdmissiblePlan: nobody has anything more to propose.
+            TimeoutError: the time is over.
+            Withdrawn: what was asked for last was given up.
+        """
+        proposers = [p for p in self._scene.crew.proposers if idle is None or p.improves]
+        if idle is not None and not self._policy.worthwhile(idle):
+            raise NoAdmissiblePlan("the plant already produces what it can")
+        end = began + self._scene.desk.wall_s(situation.deadline_s)
+        reason: Exception = NoAdmissiblePlan("nobody proposes anything")
+        for proposer in proposers:
+            last = proposer is proposers[-1]
+            try:
+                return await self._of(proposer, situation, idle, end if last else end - self._last_s)
+            except TimeoutError as late:
+                reason = late
+                text = str(late) or f"{proposer.name}: no approved proposal in the time that was left for it"
+            except (NoAdmissiblePlan, Withdrawn) as failed:
+                reason, text = failed, str(failed)
+            self._scene.record(GaveUp(proposer.name, text))
+        raise reason
+
+    async def _of(
+        self, proposer: Proposer, situation: Situation, idle: Rollout | None, end: float
+    ) -> Released | LeftAlone:
+        """What ``proposer`` has released until ``end``; it begins again where the plant went on to another state."""
+        while True:
+            try:
+                return await self._deliberation.deliberate(proposer, situation, idle, end)
+            except Overtaken:
+                situation = await self._deliberation.fresh(situation)
