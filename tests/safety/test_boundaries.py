@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import asyncio
-
 import pytest
 
 from homeostat.agents.checks import judge, judge_safety
 from homeostat.domain.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet, Command
-from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve, Rollout
-from homeostat.guard.gate import Gate, Refused
 from homeostat.guard.permissives import permissive_findings
 from tests.safety.boundary import BoundaryAttack
 from tests.safety.world import (
     ACTIONS,
     CALM,
     COLD,
-    DRAIN,
     FEED,
     HOT,
     LIMITS,
@@ -27,10 +22,7 @@ from tests.safety.world import (
     RUNNING,
     SAMPLES,
     TAGS,
-    Bench,
-    Says,
     criterion,
-    guarded,
     reading,
     rollout,
     rule,
@@ -218,111 +210,12 @@ class TestPermissiveOnRolloutOfCommand(TestPermissiveOnCommand):
         return all(f.satisfied for f in verdict.findings if f.criterion == "PRM-LOAD")
 
 
-class TestGateAtRelease(BoundaryAttack):
-    """The whole gate: what passes is written, what does not leaves no trace on the plant."""
-
-    limit, at_most = 11.0, True
-
-    def snapshot(self, value: float) -> Snapshot:
-        return reading(L=value)
-
-    def allows(self, value: float) -> bool:
-        plant = Bench(self.snapshot(value))
-        gate = guarded(plant, LIMITS, DRAIN, Says())
-        try:
-            asyncio.run(gate.release(ACTIONS, Approve(ACTIONS.digest, ()), 0.0))
-        except Refused:
-            assert plant.written == []
-            return False
-        assert plant.written == [ACTIONS.commands]
-        return True
-
-
-class OnWatch(BoundaryAttack):
-    """Readings that stay at the value are watched."""
-
-    limits = LIMITS
-    tag = "T"
-
-    def watching(self) -> Gate:
-        return guarded(Bench(), self.limits, DRAIN, Says())
-
-    def allows(self, value: float) -> bool:
-        gate = self.watching()
-        seen = {gate.watch(reading(at_s, **{self.tag: value})) is None for at_s in (1.0, 2.0, 3.0)}
-        assert len(seen) == 1
-        return seen.pop()
-
-
-class TestWatchHigh(OnWatch):
-    limit, at_most = 313.0, True
-
-
-class TestWatchLow(OnWatch):
-    tag, limit, at_most = "L", 2.0, False
-    limits = Limits((rule("LIM-LOW", LimitKind.INTERLOCK, "L >= 2", hard=True),), ())
-
-
-class TestWatchSecondLimit(OnWatch):
-    """A limit is watched wherever it stands in the table, soft ones between them or not."""
-
-    tag, limit, at_most = "L", 11.0, True
-    limits = Limits((HOT, COLD, rule("LIM-HIGH", LimitKind.INTERLOCK, "L <= 11", hard=True)), ())
-
-
-class TestWatchWithInstrumentError(OnWatch):
-    """The transmitter reads 2 K too high for sure: what it shows may be 2 K above the limit."""
-
-    limit, at_most = 315.0, True
-
-    def watching(self) -> Gate:
-        gate = super().watching()
-        gate.correct(({"T": 2.0},))
-        return gate
-
-    def expected(self, value: float) -> bool:
-        return value - 2.0 <= 313.0
-
-
-class TestWatchWithPossibleInstrumentError(TestWatchWithInstrumentError):
-    """It may read too high or be right: the reading itself counts as well."""
-
-    limit = 313.0
-
-    def watching(self) -> Gate:
-        gate = super(TestWatchWithInstrumentError, self).watching()
-        gate.correct(({"T": 2.0}, {}))
-        return gate
-
-    def expected(self, value: float) -> bool:
-        return value <= 313.0
-
-
-class TestWatchWithLowInstrument(TestWatchWithInstrumentError):
-    """It reads 2 K too low: the limit comes 2 K earlier."""
-
-    limit = 311.0
-
-    def watching(self) -> Gate:
-        gate = super(TestWatchWithInstrumentError, self).watching()
-        gate.correct(({}, {"T": -2.0}))
-        return gate
-
-    def expected(self, value: float) -> bool:
-        return value + 2.0 <= 313.0
-
-
 def test_soft_rules_do_not_count_for_a_fallback() -> None:
     soft = Limits((COLD, FEED), (criterion("ACC-SOFT", "always (T >= 300)"),))
     assert isinstance(judge_safety(ACTIONS, rollout(T=290.0, L=12.0), soft), Approve)
     assert not isinstance(
         judge_safety(ACTIONS, rollout(T=290.0), Limits((), (criterion("H", "always (T >= 300)", True),))), Approve
     )
-
-
-def test_soft_limits_are_not_watched() -> None:
-    gate = guarded(Bench(), Limits((COLD, FEED), ()), DRAIN, Says())
-    assert gate.watch(reading(T=200.0, L=13.0)) is None
 
 
 def test_a_permissive_does_not_bind_after_the_release() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 from dataclasses import replace
 
@@ -14,12 +13,9 @@ from homeostat.domain.behaviour import State, StateMachine, Transition
 from homeostat.domain.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Approve, Revise
-from homeostat.guard.gate import Gate, Refused
 from homeostat.guard.sequencer import Sequencer, nominal_route, under_way, what_follows
 from homeostat.stl.formula import parse
 from tests.safety.world import (
-    ACTIONS,
     ADJUST,
     BATCH,
     DRAIN,
@@ -34,9 +30,6 @@ from tests.safety.world import (
     REST,
     START,
     TAGS,
-    VENT,
-    Bench,
-    Says,
     awaited,
     reading,
     rule,
@@ -331,51 +324,6 @@ def test_what_is_sent_is_what_was_loaded_step_by_step_each_behind_its_guard(
 # --- with the gate ----------------------------------------------------------------------------------------------
 
 
-def gate_with(subject: Sequencer, plant: Bench, answer: Revise | Exception | None = None) -> Gate:
-    return Gate(plant, LIMITS, DRAIN, Says(answer), subject)
-
-
-def test_a_release_starts_the_steps_and_sends_only_the_first() -> None:
-    subject, plant = sequencer(), Bench()
-    asyncio.run(gate_with(subject, plant).release(BATCH, Approve(BATCH.digest, ()), 0.0))
-    assert plant.written == [BATCH.commands] and subject.state == "running"
-    assert subject.way() == RecoveryPath(MACHINE, (EMPTY, REST))
-
-
-@pytest.mark.parametrize("answer", [Revise(()), RuntimeError("twin is lost")])
-def test_what_is_not_released_changes_no_step(answer: Revise | Exception) -> None:
-    subject, plant = sequencer(LIMITS, GO), Bench()
-    with pytest.raises((Refused, RuntimeError)):
-        asyncio.run(gate_with(subject, plant, answer).release(BATCH, Approve(BATCH.digest, ()), 0.0))
-    with pytest.raises(Refused):
-        asyncio.run(gate_with(subject, plant).release(BATCH, Approve(ACTIONS.digest, ()), 0.0))
-    assert subject.state == "waiting" and subject.drain() == () and subject.rest().then == (GO,)
-
-
-def test_a_release_that_cannot_be_written_starts_no_step() -> None:
-    subject = sequencer()
-    with pytest.raises(ConnectionError):
-        asyncio.run(gate_with(subject, Bench(reachable=False)).release(BATCH, Approve(BATCH.digest, ()), 0.0))
-    assert subject.state == "waiting" and subject.way() is None
-
-
-def test_a_fallback_takes_every_waiting_step_away() -> None:
-    subject, plant = loaded(), Bench()
-    gate = gate_with(subject, plant)
-    gate.arm(VENT)
-    asyncio.run(gate.fall_back("hot"))
-    assert subject.state == "still" and subject.sample(reading(L=FULL)) == () and subject.way() is None
-    assert subject.drain()[-1] == ("still", 0.0)
-
-
-def test_a_fallback_takes_the_steps_away_even_where_the_plant_cannot_be_reached() -> None:
-    """The sequencer may be nearer to the plant than the gate: it must not go on with a batch that was given up."""
-    subject = loaded()
-    with pytest.raises(ConnectionError):
-        asyncio.run(gate_with(subject, Bench(reachable=False)).fall_back("hot"))
-    assert subject.sample(reading(L=FULL)) == () and subject.way() is None
-
-
 # --- the nominal route ------------------------------------------------------------------------------------------
 
 
@@ -436,13 +384,3 @@ def test_what_follows_begins_anywhere() -> None:
     commands = {s.name: (Command(f"{s.name}.sp", 0.0, None),) for s in MACHINE.states}
     assert [s.transition for s in what_follows(MACHINE, "running", commands)] == [EMPTY, REST]
     assert what_follows(MACHINE, "still", commands) == ()
-
-
-def test_what_follows_a_fallback_is_carried_out() -> None:
-    subject, plant = loaded(), Bench()
-    gate = gate_with(subject, plant)
-    gate.arm(replace(VENT, actions=replace(VENT.actions, target="emptying", then=(END,))))
-    asyncio.run(gate.fall_back("hot"))
-    assert subject.state == "emptying" and subject.sample(reading(L=FULL)) == () and subject.state == "emptying"
-    subject.sample(reading(L=LOW))
-    assert subject.state == "still"

@@ -9,12 +9,10 @@ import numpy as np
 
 from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
 from homeostat.domain.limits import Criterion, Limit, LimitKind, Limits, Owner
-from homeostat.domain.ports import Plant, Rehearsal
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, RecoveryPath, Step
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.tag import Range, Role, Tag
 from homeostat.domain.verdict import Approve, Rollout, RolloutResult, Verdict
-from homeostat.guard.gate import Gate
 from homeostat.guard.sequencer import Sequencer
 from homeostat.stl.formula import parse
 
@@ -140,11 +138,6 @@ class Bench:
 def sequencer(limits: Limits = LIMITS, *nominal: Step) -> Sequencer:
     """The vessel's sequencer; ``nominal`` is what follows by itself."""
     return Sequencer(MACHINE, limits, nominal)
-
-
-def guarded(plant: Plant, limits: Limits, fallback: FallbackStrategy, rehearsal: Rehearsal, **rest: float) -> Gate:
-    """A gate with an sequencer of its own."""
-    return Gate(plant, limits, fallback, rehearsal, sequencer(limits), **rest)
 
 
 class Says:

@@ -74,4 +74,14 @@ class FallBack:
     """Why."""
 
 
-Message: TypeAlias = Request | Withdraw | Arm | Correction | FallBack | PersonCommand
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """Somebody beside the guard is broken; a person must know."""
+
+    name: str
+    """Identifier of the alarm: ``recovery``."""
+    cause: str
+    """One sentence."""
+
+
+Message: TypeAlias = Request | Withdraw | Arm | Correction | FallBack | Trouble | PersonCommand

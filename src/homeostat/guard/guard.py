@@ -19,7 +19,7 @@ from homeostat.domain.guard_events import (
     Tripped,
 )
 from homeostat.domain.mode import Mode, PersonCommand, Side
-from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Withdraw
+from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Trouble, Withdraw
 from homeostat.domain.ports import Lease, Record
 from homeostat.domain.recovery import Command, Step
 from homeostat.domain.request import Request
@@ -77,6 +77,7 @@ class Guard:
         self._now_s = -math.inf
         self._seen: Snapshot | None = None
         self._began = False
+        self._starting = rules.machine.initial.name in rules.start_up.states
         self._restart: Restart | None = None
         self.mailbox = Mailbox()
         """Where anybody leaves requests and orders."""
@@ -221,6 +222,8 @@ class Guard:
                 self._parts.note(Armed(tuple(s.name for s in self._latch.fallbacks.ranked), self._act_by_s), now_s)
             case FallBack():
                 self._activate(message.reason)
+            case Trouble():
+                self._alarm(message.name[:100], message.cause[:500], Priority.HIGH)
             case PersonCommand():
                 self._persons.hear(message, now_s, self._seen)
 
@@ -330,8 +333,9 @@ class Guard:
         starting = self._parts.rules.start_up.states
         for state, at_s in entered:
             self._parts.note(StateEntered(state), at_s)
-            if starting and state not in starting:
+            if self._starting and state not in starting:
                 self._parts.note(StartUpEnded(state), at_s)
+            self._starting = state in starting
         return Observation(
             self._now_s, self._seen, sequencer.state, sequencer.rest(), sequencer.way(), sequencer.refused, entered,
             self.latched, self.mode, self._requests.drain(),

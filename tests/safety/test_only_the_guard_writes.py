@@ -1,0 +1,90 @@
+"""Nothing but the guard's writer commands a plant: read from the sources, and measured inside the plant."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import homeostat
+from homeostat.campaign.scenario import scenario
+from homeostat.campaign.unattended import open_process
+from homeostat.cases.case import load_case
+from homeostat.cases.wiring import wire
+from homeostat.domain.guard_events import WriteIntended
+from homeostat.links.clock import DeclaredClock
+from homeostat.links.simulated import SimulatedLink
+from homeostat.trace import MemoryTrace
+
+SOURCES = Path(homeostat.__file__).parent
+WRITER = "guard/writer.py"
+MAKES_PLANTS = ("links/", "campaign/", "cases/learn_baselines.py", "cli/")
+"""Where a simulated plant may be made: outside everything that takes part in a recovery."""
+
+
+def modules() -> Iterator[tuple[str, ast.Module]]:
+    for path in sorted(SOURCES.rglob("*.py")):
+        yield path.relative_to(SOURCES).as_posix(), ast.parse(path.read_text(encoding="utf-8"))
+
+
+def sends(tree: ast.AST) -> list[int]:
+    """Lines that may command a plant: ``send`` of something named like a wire, or ``send`` looked up by its name."""
+    lines = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and node.attr == "send" and "wire" in ast.unparse(node.value).lower():
+            lines.append(node.lineno)
+        if isinstance(node, ast.Call) and any(isinstance(a, ast.Constant) and a.value == "send" for a in node.args):
+            lines.append(node.lineno)
+    return sorted(set(lines))
+
+
+def test_the_search_finds_every_way_to_send() -> None:
+    caught = """
+def f(wire, x):
+    wire.send(())
+    self._wire.send(())
+    send = wire.send
+    getattr(x, "send")(())
+    x.read()
+"""
+    assert sends(ast.parse(caught)) == [3, 4, 5, 6]
+
+
+def test_only_the_writer_sends() -> None:
+    found = {name: sends(tree) for name, tree in modules() if not name.startswith("links/")}
+    assert found[WRITER], "the writer sends"
+    assert {name: lines for name, lines in found.items() if lines and name != WRITER} == {}
+
+
+def test_nobody_who_takes_part_in_a_recovery_knows_a_simulated_plant() -> None:
+    for name, tree in modules():
+        imports = [
+            alias.name if isinstance(node, ast.Import) else f"{node.module}.{alias.name}"
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Import | ast.ImportFrom)
+            for alias in node.names
+        ]
+        knows = [i for i in imports if "homeostat.links.simulated" in i or "true_process" in i]
+        assert not knows or name.startswith(MAKES_PLANTS), f"{name} imports {knows}"
+
+
+@pytest.mark.parametrize(
+    ("plant", "fault", "onset_s", "end_s"),
+    [
+        ("mixing_module", "none", None, 420.0),
+        ("mixing_module", "pump_failure", 100.0, 420.0),
+        ("cstr", "pump_degrade", 1450.0, 1700.0),
+    ],
+)
+def test_what_arrives_on_the_wire_is_what_the_journal_intends_one_for_one(
+    plant: str, fault: str, onset_s: float | None, end_s: float
+) -> None:
+    case = load_case(plant)
+    process = open_process(case, scenario(case, fault, 3, onset_s=onset_s, end_s=end_s))
+    link, trace = SimulatedLink(process), MemoryTrace()
+    wire(case, link, DeclaredClock(1.0), trace, seed=3).run(link.source)
+    intended = [(e.at_s, e.event.commands) for e in trace.entries if isinstance(e.event, WriteIntended)]
+    assert [(a.at_s, a.commands) for a in link.wire_log] == intended
+    assert len(intended) >= 1
