@@ -137,6 +137,8 @@ class LinkContract:
         assert len(link.wire_log) == 1, "what local control does is not on the guard's wire"
         with pytest.raises(LeaseVoid):
             wire.send((Command(handles.manual, 0.4, None),))
+        with pytest.raises(LeaseVoid, match="own control has taken over"):
+            link.beat()
 
     def test_who_never_beats_is_not_waited_for(self, opened: Open, handles: Handles) -> None:
         link = opened()
