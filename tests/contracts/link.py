@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -13,10 +14,30 @@ from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LeaseVoid, LinkError
 from homeostat.links.virtual import Link
-from tests.contracts.plant import Handles, equal
 
 Open: TypeAlias = Callable[[], Link]
 """Opens the link under test, with a heartbeat of 5 s and no local setpoints; every call a fresh one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Handles:
+    """Tags of the plant under test that a test may use."""
+
+    setpoint: str
+    """A setpoint."""
+    move: float
+    """By how much it may be moved, in its unit."""
+    rate: float
+    """A rate that takes about four seconds for that, per second."""
+    manual: str
+    """A manual output that is on automatic at the start."""
+    reading: str
+    """A tag that cannot be commanded."""
+
+
+def equal(a: float, b: float) -> bool:
+    """Equal, NaN to NaN."""
+    return a == b or (math.isnan(a) and math.isnan(b))
 
 
 def read(link: Link, count: int = 1) -> list[Snapshot]:
@@ -137,6 +158,8 @@ class LinkContract:
         assert len(link.wire_log) == 1, "what local control does is not on the guard's wire"
         with pytest.raises(LeaseVoid):
             wire.send((Command(handles.manual, 0.4, None),))
+        with pytest.raises(LeaseVoid, match="own control has taken over"):
+            link.beat()
 
     def test_who_never_beats_is_not_waited_for(self, opened: Open, handles: Handles) -> None:
         link = opened()

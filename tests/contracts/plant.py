@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import AsyncIterator, Callable
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -14,25 +13,10 @@ import pytest
 from homeostat.domain.ports import Plant
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
+from tests.contracts.link import Handles, equal
 
 Open: TypeAlias = Callable[[], Plant]
 """Opens the plant under test; every call a fresh one. Called with an event loop running."""
-
-
-@dataclass(frozen=True, slots=True)
-class Handles:
-    """Tags of the plant under test that a test may use."""
-
-    setpoint: str
-    """A setpoint."""
-    move: float
-    """By how much it may be moved, in its unit."""
-    rate: float
-    """A rate that takes about four seconds for that, per second."""
-    manual: str
-    """A manual output that is on automatic at the start."""
-    reading: str
-    """A tag that cannot be commanded."""
 
 
 async def take(stream: AsyncIterator[Snapshot], count: int) -> list[Snapshot]:
@@ -43,11 +27,6 @@ async def take(stream: AsyncIterator[Snapshot], count: int) -> list[Snapshot]:
         if len(found) == count:
             break
     return found
-
-
-def equal(a: float, b: float) -> bool:
-    """Equal, NaN to NaN."""
-    return a == b or (math.isnan(a) and math.isnan(b))
 
 
 class PlantContract:

@@ -9,7 +9,7 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
 from tests.cases.cstr import reactor
 from tests.cases.cstr.reactor import MODEL, VARIABLES
-from tests.contracts.plant import equal
+from tests.contracts.link import equal
 
 
 def plant(

@@ -23,7 +23,7 @@ from homeostat.links.bad_readings import (
     WrongClock,
 )
 from homeostat.links.errors import LinkError
-from tests.contracts.plant import equal
+from tests.contracts.link import equal
 from tests.links.tank import misbehaving
 
 T = frozenset({"T"})

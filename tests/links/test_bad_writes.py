@@ -18,8 +18,7 @@ from homeostat.links.bad_writes import (
 from homeostat.links.errors import LeaseVoid, LinkError
 from homeostat.links.misbehaving import ByHand, LostHeartbeat, Misbehaving, NoLease
 from homeostat.links.simulated import SimulatedLink
-from tests.contracts.link import LinkContract, Open, read
-from tests.contracts.plant import Handles
+from tests.contracts.link import Handles, LinkContract, Open, read
 from tests.links import test_simulated_link
 from tests.links.tank import misbehaving, tank
 

@@ -9,8 +9,7 @@ import pytest
 from homeostat.domain.recovery import Command
 from homeostat.links.scripted import PlantScript, Push, ScriptedPlant, ScriptedTag
 from homeostat.links.simulated import SimulatedLink
-from tests.contracts.link import LinkContract, Open, read
-from tests.contracts.plant import Handles
+from tests.contracts.link import Handles, LinkContract, Open, read
 from tests.links.tank import script, tank
 
 

@@ -16,7 +16,8 @@ from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
 from homeostat.process.batch import ProcessError
 from tests.cases.cstr import reactor
 from tests.cases.cstr.reactor import MODEL, VARIABLES
-from tests.contracts.plant import Handles, Open, PlantContract, equal, take
+from tests.contracts.link import Handles, equal
+from tests.contracts.plant import Open, PlantContract, take
 from tests.links.reactor_plant import everything, plant, same
 
 

@@ -22,8 +22,7 @@ from homeostat.links.virtual import Recipe
 from homeostat.process.batch import ProcessError
 from tests.cases.cstr import reactor
 from tests.cases.cstr.reactor import MODEL, VARIABLES
-from tests.contracts.link import LinkContract, Open, read
-from tests.contracts.plant import Handles, equal
+from tests.contracts.link import Handles, LinkContract, Open, equal, read
 from tests.links.reactor_plant import plant
 
 HANDLES = Handles("T1.sp", -2.0, 0.5, "V2.man", "T1")

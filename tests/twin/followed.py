@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
 import functools
 
 from homeostat.cases.case import Case, load_case
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.snapshot import Snapshot
-from homeostat.links.clock import DeclaredClock
-from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
+from homeostat.links.simulated import SimulatedLink
+from homeostat.links.true_process import PlantConfiguration, TrueProcess
 from homeostat.process.seeds import Stream, noise_seed
 from homeostat.twin.twin import Twin
 
@@ -29,12 +28,8 @@ def readings(seed: int, end_s: int, faults: tuple[FaultState, ...] = ()) -> tupl
     case = reactor()
     noise = noise_seed(seed, Stream.TRUTH_NOISE)
     configuration = PlantConfiguration(case.true_parameters(seed), case.start, faults, float(end_s), noise)
-    plant = SimulatedPlant(case.model, case.description.variables, configuration, DeclaredClock(0.0))
-
-    async def watch() -> tuple[Snapshot, ...]:
-        return tuple([snapshot async for snapshot in plant.snapshots()])
-
-    return asyncio.run(watch())
+    link = SimulatedLink(TrueProcess(case.model, case.description.variables, configuration))
+    return tuple(link.advance() for _ in range(end_s))
 
 
 def follow(snapshots: tuple[Snapshot, ...], seed: int = 0, learn: bool = True) -> Twin:

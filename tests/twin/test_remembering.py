@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import functools
 
 import pytest
@@ -10,8 +9,8 @@ import pytest
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
-from homeostat.links.clock import DeclaredClock
-from homeostat.links.simulated import PlantConfiguration, SimulatedPlant
+from homeostat.links.simulated import SimulatedLink
+from homeostat.links.true_process import PlantConfiguration, TrueProcess
 from homeostat.process.seeds import Stream, noise_seed
 from tests.twin.followed import follow, reactor, readings
 
@@ -27,17 +26,13 @@ def held(seed: int) -> tuple[Snapshot, ...]:
     case = reactor()
     noise = noise_seed(seed, Stream.TRUTH_NOISE)
     configuration = PlantConfiguration(case.true_parameters(seed), case.start, (FOULED,), END_S, noise)
-    plant = SimulatedPlant(case.model, case.description.variables, configuration, DeclaredClock(0.0))
-
-    async def watch() -> tuple[Snapshot, ...]:
-        seen = []
-        async for snapshot in plant.snapshots():
-            seen.append(snapshot)
-            if snapshot.at_s == HELD_S:
-                await plant.write(HOLD)
-        return tuple(seen)
-
-    return asyncio.run(watch())
+    link = SimulatedLink(TrueProcess(case.model, case.description.variables, configuration))
+    wire, seen = link.take(), []
+    while not link.ended:
+        seen.append(link.advance())
+        if link.now_s == HELD_S:
+            wire.send(HOLD)
+    return tuple(seen)
 
 
 def with_fouling(found: tuple[Hypothesis, ...]) -> float:

@@ -115,7 +115,12 @@ class SimulatedLink:
         return SimulatedWire(self._deliver, partial(self._holds, self._lease))
 
     def beat(self) -> None:
-        """The guard is alive; from the first time on it must say so. Without a lease it changes nothing."""
+        """The guard is alive; from the first time on it must say so. Before the first lease it changes nothing.
+
+        LeaseVoid where local control has taken over meanwhile.
+        """
+        if self._shed:
+            raise LeaseVoid("the plant's own control has taken over; take a new lease")
         if self._leased:
             self._beat_s = self.now_s
 
