@@ -73,6 +73,7 @@ def _told(report: Report) -> Iterator[str]:
     """What was found, line by line; one where there is nothing but the first thing to say."""
     if report.contradictions:
         yield from (f"CONTRADICTION: {sentence}" for sentence in report.contradictions)
+        yield _signature(report)
     elif not report.intact:
         yield f"ALTERED: {report.problem}"
     elif report.problem is not None:
