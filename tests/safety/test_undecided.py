@@ -1,0 +1,78 @@
+"""What a formula leaves undecided is never counted as kept, wherever margins are weighed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from homeostat.agents.checks import judge, judge_safety, rollout_findings, target_finding, worst
+from homeostat.agents.cost import Cost
+from homeostat.campaign.scoring import exposures, inside_at_end
+from homeostat.domain.limits import LimitKind, Limits, Owner
+from homeostat.domain.production import Production
+from homeostat.domain.snapshot import Trajectory
+from homeostat.domain.verdict import Approve, Revise
+from homeostat.recovery.deadline import first_broken_s
+from homeostat.stl.formula import parse
+from tests.safety.world import ACTIONS, HOT, MEMBERS, RUNNING, SAMPLES, TAGS, criterion, rollout, rule
+
+RATIO = rule("LIM-RATIO", LimitKind.INTERLOCK, "T / L <= 100", hard=True)
+"""Undecided where the level is zero."""
+QUOTIENT = criterion("ACC-RATIO", "always (T / L <= 100)", hard=True)
+EMPTY = rollout(at=(1, 3), L=0.0)
+"""The second member's vessel is empty for one sample."""
+
+
+@pytest.mark.parametrize("limits", [Limits((RATIO,), ()), Limits((), (QUOTIENT,))])
+def test_a_rollout_that_leaves_a_rule_undecided_is_refused(limits: Limits) -> None:
+    assert isinstance(judge(ACTIONS, rollout(), limits, RUNNING, TAGS), Approve)
+    for verdict in (judge(ACTIONS, EMPTY, limits, RUNNING, TAGS),
+                    judge_safety(ACTIONS, EMPTY, limits)):  # fmt: skip
+        assert isinstance(verdict, Revise)
+        (finding,) = verdict.violated
+        assert finding.margin == -math.inf and finding.member == 1 and "cannot be judged" in finding.message
+
+
+def test_the_undecided_member_is_the_worst_one_in_any_order() -> None:
+    for order in ([1.0, 0.0, 2.0], [0.0, 1.0, 2.0], [2.0, 1.0, 0.0]):
+        signals = {"x": np.array(order)[:, np.newaxis]}
+        found = worst("A", Owner.ACTION, parse("1 / x <= 0.7"), "Ratio", signals, 1.0)
+        assert not found.satisfied and found.margin == -math.inf and found.member == order.index(0.0)
+
+
+def test_a_target_that_cannot_be_judged_is_not_reached() -> None:
+    ends = replace(RUNNING, settled_when=parse("T / L <= 100"))
+    assert target_finding(rollout(), ends).satisfied
+    assert not target_finding(rollout(at=(2, SAMPLES - 1), L=0.0), ends).satisfied
+
+
+def test_a_permissive_that_one_step_leaves_undecided_is_violated() -> None:
+    limits = (rule("PRM-RATIO", LimitKind.PERMISSIVE, "T / L <= 100"),)
+    (found,) = rollout_findings(rollout(at=(0, 0), L=0.0), (), limits, ACTIONS)
+    assert not found.satisfied and math.isinf(found.margin)
+
+
+def test_thinking_ends_before_a_limit_that_can_no_longer_be_judged() -> None:
+    assert first_broken_s(EMPTY, Limits((RATIO,), ())) == 3 * EMPTY.trajectory.dt_s
+    assert first_broken_s(rollout(), Limits((RATIO,), ())) == math.inf
+
+
+def test_a_second_that_cannot_be_judged_is_a_second_outside() -> None:
+    truth = Trajectory(1.0, 1.0, {"T": np.full((1, 10), 310.0), "L": np.array([[8.0] * 4 + [0.0] * 3 + [8.0] * 3])})
+    (found,) = exposures(truth, Limits((RATIO,), ()), 0.0, 0.0)
+    assert found.total_s == 3.0 and not inside_at_end(truth, Limits((RATIO,), ()))
+
+
+def test_a_candidate_that_cannot_be_judged_costs_more_than_any_other() -> None:
+    production = Production("F", 1.0)
+    cost = Cost(Limits((HOT, RATIO), (QUOTIENT,)), production, {}, 0.0)
+    signals = {tag: np.full((3 * MEMBERS, 4), value) for tag, value in (("T", 310.0), ("L", 8.0), ("F", 1.0))}
+    signals["T"][MEMBERS, 0] = 400.0
+    signals["L"][2 * MEMBERS, 0] = 0.0
+    good, hot, undecided = cost.of(signals, 1.0, {}, 3)
+    assert good < hot < undecided
+    signals["F"][0, 0] = math.nan
+    assert cost.of(signals, 1.0, {}, 3)[0] == math.inf
