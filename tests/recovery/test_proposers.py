@@ -52,8 +52,8 @@ def tried(stage: Stage) -> list[ActionSet]:
 
 
 def closing(action: ScriptedAction, planning: ScriptedPlanning) -> Stage:
-    """A plant at 288 K that heats by half a kelvin per second, so ``when_cold`` is open for four seconds more."""
-    return Stage(action, planning=planning, heating=0.5, start=263.0, clock=ThinkingClock(10.0))
+    """A plant at 287.5 K that heats by a quarter kelvin per second, so ``when_cold`` is open for ten seconds more."""
+    return Stage(action, planning=planning, heating=0.25, start=275.0, clock=ThinkingClock(20.0))
 
 
 def test_a_path_that_closes_while_the_commands_are_thought_about_is_not_taken() -> None:
