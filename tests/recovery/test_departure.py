@@ -7,9 +7,11 @@ from dataclasses import replace
 from homeostat.agents.bounds import Patience
 from homeostat.domain.behaviour import Transition
 from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.guard_events import StateEntered
 from homeostat.domain.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.verdict import StepBand
+from homeostat.recovery.plant_rules import Bounds
 from homeostat.stl.formula import parse
 from homeostat.trace.decisions import Departed, LeftAsIs, Noticed, ReleasedActions
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
@@ -27,9 +29,13 @@ BAND = StepBand(30.0, 40.0)
 def stage(band: StepBand = BAND, **changed: object) -> Stage:
     """A cooling line that nobody notices anything about."""
     healthy = ScriptedMonitoring(answer=lambda at_s: Diagnosis(at_s, (), ()))
-    made = Stage(ScriptedAction(GOOD), monitoring=healthy, patience=PATIENCE, machine=COOLING, **changed)  # type: ignore[arg-type]
+    made = Stage(ScriptedAction(GOOD), monitoring=healthy, bounds=Bounds(patience=PATIENCE), machine=COOLING, **changed)  # type: ignore[arg-type]
     made.twin.bands = lambda actions: (band,) * len(actions.then)
     return made
+
+
+def states(done: Stage) -> list[str]:
+    return [e.state for e in done.trace.of(StateEntered)]
 
 
 def departures(done: Stage) -> list[tuple[float, str]]:
@@ -55,7 +61,7 @@ def test_a_step_in_time_is_no_news() -> None:
     made = stage(heating=0.0)
     made.plant.disturb = lambda at_s, values: values.update(T=289.0) if at_s == 35.0 else None
     done = run(made)
-    assert departures(done) == [] and done.sequencer.state == "reduced"
+    assert departures(done) == [] and states(done)[-1] == "reduced"
 
 
 def test_an_early_step_is_looked_at() -> None:
@@ -79,6 +85,6 @@ def test_nothing_is_predicted_where_no_slack_is_stated() -> None:
         return (BAND,) * len(actions.then)
 
     made = stage(heating=0.0)
-    made.patience = Patience()
+    made.bounds = Bounds()
     made.twin.bands = bands
     assert departures(run(made)) == [] and asked == []

@@ -5,23 +5,32 @@ from __future__ import annotations
 import asyncio
 import math
 import time
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 
 from homeostat.agents.bounds import Budget
 from homeostat.agents.checks import CLOSED, REPEATED
-from homeostat.agents.crew import NoAdmissiblePlan, Proposer, Situation
+from homeostat.agents.crew import Approved, NoAdmissiblePlan, Proposer, Situation
 from homeostat.domain.advice import Advice, Attempt
+from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.guard_events import FellBack
 from homeostat.domain.limits import Owner
-from homeostat.domain.recovery import ActionSet, RecoveryPath
-from homeostat.domain.verdict import Approve, Finding, HandedOver, Released, Revise, RolloutResult
-from homeostat.guard.gate import Overtaken
+from homeostat.domain.mode import PersonCommand, Role, Verb
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import Finding, HandedOver, Released, Revise, RolloutResult
+from homeostat.guard.seal import Sealer
 from homeostat.links.clock import ThinkingClock
-from homeostat.trace.decisions import Attempted, GaveUp, ReleasedActions
+from homeostat.recovery.plant_rules import Bounds
+from homeostat.recovery.release_check import Checked, ReleaseCheck
+from homeostat.recovery.releasing import Overtaken
+from homeostat.trace.decisions import Attempted, GaveUp, ReleasedActions, ReleaseRefused
 from tests.agents.scripted import ScriptedAction, ScriptedPlanning, ScriptedReprompting
-from tests.recovery.line import BAD, GOOD, HALF, MACHINE, Stage, feed, monitoring, run, safe
+from tests.recovery.line import BAD, GOOD, HALF, KEY, MACHINE, Stage, feed, monitoring, run, safe
+from tests.safety.world import TAGS
 
 WRONG = Revise((Finding("CHK-ANSWER", Owner.ACTION, -math.inf, "1", 0.0, 0, "not a JSON object"),))
 """An answer that is none of those that were asked for."""
@@ -43,8 +52,8 @@ def tried(stage: Stage) -> list[ActionSet]:
 
 
 def closing(action: ScriptedAction, planning: ScriptedPlanning) -> Stage:
-    """A plant at 288 K that heats by half a kelvin per second, so ``when_cold`` is open for four seconds more."""
-    return Stage(action, planning=planning, heating=0.5, start=263.0, clock=ThinkingClock(10.0))
+    """A plant at 287.5 K that heats by a quarter kelvin per second, so ``when_cold`` is open for ten seconds more."""
+    return Stage(action, planning=planning, heating=0.25, start=275.0, clock=ThinkingClock(20.0))
 
 
 def test_a_path_that_closes_while_the_commands_are_thought_about_is_not_taken() -> None:
@@ -113,7 +122,9 @@ def test_a_proposer_that_never_answers_properly_uses_its_attempts_up(where: str)
     (gave_up,) = stage.trace.of(GaveUp)
     assert (gave_up.proposer, gave_up.reason) == ("scripted", "scripted: no proposal was approved in 3 attempts")
     assert stage.trace.of(ReleasedActions)[0].proposer == "second"
-    assert rolled_out.count(GOOD) == 2, "once to be judged, once by the gate, and nothing for an answer that is none"
+    assert rolled_out.count(GOOD) == 2, (
+        "once to be judged, once by the release check, and nothing for an answer that is none"
+    )
 
 
 def test_the_same_proposal_is_refused_before_it_is_simulated() -> None:
@@ -179,7 +190,7 @@ class Timed(ScriptedAction):
 def failing(how: str) -> Stage:
     """A stage whose first proposer fails in one way, with a second one that knows what to do."""
     stage = Stage(ScriptedAction(GOOD), others=(second(),), start=301.0, attempts=2,
-                  clock=ThinkingClock(), budget=Budget(latency_s=1.0, last_s=0.5))  # fmt: skip
+                  clock=ThinkingClock(), bounds=Bounds(Budget(latency_s=1.0, last_s=0.5)))  # fmt: skip
     match how:
         case "planning hangs":
             stage.planning = ScriptedPlanning(MACHINE, ("reduce",), delay_s=60.0)
@@ -214,27 +225,44 @@ def test_whatever_becomes_of_the_first_proposer_the_next_one_acts_in_time(how: s
     (gave_up,) = stage.trace.of(GaveUp)
     assert gave_up.proposer == "scripted" and "scripted" in gave_up.reason and WAYS[how] in gave_up.reason
     assert stage.trace.of(ReleasedActions)[0].proposer == "second"
-    assert stage.gate.latched is None and stage.plant.written[0][1] == GOOD.commands
+    assert stage.guard.latched is None and stage.plant.written[0][1] == GOOD.commands
     assert stage.plant.written[0][0] <= NOTICED_S + 2.0
 
 
-def test_a_proposer_whose_release_the_gate_refuses_is_followed_by_the_next() -> None:
+def test_what_the_release_check_refuses_is_fed_back_to_the_proposer() -> None:
     careful = feed(0.8 * HALF, "reduced")
-    stage = Stage(ScriptedAction(GOOD), others=(second(ScriptedAction(careful)),), start=305.0)
+    action = ScriptedAction(GOOD, careful)
+    stage = Stage(action, others=(second(),), start=305.0)
     rolled_out = tried(stage)
     stage.twin.result = lambda actions: (
         RolloutResult.BROKE_DOWN if rolled_out.count(GOOD) == 2 and actions == GOOD else RolloutResult.COMPLETED
     )
     run(stage)
-    (gave_up,) = stage.trace.of(GaveUp)
-    assert gave_up.proposer == "scripted" and "fresh snapshot" in gave_up.reason
-    assert [commands for _, commands in stage.plant.written] == [careful.commands]
+    (refused,) = stage.trace.of(ReleaseRefused)
+    assert (refused.proposer, refused.digest) == ("scripted", GOOD.digest)
+    advice = action.asked[1][2]
+    assert [f.criterion for f in advice.findings] == ["CHK-ROLLOUT"] and advice.attempts[0].actions == GOOD
+    assert [commands for _, commands in stage.plant.written] == [careful.commands] and not stage.trace.of(GaveUp)
+
+
+def test_what_the_guard_refuses_is_fed_back_to_the_proposer() -> None:
+    """The twin knows nothing of who has taken a valve out of service; the guard does, and says so."""
+    with_valve = replace(GOOD, commands=(*GOOD.commands, Command("V.man", 0.5, 0.2)))
+    action = ScriptedAction(with_valve, GOOD)
+    stage = Stage(action, start=305.0)
+    order = PersonCommand("1", "anna", Role.OPERATOR, Verb.OUT_OF_SERVICE, "V.man", reason="it sticks")
+    stage.hook = lambda seen: stage.guard.mailbox.put(order) if seen.now_s == 10.0 else None
+    run(stage)
+    (finding,) = action.asked[1][2].findings
+    assert finding.criterion == "CHK-SERVICE" and "'V.man' is out of service" in finding.message
+    assert action.asked[1][2].attempts[0].verdict == Revise((finding,))
+    assert [commands for _, commands in stage.plant.written] == [GOOD.commands]
 
 
 def test_the_last_seconds_are_kept_for_the_last_proposer() -> None:
     last = Timed(GOOD)
     stage = Stage(ScriptedAction(GOOD, delay_s=60.0), others=(second(last),), start=301.0, clock=ThinkingClock(),
-                  budget=Budget(latency_s=1.2, last_s=0.7))  # fmt: skip
+                  bounds=Bounds(Budget(latency_s=1.2, last_s=0.7)))  # fmt: skip
     begin = time.monotonic()
     run(stage)
     assert 0.4 <= last.asked_s[0] - begin <= 0.9, "after 0.5 s, with 0.7 s left"
@@ -243,7 +271,7 @@ def test_the_last_seconds_are_kept_for_the_last_proposer() -> None:
 
 def test_every_attempt_is_told_the_time_that_is_left() -> None:
     action = ScriptedAction(BAD, BAD, GOOD, delay_s=0.6)
-    stage = Stage(action, start=301.0, clock=ThinkingClock(10.0), budget=Budget(latency_s=60.0))
+    stage = Stage(action, start=301.0, clock=ThinkingClock(10.0), bounds=Bounds(Budget(latency_s=60.0)))
     run(stage)
     told = [(situation.snapshot.at_s, situation.deadline_s) for situation, *_ in action.asked]
     assert len(told) >= 2
@@ -254,7 +282,7 @@ def test_every_attempt_is_told_the_time_that_is_left() -> None:
 def test_where_there_is_no_more_time_than_that_the_first_is_not_waited_for() -> None:
     slow = ScriptedAction(GOOD, delay_s=0.3)
     stage = Stage(
-        slow, others=(second(),), start=301.0, clock=ThinkingClock(), budget=Budget(latency_s=1.0, last_s=4.0)
+        slow, others=(second(),), start=301.0, clock=ThinkingClock(), bounds=Bounds(Budget(latency_s=1.0, last_s=4.0))
     )
     begin = time.monotonic()
     run(stage)
@@ -266,22 +294,25 @@ def test_where_there_is_no_more_time_than_that_the_first_is_not_waited_for() -> 
 @pytest.mark.parametrize(("scale", "latency_s", "hang"), [
     (0.0, 0.8, "waits"), (1.0, 1.0, "waits"), (5.0, 5.0, "waits"), (1.0, 1.0, "computes"),
 ])  # fmt: skip
-def test_when_all_fail_the_fallback_acts_at_most_a_second_after_the_deadline(
+def test_when_all_fail_the_fallback_acts_two_ticks_after_the_deadline(
     scale: float, latency_s: float, hang: str
 ) -> None:
-    """Both proposers hang for real; what counts is the process time at which the fallback was written."""
+    """Both proposers hang for real; what counts is the process time at which the fallback was written.
+
+    One tick has begun when the deadline passes, and in the next one the guard hears of it.
+    """
 
     def slow() -> ScriptedAction:
         return ScriptedAction(GOOD, delay_s=30.0) if hang == "waits" else ScriptedAction(GOOD, thread_s=1.5)
 
     stage = Stage(slow(), others=(second(slow()),), start=301.0, clock=ThinkingClock(scale),
-                  budget=Budget(latency_s=latency_s, last_s=0.3))  # fmt: skip
+                  bounds=Bounds(Budget(latency_s=latency_s, last_s=0.3)))  # fmt: skip
     run(stage)
     (outcome,) = monitoring(stage).outcomes
     assert isinstance(outcome, HandedOver) and safe(stage)
     assert [g.proposer for g in stage.trace.of(GaveUp)] == ["scripted", "second"]
     acted_s, _ = stage.plant.written[0]
-    assert acted_s <= NOTICED_S + (latency_s if scale else 0.0) + 1.0
+    assert acted_s <= NOTICED_S + (latency_s if scale else 0.0) + 2.0
     (fell,) = stage.trace.of(FellBack)
     at_s = next(e.at_s for e in stage.trace.entries if e.event is fell)
     assert f"within {latency_s:.1f} s" in fell.reason and at_s == pytest.approx(acted_s, abs=1.0)
@@ -296,19 +327,25 @@ def test_when_all_give_up_the_reason_is_the_last_one_s() -> None:
     assert fell.reason.startswith("third: no proposal was approved") and safe(stage)
 
 
+class Late(ReleaseCheck):
+    """A release check during which the plant goes on, the first time."""
+
+    def __init__(self, stage: Stage) -> None:
+        super().__init__(stage.twin, stage.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
+        self.states: list[str] = []
+
+    def check(self, fresh: Sequence[Snapshot], found: Approved, diagnosis: Diagnosis) -> Checked:
+        self.states.append(found.path.states[0])
+        if len(self.states) == 1:
+            raise Overtaken("the plant went on meanwhile")
+        return super().check(fresh, found, diagnosis)
+
+
 def test_a_release_that_the_plant_has_overtaken_is_found_again_by_the_same_proposer() -> None:
     stage = Stage(
         ScriptedAction(GOOD, feed(0.8 * HALF, "reduced")), others=(second(ScriptedAction(GOOD)),), start=305.0
     )
-    release, states = stage.gate.release, []
-
-    async def once_late(actions: ActionSet, approval: Approve, seen_s: float, state: str | None = None) -> Released:
-        states.append(state)
-        if len(states) == 1:
-            raise Overtaken("the plant went on meanwhile")
-        return await release(actions, approval, seen_s, state)
-
-    stage.gate.release = once_late  # type: ignore[method-assign]
+    stage.check = late = Late(stage)
     run(stage)
-    assert states == ["running", "running"] and not stage.trace.of(GaveUp)
-    assert [r.proposer for r in stage.trace.of(ReleasedActions)] == ["scripted"] and stage.gate.latched is None
+    assert late.states == ["running", "running"] and not stage.trace.of(GaveUp)
+    assert [r.proposer for r in stage.trace.of(ReleasedActions)] == ["scripted"] and stage.guard.latched is None

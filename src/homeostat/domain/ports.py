@@ -145,6 +145,11 @@ class Desk(Protocol):
         """Every observation after process time ``at_s``, at least the freshest; charged thinking time passes first."""
         ...
 
+    @property
+    def behind(self) -> bool:
+        """Whether observations wait that were not given yet."""
+        ...
+
     def put(self, message: Message) -> None:
         """Send ``message`` to the guard; what was overtaken sends nothing."""
         ...

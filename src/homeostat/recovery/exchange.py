@@ -150,6 +150,12 @@ class Exchange:
         task.result()
         return True
 
+    @property
+    def behind(self) -> bool:
+        """Whether observations wait that were not given yet."""
+        with self._changed:
+            return bool(self._unread)
+
     def wall_s(self, process_s: float) -> float:
         """Wall-clock seconds after which thinking that may take ``process_s`` is cut off [s]."""
         return self._clock.wall_s(process_s)

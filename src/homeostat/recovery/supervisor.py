@@ -55,8 +55,11 @@ class Supervisor:
             noticed = self._watch.notices(observation.snapshot)
             if self._stands_back(observation):
                 continue
+            self._again = self._again or (noticed and not self._judged)
+            if self._desk.behind:  # what passed while somebody thought is watched first
+                continue
             departure = await self._departure(observation)
-            if self._again or (noticed and not self._judged) or departure is not None or self._step_is_due:
+            if self._again or departure is not None or self._step_is_due:
                 self._again = True  # until it has come to its end
                 self._again = not await self._desk.think(self._attend(departure))
 
@@ -141,9 +144,7 @@ class Supervisor:
         return self._latched
 
     async def _departure(self, observation: Observation) -> Departure | None:
-        """How the batch departs from what was predicted; what passed while somebody thought is not judged."""
-        if observation is not self._scene.now:
-            return None
+        """How the batch departs from what was predicted."""
         rest = observation.rest
         if self._progress.lacks(rest.then) and len(self._scene.recent) >= FIRST_LOOK:  # the nominal route
             self._crew.simulation.observe(self._scene.recent)
