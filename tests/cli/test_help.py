@@ -31,7 +31,7 @@ print(*sorted(name.partition(".")[0] for name in sys.modules), file=sys.stderr)
     "command",
     [
         (), ("run",), ("campaign",), ("replay",), ("cases",), ("trace",), ("trace", "verify"), ("graph",),
-        ("graph", "check"), ("graph", "query"), ("graph", "export"),
+        ("graph", "check"), ("graph", "query"), ("graph", "export"), ("plant",), ("plant", "sign"),
     ],
     ids=" ".join,
 )  # fmt: skip

@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 from homeostat import __version__
-from homeostat.cli import campaign, cases, graph_check, graph_export, graph_query, prompt, replay, run, trace_verify
+from homeostat.cli import (
+    campaign,
+    cases,
+    graph_check,
+    graph_export,
+    graph_query,
+    plant,
+    prompt,
+    replay,
+    run,
+    trace_verify,
+)
 from homeostat.cli.arguments import Parser
 
 ENDING = """\
 exit status:
   0  done; a run: the plant recovered, or was rightly left alone
-  1  a problem was found (graph check, trace verify, replay), there was nothing to show (prompt), or runs of a
-     campaign could not be carried out
+  1  a problem was found (graph check, plant verify, trace verify, replay), there was nothing to show (prompt), or
+     runs of a campaign could not be carried out
   2  the command cannot be carried out as given; one line on standard error says why
   3  a run: handed over to the operator, or the fault was not noticed
   130  interrupted with Ctrl-C; the trace of the run is closed
@@ -42,4 +53,8 @@ def parser() -> Parser:
     graph_check.configure(questions)
     graph_query.configure(questions)
     graph_export.configure(questions)
+    plants = commands.add_parser("plant", help="sign a plant's configuration").add_subparsers(
+        metavar="WHAT", required=True
+    )
+    plant.configure(plants)
     return top

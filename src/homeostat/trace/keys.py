@@ -68,8 +68,8 @@ def installation_key() -> SigningKey:
     path = key_path()
     try:
         if not path.exists():
-            _make(path)
-        return SigningKey(_read_private(path))
+            make_key(path)
+        return SigningKey(read_private(path))
     except ImportError as error:
         raise KeyTrouble(f"no signing key: {error}; install 'cryptography'") from error
     except OSError as error:
@@ -126,7 +126,7 @@ def _from_pem(text: str, given: str) -> str:
     return key.public_bytes_raw().hex()
 
 
-def _make(path: Path) -> None:
+def make_key(path: Path) -> None:
     """Write a new key and, beside it, its public half; where another process is faster, its key stands."""
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     seed = os.urandom(_BYTES)
@@ -143,7 +143,8 @@ def _make(path: Path) -> None:
         fresh.unlink(missing_ok=True)
 
 
-def _read_private(path: Path) -> bytes:
+def read_private(path: Path) -> bytes:
+    """The secret bytes of the key in ``path``; KeyTrouble where it is none, or where others can use it."""
     with path.open("rb") as file:
         mode = os.fstat(file.fileno()).st_mode
         content = file.read(_MOST_BYTES)
