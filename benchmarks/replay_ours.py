@@ -6,7 +6,6 @@ by our monitoring and left alone until the recorded second. Noise, feed mixing a
 
 from __future__ import annotations
 
-import asyncio
 import copy
 from dataclasses import dataclass
 
@@ -17,15 +16,15 @@ from homeostat.agents.monitoring import Monitoring
 from homeostat.agents.planning import EVENT
 from homeostat.agents.simulation import plausible
 from homeostat.campaign.scenario import scenario
-from homeostat.campaign.unattended import build_plant
+from homeostat.campaign.unattended import open_process
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.diagnosis import Diagnosis, FaultState
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding, LeftAlone
-from homeostat.links.clock import DeclaredClock
-from homeostat.links.simulated import SimulatedPlant
+from homeostat.links.simulated import SimulatedLink
+from homeostat.links.true_process import TrueProcess
 from homeostat.process.types import Row
 from homeostat.twin.twin import Twin
 
@@ -56,7 +55,8 @@ class Course:
 class Situation:
     """Our plant, watched and left alone until a recorded second."""
 
-    plant: SimulatedPlant
+    link: SimulatedLink
+    process: TrueProcess
     twin: Twin
     snapshot: Snapshot
     diagnosis: Diagnosis
@@ -79,10 +79,11 @@ class Ours:
     """To the end of production, with nothing else done."""
 
 
-async def watch(plant: SimulatedPlant, monitoring: Monitoring, until_s: int) -> tuple[Snapshot, tuple[FaultState, ...]]:
+def watch(link: SimulatedLink, monitoring: Monitoring, until_s: int) -> tuple[Snapshot, tuple[FaultState, ...]]:
     """Watch and diagnose as the loop does, but leave the plant alone; the last snapshot and what is believed then."""
     known: tuple[FaultState, ...] = ()
-    async for snapshot in plant.snapshots():
+    while not link.ended:
+        snapshot = link.advance()
         if monitoring.notices(snapshot):
             diagnosis = monitoring.diagnose()
             if diagnosis.faulty:
@@ -97,15 +98,16 @@ def situation(case: Case, call: RecordedCall) -> Situation:
     """The situation of a recorded run: same fault, same onset, same second; the run's number is the seed."""
     d = case.description
     setting = scenario(case, call.fault, call.run, onset_s=call.onset_s, end_s=float(ENDS_S))
-    plant = build_plant(case, setting, DeclaredClock(0.0), new_sequencer(case))
+    process = open_process(case, setting)
+    link = SimulatedLink(process, recipe=new_sequencer(case).sample)
     twin = Twin(case.model, d, case.twin, call.run)
     monitoring = Monitoring(
         twin, Grounding(case.graph, case.namespace), d, case.baselines, case.started, case.monitoring
     )
-    snapshot, known = asyncio.run(watch(plant, monitoring, call.time_s))
+    snapshot, known = watch(link, monitoring, call.time_s)
     every = [f.name for f in d.faults]
     diagnosis = Diagnosis(snapshot.at_s, monitoring.symptoms, twin.explain(every, known))
-    return Situation(plant, twin, snapshot, diagnosis, twin.explain(every, ())[0].name)
+    return Situation(link, process, twin, snapshot, diagnosis, twin.explain(every, ())[0].name)
 
 
 def typed(case: Case, snapshot: Snapshot, wanted: Setpoints) -> ActionSet:
@@ -129,16 +131,16 @@ def ours(case: Case, where: Situation, actions: ActionSet) -> Ours:
     rollout = where.twin.roll_out(actions, plausible(where.diagnosis))
     verdict = judge(actions, rollout, d.limits, d.machine.state(actions.target), d.tags_by_name)
     worst = min(verdict.findings, key=lambda f: f.relative(d.scales))
-    plant, start = copy.deepcopy(where.plant), round(where.snapshot.at_s)
-    truth = asyncio.run(execute(plant, actions, start))
+    start = round(where.snapshot.at_s)
+    truth = execute(*copy.deepcopy((where.link, where.process)), actions, start)
     soon, late = truth.until(case.twin.horizon_s), truth.until(ENDS_S - start)
     return Ours(actions.target, tuple(f for f in verdict.findings if not f.satisfied), worst, soon, late)
 
 
-async def execute(plant: SimulatedPlant, actions: ActionSet, start_s: int) -> Course:
-    """Write the commands and let the plant run to its end; true values from ``start_s`` on."""
-    await plant.write(actions.commands)
-    async for _ in plant.snapshots():
-        pass
-    signals = plant.truth().signals  # its first row is the end of the first second
+def execute(link: SimulatedLink, process: TrueProcess, actions: ActionSet, start_s: int) -> Course:
+    """Command what was recorded and let the plant run to its end; true values from ``start_s`` on."""
+    process.command(actions.commands)
+    while not link.ended:
+        link.advance()
+    signals = process.truth().signals  # its first row is the end of the first second
     return Course(signals["T1"][0, start_s - 1 :], signals["L1"][0, start_s - 1 :])

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 from itertools import count
 
-import numpy as np
 import pytest
 
 from homeostat.domain.diagnosis import FaultState
@@ -17,13 +15,11 @@ from homeostat.links import simulated
 from homeostat.links.errors import PlantEnded
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
 from homeostat.links.true_process import PlantConfiguration, TrueProcess
-from homeostat.links.truth import BLOCK
 from homeostat.links.virtual import Recipe
 from homeostat.process.batch import ProcessError
 from tests.cases.cstr import reactor
 from tests.cases.cstr.reactor import MODEL, VARIABLES
 from tests.contracts.link import Handles, LinkContract, Open, equal, read
-from tests.links.reactor_plant import plant
 
 HANDLES = Handles("T1.sp", -2.0, 0.5, "V2.man", "T1")
 
@@ -61,28 +57,6 @@ def test_the_truth_has_the_bits_of_the_engine() -> None:
         assert all(equal(snapshot.values[tag], readings[v]) for tag, v in VARIABLES.items())
     measured = inner.measured().signals
     assert all(equal(measured[tag][0, k], s.values[tag]) for k, s in enumerate(found) for tag in VARIABLES)
-
-
-def test_a_link_and_a_plant_that_thinks_for_nothing_are_the_same() -> None:
-    commands = {
-        60.0: (Command("T1.sp", 305.0, 0.1), Command("V2.man", 0.7, 0.2)),
-        90.0: (Command("V2.man", None, None),),
-    }
-
-    async def watched() -> dict[str, np.ndarray]:
-        subject = plant(end_s=1500.0)
-        async for s in subject.snapshots():
-            await subject.write(commands.get(s.at_s, ()))
-        return dict(subject.truth().signals)
-
-    subject = SimulatedLink(inner := process(1500.0))
-    wire = subject.take()
-    while not subject.ended:
-        if sent := commands.get(subject.advance().at_s):
-            wire.send(sent)
-    expected, truth = asyncio.run(watched()), inner.truth().signals
-    assert inner.truth().length == 1500 > BLOCK and expected.keys() == truth.keys()
-    assert all(np.array_equal(expected[tag], truth[tag], equal_nan=True) for tag in truth)
 
 
 def test_a_plant_that_is_not_recorded_runs_alike_and_has_no_truth() -> None:

@@ -12,7 +12,7 @@ from homeostat.campaign.scenario import Scenario
 from homeostat.cases.case import Case
 from homeostat.domain.limits import LimitKind
 from homeostat.domain.recovery import Command
-from homeostat.links.simulated import fault_tables
+from homeostat.links.true_process import fault_tables
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.schedule import InputRamp
 from homeostat.process.seeds import Stream, noise_seed

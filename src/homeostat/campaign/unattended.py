@@ -13,8 +13,8 @@ from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.guard.sequencer import Sequencer
-from homeostat.links.simulated import PlantConfiguration, SimulatedLink
-from homeostat.links.true_process import TrueProcess
+from homeostat.links.simulated import SimulatedLink
+from homeostat.links.true_process import PlantConfiguration, TrueProcess
 from homeostat.process.seeds import Stream, noise_seed
 
 MOST = 32

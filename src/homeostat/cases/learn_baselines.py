@@ -17,8 +17,8 @@ from homeostat.cases.folder import BASELINES
 from homeostat.cases.generated import baseline_sources
 from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.baseline import Baseline
-from homeostat.links.simulated import PlantConfiguration, SimulatedLink
-from homeostat.links.true_process import TrueProcess
+from homeostat.links.simulated import SimulatedLink
+from homeostat.links.true_process import PlantConfiguration, TrueProcess
 from homeostat.process.seeds import Stream, noise_seed
 from homeostat.trace.files import write_whole
 

@@ -24,9 +24,8 @@ from homeostat.agents.validation import LimitValidation
 from homeostat.cases.case import Case
 from homeostat.cases.error import CaseError
 from homeostat.cases.guard_defaults import qualities, start_up, trips, writables
-from homeostat.domain.alarm import Priority
-from homeostat.domain.guard_events import AlarmRaised
 from homeostat.domain.mode import Mode
+from homeostat.domain.observation import Trouble
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.ports import Clock, Lease, Source
 from homeostat.domain.recovery import Command, FallbackStrategy, Step
@@ -221,7 +220,7 @@ def guard_rules(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> 
     return GuardRules(
         plant=case.name, tags=d.tags_by_name, machine=d.machine, limits=d.limits, trips=trips(d),
         qualities=qualities(d), writables=writables(d), fallbacks=fallbacks(case), nominal=nominal(case, protocol),
-        start_up=start_up(d),
+        start_up=start_up(d), configuration=case.configuration,
     )  # fmt: skip
 
 
@@ -231,26 +230,14 @@ def wire(
     """A guard for the plant behind ``lease``, and recovery beside it; ``seed`` seeds the twin's draws, as the run's."""
     rules, key, shared = guard_rules(case, arrangement.protocol), new_key(), SharedTrace(trace)
     guard = Guard(rules, Attachment(shared, lease, arrangement.mode, {ISSUER: key}))
-    alarm = _Alarm(shared)
+
+    def trouble(cause: str) -> None:
+        guard.mailbox.put(Trouble("recovery", cause))
+
     patience_s = BUSY_S if clock.measured else clock.wall_s(0.0)
-    exchange = Exchange(clock, guard.mailbox.put, alarm.lost, ExchangeSettings(patience_s=patience_s))
+    exchange = Exchange(clock, guard.mailbox.put, trouble, ExchangeSettings(patience_s=patience_s))
     supervisor = _supervisor(case, exchange, shared, seed, arrangement, rules, Sealer(ISSUER, key))
-    return Assembly(guard, exchange, Worker(exchange, supervisor.supervise, alarm.failed))
-
-
-class _Alarm:
-    """Calls a person where recovery itself is broken."""
-
-    def __init__(self, trace: SharedTrace) -> None:
-        self._trace = trace
-
-    def lost(self, cause: str) -> None:
-        """Recovery goes on no more."""
-        self._trace.record(AlarmRaised("recovery:lost", cause, Priority.HIGH), self._trace.last_s)
-
-    def failed(self, cause: str) -> None:
-        """Recovery had a bug and begins again."""
-        self._trace.record(AlarmRaised("recovery:failed", cause, Priority.HIGH), self._trace.last_s)
+    return Assembly(guard, exchange, Worker(exchange, supervisor.supervise, trouble))
 
 
 def _supervisor(

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import final
 
 from homeostat.domain.mode import Side
-from homeostat.domain.ports import Clock, Ticket
+from homeostat.domain.ports import Ticket
 from homeostat.domain.recovery import Command
-from homeostat.domain.snapshot import Snapshot, Trajectory
+from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LeaseVoid, PlantEnded
-from homeostat.links.true_process import PlantConfiguration as PlantConfiguration
-from homeostat.links.true_process import TrueProcess
-from homeostat.links.true_process import fault_tables as fault_tables
 from homeostat.links.virtual import Answered, Arrival, Recipe, Source, SourceView, VirtualPlant
-from homeostat.process.model import ProcessModel
 
 WIRE_LOG_LENGTH = 10_000
 """Most arrivals that a link remembers; the oldest are forgotten first."""
@@ -173,62 +169,3 @@ class SimulatedWire:
         if self.void:
             raise LeaseVoid("the lease of this wire is over, and nothing was written; take a new one")
         return self._deliver(commands)
-
-
-class SimulatedPlant:
-    """Implements :class:`homeostat.domain.ports.Plant` over a process model; one second per snapshot."""
-
-    def __init__(
-        self, model: ProcessModel, variables: Mapping[str, str], configuration: PlantConfiguration, clock: Clock,
-        sample: Callable[[Snapshot], tuple[Command, ...]] | None = None,
-    ) -> None:  # fmt: skip
-        """``variables``: tag -> variable of the model; ``sample``: what the basic control system commands after each
-        snapshot, whoever thinks meanwhile."""
-        self._process = TrueProcess(model, variables, configuration)
-        self._link = SimulatedLink(self._process, recipe=sample)
-        self._clock = clock
-        self._owed_s = 0.0
-        self._snapshots: list[Snapshot] = []
-
-    async def snapshots(self) -> AsyncIterator[Snapshot]:
-        """One snapshot per second, those that passed while agents thought included, until the end of the run."""
-        given = 0
-        while True:
-            if given == len(self._snapshots):
-                self._catch_up()
-            if given == len(self._snapshots):
-                if self._link.ended:
-                    return
-                self._step()
-            yield self._snapshots[given]
-            given += 1
-
-    async def since(self, at_s: float) -> tuple[Snapshot, ...]:
-        """Snapshots after ``at_s``; the time that thinking took has passed. At least the freshest one."""
-        self._catch_up()
-        if not self._snapshots:
-            self._step()
-        first = min(max(int(at_s), 0), len(self._snapshots) - 1)
-        return tuple(self._snapshots[first:])
-
-    async def write(self, commands: tuple[Command, ...]) -> None:
-        """Hand commands to the basic control system, which ramps them from the next second on."""
-        self._catch_up()
-        self._process.command(commands)
-
-    def truth(self) -> Trajectory:
-        """True values of every tag and of the model's unmeasured variables; only scoring may look."""
-        return self._process.truth()
-
-    def _catch_up(self) -> None:
-        """Let the process time that thinking took pass, in whole seconds; what passed too early is set off later."""
-        self._owed_s += self._clock.collect_s()
-        seconds = max(math.ceil(self._owed_s - 1e-9), 0)
-        self._owed_s -= seconds
-        for _ in range(seconds):
-            if not self._link.ended:
-                self._step()
-
-    def _step(self) -> None:
-        """One second of the plant."""
-        self._snapshots.append(self._link.advance())
