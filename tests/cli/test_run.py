@@ -13,6 +13,7 @@ import pytest
 from homeostat.cases.case import load_case
 from homeostat.trace import read_events, verify
 from homeostat.trace.artifacts import read_parquet
+from homeostat.trace.manifest import read_manifest
 from tests.cli.command import Done, homeostat
 
 KEYS = (
@@ -51,6 +52,14 @@ def test_a_recovery_as_json(recovered_json: Done) -> None:
     for name in ("min_margin", "production_loss", "thinking_s", "wall_s"):
         assert is_number(result[name])
     assert result["min_margin"] >= 0.0 and 0.0 < result["thinking_s"] < result["wall_s"]
+
+
+def test_a_run_names_the_configuration_that_it_was_made_with(record: Path) -> None:
+    first = next(iter(read_events(record)))
+    stated = {setting["name"]: setting["value"] for setting in first.fields["configuration"]}
+    manifest = read_manifest(record)
+    assert manifest is not None
+    assert stated["configuration"] == manifest.configuration == load_case("cstr").configuration
 
 
 def test_beliefs_and_actions_as_json(recovered_json: Done) -> None:

@@ -88,7 +88,7 @@ def record_run(
     journal.subscribe(milestones)
     journal.subscribe(subscriber)
     conditions = conditions or Conditions()
-    journal.record(_started(scenario, thinking, proposer, conditions, language), 0.0)
+    journal.record(_started(case, scenario, thinking, proposer, conditions, language), 0.0)
     try:
         done = run(
             case, scenario, journal, thinking.clock(), watcher=seen, archive=directory, language=language,
@@ -103,9 +103,9 @@ def record_run(
             _store(case, directory, done, milestones)
     except KeyboardInterrupt:
         journal.record(RunFinished(INTERRUPTED, "stopped from outside"), seen.at_s)
-        directory.close(Summary(scenario.seed, INTERRUPTED))
+        directory.close(Summary(scenario.seed, INTERRUPTED, case.configuration))
         raise
-    directory.close(Summary(scenario.seed, result.outcome.value))
+    directory.close(Summary(scenario.seed, result.outcome.value, case.configuration))
     return RecordedRun(done, result)
 
 
@@ -122,9 +122,12 @@ class _LastTime:
 
 
 def _started(
-    scenario: Scenario, thinking: Thinking, proposer: str, conditions: Conditions, language: Language | None
-) -> RunStarted:
-    configuration = [Setting("end_s", scenario.end_s), Setting("seeds", NAMING)]
+    case: Case, scenario: Scenario, thinking: Thinking, proposer: str, conditions: Conditions,
+    language: Language | None,
+) -> RunStarted:  # fmt: skip
+    configuration = [Setting("configuration", case.configuration)]
+    configuration += [Setting(f"made again {name}", "it was older than its sources") for name in case.remade]
+    configuration += [Setting("end_s", scenario.end_s), Setting("seeds", NAMING)]
     for fault in scenario.faults:
         configuration.append(Setting(f"onset_s {fault.fault}", fault.onset_s))
         configuration.append(Setting(f"severity {fault.fault}", fault.severity))

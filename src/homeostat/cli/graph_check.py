@@ -11,7 +11,7 @@ from homeostat.cli.arguments import ENDINGS
 
 if TYPE_CHECKING:
     from homeostat.cli.arguments import Commands
-    from homeostat.cli.graphs import Plant
+    from homeostat.cli.graphs import Place, Plant
     from homeostat.domain.plant_description import PlantDescription
     from homeostat.knowledge.store import GraphStore
     from homeostat.process.model import ProcessModel
@@ -42,11 +42,11 @@ def carry_out(options: argparse.Namespace) -> int:
     from homeostat.cli.graphs import opened, place
 
     where = place(options.case, options.graph)
-    if where.plant is not None and options.graph is None:
+    if where.plant is not None and where.own:
         _refuse_altered(where.plant)
     store = opened(where)
     count = 0
-    for problem in _problems(where.plant, store):
+    for problem in _problems(where, store):
         print(" ".join(problem.split()))
         count += 1
     warnings = _warn(store)
@@ -76,12 +76,33 @@ def _warn(store: GraphStore) -> int:
     return len(found)
 
 
-def _problems(plant: Plant | None, store: GraphStore) -> Iterator[str]:
+def _problems(where: Place, store: GraphStore) -> Iterator[str]:
     from homeostat.knowledge.blemishes import blemishes
 
     yield from map(str, blemishes(store))
-    if plant is not None:
-        yield from _disagreements(plant, store)
+    if where.plant is not None:
+        yield from _disagreements(where.plant, store)
+        if where.own:
+            yield from _other_than_built(where.plant)
+
+
+def _other_than_built(plant: Plant) -> Iterator[str]:
+    """Where the plant's graph is not what its tables make, although it says that they have not changed."""
+    from homeostat.knowledge.build import GRAPH, build
+    from homeostat.knowledge.graph_error import Code, GraphError
+    from homeostat.knowledge.provenance import stale_tables
+
+    graph = plant.files.content(GRAPH)
+    try:
+        if stale_tables(plant.files.folder, graph) or build(plant.files.folder) == graph:
+            return
+    except GraphError as error:
+        yield str(error)
+        return
+    yield (
+        f"[{Code.STALE_GRAPH}] {GRAPH}: is not what its tables make: another version built it, or it was altered and "
+        f"given a new hash; run 'python -m homeostat.knowledge.build {plant.files.folder}'"
+    )
 
 
 def _disagreements(plant: Plant, store: GraphStore) -> Iterator[str]:

@@ -53,6 +53,11 @@ class Place:
     """The case that it is of; None for the graph of any other plant."""
 
     @property
+    def own(self) -> bool:
+        """Whether it is the one in the case's folder."""
+        return self.plant is not None and self.path == self.plant.files.folder / GRAPH
+
+    @property
     def prefixes(self) -> dict[str, str]:
         """Prefix -> namespace IRI, a case's own included."""
         own = {} if self.plant is None else {self.plant.name: self.plant.namespace + "#"}
