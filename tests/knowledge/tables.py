@@ -44,7 +44,8 @@ class Workbench:
             return list(csv.DictReader(file))
 
     def write(self, table: str, rows: Rows) -> None:
-        header = list(self.rows(table)[0])
+        with self.path(table).open(encoding="utf-8", newline="") as file:
+            header = next(csv.reader(file))
         with self.path(table).open("w", encoding="utf-8", newline="") as file:
             writer = csv.DictWriter(file, header, lineterminator="\n")
             writer.writeheader()

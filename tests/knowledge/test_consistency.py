@@ -94,6 +94,17 @@ def nothing(rows: Rows) -> Rows:
     return []
 
 
+def one(**values: str) -> Change:
+    """Nothing but one row."""
+    return lambda rows: [values]
+
+
+def two(strategy: str, permissive: str, reason: str) -> Change:
+    """Nothing but two rows about the same, of which the second gives another reason."""
+    row = {"strategy": strategy, "permissive": permissive, "reason": reason}
+    return lambda rows: [row, {**row, "reason": f"Not {reason}"}]
+
+
 BROKEN: list[tuple[str, str, Change, Code]] = [
     ("equipment", "kind misspelt", cell("kind", "Pmup", 3), Code.BAD_WORD),
     ("equipment", "part of nothing known", cell("part_of", "nowhere", 3), Code.UNKNOWN_COMPONENT),
@@ -216,6 +227,67 @@ BROKEN: list[tuple[str, str, Change, Code]] = [
     ("fallbacks", "step twice", cell("step", "2"), Code.DUPLICATE_ID),
     ("fallbacks", "tag twice", again(step="99"), Code.DUPLICATE_ID),
     ("fallbacks", "none", nothing, Code.NO_FALLBACK),
+    ("fallbacks", "neither yes nor no", cell("out_of_service", "maybe"), Code.MISSING_VALUE),
+    ("fallbacks", "not what its state admits", where(lambda r: r["tag"] == "XV1.cmd", value="1"), Code.FALLBACK_NOT_ADMITTED),
+    ("fallbacks", "nothing of the tag admitted", where(lambda r: r["tag"] == "V2.man", tag="T1.sp", value="300"), Code.FALLBACK_NOT_ADMITTED),
+    ("fallbacks", "against a permissive", where(lambda r: r["tag"] == "F1.sp", value="0.03"), Code.FALLBACK_NOT_PERMITTED),
+    ("fallbacks", "automatic where there is none", where(lambda r: r["tag"] == "F1.sp", value=""), Code.TAG_NOT_WRITABLE),
+    ("fallback_waivers", "strategy unknown", one(strategy="flee", permissive="PRM-FEED", reason="r"), Code.UNKNOWN_FALLBACK),
+    ("fallback_waivers", "permissive unknown", one(strategy="drain", permissive="PRM-99", reason="r"), Code.UNKNOWN_LIMIT),
+    ("fallback_waivers", "a hard limit", one(strategy="drain", permissive="LIM-T-HIGH", reason="r"), Code.UNKNOWN_LIMIT),
+    ("fallback_waivers", "no reason", one(strategy="drain", permissive="PRM-FEED", reason=""), Code.MISSING_VALUE),
+    ("fallback_waivers", "two reasons", two(strategy="drain", permissive="PRM-FEED", reason="r"), Code.DUPLICATE_ID),
+    ("quality", "tag unknown", cell("tag", "T99"), Code.UNKNOWN_TAG),
+    ("quality", "row lost", without_first, Code.READING_NOT_RATED),
+    ("quality", "stale at once", cell("stale_s", "0"), Code.BAD_NUMBER),
+    ("quality", "never stale", cell("stale_s", "1e9"), Code.BAD_NUMBER),
+    ("quality", "stale is missing", cell("stale_s", ""), Code.MISSING_VALUE),
+    ("quality", "noise negative", cell("noise", "-0.5"), Code.BAD_NUMBER),
+    ("quality", "noise is not finite", cell("noise", "nan"), Code.BAD_NUMBER),
+    ("quality", "frozen without noise", cell("noise", ""), Code.FROZEN_WITHOUT_NOISE),
+    ("quality", "noise alone is too fast", cell("fastest", "4"), Code.BAD_NUMBER),
+    ("quality", "grace negative", cell("grace_s", "-1"), Code.BAD_NUMBER),
+    ("quality", "no description", cell("description", ""), Code.BAD_SHAPE),
+    ("quality", "same tag twice", again(stale_s="9"), Code.DUPLICATE_ID),
+    ("trips", "limit unknown", cell("limit", "LIM-99"), Code.UNKNOWN_LIMIT),
+    ("trips", "not a hard limit", again(limit="LIM-T-LOW"), Code.UNKNOWN_LIMIT),
+    ("trips", "row lost", without_first, Code.LIMIT_NOT_WATCHED),
+    ("trips", "threshold negative", cell("cusum", "-8"), Code.BAD_NUMBER),
+    ("trips", "threshold infinite", cell("cusum", "inf"), Code.BAD_NUMBER),
+    ("trips", "blind for an hour", cell("grace_s", "3600"), Code.BAD_NUMBER),
+    ("trips", "carrier names an unknown tag", cell("carrier", "T99 <= 3"), Code.UNKNOWN_TAG),
+    ("trips", "carrier syntax", cell("carrier", "T2 <="), Code.BAD_FORMULA),
+    ("trips", "carrier reads what it stands in for", cell("carrier", "T1 <= 312"), Code.CARRIER_READS_LIMIT),
+    ("trips", "carrier reads what the controller makes of it", cell("carrier", "T1.err <= 2"), Code.CARRIER_READS_LIMIT),
+    ("trips", "carrier reads the controller's output", cell("carrier", "V2.cmd <= 0.9"), Code.CARRIER_READS_LIMIT),
+    ("trips", "carrier looks ahead", cell("carrier", "always (T2 <= 352)"), Code.LIMIT_LOOKS_AHEAD),
+    ("trips", "carrier always holds", cell("carrier", "abs(V1.cmd) <= 1"), Code.LIMIT_NEVER_BROKEN),
+    ("trips", "carrier never holds", cell("carrier", "T2 >= 320 and T2 <= 310"), Code.GUARD_NEVER_TRUE),
+    ("trips", "carrier reads a tag without quality", cell("carrier", "V2.man <= 0.5"), Code.READING_NOT_RATED),
+    ("trips", "nothing carries what is lifted", cell("carrier", ""), Code.LIFT_WITHOUT_CARRIER),
+    ("trips", "lifted for ever", cell("lift_s", "1e9"), Code.BAD_NUMBER),
+    ("trips", "lifted for no time", cell("lift_s", "0"), Code.LIFT_WITHOUT_CARRIER),
+    ("trips", "same limit twice", again(cusum="80"), Code.DUPLICATE_ID),
+    ("writables", "tag unknown", cell("tag", "T99"), Code.UNKNOWN_TAG),
+    ("writables", "a measured tag", again(tag="T1"), Code.NOT_COMMANDABLE),
+    ("writables", "row lost", without_first, Code.TAG_NOT_WRITABLE),
+    ("writables", "tolerance negative", cell("tolerance", "-1"), Code.BAD_NUMBER),
+    ("writables", "tolerance of an increment", cell("tolerance", "0.1"), Code.BAD_NUMBER),
+    ("writables", "never confirmed", cell("confirm_s", "0"), Code.BAD_NUMBER),
+    ("writables", "ramped by nobody", cell("ramped_by", "wind"), Code.BAD_WORD),
+    ("writables", "neither yes nor no", cell("automatic", "maybe"), Code.MISSING_VALUE),
+    ("writables", "no automatic where a state asks for it", where(lambda r: r["tag"] == "V2.man", automatic="no"), Code.TAG_NOT_WRITABLE),
+    ("writables", "same tag twice", again(confirm_s="9"), Code.DUPLICATE_ID),
+    ("start_up", "limit unknown", cell("limit", "LIM-99"), Code.UNKNOWN_LIMIT),
+    ("start_up", "not a hard limit", cell("limit", "LIM-T-LOW"), Code.UNKNOWN_LIMIT),
+    ("start_up", "a criterion", cell("limit", "ACC-T-HIGH"), Code.UNKNOWN_LIMIT),
+    ("start_up", "formula missing", cell("formula", ""), Code.MISSING_VALUE),
+    ("start_up", "formula names an unknown tag", cell("formula", "T99 <= 3"), Code.UNKNOWN_TAG),
+    ("start_up", "outside the instrument", cell("formula", "T1 <= 5000"), Code.LIMIT_OUTSIDE_RANGE),
+    ("start_up", "protects nothing", cell("formula", "abs(V1.cmd) <= 1"), Code.LIMIT_NEVER_BROKEN),
+    ("start_up", "looks ahead", cell("formula", "always (T1 <= 356)"), Code.LIMIT_LOOKS_AHEAD),
+    ("start_up", "source missing", cell("source", ""), Code.MISSING_VALUE),
+    ("states", "start-up neither yes nor no", cell("start_up", "maybe"), Code.MISSING_VALUE),
     ("faults", "component unknown", cell("component", "J99"), Code.UNKNOWN_COMPONENT),
     ("faults", "disables something unknown", cell("disables", "J99"), Code.UNKNOWN_COMPONENT),
     ("faults", "range reversed", swapped("low", "high"), Code.REVERSED_RANGE),

@@ -1,7 +1,8 @@
-"""Everything that a plant's knowledge graph says, as one value: what agents, twin and gate are configured from."""
+"""Everything that a plant's knowledge graph says, as one value: what agents, twin and guard are configured from."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -10,6 +11,7 @@ from homeostat.domain.diagnosis import Fault, Feature, SymptomRule
 from homeostat.domain.limits import Limits
 from homeostat.domain.parameter import ModelParameter
 from homeostat.domain.recovery import FallbackStrategy
+from homeostat.domain.rules import QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.tag import Tag
 from homeostat.stl.formula import Expression
 from homeostat.stl.spelling import near_matches
@@ -137,6 +139,14 @@ class PlantDescription:
     """Ways to the safe state."""
     equations: tuple[Equation, ...]
     """Equations of the process operators."""
+    qualities: Mapping[str, QualityRule]
+    """Tag -> when its reading may be believed."""
+    trips: Mapping[str, TripRule]
+    """Name of a hard limit -> how it is watched."""
+    writables: Mapping[str, WriteRule]
+    """Tag -> how it is commanded; no other tag can be."""
+    start_up: StartUp
+    """Start-up: its states, and its limits."""
 
     @property
     def tags(self) -> tuple[Tag, ...]:

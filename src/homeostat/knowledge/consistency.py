@@ -8,7 +8,7 @@ from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.tag import Role
 from homeostat.stl.spelling import near_matches
 
-from . import consistency_commands, consistency_rules
+from . import consistency_commands, consistency_guard, consistency_rules
 from .graph_error import Code, Found, GraphError
 
 
@@ -54,8 +54,14 @@ def inconsistencies(plant: PlantDescription, model: ModelInterface) -> tuple[Inc
         *_faults(plant, model),
         *consistency_commands.setpoints(plant),
         *consistency_commands.fallbacks(plant),
+        *consistency_commands.permissives(plant),
+        *consistency_commands.admitted(plant),
+        *consistency_commands.writables(plant),
         *consistency_rules.formulas(plant),
         *consistency_rules.criteria(plant, model.horizon_s),
+        *consistency_guard.trips(plant),
+        *consistency_guard.readings(plant),
+        *consistency_guard.start_up(plant),
     ]
     return tuple(Inconsistency(code, thing, message) for code, thing, message in found)
 

@@ -9,34 +9,41 @@ from homeostat.stl.formula import Formula
 from homeostat.stl.tree import Always, Eventually, Node, Until, children, walk
 
 from .graph_error import Code, Found
-from .intervals import Intervals, bounds, can_fail, can_hold
+from .intervals import Interval, Intervals, bounds, can_fail, can_hold
 
 
 def formulas(plant: PlantDescription) -> Found:
     """Formulas that cannot hold, protect nothing, compare with impossible values, or look ahead where they must not."""
-    ranges = {tag.name: (tag.range.low, tag.range.high) for tag in plant.tags}
+    ranges = ranges_of(plant)
     for transition in plant.machine.transitions:
-        yield from _momentary(f"transition {transition.name!r}", "guard", transition.guard)
-        yield from _judged(plant, f"transition {transition.name!r}", transition.guard, ranges)
+        yield from momentary(f"transition {transition.name!r}", "guard", transition.guard)
+        yield from judged(plant, f"transition {transition.name!r}", transition.guard, ranges)
     for state in plant.machine.states:
-        yield from _momentary(f"state {state.name!r}", "settled_when", state.settled_when)
-        yield from _judged(plant, f"state {state.name!r}", state.settled_when, ranges)
+        yield from momentary(f"state {state.name!r}", "settled_when", state.settled_when)
+        yield from judged(plant, f"state {state.name!r}", state.settled_when, ranges)
     for limit in plant.limits.limits:
-        yield from _momentary(f"limit {limit.name!r}", "limit", limit.formula)
-        yield from _judged(plant, f"limit {limit.name!r}", limit.formula, ranges)
-        yield from _breakable(f"limit {limit.name!r}", limit.formula, ranges)
+        yield from momentary(f"limit {limit.name!r}", "limit", limit.formula)
+        yield from judged(plant, f"limit {limit.name!r}", limit.formula, ranges)
+        yield from breakable(f"limit {limit.name!r}", limit.formula, ranges)
     for criterion in plant.limits.criteria:
-        yield from _judged(plant, f"criterion {criterion.name!r}", criterion.formula, ranges)
-        yield from _breakable(f"criterion {criterion.name!r}", criterion.formula, ranges)
+        yield from judged(plant, f"criterion {criterion.name!r}", criterion.formula, ranges)
+        yield from breakable(f"criterion {criterion.name!r}", criterion.formula, ranges)
 
 
-def _momentary(thing: str, what: str, formula: Formula) -> Found:
+def ranges_of(plant: PlantDescription) -> dict[str, Interval]:
+    """Tag -> the values that it may have."""
+    return {tag.name: (tag.range.low, tag.range.high) for tag in plant.tags}
+
+
+def momentary(thing: str, what: str, formula: Formula) -> Found:
+    """A formula that is judged on one moment but looks ahead; ``what`` it is, for the message."""
     if any(isinstance(node, Always | Eventually | Until) for node, _ in walk(formula.root)):
         message = f"{what} '{formula}' is judged on one moment; remove always, eventually and until"
         yield Code.LIMIT_LOOKS_AHEAD, thing, message
 
 
-def _judged(plant: PlantDescription, thing: str, formula: Formula, ranges: Intervals) -> Found:
+def judged(plant: PlantDescription, thing: str, formula: Formula, ranges: Intervals) -> Found:
+    """A formula that cannot hold inside ``ranges``, or compares with a value that an instrument cannot show."""
     if not can_hold(formula.root, ranges):
         yield Code.GUARD_NEVER_TRUE, thing, f"'{formula}' cannot hold for any values inside the ranges of its tags"
     for bound in bounds(formula.root):
@@ -47,7 +54,8 @@ def _judged(plant: PlantDescription, thing: str, formula: Formula, ranges: Inter
             yield Code.LIMIT_OUTSIDE_RANGE, thing, message
 
 
-def _breakable(thing: str, formula: Formula, ranges: Intervals) -> Found:
+def breakable(thing: str, formula: Formula, ranges: Intervals) -> Found:
+    """A formula that cannot fail inside ``ranges``."""
     if not can_fail(formula.root, ranges):
         message = f"'{formula}' holds for all values inside the ranges of its tags, so it protects nothing"
         yield Code.LIMIT_NEVER_BROKEN, thing, message

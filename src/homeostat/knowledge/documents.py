@@ -2,7 +2,7 @@
 
 They hold the same facts as the Turtle of :mod:`homeostat.knowledge.context`, so that a study can tell what the graph's
 structure is worth. Left out is what no agent is ever shown: the syntax trees of equations, whose text stays, the second
-description of model parameters by DIN EN 61360, and the hashes of the source tables.
+description of model parameters by DIN EN 61360, what the guard alone needs, and the hashes of the source tables.
 """
 
 from __future__ import annotations
@@ -19,7 +19,12 @@ from homeostat.knowledge.context import PLAIN, TEXT_LIMIT
 from homeostat.knowledge.store import GraphStore
 from homeostat.knowledge.vocabulary import DINEN61360, HS, RDF, RDFS, M
 
-_BOOKKEEPING: Final = frozenset({HS.SourceTable, DINEN61360.Type_Description, DINEN61360.Instance_Description})
+_UNTOLD: Final = frozenset(
+    {
+        HS.SourceTable, DINEN61360.Type_Description, DINEN61360.Instance_Description,
+        HS.QualityRule, HS.TripRule, HS.WriteRule, HS.StartUpLimit, HS.Waiver,
+    }
+)  # fmt: skip
 """Types of things without a document."""
 _HEADING: Final = frozenset({RDF.type, RDFS.label, HS.belongsTo})
 """Said by the first words of a document; that everything belongs to the one plant is not said."""
@@ -50,7 +55,7 @@ def documents(store: GraphStore, namespace: str) -> tuple[Document, ...]:
 
 def _is_told(triples: Sequence[Triple]) -> bool:
     types = {t.object for t in triples if t.predicate == RDF.type}
-    return not types & _BOOKKEEPING and not (types and all(_is_syntax(kind) for kind in types))
+    return not types & _UNTOLD and not (types and all(_is_syntax(kind) for kind in types))
 
 
 def _is_syntax(kind: object) -> bool:

@@ -28,8 +28,8 @@ SHOWN: Final = 80
 FORMAL: Final = frozenset(
     term.value
     for term in (
-        HS.formula, HS.settledWhen, HS.equationText, HS.featureExpression, HS.accumulationExpression, HS.sha256,
-        UML.transitionGuard,
+        HS.formula, HS.settledWhen, HS.equationText, HS.featureExpression, HS.accumulationExpression,
+        HS.carrierFormula, HS.startUpFormula, HS.sha256, UML.transitionGuard,
     )
 )  # fmt: skip
 """Properties whose values are formulas or digests: no prose, and whatever else stands there is a problem already."""

@@ -334,6 +334,30 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     FallbackStrategy: NamedNode
     hasCommand: NamedNode
     leadsTo: NamedNode
+    actsOutOfService: NamedNode
+    Waiver: NamedNode
+    ofStrategy: NamedNode
+    waives: NamedNode
+    # the guard
+    QualityRule: NamedNode
+    TripRule: NamedNode
+    WriteRule: NamedNode
+    StartUpLimit: NamedNode
+    ofLimit: NamedNode
+    staleTime: NamedNode
+    frozenTime: NamedNode
+    fastestChange: NamedNode
+    graceTime: NamedNode
+    cusumThreshold: NamedNode
+    carrierFormula: NamedNode
+    largestLift: NamedNode
+    liftTime: NamedNode
+    tolerance: NamedNode
+    confirmTime: NamedNode
+    rampedBy: NamedNode
+    hasAutomatic: NamedNode
+    startUpFormula: NamedNode
+    isStartUpState: NamedNode
     # physics
     ModelParameter: NamedNode
     symbol: NamedNode

@@ -110,6 +110,11 @@ class Entry:
         """An arithmetic term over ``tags``."""
         return self._rule(self.text(column), tags, parse_expression)
 
+    def optional_formula(self, column: str, tags: Mapping[str, Tag]) -> Formula | None:
+        """A condition over ``tags``, or None."""
+        text = self._read(column, self.row.optional_text)
+        return None if text is None else self._rule(text, tags, parse)
+
     def optional_expression(self, column: str, tags: Mapping[str, Tag]) -> Expression | None:
         """An arithmetic term over ``tags``, or None."""
         text = self._read(column, self.row.optional_text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import groupby
 
 from pyoxigraph import NamedNode
@@ -14,22 +15,38 @@ from .entry import Entry, entries
 
 
 def fallback_strategies(store: GraphStore, system: NamedNode) -> tuple[FallbackStrategy, ...]:
-    """The strategies, sorted by name, their commands in the order of their steps.
+    """The strategies, sorted by name, their commands in the order of their steps, and the permissives they set aside.
 
     A command ramps at the rate limit of its tag. One without a value hands a manual output back to automatic.
     """
     rows = entries(store, "plant_fallbacks", "fallback", system)
-    return tuple(_strategy(tuple(group)) for _, group in groupby(rows, key=lambda entry: entry.name))
+    waived = _waivers(store, system)
+    found = (_strategy(tuple(group), waived) for _, group in groupby(rows, key=lambda entry: entry.name))
+    return tuple(found)
 
 
-def _strategy(rows: tuple[Entry, ...]) -> FallbackStrategy:
+def _waivers(store: GraphStore, system: NamedNode) -> dict[str, dict[str, str]]:
+    """Strategy -> permissive -> why it is set aside."""
+    found: dict[str, dict[str, str]] = {}
+    for row in entries(store, "plant_waivers", "waiver of fallback", system):
+        strategy = row.reference("strategy", Code.UNKNOWN_FALLBACK)
+        permissive = row.reference("permissive", Code.UNKNOWN_LIMIT)
+        if permissive in found.setdefault(strategy, {}):
+            raise GraphError(Code.DUPLICATE_ID, row.thing, f"sets {permissive!r} aside more than once; keep one row")
+        found[strategy][permissive] = row.text("reason")
+    return found
+
+
+def _strategy(rows: tuple[Entry, ...], waived: Mapping[str, Mapping[str, str]]) -> FallbackStrategy:
     first = rows[0]
     steps = [row.whole("order") for row in rows]
     if len(set(steps)) < len(steps):
         raise GraphError(Code.DUPLICATE_ID, first.thing, f"steps {steps} are not all different")
     commands = tuple(_command(row) for row in sorted(rows, key=lambda row: row.whole("order")))
     target = first.reference("target", Code.UNKNOWN_STATE)
-    return FallbackStrategy(first.name, first.made(lambda: ActionSet(commands, target), Code.DUPLICATE_ID))
+    actions = first.made(lambda: ActionSet(commands, target), Code.DUPLICATE_ID)
+    forced = frozenset(row.reference("tag", Code.UNKNOWN_TAG) for row in rows if row.flag("out_of_service"))
+    return FallbackStrategy(first.name, actions, waived.get(first.name, {}), forced)
 
 
 def _command(row: Entry) -> Command:

@@ -10,6 +10,7 @@ from ..store import GraphStore
 from .behaviour import state_machine
 from .diagnosis import faults, features, symptom_rules
 from .fallback import fallback_strategies
+from .guarding import qualities, start_up, trips, writables
 from .limits import limits
 from .parameters import model_parameters
 from .signals import signals
@@ -24,6 +25,7 @@ def read_plant(store: GraphStore, system: NamedNode) -> PlantDescription:
     name, label = root(store, system)
     found = signals(store, system)
     tags = tuple(signal.tag for signal in found)
+    stated = limits(store, system, tags)
     return PlantDescription(
         name=name,
         label=label,
@@ -31,11 +33,15 @@ def read_plant(store: GraphStore, system: NamedNode) -> PlantDescription:
         signals=found,
         loops=loops(store, system),
         machine=state_machine(store, system, tags),
-        limits=limits(store, system, tags),
+        limits=stated,
         faults=faults(store, system),
         features=features(store, system, tags),
         symptom_rules=symptom_rules(store, system),
         parameters=model_parameters(store, system),
         fallback_strategies=fallback_strategies(store, system),
         equations=equations(store, system),
+        qualities=qualities(store, system),
+        trips=trips(store, system, tags),
+        writables=writables(store, system),
+        start_up=start_up(store, system, tags, stated),
     )

@@ -1,0 +1,93 @@
+"""Can the guard watch the plant by these tables: every hard limit, every reading, and start-up?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from homeostat.domain.limits import Limit
+from homeostat.domain.plant_description import PlantDescription, Relation
+from homeostat.domain.rules import TripRule
+from homeostat.stl.formula import Formula
+
+from .consistency_rules import breakable, judged, momentary, ranges_of
+from .graph_error import Code, Found
+
+
+def trips(plant: PlantDescription) -> Found:
+    """Every hard limit is watched, nothing else is, and what carries one does not fail together with it."""
+    hard = {limit.name: limit for limit in plant.limits.hard}
+    for name in sorted(hard.keys() - plant.trips.keys()):
+        message = "is hard, but no row of the trip table says how it is watched; add one"
+        yield Code.LIMIT_NOT_WATCHED, f"limit {name!r}", message
+    for name, rule in sorted(plant.trips.items()):
+        thing = f"trip of limit {name!r}"
+        if name not in hard:
+            yield Code.UNKNOWN_LIMIT, thing, "is not a hard limit, so it cannot trip; remove the row or make it hard"
+        elif rule.carrier is not None:
+            yield from _carrier(plant, thing, hard[name], rule.carrier)
+        yield from _lift(thing, rule)
+
+
+def _carrier(plant: PlantDescription, thing: str, limit: Limit, carrier: Formula) -> Found:
+    ranges = ranges_of(plant)
+    yield from momentary(thing, "carrier", carrier)
+    yield from judged(plant, thing, carrier, ranges)
+    yield from breakable(thing, carrier, ranges)
+    for tag in sorted(carrier.tags & _dependent(plant, limit)):
+        message = f"its carrier reads {tag!r}, which is what it should stand in for; use another instrument"
+        yield Code.CARRIER_READS_LIMIT, thing, message
+
+
+def _dependent(plant: PlantDescription, limit: Limit) -> frozenset[str]:
+    """Tags that ``limit`` reads, and those that a controller works out from one of them."""
+    controllers = {loop.controller for loop in plant.loops if loop.process_variable in limit.formula.tags}
+    outputs = {loop.manipulated_variable for loop in plant.loops if loop.process_variable in limit.formula.tags}
+    reported = {s.tag.name for s in plant.signals if s.relation is Relation.REPORTS and s.component in controllers}
+    return limit.formula.tags | reported | outputs
+
+
+def _lift(thing: str, rule: TripRule) -> Found:
+    if (rule.lift > 0.0) != (rule.lift_s > 0.0):
+        message = f"lift {rule.lift:g} for lift_s {rule.lift_s:g} s lifts nothing; give both a value > 0, or both 0"
+        yield Code.LIFT_WITHOUT_CARRIER, thing, message
+    if rule.lift > 0.0 and rule.carrier is None:
+        message = f"may be lifted for {rule.lift_s:g} s although nothing carries the limit; state a carrier or lift 0"
+        yield Code.LIFT_WITHOUT_CARRIER, thing, message
+
+
+def readings(plant: PlantDescription) -> Found:
+    """Every tag that a rule reads has a quality; what is called frozen is noisy, and noise alone is not too fast."""
+    for thing, formula in _rules(plant):
+        for tag in sorted(formula.tags - plant.qualities.keys()):
+            message = f"reads {tag!r}, but no row of the quality table says when its reading may be believed; add one"
+            yield Code.READING_NOT_RATED, thing, message
+    for name, rule in sorted(plant.qualities.items()):
+        thing, unit = f"quality of tag {name!r}", plant.tag(name).unit
+        if rule.frozen_s is not None and rule.noise is None:
+            message = f"is frozen after {rule.frozen_s:g} s, but has no noise: a constant reading may be true"
+            yield Code.FROZEN_WITHOUT_NOISE, thing, message
+        least = 6.0 * math.sqrt(2.0) * (rule.noise or 0.0)
+        if rule.fastest is not None and rule.fastest < least:
+            message = f"fastest {rule.fastest:g} {unit}/s must be >= {least:.3g}: noise alone moves a reading so"
+            yield Code.BAD_NUMBER, thing, message
+
+
+def _rules(plant: PlantDescription) -> Iterator[tuple[str, Formula]]:
+    """What the guard judges on readings, with its name for messages."""
+    yield from ((f"limit {limit.name!r}", limit.formula) for limit in plant.limits.limits)
+    yield from ((f"trip of limit {name!r}", r.carrier) for name, r in sorted(plant.trips.items()) if r.carrier)
+    yield from ((f"start-up limit {name!r}", r.formula) for name, r in sorted(plant.start_up.limits.items()))
+    yield from ((f"transition {t.name!r}", t.guard) for t in plant.machine.transitions)
+
+
+def start_up(plant: PlantDescription) -> Found:
+    """What holds during start-up: instead of hard limits only, and such that it can hold and fail."""
+    hard, ranges = {limit.name for limit in plant.limits.hard}, ranges_of(plant)
+    for name, limit in sorted(plant.start_up.limits.items()):
+        thing = f"start-up limit {name!r}"
+        if name not in hard:
+            yield Code.UNKNOWN_LIMIT, thing, "is not a hard limit; start-up replaces hard limits only"
+        yield from momentary(thing, "start-up limit", limit.formula)
+        yield from judged(plant, thing, limit.formula, ranges)
+        yield from breakable(thing, limit.formula, ranges)

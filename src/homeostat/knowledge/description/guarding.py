@@ -1,0 +1,105 @@
+"""What the guard needs: when readings may be believed, how limits are watched and tags written, and start-up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Final
+
+from pyoxigraph import NamedNode
+
+from homeostat.domain.limits import Limits
+from homeostat.domain.mode import Side
+from homeostat.domain.rules import QualityRule, StartUp, TripRule, WriteRule
+from homeostat.domain.tag import Tag
+
+from ..graph_error import Code, GraphError
+from ..store import GraphStore
+from .entry import Entry, entries, unique
+
+_LONGEST_S: Final = {"stale_s": 60.0, "frozen_s": 3600.0, "grace_s": 60.0, "confirm_s": 60.0, "lift_s": 3600.0}
+"""Column -> longest time that can be meant [s]."""
+_MAY_BE_ZERO: Final = frozenset({"grace_s", "cusum", "lift", "lift_s", "tolerance"})
+
+
+def qualities(store: GraphStore, system: NamedNode) -> Mapping[str, QualityRule]:
+    """Tag -> when its reading may be believed."""
+    return {
+        (tag := entry.reference("tag", Code.UNKNOWN_TAG)): QualityRule(
+            tag=tag,
+            stale_s=_number(entry, "stale_s"),
+            noise=_optional_number(entry, "noise"),
+            frozen_s=_optional_number(entry, "frozen_s"),
+            fastest=_optional_number(entry, "fastest"),
+            grace_s=_number(entry, "grace_s"),
+        )
+        for entry in unique(entries(store, "plant_qualities", "quality of tag", system))
+    }
+
+
+def trips(store: GraphStore, system: NamedNode, tags: Iterable[Tag]) -> Mapping[str, TripRule]:
+    """Name of a hard limit -> how it is watched; carriers are read over ``tags``."""
+    known = {tag.name: tag for tag in tags}
+    return {
+        (limit := entry.reference("limit", Code.UNKNOWN_LIMIT)): TripRule(
+            limit=limit,
+            cusum=_number(entry, "cusum"),
+            grace_s=_number(entry, "grace_s"),
+            carrier=entry.optional_formula("carrier", known),
+            lift=_number(entry, "lift"),
+            lift_s=_number(entry, "lift_s"),
+        )
+        for entry in unique(entries(store, "plant_trips", "trip of limit", system))
+    }
+
+
+def writables(store: GraphStore, system: NamedNode) -> Mapping[str, WriteRule]:
+    """Tag -> how it is commanded."""
+    return {
+        (tag := entry.reference("tag", Code.UNKNOWN_TAG)): WriteRule(
+            tag=tag,
+            tolerance=_number(entry, "tolerance"),
+            confirm_s=_number(entry, "confirm_s"),
+            ramped_by=entry.word("ramped_by", Side),
+            automatic=entry.flag("automatic"),
+        )
+        for entry in unique(entries(store, "plant_writables", "writable tag", system))
+    }
+
+
+def start_up(store: GraphStore, system: NamedNode, tags: Iterable[Tag], limits: Limits) -> StartUp:
+    """The states of start-up, and what holds in them instead of some of ``limits``."""
+    known = {tag.name: tag for tag in tags}
+    stated = {limit.name: limit for limit in limits.limits}
+    states = entries(store, "plant_start_up_states", "state", system)
+    replaced = {}
+    for entry in unique(entries(store, "plant_start_up_limits", "start-up limit", system)):
+        name = entry.reference("limit", Code.UNKNOWN_LIMIT)
+        if name not in stated:
+            raise GraphError(Code.UNKNOWN_LIMIT, entry.thing, "is a criterion; start-up replaces limits only")
+        replaced[name] = replace(
+            stated[name], formula=entry.formula("formula", known), source=entry.text("source"),
+            description=entry.words("description"),
+        )  # fmt: skip
+    return StartUp(frozenset(entry.name for entry in states if entry.flag("start_up")), replaced)
+
+
+def _number(entry: Entry, column: str) -> float:
+    """A number that must be there, inside its bounds."""
+    return _bounded(entry, column, entry.number(column))
+
+
+def _optional_number(entry: Entry, column: str) -> float | None:
+    """A number inside its bounds, or None."""
+    value = entry.optional_number(column)
+    return None if value is None else _bounded(entry, column, value)
+
+
+def _bounded(entry: Entry, column: str, value: float) -> float:
+    longest = _LONGEST_S.get(column, math.inf)
+    if not 0.0 <= value <= longest or (value == 0.0 and column not in _MAY_BE_ZERO):
+        least = ">= 0" if column in _MAY_BE_ZERO else "> 0"
+        most = "" if math.isinf(longest) else f" and <= {longest:g} s"
+        raise GraphError(Code.BAD_NUMBER, entry.thing, f"{column} {value:g} must be {least}{most}; correct the cell")
+    return value
