@@ -23,7 +23,6 @@ from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.cases.case import Case
 from homeostat.cases.error import CaseError
-from homeostat.cases.guard_defaults import qualities, start_up, trips, writables
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Trouble
 from homeostat.domain.plant_description import PlantDescription
@@ -218,9 +217,9 @@ def guard_rules(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> 
     """What the guard knows of ``case``: all of it from the tables."""
     d = case.description
     return GuardRules(
-        plant=case.name, tags=d.tags_by_name, machine=d.machine, limits=d.limits, trips=trips(d),
-        qualities=qualities(d), writables=writables(d), fallbacks=fallbacks(case), nominal=nominal(case, protocol),
-        start_up=start_up(d), configuration=case.configuration,
+        plant=case.name, tags=d.tags_by_name, machine=d.machine, limits=d.limits, trips=d.trips,
+        qualities=d.qualities, writables=d.writables, fallbacks=fallbacks(case), nominal=nominal(case, protocol),
+        start_up=d.start_up, configuration=case.configuration,
     )  # fmt: skip
 
 
