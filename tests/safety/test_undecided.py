@@ -15,7 +15,7 @@ from homeostat.domain.limits import LimitKind, Limits, Owner
 from homeostat.domain.production import Production
 from homeostat.domain.snapshot import Trajectory
 from homeostat.domain.verdict import Approve, Revise
-from homeostat.recovery.deadline import first_broken_s
+from homeostat.recovery.deadline import first_violated_s
 from homeostat.stl.formula import parse
 from tests.safety.world import ACTIONS, HOT, MEMBERS, RUNNING, SAMPLES, TAGS, criterion, rollout, rule
 
@@ -56,8 +56,8 @@ def test_a_permissive_that_one_step_leaves_undecided_is_violated() -> None:
 
 
 def test_thinking_ends_before_a_limit_that_can_no_longer_be_judged() -> None:
-    assert first_broken_s(EMPTY, Limits((RATIO,), ())) == 3 * EMPTY.trajectory.dt_s
-    assert first_broken_s(rollout(), Limits((RATIO,), ())) == math.inf
+    assert first_violated_s(EMPTY, Limits((RATIO,), ())) == 3 * EMPTY.trajectory.dt_s
+    assert first_violated_s(rollout(), Limits((RATIO,), ())) == math.inf
 
 
 def test_a_second_that_cannot_be_judged_is_a_second_outside() -> None:
