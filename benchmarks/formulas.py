@@ -35,8 +35,9 @@ def rows() -> Iterator[Row]:
     yield "parse", lambda: parse(LIMIT.text), 1
     yield "compile and judge once", lambda: Formula(LIMIT.text, LIMIT.root).margin_at(mean), 1
     yield "margin_at, it holds", lambda: LIMIT.margin_at(mean), 1
-    yield "margin_at, it is violated", lambda: LIMIT.margin_at({**mean, "L1": 1.0}), 1
-    yield "margin_at, it is undecided", lambda: LIMIT.margin_at({"F1": 0.03}), 1
+    low, blind = {**mean, "L1": 1.0}, {"F1": 0.03}
+    yield "margin_at, it is violated", lambda: LIMIT.margin_at(low), 1
+    yield "margin_at, it is undecided", lambda: LIMIT.margin_at(blind), 1
     alone = [{tag: float(c[k]) for tag, c in columns.items()} for k in range(MEMBERS)]
     yield f"holds, {MEMBERS} members one by one", lambda: [LIMIT.holds(point) for point in alone], MEMBERS
     yield f"holds_each, {MEMBERS} members", lambda: LIMIT.holds_each(columns), MEMBERS
