@@ -77,6 +77,12 @@ def read_panel(table: dict[str, Any], plant: PlantDescription) -> Panel:
     _refuse_unknown(title, "limit", limits, (limit.name for limit in plant.limits.limits))
     _refuse_unknown(title, "transition", guards, (t.name for t in plant.machine.transitions))
     low, high = table["window"]
+    whole = Range(min(t.range.low for t in tags), max(t.range.high for t in tags))
+    if not (low >= whole.low - whole.span and high <= whole.high + whole.span and high - low >= whole.span / 1000.0):
+        raise CaseError(
+            f"figure {title!r} has the window {low:g} to {high:g} {unit}, in which its tags, {whole.low:g} to "
+            f"{whole.high:g} {unit}, cannot be seen"
+        )
     return LinePanel(title, unit, names, limits, guards, (low, high))
 
 

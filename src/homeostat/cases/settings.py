@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, Final, TypeAlias
 
 from annotated_types import Len
 from pydantic import BaseModel, ConfigDict, StringConstraints, model_validator
@@ -26,6 +26,8 @@ from homeostat.cases.bounds import (
 from homeostat.domain.production import Production
 from homeostat.twin.twin import TwinSettings
 
+MOST_STEPS: Final = 1_000_000
+"""Simulated seconds of one hypothesis in one rollout, over all parameter draws [s]."""
 Name: TypeAlias = Annotated[str, StringConstraints(min_length=1, max_length=120, pattern=r"^\S+$")]
 """Name of a tag, variable, state, limit or transition; whether the plant has it is checked against the plant."""
 Text: TypeAlias = Annotated[str, StringConstraints(min_length=1, max_length=200, strip_whitespace=True)]
@@ -99,6 +101,11 @@ class TwinTable(Table):
         twin = self.settings
         if twin.stride > twin.horizon_s:
             raise ValueError(f"stride = {twin.stride} s must be at most horizon_s = {twin.horizon_s} s")
+        for name in ("judged_draws", "draws", "search_draws"):
+            if (steps := getattr(twin, name) * twin.horizon_s) > MOST_STEPS:
+                raise ValueError(
+                    f"{name} x horizon_s = {steps} s is more than {MOST_STEPS} s: no rollout would end while it matters"
+                )
         if twin.settle_rows > twin.replay_s:
             raise ValueError(
                 f"settle_rows = {twin.settle_rows} must be at most replay_s = {twin.replay_s}, in readings"

@@ -27,12 +27,7 @@ def refuse_misfit(name: str, settings: Settings, plant: PlantDescription, model:
     check.start(settings.start)
     check.objective(settings)
     check.twin(settings)
-    settle_s = settings.monitoring.settings.settle_s
-    if settle_s >= settings.run.end_s:
-        raise CaseError(
-            f"{check.where}: monitoring, settle_s: {settle_s:g} s must be less than the run's "
-            f"end_s = {settings.run.end_s:g} s, or nothing is ever judged"
-        )
+    check.times(settings)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +64,8 @@ class _Check:
         """CaseError where ``value`` is outside ``allowed``."""
         if not allowed.contains(value):
             raise CaseError(
-                f"{self.where}: {place}: {value:.6g} {unit} is outside the tag's range {allowed.low:.6g} to "
-                f"{allowed.high:.6g} {unit}"
+                f"{self.where}: {place}: {value:.6g} {unit} is outside {allowed.low:.6g} to "
+                f"{allowed.high:.6g} {unit}, what its tag can be"
             )
 
     def objective(self, settings: Settings) -> None:
@@ -78,7 +73,8 @@ class _Check:
         objective, tags = settings.objective, self.plant.tags_by_name
         self.known("objective, throughput", "tag", [objective.throughput], tags)
         tag = tags[objective.throughput]
-        self.inside("objective, design_rate", objective.design_rate, tag.range, tag.unit)
+        some = Range(tag.range.span * 1e-3, tag.range.high)
+        self.inside("objective, design_rate", objective.design_rate, some, tag.unit)
         rows = np.zeros((1, 1, len(self.model.states))), np.zeros((1, 1, len(self.model.inputs)))
         quantities = {*tags, *self.model.truth(*rows)}
         self.known("objective, delivered", "quantity", objective.delivered, quantities)
@@ -94,13 +90,28 @@ class _Check:
         self.known("twin, initial", "state variable", twin.initial, self.model.states)
         widest = max(t.range.span for t in self.plant.tags if t.role is Role.PV)
         for name, deviation in twin.initial.items():
-            if deviation > widest:
-                message = f"{deviation:.6g} is more than the width of any measured tag's range, {widest:.6g}"
+            if not 0.0 < deviation <= widest:
+                message = (
+                    f"{deviation:.6g} must be more than 0 and at most {widest:.6g}, the widest range of a measured tag"
+                )
                 raise CaseError(f"{self.where}: twin, initial, {name}: {message}")
         for name, (noise, error) in twin.errors.items():
-            tag = measured[name]
-            if not 0.0 < noise + error <= tag.range.span:
-                raise CaseError(
-                    f"{self.where}: twin, errors, {name}: {noise:.6g} + {error:.6g} {tag.unit} must be more than 0 and "
-                    f"at most the width of the tag's range, {tag.range.span:.6g} {tag.unit}"
+            tag, most = measured[name], measured[name].range.span / 4.0
+            if not (most * 1e-6 <= noise <= most and error <= most):
+                allowed = f"{most * 1e-6:.6g} to {most:.6g} {tag.unit}, a quarter of the tag's range"
+                message = (
+                    f"noise {noise:.6g} {tag.unit} must be from {allowed}, and model error {error:.6g} at most that"
                 )
+                raise CaseError(f"{self.where}: twin, errors, {name}: {message}")
+
+    def times(self, settings: Settings) -> None:
+        """What is waited for comes before the run ends; a stretch that is averaged may be meant never to be full."""
+        end_s = settings.run.end_s
+        for table, filled in (("monitoring", settings.monitoring), ("patience", settings.patience)):
+            for name, value in filled.given().items():
+                if name.endswith("_s") and name != "centre_s" and value >= end_s:
+                    message = f"{value:.6g} s must be less than the run's end_s = {end_s:.6g} s: it would never be over"
+                    raise CaseError(f"{self.where}: {table}, {name}: {message}")
+        if (settle_s := settings.monitoring.settings.settle_s) >= end_s:
+            message = f"{settle_s:.6g} s (the default) must be less than the run's end_s = {end_s:.6g} s"
+            raise CaseError(f"{self.where}: monitoring, settle_s: {message}")
