@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from homeostat.domain.alarm import Priority
 from homeostat.domain.guard_events import (
+    AlarmRaised,
     Cause,
     FallbackStands,
     FellBack,
@@ -20,6 +22,7 @@ from homeostat.domain.guard_events import (
     ReadBack,
     RequestAnswered,
     StateEntered,
+    StepLoaded,
     WriteEnded,
     WriteIntended,
     WriteResult,
@@ -83,6 +86,8 @@ def record(directory: Path, *events: Event, summary: Summary | None = None) -> R
         (STARTED, LATCHED, FELL, LatchReset(("kim",), "repaired", "held"), *WROTE[1:]),
         (STARTED, *ACCEPTED, intended(), replace(STARTED, restored=True), READ, intended(attempt=2), ended(attempt=2)),
         (STARTED, FELL, FALLBACK, replace(STARTED, restored=True, mode="observe"), replace(FALLBACK, attempt=2)),
+        (STARTED, *map(answered, ("authorised", "offered", "verified", "accepted")), intended(), ended(), READ),
+        (*WROTE, answered("refused", digest=""), *ACCEPTED[1:], intended(2), ended(2)),
         (STARTED, ModeEntered("observe", "kim"), ModeEntered("CLOSED_LOOP", "kim"), *WROTE[1:]),
     ],
 )  # fmt: skip
@@ -165,15 +170,27 @@ def test_the_digest_of_a_release_is_that_of_all_it_holds(tmp_path: Path) -> None
         )
     ):
         report = record(tmp_path / str(number), altered)
-        words = f"line 1: digest {DIGEST[:12]} is not that of the commands and steps that were released"
+        words = f"line 1: digest {DIGEST[:12]} is not that of the commands and steps that it stands for"
         assert report.contradictions[0] == words
     assert record(tmp_path / "older", replace(RELEASED, commands=CLOSE, state="")).complete
 
 
 def test_a_digest_stands_for_the_same_commands_everywhere(tmp_path: Path) -> None:
     other = replace(intended(cause=Cause.FALLBACK), digest=DIGEST)
-    report = record(tmp_path, STARTED, RELEASED, other)
-    assert report.contradictions == (f"line 3: digest {DIGEST[:12]} stands for other commands than in line 2",)
+    words = f"line 3: digest {DIGEST[:12]}"
+    report = record(tmp_path / "whole", STARTED, RELEASED, other)
+    assert report.contradictions == (
+        f"{words} is not that of the commands and steps that it stands for",
+        f"{words} stands for other commands than in line 2",
+    )
+    report = record(tmp_path / "part", STARTED, RELEASED, replace(other, steps=(StepLoaded("t2", CLOSE),)))
+    assert report.contradictions == (f"{words} stands for other commands than in line 2",)
+
+
+def test_a_journal_that_says_that_it_failed_may_lack_events(tmp_path: Path) -> None:
+    lost = (STARTED, AlarmRaised("journal", "no space left", Priority.HIGH), ended(4), intended(5, 2), READ)
+    assert record(tmp_path / "gap", *lost).complete
+    assert not record(tmp_path / "none", *lost[:1], *lost[2:]).complete
 
 
 def test_times_that_go_back_are_found(tmp_path: Path) -> None:

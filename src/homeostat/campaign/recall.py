@@ -4,41 +4,23 @@ from __future__ import annotations
 
 import dataclasses
 from enum import Enum
-from types import UnionType
+from types import ModuleType, UnionType
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
-from homeostat.domain.guard_events import FellBack, StateEntered
-from homeostat.trace import Event, Record, RunFinished, RunStarted, Signed
+from homeostat.domain import guard_events
+from homeostat.trace import Event, Record, RunFinished, RunStarted, Signed, decisions
 from homeostat.trace.calls import ModelCalled
-from homeostat.trace.decisions import (
-    Attempted,
-    Departed,
-    Diagnosed,
-    FallbackArmed,
-    GaveUp,
-    LeftAsIs,
-    Noticed,
-    ReleasedActions,
-    Retrieved,
-)
+
+
+def _declared(module: ModuleType) -> tuple[type[Event], ...]:
+    """The events that a module declares."""
+    own = (item for item in vars(module).values() if isinstance(item, type) and item.__module__ == module.__name__)
+    return tuple(item for item in own if hasattr(item, "kind"))
+
 
 EVENTS: Final[tuple[type[Event], ...]] = (
-    RunStarted,
-    RunFinished,
-    Noticed,
-    Departed,
-    Retrieved,
-    Diagnosed,
-    FallbackArmed,
-    ModelCalled,
-    Attempted,
-    GaveUp,
-    LeftAsIs,
-    ReleasedActions,
-    StateEntered,
-    FellBack,
-    Signed,
-)
+    RunStarted, RunFinished, Signed, ModelCalled, *_declared(decisions), *_declared(guard_events)
+)  # fmt: skip
 """The events that are recalled; a record of another kind is somebody else's."""
 
 _BY_KIND: Final = {event.kind: event for event in EVENTS}

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Final
 
 from homeostat.domain.guard_events import (
-    FallbackStands,
+    AlarmRaised,
+    AlarmReturned,
     FellBack,
     GuardStarted,
     Latched,
@@ -17,6 +18,7 @@ from homeostat.domain.guard_events import (
     ModeEntered,
     ReadBack,
     RequestAnswered,
+    SequenceLoaded,
     StateEntered,
     WriteEnded,
     WriteIntended,
@@ -31,8 +33,9 @@ from homeostat.trace.replay import Record
 _TOLD: Final = frozenset(
     event.kind
     for event in (
-        FallbackStands, FellBack, GuardStarted, Latched, LatchReset, ModeEntered, ReadBack, ReleasedActions,
-        RequestAnswered, RunFinished, RunStarted, StateEntered, WriteEnded, WriteIntended,
+        AlarmRaised, AlarmReturned, FellBack, GuardStarted, Latched, LatchReset, ModeEntered, ReadBack,
+        ReleasedActions, RequestAnswered, RunFinished, RunStarted, SequenceLoaded, StateEntered, WriteEnded,
+        WriteIntended,
     )
 )  # fmt: skip
 """Events whose fields a rule looks at; of the others it counts that they happened, and when."""

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from homeostat.domain.guard_events import (
-    FallbackStands,
+    AlarmRaised,
+    AlarmReturned,
     FellBack,
     GuardStarted,
     Latched,
@@ -15,17 +16,20 @@ from homeostat.domain.guard_events import (
     ModeEntered,
     ReadBack,
     RequestAnswered,
+    SequenceLoaded,
     WriteEnded,
     WriteIntended,
 )
 from homeostat.trace.evidence import Evidence, text, whole, word
 from homeostat.trace.replay import Record
 
+_FINAL: Final = frozenset({"confirmed", "failed", "advised", "refused", "withdrawn"})
+"""Statuses after which nothing more is said of a request."""
 _MAY_FOLLOW: Final = {
-    "received": {""},
-    "authorised": {"", "received"},
+    "received": {"", *_FINAL},  # a name that is used again begins another life
+    "authorised": {"", "received", *_FINAL},
     "verified": {"", "received", "authorised", "offered"},  # verified again after a person's yes
-    "offered": {"verified"},
+    "offered": {"received", "authorised", "verified"},
     "accepted": {"verified", "offered"},
     "confirmed": {"accepted"},
     "failed": {"accepted"},
@@ -52,6 +56,8 @@ class _Write:
 
 def lives_of_writes(evidence: Evidence) -> Iterator[str]:
     """An intention before each attempt, one attempt in flight, attempts in order, a read-back after the end."""
+    if has_gaps(evidence):
+        return
     writes: dict[int, _Write] = {}
     for record in evidence.of(GuardStarted.kind, WriteIntended.kind, WriteEnded.kind, ReadBack.kind):
         number, attempt = whole(record, "write"), whole(record, "attempt")
@@ -72,6 +78,11 @@ def lives_of_writes(evidence: Evidence) -> Iterator[str]:
                 yield f"line {record.seq}: write {number} was read back, and never intended"
             case ReadBack.kind if not write.ended:
                 yield f"line {record.seq}: write {number} was read back before its attempt {write.attempt} had ended"
+
+
+def has_gaps(evidence: Evidence) -> bool:
+    """Whether the guard says that its journal failed: then events are missing that were never written."""
+    return any(text(record, "alarm") == "journal" for record in evidence.of(AlarmRaised.kind, AlarmReturned.kind))
 
 
 def _intended(record: Record, number: int, attempt: int, writes: dict[int, _Write]) -> Iterator[str]:
@@ -95,28 +106,36 @@ class _Request:
     written: list[int] = field(default_factory=list)
     """Numbers of the writes for it."""
     accepted: int = 0
-    """Line in which it was accepted; 0 where it was not."""
+    """Line in which it was accepted last; 0 where it was not."""
 
 
 def lives_of_requests(evidence: Evidence) -> Iterator[str]:
     """Answers in their order, none after the final one; nothing sent for a request that is dead, or is no request."""
     requests: dict[str, _Request] = {}
     confirmed: set[int] = set()
+    loaded = {text(record, "source") for record in evidence.of(SequenceLoaded.kind)}
+    if has_gaps(evidence):
+        return
     for record in evidence.of(RequestAnswered.kind, WriteIntended.kind, ReadBack.kind):
         if record.kind == RequestAnswered.kind:
-            yield from _answered(record, requests.setdefault(text(record, "request"), _Request()), confirmed)
+            yield from _answered(record, requests, confirmed)
         elif record.kind == WriteIntended.kind and word(record.fields.get("cause")) == "request":
             yield from _sent(record, requests.get(text(record, "source")))
         elif record.kind == ReadBack.kind and not record.fields.get("deviating"):
             confirmed.add(whole(record, "write"))
     for name, request in requests.items():
-        if request.accepted and not request.written and request.status == "confirmed":
+        if request.status == "confirmed" and not request.written and name not in loaded:
             yield f"line {request.accepted}: request {name!r} was accepted, and nothing was ever sent for it"
 
 
-def _answered(record: Record, request: _Request, confirmed: set[int]) -> Iterator[str]:
+def _answered(record: Record, requests: dict[str, _Request], confirmed: set[int]) -> Iterator[str]:
     status, name, digest = word(record.fields.get("status")), text(record, "request"), text(record, "digest")
-    before = request.status
+    if status == "refused" and not digest:  # something that is not the request whose name it bears
+        return
+    before = requests[name].status if name in requests else ""
+    if before == "" or (before in _FINAL and status in ("received", "authorised")):
+        requests[name] = _Request()
+    request = requests[name]
     if status not in _MAY_FOLLOW:
         yield f"line {record.seq}: request {name!r} is {status!r}, which is no status"
     elif before not in _MAY_FOLLOW[status]:
@@ -126,7 +145,7 @@ def _answered(record: Record, request: _Request, confirmed: set[int]) -> Iterato
     if status == "confirmed" and request.written and not confirmed & set(request.written):
         yield f"line {record.seq}: request {name!r} is confirmed, and no read-back says so"
     request.status, request.digest = status, digest
-    request.accepted = request.accepted or (record.seq if status == "accepted" else 0)
+    request.accepted = record.seq if status == "accepted" else request.accepted
 
 
 def _sent(record: Record, request: _Request | None) -> Iterator[str]:
@@ -142,11 +161,10 @@ def _sent(record: Record, request: _Request | None) -> Iterator[str]:
 
 
 def writes_that_mode_or_latch_forbid(evidence: Evidence) -> Iterator[str]:
-    """Nothing is written in observe and advise, and no request after the latch, but a fallback until it stands."""
-    mode, latched, falling, fell = "", 0, False, False
+    """Nothing is written in observe and advise but a fallback that has begun, and no request after the latch."""
+    mode, latched, fell = "", 0, False
     for record in evidence.of(
-        GuardStarted.kind, ModeEntered.kind, Latched.kind, LatchReset.kind, FellBack.kind, FallbackStands.kind,
-        WriteIntended.kind,
+        GuardStarted.kind, ModeEntered.kind, Latched.kind, LatchReset.kind, FellBack.kind, WriteIntended.kind
     ):  # fmt: skip
         match record.kind:
             case GuardStarted.kind | ModeEntered.kind:
@@ -154,16 +172,15 @@ def writes_that_mode_or_latch_forbid(evidence: Evidence) -> Iterator[str]:
             case Latched.kind:
                 latched = record.seq
             case LatchReset.kind:
-                latched, falling, fell = 0, False, False
+                latched, fell = 0, False
             case FellBack.kind:
-                falling = fell = True
-            case FallbackStands.kind:
-                falling = False
+                fell = True
             case WriteIntended.kind:
                 cause = word(record.fields.get("cause"))
-                if mode in _WATCHING and not (falling and cause == "fallback"):
+                if mode in _WATCHING and not (cause == "fallback" and (fell or latched)):
                     yield f"line {record.seq}: a {cause} was written in mode {mode!r}, in which nobody writes"
                 if latched and cause == "request":
                     yield f"line {record.seq}: a request was written after the latch of line {latched} without a reset"
+                fell = fell or cause == "fallback"
                 if latched and cause == "sequence" and not fell:  # a fallback may have later steps
                     yield f"line {record.seq}: a step was written after the latch of line {latched} without a fallback"

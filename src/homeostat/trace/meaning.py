@@ -73,18 +73,26 @@ def digests(evidence: Evidence) -> Iterator[str]:
         digest, commands = text(record, "digest"), record.fields.get("commands")
         if not digest or record.fields.get("attempt", 1) != 1:  # another attempt may send what is left
             continue
-        if record.kind == ReleasedActions.kind and text(record, "state") and _recomputed(record) != digest:
-            yield f"line {record.seq}: digest {digest[:12]} is not that of the commands and steps that were released"
+        if _holds_all(record) and _recomputed(record) != digest:
+            yield f"line {record.seq}: digest {digest[:12]} is not that of the commands and steps that it stands for"
         first, others = known.setdefault(digest, (record.seq, commands))
         if commands != others:
             yield f"line {record.seq}: digest {digest[:12]} stands for other commands than in line {first}"
 
 
+def _holds_all(record: Record) -> bool:
+    """Whether the digest can be made again: an intention does not hold the guards of later steps."""
+    if record.kind == WriteIntended.kind:
+        return record.fields.get("steps") == []
+    return bool(text(record, "state"))
+
+
 def _recomputed(record: Record) -> str:
+    """The digest of what a record holds; empty where it cannot be one."""
     try:
         steps = [
             [s["transition"], s["guard"], s["target"], _plain(s["commands"])]  # type: ignore[index, call-overload]
-            for s in record.fields["then"]  # type: ignore[union-attr]
+            for s in record.fields.get("then", [])  # type: ignore[union-attr]
         ]
         return action_digest(text(record, "state"), _plain(record.fields["commands"]), steps)
     except (LookupError, TypeError, ValueError):
