@@ -7,7 +7,6 @@ stopped.
 from __future__ import annotations
 
 import argparse
-import asyncio
 import json
 import multiprocessing
 import platform
@@ -29,13 +28,12 @@ from benchmarks.mixing_replay import judged, replay_table
 from benchmarks.mixing_tables import WHOLE, needless, odd, summary
 from benchmarks.mixing_wrong_routes import wrong_routes
 from homeostat.campaign.scenario import scenario
-from homeostat.campaign.unattended import build_plant
+from homeostat.campaign.unattended import open_process, watch
 from homeostat.cases.wiring import new_sequencer
 from homeostat.knowledge.blemishes import blemishes
 from homeostat.knowledge.embedded import EmbeddedStore
 from homeostat.knowledge.graph_file import load_file
 from homeostat.knowledge.questions import transitions
-from homeostat.links.clock import DeclaredClock
 
 T = TypeVar("T", Row, LanguageRow, StepRow)
 Job = TypeVar("Job", tuple[str, int], tuple[str, int, bool])
@@ -71,14 +69,9 @@ def nominal_ms() -> float:
     case, best = module(), float("inf")
     chosen = scenario(case, "none", 1, end_s=250.0)
     for _ in range(5):
-        plant = build_plant(case, chosen, DeclaredClock(0.0), new_sequencer(case))
-
-        async def watch() -> None:
-            async for _ in plant.snapshots():  # noqa: B023
-                pass
-
+        process, recipe = open_process(case, chosen), new_sequencer(case)
         begin = time.perf_counter()
-        asyncio.run(watch())
+        watch(process, recipe)
         best = min(best, time.perf_counter() - begin)
     return 1000.0 * best
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 from collections.abc import Sequence
 
@@ -13,12 +12,11 @@ from homeostat.agents.checks import judge
 from homeostat.agents.planning import EVENT
 from homeostat.agents.simulation import plausible
 from homeostat.campaign.scenario import Scenario, scenario
-from homeostat.campaign.unattended import build_plant
+from homeostat.campaign.unattended import open_process, watch
 from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Verdict
-from homeostat.links.clock import DeclaredClock
 from homeostat.process.seeds import generator as draws
 from homeostat.twin.twin import Twin
 
@@ -32,14 +30,8 @@ def forced(chosen: Scenario) -> Verdict:
     """The verdict on the main route from the end of ``chosen`` on, with the fault known and nobody else's proposal."""
     case, sequencer = module(), new_sequencer(module())
     machine, tags = case.description.machine, case.description.tags_by_name
-    plant = build_plant(case, chosen, DeclaredClock(0.0), sequencer)
     twin = Twin(case.model, case.description, case.twin, chosen.seed)
-
-    async def watch() -> None:
-        async for snapshot in plant.snapshots():
-            twin.observe(snapshot)
-
-    asyncio.run(watch())
+    watch(open_process(case, chosen), sequencer, twin.observe)
     path = RecoveryPath(machine, machine.paths(sequencer.state, {}, EVENT, (), longest=0)[0])
     assert not any(state.startswith("bypass") for state in path.states)
     actions = ActionSet.along(path, lambda state: design_commands(state, tags))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 import time
 from collections.abc import Mapping
@@ -15,14 +14,14 @@ from benchmarks.scale.site import Site
 from homeostat.campaign.runner import Recorder
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.scoring import inside_at_end, outcome
-from homeostat.campaign.unattended import build_plant
-from homeostat.campaign.watched import WatchedPlant
+from homeostat.campaign.unattended import open_process
 from homeostat.cases.case import Case
-from homeostat.cases.wiring import Language, new_executive, wire
+from homeostat.cases.wiring import Arrangement, Language, wire
 from homeostat.domain.guard_events import FellBack
 from homeostat.knowledge.store import GraphStore
+from homeostat.links.clock import DeclaredClock
+from homeostat.links.simulated import SimulatedLink
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plant.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 from homeostat.trace.decisions import Noticed, ReleasedActions
 from homeostat.trace.events import Event
@@ -121,13 +120,12 @@ def decide(
     recorder, stopwatch = Recorder(clock), Stopwatch(site)
     trace.subscribe(recorder)
     trace.subscribe(stopwatch)
-    executive = new_executive(case)
-    plant = build_plant(replace(case, model=site.join(case.model)), chosen, clock, executive)
+    process = open_process(replace(case, model=site.join(case.model)), chosen)
+    link = SimulatedLink(process)
     model = ScriptedModel("scripted:declining", Declining())
-    supervisor = wire(case, WatchedPlant(plant), executive, clock, trace, seed, language=Language(model))
-    asyncio.run(supervisor.supervise())
+    wire(case, link, clock, trace, seed, Arrangement(language=Language(model))).run(link.source)
     started_s = recorder.started_s if recorder.started_s is not None else chosen.end_s
-    inside = inside_at_end(plant.truth(), case.description.limits, started_s)
+    inside = inside_at_end(process.truth(), case.description.limits, started_s)
     kind = outcome(True, bool(recorder.diagnosed), len(recorder.released), len(recorder.fallbacks), inside)
     actor = "fallback" if recorder.fallbacks else recorder.released[0][1].proposer if recorder.released else "none"
     return Decision(

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from homeostat.agents.candidates import Point, SearchSpace, present_point
 from homeostat.agents.checks import command_findings, judge
-from homeostat.agents.crew import NoAdmissiblePlan, Situation
+from homeostat.agents.crew import Approved, NoAdmissiblePlan, Situation
 from homeostat.agents.planning import PLAUSIBLE, SearchPlanning, plausible_faults
 from homeostat.agents.reprompting import CURABLE, TRIES, MarginReprompting
 from homeostat.agents.simulation import MOST, TwinSimulation, plausible
@@ -23,7 +23,8 @@ from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.limits import Owner
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Approve, Revise
-from homeostat.recovery.release_check import TwinReleaseCheck
+from homeostat.guard.seal import Sealer, genuine
+from homeostat.recovery.release_check import Checked, ReleaseCheck
 from tests.agents.stuck_valve import BELIEF, NOW_S, QUICK, grounding, now, search, stuck
 from tests.contracts.reprompting import advise, finding
 from tests.twin.followed import follow, reactor
@@ -132,17 +133,20 @@ def test_more_margin_costs_production() -> None:
     assert after.value < before.value
 
 
-def test_the_rehearsal_repeats_what_validation_said() -> None:
+def test_the_release_check_repeats_what_validation_said() -> None:
     d = reactor().description
-    target = d.machine.state("reduced_load")
     twin = follow(stuck()[:NOW_S])
-    rehearsal = TwinReleaseCheck(twin, d.limits, d.tags_by_name)
-    with pytest.raises(RuntimeError, match="before prepare"):
-        rehearsal.rehearse(stuck()[NOW_S:], found())
-    rehearsal.prepare(BELIEF, target)
-    assert isinstance(rehearsal.rehearse(stuck()[NOW_S:], found()), Approve)
-    idle = ActionSet((), "reduced_load")
-    assert isinstance(rehearsal.rehearse(stuck()[NOW_S:], idle), Revise), "without action it gets too hot"
+    check = ReleaseCheck(twin, d.limits, d.tags_by_name, Sealer("check", b"key").seal)
+
+    def checked(actions: ActionSet) -> Checked:
+        approval = Approve(actions.digest, ())
+        return check.check(stuck()[NOW_S:], Approved(actions, reduce(), approval, "search"), BELIEF)
+
+    passed = checked(found())
+    assert isinstance(passed.verdict, Approve) and passed.request is not None
+    assert passed.request.actions == found() and genuine(passed.request, b"key")
+    refused = checked(ActionSet((), "reduced_load"))
+    assert isinstance(refused.verdict, Revise) and refused.request is None, "without action it gets too hot"
 
 
 # --- candidates -------------------------------------------------------------------------------------------------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 from dataclasses import replace
 
@@ -14,13 +13,12 @@ from benchmarks.scale.headers import DESIGN_DUTY, DESIGN_T, SINK_T, flow_factor,
 from benchmarks.scale.plant_graph import KINDS, kind_of
 from benchmarks.scale.site import BLOCK_S, Site
 from homeostat.campaign.scenario import Scenario, scenario
-from homeostat.campaign.unattended import build_plant
+from homeostat.campaign.unattended import open_process, watch
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.cstr.layout import P, S
 from homeostat.cases.mixing_module.layout import P as MIXER
 from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.snapshot import Trajectory
-from homeostat.links.clock import DeclaredClock
 
 
 @pytest.fixture(scope="module")
@@ -30,16 +28,8 @@ def cases() -> dict[str, Case]:
 
 def alone(case: Case, chosen: Scenario, site: Site | None = None) -> Trajectory:
     """True values of a scenario in which nobody acts, within ``site`` where one is given."""
-    sequencer = new_sequencer(case)
     around = case if site is None else replace(case, model=site.join(case.model))
-    plant = build_plant(around, chosen, DeclaredClock(0.0), sequencer)
-
-    async def watch() -> None:
-        async for _ in plant.snapshots():
-            pass
-
-    asyncio.run(watch())
-    return plant.truth()
+    return watch(open_process(around, chosen), new_sequencer(case)).truth()
 
 
 @pytest.mark.parametrize(("kind", "end_s", "column", "variable"), [

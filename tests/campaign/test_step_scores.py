@@ -13,7 +13,6 @@ from homeostat.campaign.listening import ListeningModel, Said
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.campaign.step_scores import StepScores, score_steps
 from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import HandedOver, LeftAlone
@@ -86,7 +85,7 @@ def test_what_is_said_is_kept_with_the_state_also_where_nothing_was() -> None:
             raise ModelError(Failure.TIMEOUT, "late")
         return "yes"
 
-    listening = ListeningModel(ScriptedModel("m", answer), new_sequencer(case()))
+    listening = ListeningModel(ScriptedModel("m", answer), lambda: "idle")
     assert listening.name == "m" and listening.settings == {}
     question = Question("planning", 1.0, "", "", {}, "")
     assert asyncio.run(listening.ask(question, 1.0)).answer == "yes"

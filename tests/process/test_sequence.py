@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 from collections.abc import Callable, Mapping
 
@@ -13,10 +12,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from homeostat.campaign.scenario import scenario
-from homeostat.campaign.unattended import build_plant
+from homeostat.campaign.unattended import open_process, watch
 from homeostat.cases.case import load_case
 from homeostat.cases.wiring import new_sequencer
-from homeostat.links.clock import DeclaredClock
 from homeostat.process.batch import Batch, ProcessError
 from homeostat.process.seeds import Stream, noise_seed
 from homeostat.process.sequence import Guard, InputSequence, SequenceResult, run_sequences
@@ -260,13 +258,9 @@ def test_a_member_that_is_the_plant_runs_the_batch_as_the_plant_does() -> None:
     case, seconds, seed = load_case("mixing_module"), 400, 5
     sequencer = new_sequencer(case)
     setting = scenario(case, "none", seed, end_s=float(seconds))
-    plant = build_plant(case, setting, DeclaredClock(0.0), sequencer)
     route, model, variables = sequencer.rest().then, case.model, case.description.variables
-
-    async def watch() -> list[str]:
-        return [sequencer.state async for _ in plant.snapshots()]
-
-    entered = asyncio.run(watch())
+    entered: list[str] = []
+    process = watch(open_process(case, setting), sequencer, lambda snapshot: entered.append(sequencer.state))
     assert len(set(entered)) >= 4, "the batch went on for a few steps"
 
     targets = np.full((len(route) + 1, len(model.inputs)), NAN)
@@ -292,7 +286,7 @@ def test_a_member_that_is_the_plant_runs_the_batch_as_the_plant_does() -> None:
     names = ["idle", *(s.target for s in route)]
     after = [*result.step[0].tolist()[1:]]
     assert [names[k] for k in after] == entered[:-1], "each state is entered in the same second"
-    truth = plant.truth().signals
+    truth = process.truth().signals
     mine = model.truth(result.record, result.inputs)
     for tag, variable in variables.items():
         np.testing.assert_allclose(mine[variable], truth[tag], rtol=1e-9, atol=1e-12, err_msg=tag)

@@ -66,9 +66,9 @@ def open_process(case: Case, scenario: Scenario) -> TrueProcess:
 
 
 def watch(
-    process: TrueProcess, basic: BasicControl, until: Callable[[Snapshot], bool] = lambda snapshot: False
+    process: TrueProcess, basic: BasicControl, until: Callable[[Snapshot], object] = lambda snapshot: False
 ) -> TrueProcess:
-    """Let ``process`` run to its end, or ``until`` that holds, commanded by ``basic`` alone."""
+    """Let ``process`` run to its end, or until a snapshot makes ``until`` true, commanded by ``basic`` alone."""
     link = SimulatedLink(process, recipe=basic.sample)
     while not link.ended:
         if until(link.advance()):

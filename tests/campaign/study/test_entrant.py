@@ -7,12 +7,10 @@ import functools
 from homeostat.agents.crew import AskingProtocol, Proposer
 from homeostat.agents.excerpts import GroundingKind
 from homeostat.campaign.named_model import NamedModel
-from homeostat.campaign.scenario import scenario
 from homeostat.campaign.study.entrant import CONSTANT, SEARCH, Entrant
 from homeostat.campaign.study.row import DO_NOTHING, FALLBACK_ONLY
-from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import Workbench, new_sequencer, wire
+from homeostat.cases.wiring import Arrangement, Workbench, wire
 from homeostat.links.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
 
@@ -30,10 +28,8 @@ def proposers(entrant: Entrant) -> tuple[Proposer, ...]:
         found.append(bench)
         return ()
 
-    sequencer, clock = new_sequencer(case()), DeclaredClock(0.0)
-    plant = build_plant(case(), scenario(case(), "none", 1, end_s=10.0), clock, sequencer)
-    language = entrant.language(GroundingKind.GRAPH)
-    wire(case(), plant, sequencer, clock, MemoryTrace(), 1, language=language, propose=noted)
+    arrangement = Arrangement(language=entrant.language(GroundingKind.GRAPH), propose=noted)
+    wire(case(), None, DeclaredClock(0.0), MemoryTrace(), 1, arrangement)
     assert entrant.propose is not None
     return entrant.propose(found[0])
 

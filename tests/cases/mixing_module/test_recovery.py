@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import functools
 from dataclasses import replace
 
@@ -13,10 +12,11 @@ from homeostat.agents.planning import EVENT
 from homeostat.campaign.best_route import best_route
 from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import scenario
-from homeostat.campaign.unattended import build_plant
+from homeostat.campaign.unattended import open_process, watch
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import fallbacks, new_sequencer
 from homeostat.domain.guard_events import FellBack, StateEntered
+from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Revise
 from homeostat.links.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
@@ -116,17 +116,15 @@ def test_a_batch_that_is_over_is_not_left_to_a_valve_that_does_not_close() -> No
 
 def test_a_pump_that_has_emptied_every_tank_stops_before_it_is_hurt() -> None:
     case, sequencer = module(), new_sequencer(module())
-    plant = build_plant(case, scenario(case, "none", 1, end_s=400.0), DeclaredClock(0.0), sequencer)
     (pump_out,) = (s for s in fallbacks(case) if s.name == "pump_out")
+    process = open_process(case, scenario(case, "none", 1, end_s=400.0))
 
-    async def watch() -> None:
-        async for snapshot in plant.snapshots():
-            if snapshot.at_s == 100.0:
-                sequencer.load(pump_out.actions, 0.0)
-                await plant.write(pump_out.actions.commands)
+    def pump_out_at_100_s(snapshot: Snapshot) -> None:
+        if snapshot.at_s == 100.0:
+            sequencer.load(pump_out.actions, 100.0)
+            process.command(pump_out.actions.commands)
 
-    asyncio.run(watch())
-    truth = plant.truth().signals
+    truth = watch(process, sequencer, pump_out_at_100_s).truth().signals
     assert sequencer.state == "emptied" and truth["dry_s"][0, -1] == truth["dead_head_s"][0, -1] == 0.0
     assert all(truth[f"B20{n}.level"][0, -1] < 0.15 for n in (1, 2, 3)), "gravity leaves what stands below B204"
 

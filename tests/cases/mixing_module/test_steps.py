@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import functools
 import json
 import re
@@ -12,17 +11,16 @@ from typing import Any
 
 import pytest
 
-from homeostat.agents.crew import AskingProtocol, NoAdmissiblePlan
+from homeostat.agents.crew import AskingProtocol, NoAdmissiblePlan, Proposer
 from homeostat.agents.language.scripts import reasonable
 from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.result import RunResult
 from homeostat.campaign.runner import run
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.step_scores import StepScores, score_steps
-from homeostat.campaign.unattended import build_plant
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.error import CaseError
-from homeostat.cases.wiring import Language, new_sequencer, wire
+from homeostat.cases.wiring import Language, Workbench, in_operation
 from homeostat.domain.guard_events import StateEntered
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Failure, ModelError, Question
@@ -177,14 +175,14 @@ def test_a_step_that_was_asked_for_in_vain_is_asked_for_again() -> None:
                 raise NoAdmissiblePlan("nothing comes to mind")
             return await self._planning.plan(situation, advice)
 
-    model, trace, sequencer = ScriptedModel("scripted", at_second), MemoryTrace(), new_sequencer(case(), PER_STEP)
+    def propose(bench: Workbench) -> tuple[Proposer, ...]:
+        speaking, searching = in_operation(bench)
+        return speaking, replace(searching, planning=Silent(searching.planning))
+
+    model, trace = ScriptedModel("scripted", at_second), MemoryTrace()
     chosen, clock = scenario(case(), "none", 3, end_s=300.0), DeclaredClock(1.0)
-    plant = build_plant(case(), chosen, clock, sequencer)
-    supervisor = wire(case(), plant, sequencer, clock, trace, 3, language=Language(model), protocol=PER_STEP)
-    search = supervisor._crew.proposers[-1]
-    silent = replace(search, planning=Silent(search.planning))
-    supervisor._crew = replace(supervisor._crew, proposers=(supervisor._crew.proposers[0], silent))
-    asyncio.run(supervisor.supervise())
+    conditions = Conditions(PER_STEP)
+    run(case(), chosen, trace, clock, language=Language(model), conditions=conditions, propose=propose)
     assert len(trace.of(GaveUp)) == 2 and entered(trace) == MAIN
 
 
