@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from homeostat.trace.chain import digest
-from homeostat.trace.encode import canonical
+from homeostat.trace.chain import Chain, digest
+from homeostat.trace.encode import canonical, encode_fields
 from homeostat.trace.keys import SigningKey
 from homeostat.trace.signing import Signer
 
@@ -46,12 +46,18 @@ def change(directory: Path, edit: Callable[[list[dict[str, Any]]], None]) -> Non
 
 def sign(directory: Path, key: SigningKey) -> None:
     """Sign a whole run anew, with a key of one's own."""
-    from homeostat.trace import Journal, Summary, read_events
-
     lines = [line for line in lines_of(directory) if line["event"] != "signed"]
     rewrite(directory, lines)
-    old = json.loads((directory / "manifest.json").read_bytes())
-    (directory / "manifest.json").unlink()
-    assert len(list(read_events(directory))) == len(lines)
-    Journal.resume(directory, key).close(Summary(old["seed"], old["outcome"], old["configuration"]))
-    assert Signer(key).public in (directory / "manifest.json").read_text()
+    last = digest((directory / "events.jsonl").read_bytes().splitlines()[-1])
+    signer, chain = Signer(key), Chain(len(lines), last, lines[-1]["at_s"])
+    signed = {"at_s": chain.at_s, "event": "signed", **encode_fields(signer.signed(chain), "signed")}
+    header = {"seq": 0, "prev": ""}
+    rewrite(directory, [*lines, {**header, **signed}], key=key.public, signature="")
+    write_signed(directory, signer)
+
+
+def write_signed(directory: Path, signer: Signer) -> None:
+    """The same manifest, with a signature."""
+    content = json.loads((directory / "manifest.json").read_bytes())
+    unsigned = {name: value for name, value in content.items() if name not in ("sha256", "signature")}
+    write_manifest(directory / "manifest.json", {**unsigned, "signature": signer.sign_manifest(unsigned)})

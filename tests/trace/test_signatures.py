@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from homeostat.trace import Journal, RunFinished, Signature, Summary, read_events, verify
+from homeostat.trace import BrokenChain, Journal, RunFinished, Signature, Summary, read_events, verify
 from homeostat.trace.keys import SigningKey
 from homeostat.trace.manifest import read_manifest
 from homeostat.trace.signing import EVERY_LINES, EVERY_S
@@ -105,7 +105,7 @@ def test_lines_after_the_last_signature_are_not_vouched_for(run: Path) -> None:
     journal.close(Summary(7, "reversed"))
     report = verify(run, {OWN.public})
     assert report.complete and report.vouched.signature is Signature.NOT_CLOSED
-    assert (report.lines, report.vouched.lines) == (10, 9)
+    assert (report.lines, report.vouched.lines) == (11, 9)
 
 
 def test_lines_that_a_stranger_signs_after_the_last_signature_are_a_strangers(run: Path) -> None:
@@ -153,6 +153,8 @@ def test_a_run_goes_on_where_it_was_left(tmp_path: Path) -> None:
     with (tmp_path / "events.jsonl").open("ab") as file:
         file.write(b'{"seq":7,"prev":"torn')
     journal = Journal.resume(tmp_path, OWN)
+    (resumed,) = [r for r in read_events(tmp_path) if r.kind == "resumed"]
+    assert dict(resumed.fields) == {"lines": 6, "signed": 6, "torn": True}
     journal.record(Measured("T1", 1.0), 0.5)
     journal.close(Summary(7, "released"))
     report = verify(tmp_path, {OWN.public})
@@ -160,6 +162,24 @@ def test_a_run_goes_on_where_it_was_left(tmp_path: Path) -> None:
     assert [r.at_s for r in read_events(tmp_path)][-3:] == [1.5, 1.5, 1.5]
     with pytest.raises(FileExistsError, match="was closed; begin another one"):
         Journal.resume(tmp_path)
+
+
+def test_what_was_not_signed_when_a_run_goes_on_is_told(tmp_path: Path) -> None:
+    with Journal(tmp_path, OWN) as journal:
+        record_run(journal, 3)
+    Journal.resume(tmp_path).record(Measured("T1", 9.0), 1.5)
+    Journal.resume(tmp_path, OWN)
+    found = [dict(r.fields) for r in read_events(tmp_path) if r.kind == "resumed"]
+    assert found == [{"lines": 6, "signed": 0, "torn": False}, {"lines": 8, "signed": 6, "torn": False}]
+
+
+def test_a_journal_that_was_forged_is_not_gone_on_with(run: Path) -> None:
+    (run / "manifest.json").unlink()
+    lines = lines_of(run)
+    alter(lines)
+    rewrite(run, lines)
+    with pytest.raises(BrokenChain, match="line 9 carries a signature that is not of the lines before it"):
+        Journal.resume(run, OWN)
 
 
 @settings(deadline=None, max_examples=60)

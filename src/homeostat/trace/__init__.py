@@ -1,6 +1,6 @@
 """Everything that happened, in order: typed events in an append-only, hash-chained journal, and the files beside it."""
 
-from homeostat.trace.events import Event, RunFinished, RunStarted, Setting, Signed, Subscriber, Trace
+from homeostat.trace.events import Event, Resumed, RunFinished, RunStarted, Setting, Signed, Subscriber, Trace
 from homeostat.trace.files import StoredFile
 from homeostat.trace.journal import Journal
 from homeostat.trace.manifest import Manifest, Summary
@@ -18,6 +18,7 @@ __all__ = [
     "MemoryTrace",
     "Record",
     "Report",
+    "Resumed",
     "RunFinished",
     "RunStarted",
     "Setting",

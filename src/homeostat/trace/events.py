@@ -86,6 +86,20 @@ class RunFinished:
 
 
 @dataclass(frozen=True, slots=True)
+class Resumed:
+    """A journal that was left is gone on with. What its writer did not sign may have been altered meanwhile."""
+
+    kind: ClassVar[str] = "resumed"
+
+    lines: int
+    """Number of whole lines that were found."""
+    signed: int
+    """How many of them, from the first, the key signs that signs what follows; 0 without a key."""
+    torn: bool
+    """Whether a torn line was taken away."""
+
+
+@dataclass(frozen=True, slots=True)
 class Signed:
     """Every line before this one is vouched for by whoever holds a key. Its time is the one of the line before."""
 

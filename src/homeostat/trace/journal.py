@@ -10,12 +10,13 @@ from types import TracebackType
 from typing import Self, final
 
 from homeostat.trace.chain import GENESIS, Chain, digest
-from homeostat.trace.events import Event, Subscriber
+from homeostat.trace.events import Event, Resumed, Subscriber
 from homeostat.trace.files import JOURNAL, MANIFEST
 from homeostat.trace.keys import SigningKey
 from homeostat.trace.listeners import Listeners
 from homeostat.trace.manifest import Manifest, Summary, manifest_of, write_manifest
-from homeostat.trace.replay import scan
+from homeostat.trace.replay import BrokenChain, scan
+from homeostat.trace.signatures import Signatures
 from homeostat.trace.signing import Signer
 
 
@@ -47,20 +48,25 @@ class Journal:
     def resume(cls, directory: Path | str, key: SigningKey | None = None) -> Self:
         """Go on with the run in ``directory``, which was left before it was closed; a torn last line is taken away.
 
-        Raises FileNotFoundError where there is none, FileExistsError where it was closed, BrokenChain where its journal
-        is not what was written.
+        The first new line is a `Resumed`, which says how much of what was found is signed by ``key``. Raises
+        FileNotFoundError where there is no run, FileExistsError where it was closed, BrokenChain where its journal is
+        not what was written or carries a signature that is not of its lines.
         """
         path = Path(directory) / JOURNAL
         if (path.parent / MANIFEST).exists():
             raise FileExistsError(f"the run in {str(path.parent)!r} was closed; begin another one")
         count, size, last, at_s = 0, 0, GENESIS, Chain().at_s
+        signatures = Signatures(() if key is None else (key.public,))
         for line in scan(path):
+            if problem := signatures.follow(line.record, last):
+                raise BrokenChain(problem, count)
             count, size, last, at_s = count + 1, size + len(line.raw) + 1, digest(line.raw), line.record.at_s
         journal = cls.__new__(cls)
         journal.directory, journal._path = path.parent, path
         journal._file = os.open(path, os.O_WRONLY | os.O_APPEND)
         journal._set_up(Chain(count, last, at_s), size, key)
-        journal._torn = path.stat().st_size > size
+        journal._torn = torn = path.stat().st_size > size
+        journal.record(Resumed(count, signatures.trusted, torn), at_s if count else 0.0)
         return journal
 
     def record(self, event: Event, at_s: float) -> None:

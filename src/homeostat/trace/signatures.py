@@ -51,7 +51,9 @@ class Signatures:
     def __init__(self, keys: Collection[str]) -> None:
         """``keys``: public keys that the reader trusts, in hexadecimal."""
         self._keys = frozenset(keys)
-        self._trusted = self._signed = 0
+        self.trusted = 0
+        """Number of lines, from the first, that a trusted key signed so far."""
+        self._signed = 0
         self._key = self._stranger = ""
 
     def follow(self, record: Record, last: str) -> str | None:
@@ -62,7 +64,7 @@ class Signatures:
             return f"line {record.seq} carries a signature that is not of the lines before it"
         self._key, self._signed = str(record.fields["key"]), record.seq
         if self._key in self._keys:
-            self._trusted = record.seq
+            self.trusted = record.seq
         else:
             self._stranger = self._key
         return None
@@ -71,12 +73,12 @@ class Signatures:
         """What the signatures of a journal of ``lines`` lines and of its manifest, if it has one, are worth."""
         key = self._stranger or self._key
         if manifest is not None and manifest.signature and manifest.key not in self._keys:
-            return Vouched(Signature.STRANGER, self._trusted, manifest.key)
+            return Vouched(Signature.STRANGER, self.trusted, manifest.key)
         if self._stranger:
-            return Vouched(Signature.STRANGER, self._trusted, key)
+            return Vouched(Signature.STRANGER, self.trusted, key)
         if manifest is not None and manifest.signature and self._signed == lines:
-            return Vouched(Signature.TRUSTED, self._trusted, key)
+            return Vouched(Signature.TRUSTED, self.trusted, key)
         if self._signed or (manifest is not None and manifest.signature):
-            return Vouched(Signature.NOT_CLOSED, self._trusted, key)
+            return Vouched(Signature.NOT_CLOSED, self.trusted, key)
         older = manifest is not None and manifest.format == UNSIGNED_FORMAT
         return Vouched(Signature.OLDER if older else Signature.NONE)
