@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 from homeostat.domain.limits import Limit
@@ -57,20 +56,15 @@ def _lift(thing: str, rule: TripRule) -> Found:
 
 
 def readings(plant: PlantDescription) -> Found:
-    """Every tag that a rule reads has a quality; what is called frozen is noisy, and noise alone is not too fast."""
+    """Every tag that a rule reads has a quality; and what may be called frozen is noisy."""
     for thing, formula in _rules(plant):
         for tag in sorted(formula.tags - plant.qualities.keys()):
             message = f"reads {tag!r}, but no row of the quality table says when its reading may be believed; add one"
             yield Code.READING_NOT_RATED, thing, message
     for name, rule in sorted(plant.qualities.items()):
-        thing, unit = f"quality of tag {name!r}", plant.tag(name).unit
         if rule.frozen_s is not None and rule.noise is None:
             message = f"is frozen after {rule.frozen_s:g} s, but has no noise: a constant reading may be true"
-            yield Code.FROZEN_WITHOUT_NOISE, thing, message
-        least = 6.0 * math.sqrt(2.0) * (rule.noise or 0.0)
-        if rule.fastest is not None and rule.fastest < least:
-            message = f"fastest {rule.fastest:g} {unit}/s must be >= {least:.3g}: noise alone moves a reading so"
-            yield Code.BAD_NUMBER, thing, message
+            yield Code.FROZEN_WITHOUT_NOISE, f"quality of tag {name!r}", message
 
 
 def _rules(plant: PlantDescription) -> Iterator[tuple[str, Formula]]:

@@ -1,0 +1,94 @@
+"""What the guard needs of a plant comes out of its graph, with nothing missing."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.recovery import Command
+from homeostat.domain.rules import GuardRules
+from homeostat.knowledge.documents import documents
+from tests.cases.watching import described
+from tests.knowledge.tables import CASES, reactor, store_of
+
+PLANTS = ("cstr", "mixing_module")
+
+
+@cache
+def plant(name: str) -> PlantDescription:
+    return described(CASES / name)
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_the_description_fills_the_rules_of_a_guard(name: str) -> None:
+    d = plant(name)
+    rules = GuardRules(
+        plant=d.name, tags=d.tags_by_name, machine=d.machine, limits=d.limits, trips=d.trips, qualities=d.qualities,
+        writables=d.writables, fallbacks=d.fallback_strategies, start_up=d.start_up,
+    )  # fmt: skip
+    assert {limit.name for limit in rules.limits.hard} == set(rules.trips)
+    assert rules.start_up.states == {rules.machine.initial.name}
+    assert all(rules.trips[name].limit == name for name in rules.trips)
+    assert all(rules.qualities[name].tag == name for name in rules.qualities)
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_whatever_is_commanded_is_writable_and_admitted(name: str) -> None:
+    d = plant(name)
+    for strategy in d.fallback_strategies:
+        target = d.machine.state(strategy.actions.target)
+        for command in strategy.actions.commands:
+            admitted = target.setpoint(command.tag)
+            assert admitted is not None and command.value is not None
+            assert admitted.low <= command.value <= admitted.high
+    commanded = {r.tag for state in d.machine.states for r in state.setpoints}
+    assert commanded == set(d.writables)
+
+
+def test_only_the_permissive_that_pumping_out_violates_is_set_aside() -> None:
+    waived = {s.name: set(s.waived) for name in PLANTS for s in plant(name).fallback_strategies if s.waived}
+    assert waived == {"pump_out": {"PRM-DRAIN"}}
+    assert all(reason for s in plant("mixing_module").fallback_strategies for reason in s.waived.values())
+
+
+def test_out_of_service_a_fallback_closes_and_stops_but_starts_nothing() -> None:
+    for strategy in plant("mixing_module").fallback_strategies:
+        forced = [c for c in strategy.actions.commands if c.tag in strategy.forced]
+        assert forced and all(c.value == 0.0 for c in forced)
+    for strategy in plant("cstr").fallback_strategies:
+        assert strategy.forced == {"XV1.cmd", "F1.sp", "V2.man"}
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_from_every_end_of_a_fallback_a_decision_leads_to_a_start(name: str) -> None:
+    machine = plant(name).machine
+    ends = {s.actions.target for s in plant(name).fallback_strategies}
+    ends |= {t.target for t in machine.transitions if t.source in ends and not t.on_decision}
+    restarts = {t.source: t for t in machine.transitions if t.event == "restart"}
+    assert ends == set(restarts)
+    assert all(t.on_decision and t.target == machine.initial.name for t in restarts.values())
+    assert machine.initial.setpoints  # what a start is commanded
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_no_recovery_is_planned_over_a_restart(name: str) -> None:
+    machine = plant(name).machine
+    values = {tag.name: tag.range.low for tag in plant(name).tags}
+    for source in {t.source for t in machine.transitions if t.event == "restart"}:
+        assert machine.is_end(source, "fault_diagnosed") or name == "mixing_module"
+        assert all(
+            t.event != "restart" for path in machine.paths(source, values, "fault_diagnosed", blocked=()) for t in path
+        )
+
+
+def test_a_start_hands_the_cooling_valve_back_to_its_loop() -> None:
+    r = plant("cstr").machine.state("starting").setpoint("V2.man")
+    assert r is not None and r.design is None and plant("cstr").writables["V2.man"].automatic
+    assert Command("V2.man", r.design, None).value is None
+
+
+def test_no_agent_is_told_what_the_guard_alone_needs() -> None:
+    names = [d.name for d in documents(store_of(reactor()), "urn:homeostat:cstr#")]
+    assert names and not [n for n in names if n.startswith(("quality_", "trip_", "writable_", "start_up_", "waiver_"))]
