@@ -36,6 +36,8 @@ class Observation:
     """Mode of the plant."""
     answers: tuple[Answer, ...]
     """Answers that were given in this tick."""
+    sample: Snapshot | None = None
+    """What the instruments said, as it came: a reading that is not believed is evidence all the same; None for none."""
 
 
 @dataclass(frozen=True, slots=True)

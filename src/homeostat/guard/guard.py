@@ -76,6 +76,7 @@ class Guard:
         self._violated: frozenset[str] = frozenset()
         self._now_s = -math.inf
         self._seen: Snapshot | None = None
+        self._sample: Snapshot | None = None
         self._began = False
         self._starting = rules.machine.initial.name in rules.start_up.states
         self._restart: Restart | None = None
@@ -152,6 +153,7 @@ class Guard:
     def _look(self, sample: Snapshot | None) -> None:
         """What the plant says, and how far it can be trusted."""
         self._seen = self._quality.assess(self._now_s, sample)
+        self._sample = None if self._quality.trouble else sample
         if self._quality.trouble:
             self._alarm("link", self._quality.trouble, Priority.HIGH)
         else:
@@ -338,5 +340,5 @@ class Guard:
             self._starting = state in starting
         return Observation(
             self._now_s, self._seen, sequencer.state, sequencer.rest(), sequencer.way(), sequencer.refused, entered,
-            self.latched, self.mode, self._requests.drain(),
+            self.latched, self.mode, self._requests.drain(), self._sample,
         )  # fmt: skip

@@ -162,8 +162,11 @@ class Exchange:
 
     # --- towards the loop ---------------------------------------------------------------------------------------
 
-    def publish(self, observation: Observation) -> None:
-        """Show one more tick to recovery; never blocks."""
+    def publish(self, observation: Observation, overtaking: str | None = None) -> None:
+        """Show one more tick to recovery; never blocks. What it thinks about is cancelled where something overtakes it.
+
+        Both happen at once: whoever was cancelled has the tick that overtook it among those that wait for it.
+        """
         with self._changed:
             passed_s = observation.now_s - self._kept[-1].now_s if self._kept else self._settings.tick_s
             self._collect()
@@ -174,7 +177,10 @@ class Exchange:
             if len(self._unread) > self._settings.ring:
                 self._unread.popleft()
                 self.dropped += 1
-            self._look_after(observation)
+            if overtaking is None:
+                self._look_after(observation)
+            else:
+                self.cancel(overtaking)
             self._changed.notify_all()
 
     def hold(self) -> None:

@@ -68,11 +68,8 @@ class Loop:
             sample = None
         seen = self._guard.tick(self._source.now_s, sample)
         before, self._before = self._before, seen
-        reason = None if before is None else overtaken_by(before, seen)
-        if reason is not None:
-            self._exchange.cancel(reason)
         self._hook(seen)
-        self._exchange.publish(seen)
+        self._exchange.publish(seen, None if before is None else overtaken_by(before, seen))
 
 
 def overtaken_by(before: Observation, now: Observation) -> str | None:

@@ -59,8 +59,8 @@ class Scene:
             if self._last is not None and observation.now_s <= self._last.now_s:
                 continue
             self._last = observation
-            if observation.snapshot is not None:
-                self._recent.append(observation.snapshot)
+            if observation.sample is not None:
+                self._recent.append(observation.sample)
             for state, at_s in observation.entered:
                 self.progress.entered(state, at_s, len(observation.rest.then))
 
@@ -68,7 +68,7 @@ class Scene:
         """Look up: the time that was thought passes, and everything that was sampled meanwhile reaches the twin."""
         seen = await self.desk.since(self.seen_s)
         self.take(seen)
-        fresh = tuple(o.snapshot for o in seen if o.snapshot is not None) or (self.snapshot,)
+        fresh = tuple(o.sample for o in seen if o.sample is not None) or (self.snapshot,)
         self.crew.simulation.observe(fresh)
         return fresh
 

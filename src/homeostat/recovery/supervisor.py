@@ -52,7 +52,7 @@ class Supervisor:
         """Watch until there is nothing more to see; think about what monitoring reports and what does not go on."""
         while (observation := await self._desk.next()) is not None:
             self._scene.take((observation,))
-            noticed = self._watch.notices(observation.snapshot)
+            noticed = self._watch.notices(observation.sample)
             if self._stands_back(observation):
                 continue
             self._again = self._again or (noticed and not self._judged)
