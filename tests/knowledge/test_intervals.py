@@ -22,7 +22,7 @@ TERM = st.recursive(
     ),
     max_leaves=4,
 )
-COMPARISON = st.tuples(TERM, st.sampled_from(["<=", "<", ">=", ">", "==", "!="]), TERM).map(" ".join)
+COMPARISON = st.tuples(TERM, st.sampled_from(["<=", "<", ">=", ">", "=="]), TERM).map(" ".join)
 CONDITION = st.recursive(
     COMPARISON | st.sampled_from(["true", "false"]),
     lambda inner: st.one_of(

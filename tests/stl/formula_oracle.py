@@ -20,7 +20,7 @@ Point = tuple[float, int | None]
 
 TAGS = ("x", "y", "z.sp")
 ARITHMETIC = ("+", "-", "*", "abs", "min", "max", "negate")
-COMPARISONS = ("<=", "<", ">=", ">", "==", "!=")
+COMPARISONS = ("<=", "<", ">=", ">", "==")
 LOGIC = ("not", "and", "or", "implies")
 TEMPORAL = ("always", "eventually", "until")
 
@@ -53,7 +53,7 @@ def margin_of(tree: Tree, rows: Rows, length: int, t: int) -> Point:
         return (math.inf if kind == "true" else -math.inf), None
     if kind in COMPARISONS:
         left, right = (number_of(operand, rows, t) for operand in rest)
-        difference = {"<": right - left, ">": left - right, "=": -abs(left - right), "!": abs(left - right)}
+        difference = {"<": right - left, ">": left - right, "=": -abs(left - right)}
         return difference[kind[0]], t
     if kind == "not":
         value, at = margin_of(rest[0], rows, length, t)

@@ -1,4 +1,4 @@
-"""Signals and snapshots: shapes, sampling, and values that are no numbers."""
+"""Signals and snapshots: shapes, sampling, and arithmetic without a result."""
 
 from __future__ import annotations
 
@@ -60,7 +60,6 @@ def test_a_constant_takes_the_length_of_the_trace_it_is_given_with() -> None:
         ({"x": np.zeros(0), "y": 0.0}, "signal 'x' has 0 samples; give at least one"),
         ({"x": np.zeros((0, 5)), "y": 0.0}, "signal 'x' has 0 members; give at least one"),
         ({"x": "high", "y": 0.0}, "signal 'x' does not hold numbers"),
-        ({"x": None, "y": 0.0}, "signal 'x' is not a number (NaN) at member 0, time index 0"),
     ],
 )
 def test_signals_that_do_not_fit_are_refused(signals: dict[str, Any], message: str) -> None:
@@ -68,36 +67,21 @@ def test_signals_that_do_not_fit_are_refused(signals: dict[str, Any], message: s
         FORMULA.evaluate(signals, 1.0)
 
 
-@given(st.integers(0, 3), st.integers(0, 9), st.sampled_from(["x", "y"]))
-@settings(deadline=None)
-def test_one_nan_anywhere_is_named_even_where_the_window_does_not_reach(member: int, index: int, tag: str) -> None:
-    signals = {"x": np.zeros((4, 10)), "y": np.zeros((4, 10))}
-    signals[tag][member, index] = math.nan
-    expected = f"signal {tag!r} is not a number (NaN) at member {member}, time index {index} (t = {index * 0.5:g} s)"
-    for use in (FORMULA.evaluate, FORMULA.margins):
-        with pytest.raises(FormulaError, match=re.escape(expected)):
-            use(signals, 0.5)
-    with pytest.raises(FormulaError, match=re.escape(f"member {member}, time index {index} ")):
-        parse_expression("x + y").evaluate(signals)
-    assert parse("true or z <= 1").evaluate({**signals, "z": 0.0}, 0.5).value.tolist() == [math.inf] * 4
-
-
 @pytest.mark.parametrize(
-    ("text", "place", "message"),
+    ("text", "expected"),
     [
-        ("always[1,2](1 / x <= 3)", "member 1, time index 2", "'1 / x' divides by zero"),
-        ("always(inf - inf2 <= 3)", "member 0, time index 0", "'inf - inf2' is not a number"),
-        ("inf <= inf2", "member 0, time index 0", "subtracts infinity from infinity"),
-        ("always(x * inf <= 3)", "member 1, time index 2", "'x * inf' is not a number"),
-        ("always(3 / (2 - 2) <= x)", "member 0, time index 0", "divides by zero"),
+        ("always[1,2](1 / x <= 3)", [2.0, math.nan]),
+        ("always(inf - inf2 <= 3)", [math.nan, math.nan]),
+        ("inf <= inf2", [math.nan, math.nan]),
+        ("always(x * inf <= 3)", [-math.inf, -math.inf]),
+        ("eventually[2,2](x * inf <= 3)", [-math.inf, math.nan]),
+        ("always(3 / (2 - 2) <= x)", [math.nan, math.nan]),
     ],
 )
-def test_arithmetic_without_a_result_is_refused_with_its_place(text: str, place: str, message: str) -> None:
+def test_arithmetic_without_a_result_leaves_the_member_undecided(text: str, expected: list[float]) -> None:
     signals = {"x": np.ones((2, 3)), "inf": np.full(3, np.inf), "inf2": math.inf}
     signals["x"][1, 2] = 0.0
-    with pytest.raises(FormulaError, match=re.escape(message)) as caught:
-        parse(text).evaluate(signals, 1.0)
-    assert place in str(caught.value)
+    np.testing.assert_array_equal(parse(text).evaluate(signals, 1.0).value, expected)
 
 
 @pytest.mark.parametrize(
@@ -107,8 +91,7 @@ def test_arithmetic_without_a_result_is_refused_with_its_place(text: str, place:
 def test_only_what_the_window_reaches_is_computed(text: str) -> None:
     signals = {"x": np.array([1.0, 1.0, 1.0, 0.0])}
     assert math.isfinite(parse(text).evaluate(signals, 1.0).value[0])
-    with pytest.raises(FormulaError, match="divides by zero at member 0, time index 3"):
-        parse(text).margins(signals, 1.0)
+    assert np.isnan(parse(text).margins(signals, 1.0)).any()
 
 
 def test_infinite_values_have_infinite_margins() -> None:
@@ -180,7 +163,6 @@ def test_an_expression_has_one_value_at_a_point_and_in_a_signal(seed: int) -> No
         ("x > 1", {"x": 1.0}, True),
         ("x == 1", {"x": 1.0}, True),
         ("x == 1", {"x": 1.5}, False),
-        ("x != 1", {"x": 1.0}, True),
         ("abs(x - 1) >= 0.5", {"x": 1.0}, False),
         ("not (x > 1 and y < 0.5)", {"x": 2.0, "y": 0.0}, False),
         ("x > 1 -> y > 1", {"x": 0.0, "y": 0.0}, True),
@@ -193,19 +175,8 @@ def test_guards_on_a_snapshot(text: str, values: dict[str, float], holds: bool) 
     assert parse(text).holds(values) is holds
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("x <= 1 and z <= 1", "no value for tag 'z'"),
-        ("x <= 1 or nan <= 1", "value of tag 'nan' is not a number"),
-        ("x / zero <= 1", "'x / zero' divides by zero"),
-        ("inf - inf <= 1", "'inf - inf' is not a number"),
-        ("inf <= inf", "comparison 'inf <= inf' is not a number"),
-        ("always[0,0](x <= 1)", "'always[0,0](x <= 1)' looks ahead"),
-        ("x <= 1 or eventually(x <= 1)", "looks ahead"),
-        ("(x <= 1) until (x <= 1)", "looks ahead"),
-    ],
-)
-def test_what_one_point_cannot_decide_is_refused(text: str, message: str) -> None:
-    with pytest.raises(FormulaError, match=re.escape(message)):
-        parse(text).holds({"x": 0.0, "zero": 0.0, "nan": math.nan, "inf": math.inf})
+@pytest.mark.parametrize("text", ["always[0,0](x <= 1)", "x <= 1 or eventually(x <= 1)", "(x <= 1) until (x <= 1)"])
+def test_what_looks_ahead_is_refused_at_a_point(text: str) -> None:
+    for _ in range(2):
+        with pytest.raises(FormulaError, match="looks ahead, one point cannot decide it"):
+            parse(text).holds({"x": 0.0})

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 from homeostat.domain.tag import Range, Role, Tag
-from homeostat.stl.formula import parse
+from homeostat.stl.formula import FormulaError, parse, parse_expression
 
 TAGS = {
     tag.name: tag
@@ -40,7 +42,7 @@ POINT = {"T1": 300.0, "T1.sp": 304.0, "F1": 6.0, "F2": 2.0, "V1.pos": 0.5}
         ("1 <= 3 or F1 <= 6 and T1 <= 0", "1", 2.0),
         # two units in one comparison
         ("F1 - 4 * V1.pos <= 5", "1", 2.0),
-        ("T1 <= F1", "1", -147.0),
+        ("T1 <= 50 * F1", "1", 0.0),
         # a product or quotient of tags has no unit of its own
         ("F1 * F2 <= 13", "1", 2.0),
         ("F1 / F2 <= 5", "1", 4.0),
@@ -85,3 +87,57 @@ def test_scales_survive_a_round_trip() -> None:
     formula = parse("T1 <= 313 and F1 >= 1", TAGS)
     assert parse(str(formula), TAGS).root == formula.root
     assert parse(str(formula)).root != formula.root
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "message"),
+    [
+        ("T1 <= F1", 7, "'T1' is in K and 'F1' in L/s"),
+        ("T1 + F1 <= 300", 6, "'T1' is in K and 'F1' in L/s"),
+        ("F1 >= 1 and always(T1 - V1.pos <= 3)", 25, "'T1' is in K and 'V1.pos' in 1"),
+        ("max(T1, F1) <= 3", 9, "'T1' is in K and 'F1' in L/s"),
+        ("T1 + 2 * V1.pos + F1 <= 3", 19, "'T1 + 2 * V1.pos' is in K and 'F1' in L/s"),
+        ("abs(-T1) <= T1.sp * V1.pos + F1", 30, "'T1.sp * V1.pos' is in K and 'F1' in L/s"),
+        ("F1 * F2 <= F1", 12, "'F1 * F2' is in L/s * L/s and 'F1' in L/s"),
+        ("F1 / F2 + T1 <= 1", 11, "'F1 / F2' is in L/s / L/s and 'T1' in K"),
+        ("T1 <= 3 until (2 * (T1 + F1) <= 3)", 26, "'T1' is in K and 'F1' in L/s"),
+    ],
+)
+def test_different_units_are_not_added_or_compared(text: str, column: int, message: str) -> None:
+    with pytest.raises(FormulaError, match=re.escape(f"column {column}: {message}; convert one of them")):
+        parse(text, TAGS)
+    assert parse(text).text == text, "nobody knows units without tags"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "T1 <= T1.sp", "T1 + 3 <= 300", "0.5 <= F1 - F2", "T1 * V1.pos <= T1.sp", "F1 / F2 <= V1.pos",
+        "F1 * T1 <= T1.sp * F2", "0.064 + 0.225 * T1 <= F1", "F1 - 4 * V1.pos <= 5", "F1 <= 0.06 * V1.pos * T1",
+        "T1 / 9.787 <= F1", "min(1, 1.2 * F1) <= V1.pos", "max(0, min(F1, T1 / 9.8) - 0.2) <= F2",
+    ],
+)  # fmt: skip
+def test_equal_units_and_units_that_a_coefficient_hides_go_together(text: str) -> None:
+    assert parse(text, TAGS).text == text
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "same"),
+    [
+        ("L/s", "L/s", True), ("L/s", "L / s", True), ("kJ/(kg K)", "kJ/(K kg)", True), ("m2", "m m", True),
+        ("1/s", "s-1", True), ("kg.m/s2", "kg*m/s/s", True), ("°C", "°C", True), ("K", "°C", False), ("%", "1", False),
+        ("L/s", "L/min", False), ("m3", "m2", False), ("", "K", True), ("5 apples", "5 apples", True),
+    ],
+)  # fmt: skip
+def test_a_unit_is_known_by_its_factors(left: str, right: str, same: bool) -> None:
+    tags = {n: Tag(n, Role.PV, u, Range(0.0, 1.0), 1.0) for n, u in (("a", left), ("b", right))}
+    if same:
+        assert parse("a <= b", tags).tags == {"a", "b"}
+    else:
+        with pytest.raises(FormulaError, match="convert one of them"):
+            parse("a <= b", tags)
+
+
+def test_an_expression_is_checked_as_well() -> None:
+    with pytest.raises(FormulaError, match=re.escape("expression 'T1 - F1', column 6: 'T1' is in K")):
+        parse_expression("T1 - F1", TAGS)

@@ -11,11 +11,12 @@ import math
 
 import numpy as np
 import pytest
-import rtamt
-from rtamt.exception.exception import RTAMTException
 
 from homeostat.stl.formula import parse
 from tests.stl.formula_oracle import COMPARISONS, TEMPORAL, Draw, Tree, text_of
+
+rtamt = pytest.importorskip("rtamt", reason="rtamt's parser runtime imports a module that Python 3.13 removed")
+RTAMTException = pytest.importorskip("rtamt.exception.exception").RTAMTException
 
 BATCHES, FORMULAS_PER_BATCH = 16, 250
 """4000 formulas."""
@@ -24,7 +25,7 @@ NAMES = {"x": "x", "y": "y", "z.sp": "zsp"}
 
 
 def rtamt_text(tree: Tree) -> str:
-    """The tree as RTAMT reads it: everything in parentheses, ``!==`` for not equal, no unary minus."""
+    """The tree as RTAMT reads it: everything in parentheses, no unary minus."""
     kind, *rest = tree
     if kind == "tag":
         return NAMES[rest[0]]
@@ -42,7 +43,7 @@ def rtamt_text(tree: Tree) -> str:
         return f"{kind}{texts[0]}"
     folded = texts[0]
     for text in texts[1:]:
-        folded = f"({folded}) {'!==' if kind == '!=' else kind} {text}"
+        folded = f"({folded}) {kind} {text}"
     return folded
 
 
@@ -125,7 +126,6 @@ def test_left_out_rtamt_fails_on_a_single_sample() -> None:
         ("min(x, y) <= 1", [0.0, 0.0]),
         ("max(x, y) <= 1", [-1.0, -2.0]),
         ("true", [math.inf, math.inf]),
-        ("x != y", [1.0, 2.0]),
         ("x - y - 1 <= 0", [2.0, -1.0]),
         ("-x <= 3", [4.0, 6.0]),
     ],

@@ -19,7 +19,7 @@ class Code(StrEnum):
     BAD_NUMBER = "bad-number"
     """A cell should be a finite number and is not."""
     BAD_FORMULA = "bad-formula"
-    """A formula or expression cannot be read."""
+    """A formula or expression cannot be read, or adds or compares different units."""
     BAD_WORD = "bad-word"
     """A cell should be one of a few words and is another."""
     MISSING_VALUE = "missing-value"

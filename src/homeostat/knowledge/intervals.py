@@ -188,4 +188,4 @@ def _compare(operator: str, left: Interval, right: Interval) -> Interval:
         case ">=" | ">":
             return difference
     distance = (max(difference[0], -difference[1], 0.0), max(-difference[0], difference[1]))
-    return distance if operator == "!=" else (-distance[1], -distance[0])
+    return (-distance[1], -distance[0])

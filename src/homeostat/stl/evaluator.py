@@ -1,21 +1,32 @@
-"""Quantitative robustness of a formula on sampled signals, for many ensemble members at once.
+"""The one meaning of a formula: its syntax tree, compiled to a function of the values of its tags.
 
 Discrete-time signal temporal logic (Donzé and Maler, "Robust satisfaction of temporal logic over real-valued signals",
-FORMATS 2010), on traces that end: a window is clipped to the samples there are, `always` over an empty window is +inf
-and `eventually` or `until` over an empty window is -inf. Only the samples that the asked-for result depends on are
-computed.
+FORMATS 2010), with margins that may be unknown. A term over a value that is missing or not a number (NaN) is NaN, so is
+a quotient by zero and infinity minus infinity. A comparison of such a term may have any margin between -inf and +inf,
+and what follows for the whole formula is bounded from below and from above:
+
+    margin = lower bound, where that is >= 0: it holds whatever the unknown values are;
+             upper bound, where that is < 0: it is violated whatever they are;
+             NaN otherwise: undecided.
+
+Both bounds are the ordinary margin, with the least or the greatest margin in place of the unknown ones. A bound that
+holds nothing unknown is exact, and then there is no need for the other one.
+
+What the tree is evaluated on is no business of this module: `operations` has single values, one value per member of an
+ensemble, and signals over time. They differ in how two numbers are taken, never in what an operator means.
 """
 
 from __future__ import annotations
 
 import math
-from functools import reduce
-from typing import assert_never
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, assert_never
 
 import numpy as np
 
-from homeostat.stl.signals import Signals, place
-from homeostat.stl.text import render
+from homeostat.stl.operations import Operations, Program
+from homeostat.stl.signals import Signals, View
 from homeostat.stl.tree import (
     Always,
     And,
@@ -24,7 +35,6 @@ from homeostat.stl.tree import (
     Call,
     Comparison,
     Eventually,
-    FormulaError,
     Implies,
     Logic,
     Negate,
@@ -35,162 +45,133 @@ from homeostat.stl.tree import (
     Truth,
     Until,
 )
-from homeostat.stl.windows import (
-    HIGHEST,
-    LOWEST,
-    Decided,
-    Extreme,
-    FloatArray,
-    better,
-    constant,
-    over_windows,
-    padded,
-)
+from homeostat.stl.windows import NOWHERE, Decided
 
 
-def robustness(node: Logic, signals: Signals, start: int, stop: int, timed: bool) -> Decided:
-    """Margins of ``node`` at samples ``start`` to ``stop - 1``; with the deciding samples when ``timed``.
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """The two bounds of a formula's margin on one kind of operations."""
 
-    The result has shape (members or 1, stop - start). Raises `FormulaError` for a bound that is no multiple of the
-    sampling period, a division by zero or a margin that is not a number.
+    lower: Program
+    """The least margin it may have."""
+    upper: Program
+    """The greatest margin it may have."""
+
+
+def bounds(root: Logic, operations: Operations) -> Bounds:
+    """Compile a condition. Raises `FormulaError` for a temporal operator on numbers without time."""
+    return Bounds(_logic(root, operations, -math.inf), _logic(root, operations, math.inf))
+
+
+def over_time(compiled: Bounds, signals: Signals, count: int, timed: bool) -> Decided:
+    """Margins at the first ``count`` samples, shape (members or 1, count); with the deciding samples when ``timed``.
+
+    Raises `FormulaError` for a bound that is no multiple of the sampling period.
     """
+    view = View(signals, 0, count, timed)
+    with np.errstate(all="ignore"):  # infinities are legal values, and what is no number is unknown
+        lower = compiled.lower(view)
+        assert isinstance(lower, Decided)
+        if not signals.undecided:
+            return lower
+        upper = compiled.upper(view)
+    holds, violated = lower.value >= 0.0, upper.value < 0.0
+    value = np.where(holds, lower.value, np.where(violated, upper.value, math.nan))
+    if lower.at is None or upper.at is None:
+        return Decided(value, None)
+    return Decided(value, np.where(holds, lower.at, np.where(violated, upper.at, NOWHERE)))
 
-    def margins(operand: Logic) -> Decided:
-        return robustness(operand, signals, start, stop, timed)
+
+def term(node: Arithmetic, operations: Operations) -> Program:
+    """Compile an arithmetic term; its value is NaN where it has none."""
+    match node:
+        case Number():
+            value = node.value
+            return lambda _: value
+        case TagValue():
+            return operations.read(node.tag)
+        case Negate():
+            operand = term(node.operand, operations)
+            return lambda at: -operand(at)
+        case Binary():
+            return _binary(node, operations)
+        case Call():
+            first, *rest = (term(argument, operations) for argument in node.arguments)
+            if node.function == "abs":
+                return lambda at: abs(first(at))
+            return _paired(operations.smaller if node.function == "min" else operations.larger, first, rest[0])
+        case _:
+            assert_never(node)
+
+
+def _binary(node: Binary, operations: Operations) -> Program:
+    left, right = term(node.left, operations), term(node.right, operations)
+    match node.operator:
+        case "+":
+            return lambda at: left(at) + right(at)
+        case "-":
+            return lambda at: left(at) - right(at)
+        case "*":
+            return lambda at: left(at) * right(at)
+        case "/":
+            return _paired(operations.quotient, left, right)
+
+
+def _logic(node: Logic, operations: Operations, unknown: float) -> Program:
+    """Margin of ``node`` with ``unknown`` (-inf or +inf) for every margin that is not known."""
+
+    def margin(operand: Logic) -> Program:
+        return _logic(operand, operations, unknown)
 
     match node:
         case Comparison():
-            here = np.arange(start, stop)[np.newaxis] if timed else None
-            return Decided(_comparison(node, signals, start, stop), here)
+            return operations.known(_difference(node, operations), unknown)
         case Truth():
-            return constant(math.inf if node.value else -math.inf, stop - start, timed)
+            return operations.constant(math.inf if node.value else -math.inf)
         case Not():
-            return _negated(margins(node.operand))
+            return _negated(_logic(node.operand, operations, -unknown))
         case And():
-            return reduce(lambda first, second: better(LOWEST, first, second), map(margins, node.operands))
+            return _joined(operations.lowest, [margin(operand) for operand in node.operands])
         case Or():
-            return reduce(lambda first, second: better(HIGHEST, first, second), map(margins, node.operands))
+            return _joined(operations.highest, [margin(operand) for operand in node.operands])
         case Implies():
-            return better(HIGHEST, _negated(margins(node.premise)), margins(node.conclusion))
-        case Always():
-            return _window(LOWEST, node, signals, start, stop, timed)
-        case Eventually():
-            return _window(HIGHEST, node, signals, start, stop, timed)
+            premise = _negated(_logic(node.premise, operations, -unknown))
+            return _paired(operations.highest, premise, margin(node.conclusion))
+        case Always() | Eventually():
+            return operations.window(node, margin(node.operand))
         case Until():
-            return _until(node, signals, start, stop, timed)
+            return operations.until(node, margin(node.condition), margin(node.goal))
         case _:
             assert_never(node)
 
 
-def term(node: Arithmetic, signals: Signals, start: int, stop: int) -> FloatArray:
-    """Values of an arithmetic term at samples ``start`` to ``stop - 1``; shape (members or 1, stop - start or 1)."""
-    match node:
-        case Number():
-            return np.full((1, 1), node.value)
-        case TagValue():
-            return signals.arrays[node.tag][:, start:stop]
-        case Negate():
-            return -term(node.operand, signals, start, stop)
-        case Binary():
-            return _binary(node, signals, start, stop)
-        case Call():
-            arguments = [term(argument, signals, start, stop) for argument in node.arguments]
-            if node.function == "abs":
-                return np.abs(arguments[0])
-            return (np.minimum if node.function == "min" else np.maximum)(*arguments)
-        case _:
-            assert_never(node)
+def _difference(node: Comparison, operations: Operations) -> Program:
+    left, right, scale = term(node.left, operations), term(node.right, operations), node.scale
+    if node.operator == "==":
+        return lambda at: -abs(left(at) - right(at)) / scale
+    small, large = (left, right) if node.operator in ("<=", "<") else (right, left)
+    if scale == 1.0:  # a signal is not divided for nothing
+        return lambda at: large(at) - small(at)
+    return lambda at: (large(at) - small(at)) / scale
 
 
-def _binary(node: Binary, signals: Signals, start: int, stop: int) -> FloatArray:
-    left, right = term(node.left, signals, start, stop), term(node.right, signals, start, stop)
-    with np.errstate(all="ignore"):  # infinities are legal values, and NaN is refused below with its place
-        match node.operator:
-            case "+":
-                result = left + right
-            case "-":
-                result = left - right
-            case "*":
-                result = left * right
-            case "/":
-                if not right.all():
-                    where = place(right == 0.0, start, signals.dt_s)
-                    raise FormulaError(f"{render(node)!r} divides by zero at {where}; rewrite it as a product")
-                result = left / right
-    if np.isnan(result.min()):
-        raise FormulaError(f"{render(node)!r} is not a number (NaN) at {place(np.isnan(result), start, signals.dt_s)}")
-    return result
+def _negated(operand: Program) -> Program:
+    return lambda at: -operand(at)
 
 
-def _comparison(node: Comparison, signals: Signals, start: int, stop: int) -> FloatArray:
-    left, right = term(node.left, signals, start, stop), term(node.right, signals, start, stop)
-    with np.errstate(all="ignore"):
-        match node.operator:
-            case "<=" | "<":
-                margin = right - left
-            case ">=" | ">":
-                margin = left - right
-            case "==":
-                margin = -np.abs(left - right)
-            case "!=":
-                margin = np.abs(left - right)
-    if np.isnan(margin.min()):
-        where = place(np.isnan(margin), start, signals.dt_s)
-        raise FormulaError(f"comparison {render(node)!r} subtracts infinity from infinity at {where}")
-    if node.scale != 1.0:
-        margin = margin / node.scale
-    return margin if margin.shape[1] == stop - start else np.repeat(margin, stop - start, axis=1)
+def _paired(pick: Callable[[Any, Any], Any], first: Program, second: Program) -> Program:
+    return lambda at: pick(first(at), second(at))
 
 
-def _negated(signal: Decided) -> Decided:
-    return Decided(-signal.value, signal.at)
+def _joined(pick: Callable[[Any, Any], Any], operands: list[Program]) -> Program:
+    first, *rest = operands
+    if len(rest) == 1:
+        return _paired(pick, first, rest[0])
 
+    def joined(at: Any) -> Any:
+        result = first(at)
+        for operand in rest:
+            result = pick(result, operand(at))
+        return result
 
-def _window(
-    extreme: Extreme, node: Always | Eventually, signals: Signals, start: int, stop: int, timed: bool
-) -> Decided:
-    low, high = _steps(node, signals)
-    first, last = start + low, min(stop - 1 + high, signals.samples - 1)
-    if first > last:
-        return constant(extreme.empty, stop - start, timed)
-    operand = robustness(node.operand, signals, first, last + 1, timed)
-    return over_windows(extreme, operand, high - low + 1, stop - start)
-
-
-def _until(node: Until, signals: Signals, start: int, stop: int, timed: bool) -> Decided:
-    """Per sample the best goal of the window, held back by the worst condition from the sample to just before it."""
-    low, high = _steps(node, signals)
-    high = min(high, signals.samples - 1 - start)
-    width = stop - start
-    if low > high:
-        return constant(HIGHEST.empty, width, timed)
-    end = min(stop + high, signals.samples)
-    goal = padded(HIGHEST, robustness(node.goal, signals, start, end, timed), width + high)
-    condition = padded(LOWEST, robustness(node.condition, signals, start, end, timed), width + high)
-    best = worst = None
-    for ahead in range(high + 1):
-        if ahead:
-            before = condition.cut(ahead - 1, ahead - 1 + width)
-            worst = before if worst is None else better(LOWEST, worst, before)
-        if ahead >= low:
-            reached = goal.cut(ahead, ahead + width)
-            reached = reached if worst is None else better(LOWEST, worst, reached)
-            best = reached if best is None else better(HIGHEST, best, reached)
-    assert best is not None  # low <= high, so the window has at least one sample
-    return best
-
-
-def _steps(node: Always | Eventually | Until, signals: Signals) -> tuple[int, int]:
-    """The bounds in samples, no further than the trace is long."""
-    return _step(node, node.low_s, signals), _step(node, node.high_s, signals)
-
-
-def _step(node: Always | Eventually | Until, bound_s: float, signals: Signals) -> int:
-    steps = bound_s / signals.dt_s
-    if math.isinf(steps):
-        return signals.samples
-    if abs(round(steps) * signals.dt_s - bound_s) > 1e-9 * max(bound_s, signals.dt_s):
-        raise FormulaError(
-            f"bound {bound_s:g} s of {render(node)!r} is no multiple of the sampling period {signals.dt_s:g} s"
-        )
-    return min(round(steps), signals.samples)
+    return joined

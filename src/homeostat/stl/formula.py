@@ -9,7 +9,7 @@ True
 660.0
 
 Grammar, from loose to tight: ``implies`` (or ``->``), ``or``, ``and``, ``f until[a,b] g``, the prefixes ``not``,
-``always[a,b]`` and ``eventually[a,b]``, the comparisons ``<= < >= > == !=``, then ``+ - * /``, unary ``-``, ``abs(x)``,
+``always[a,b]`` and ``eventually[a,b]``, the comparisons ``<= < >= > ==``, then ``+ - * /``, unary ``-``, ``abs(x)``,
 ``min(a,b)``, ``max(a,b)`` over tags and numbers; also ``true`` and ``false``. Bounds are seconds; without them a
 temporal operator looks to the end of the trace. A prefix takes one operand: ``always[0,60] a <= 1 and b <= 2`` means
 ``(always[0,60](a <= 1)) and b <= 2``.
@@ -17,14 +17,19 @@ temporal operator looks to the end of the trace. A prefix takes one operand: ``a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.stl import evaluator, members, snapshot
-from homeostat.stl.signals import SignalMap, gather
+from homeostat.stl.evaluator import Bounds, bounds, over_time, term
+from homeostat.stl.operations import COLUMNS, POINT, SIGNALS, Program
+from homeostat.stl.signals import SignalMap, View, gather
+from homeostat.stl.spelling import near_matches
 from homeostat.stl.text import render
 from homeostat.stl.tree import Arithmetic, FormulaError, Logic, Node, horizon_of, tags_of
 from homeostat.stl.units import Signal, with_scales
@@ -38,18 +43,21 @@ class Margin:
     """By how much a formula is satisfied (positive) or violated (negative), per ensemble member."""
 
     value: FloatArray
-    """Signed margin in the formula's unit, shape (members,)."""
+    """Signed margin in the formula's unit, NaN where undecided; shape (members,)."""
     worst_at_s: FloatArray
     """Time of the sample that decides the value, seconds from the first sample, shape (members,).
 
     Where the formula demands (``always``, ``and``) it is the worst sample, where it offers a choice (``eventually``,
-    ``or``) the best one; the earliest or left-most where several are equal. NaN where no sample decides: a constant
-    or an empty window."""
+    ``or``) the best one; the earliest or left-most where several are equal. NaN where no sample decides: a constant,
+    an empty window, or an undecided formula."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Formula:
-    """A condition over tags, now and in the future. Made by `parse`."""
+    """A condition over tags, now and in the future. Made by `parse`.
+
+    It is compiled when it is first evaluated, and the result is kept: limits are judged every second.
+    """
 
     text: str
     """As it was written; ``str(formula)`` is the canonical form."""
@@ -58,11 +66,27 @@ class Formula:
     unit: str = ""
     """Unit of the margins: that of the tags when all comparisons share one; ``1`` when they mix units (each margin is
     then divided by the largest scale of its tags); empty when the formula was parsed without tags."""
-    tags: frozenset[str] = field(init=False, repr=False, compare=False)
-    """Names of the tags it reads; found once, because limits are judged every second."""
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "tags", tags_of(self.root))
+    @cached_property
+    def tags(self) -> frozenset[str]:
+        """Names of the tags it reads."""
+        return tags_of(self.root)
+
+    @cached_property
+    def _at_point(self) -> Bounds:
+        return bounds(self.root, POINT)
+
+    @cached_property
+    def _at_columns(self) -> Bounds:
+        return bounds(self.root, COLUMNS)
+
+    @cached_property
+    def _over_time(self) -> Bounds:
+        return bounds(self.root, SIGNALS)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """What was compiled is not pickled."""
+        return Formula, (self.text, self.root, self.unit)
 
     @property
     def horizon_s(self) -> float:
@@ -73,16 +97,21 @@ class Formula:
         """Margin at every sample, shape (members, time).
 
         ``signals`` are sampled every ``dt_s`` seconds. ``and`` is the minimum, ``or`` the maximum, ``not`` the
-        negation, ``a <= b`` and ``a < b`` are ``b - a``, ``a == b`` is ``-|a - b|`` and ``a != b`` is ``|a - b|``.
-        Windows are clipped to the trace; ``always`` over an empty window is +inf, ``eventually`` and ``until`` are
-        -inf. Raises `FormulaError` for a missing tag, a shape that does not fit, a value that is not a number,
-        a division by zero, and a bound that is no multiple of ``dt_s``.
+        negation, ``a <= b`` and ``a < b`` are ``b - a``, and ``a == b`` is ``-|a - b|``. Windows are clipped to the
+        trace; ``always`` over an empty window is +inf, ``eventually`` and ``until`` are -inf.
+
+        A margin is NaN where the formula is undecided: values that are NaN, a division by zero or infinity minus
+        infinity leave open whether it holds. It is a number where it holds, or is violated, whatever the unknown
+        values are; it then says by how much at least.
+
+        Raises `FormulaError` for a missing tag (to forget a signal is a mistake of the caller, unlike a value that
+        an instrument did not give), a shape that does not fit, and a bound that is no multiple of ``dt_s``.
 
         >>> parse("always[0,2](T1 <= 5)").margins({"T1": np.array([1.0, 2.0, 6.0, 3.0])}, dt_s=1.0).tolist()
         [[-1.0, -1.0, -1.0, 2.0]]
         """
         gathered = gather(self.tags, signals, dt_s)
-        result = evaluator.robustness(self.root, gathered, 0, gathered.samples, timed=False)
+        result = over_time(self._over_time, gathered, gathered.samples, timed=False)
         return np.broadcast_to(result.value, (gathered.members, gathered.samples)).copy()
 
     def evaluate(self, signals: SignalMap, dt_s: float) -> Margin:
@@ -93,45 +122,60 @@ class Formula:
         ([1.0, -3.0], [10.0, 10.0])
         """
         gathered = gather(self.tags, signals, dt_s)
-        result = evaluator.robustness(self.root, gathered, 0, 1, timed=True)
+        result = over_time(self._over_time, gathered, 1, timed=True)
         assert result.at is not None  # asked for
         shape = (gathered.members, 1)
         at = np.broadcast_to(result.at, shape)[:, 0]
         return Margin(np.broadcast_to(result.value, shape)[:, 0].copy(), np.where(at < 0, np.nan, at * dt_s))
 
     def margin_at(self, values: Mapping[str, float]) -> float:
-        """Margin at one point, for a guard on a snapshot.
+        """Margin at one point, for a guard on a snapshot; NaN where the point leaves the formula undecided.
 
-        Raises `FormulaError` for a missing tag, NaN, a division by zero, and for any formula with a temporal operator:
-        one point cannot decide what happens next, and vacuous truth must not open a guard.
+        A tag that is absent is unknown, as one that is NaN: an instrument that says nothing must not stop its guard.
+        Otherwise a point is a signal of one sample, see `margins`. Raises `FormulaError` for any formula with a
+        temporal operator: one point cannot decide what happens next, and vacuous truth must not open a guard.
 
-        >>> parse("B203.level >= 0.25").margin_at({"B203.level": 0.5})
-        0.25
+        >>> limit = parse("B203.level >= 0.25 or P101.cmd <= 0.05")
+        >>> limit.margin_at({"B203.level": 0.5}), limit.margin_at({"B203.level": 0.2})
+        (0.25, nan)
         """
-        return snapshot.margin_at(self.root, values)
+        compiled = self._at_point
+        lower: float = compiled.lower(values)
+        if lower >= 0.0:
+            return lower
+        upper: float = compiled.upper(values)
+        return upper if upper < 0.0 else math.nan
 
     def holds(self, values: Mapping[str, float]) -> bool:
-        """Whether `margin_at` is >= 0.
+        """Whether `margin_at` is >= 0; an undecided formula does not hold.
 
-        Strictness is not seen: ``a < b`` holds at ``a == b``, and ``a != b`` always holds. To tell two states apart
-        write ``abs(a - b) >= 0.5``.
+        Strictness is not seen: ``a < b`` holds at ``a == b``. To tell two states apart write ``abs(a - b) >= 0.5``.
         """
-        return self.margin_at(values) >= 0.0
+        lower: float = self._at_point.lower(values)
+        return lower >= 0.0
 
     def holds_each(self, columns: Mapping[str, FloatArray]) -> NDArray[np.bool_]:
-        """`holds` for many members at once: ``columns`` has one value per member, shape (members,); false for NaN.
+        """`holds` for many members at once: ``columns`` has one value per member, shape (members,).
+
+        Raises `FormulaError` for a missing tag, as `margins` does, and for a temporal operator.
 
         >>> parse("B203.level >= 0.25").holds_each({"B203.level": np.array([0.2, 0.3])}).tolist()
         [False, True]
         """
-        return np.asarray(members.margins_at(self.root, columns) >= 0.0)
+        with np.errstate(all="ignore"):  # see over_time
+            try:
+                lower = self._at_columns.lower(columns)
+            except KeyError as missing:
+                tag = missing.args[0]
+                raise FormulaError(f"no value for tag {tag!r}{near_matches(tag, columns)}") from None
+        return np.asarray(lower >= 0.0)
 
     def __str__(self) -> str:
         """Canonical text; reading it gives the same tree."""
         return render(self.root)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Expression:
     """An arithmetic term over tags. Made by `parse_expression`."""
 
@@ -140,28 +184,42 @@ class Expression:
     root: Arithmetic = field(repr=False)
     """Syntax tree."""
 
-    @property
+    @cached_property
     def tags(self) -> frozenset[str]:
         """Names of the tags it reads."""
         return tags_of(self.root)
 
+    @cached_property
+    def _at_point(self) -> Program:
+        return term(self.root, POINT)
+
+    @cached_property
+    def _over_time(self) -> Program:
+        return term(self.root, SIGNALS)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """What was compiled is not pickled."""
+        return Expression, (self.text, self.root)
+
     def evaluate(self, signals: SignalMap) -> FloatArray:
-        """Value at every sample, shape (members, time). Signals and errors as in `Formula.margins`.
+        """Value at every sample, NaN where it has none; shape (members, time). Errors as in `Formula.margins`.
 
         >>> parse_expression("F2 - 0.5 * P1.pos").evaluate({"F2": np.array([1.0, 2.0]), "P1.pos": 1.0}).tolist()
         [[0.5, 1.5]]
         """
         gathered = gather(self.tags, signals, dt_s=1.0)
-        value = evaluator.term(self.root, gathered, 0, gathered.samples)
-        return np.broadcast_to(value, (gathered.members, gathered.samples)).copy()
+        with np.errstate(all="ignore"):  # see over_time
+            value = self._over_time(View(gathered, 0, gathered.samples, timed=False))
+        return np.broadcast_to(value, (gathered.members, gathered.samples)).astype(np.float64)
 
     def value(self, values: Mapping[str, float]) -> float:
-        """Value at one point. Raises `FormulaError` for a missing tag, NaN or a division by zero.
+        """Value at one point; NaN where a tag is absent or NaN, and where arithmetic has no result.
 
         >>> parse_expression("max(T1, T2) - 1").value({"T1": 3.0, "T2": 5.0})
         4.0
         """
-        return snapshot.value_at(self.root, values)
+        value: float = self._at_point(values)
+        return value
 
     def __str__(self) -> str:
         """Canonical text; reading it gives the same tree."""
@@ -169,9 +227,10 @@ class Expression:
 
 
 def parse(text: str, tags: Mapping[str, Signal] | None = None) -> Formula:
-    """Read a condition; with ``tags`` given, check its names and work out the unit of its margin.
+    """Read a condition; with ``tags`` given, check its names and units and work out the unit of its margin.
 
-    Raises `FormulaError` that names the column, and for an unknown tag the nearest known ones.
+    Raises `FormulaError` that names the column, and for an unknown tag the nearest known ones. Terms of different units
+    cannot be added or compared; ``!=`` is refused because its margin ``|a - b|`` is never negative.
 
     >>> str(parse("always[0,600] T1<=313 and F1>0 -> F2>0"))
     'always[0,600](T1 <= 313) and F1 > 0 implies F2 > 0'
@@ -188,7 +247,7 @@ def parse(text: str, tags: Mapping[str, Signal] | None = None) -> Formula:
 
 
 def parse_expression(text: str, tags: Mapping[str, Signal] | None = None) -> Expression:
-    """Read an arithmetic term; with ``tags`` given, check its names. Raises `FormulaError` as `parse` does.
+    """Read an arithmetic term; with ``tags`` given, check its names and units. Raises `FormulaError` as `parse` does.
 
     >>> parse_expression("F2 - 0.08 * P1.pos").tags == {"F2", "P1.pos"}
     True

@@ -21,6 +21,7 @@ from homeostat.stl.tree import (
     Comparator,
     Comparison,
     Eventually,
+    Flaw,
     FormulaError,
     Implies,
     Logic,
@@ -34,7 +35,7 @@ from homeostat.stl.tree import (
     Until,
     walk,
 )
-from homeostat.stl.units import Signal
+from homeostat.stl.units import Signal, check_units
 
 MAX_DEPTH = 100
 """Deepest nesting of operators; every recursive pass over a tree stays far inside Python's own limit."""
@@ -56,20 +57,12 @@ def read_arithmetic(text: str, tags: Mapping[str, Signal] | None) -> Arithmetic:
     return root
 
 
-class _Fault(Exception):
-    """Something wrong at a position of the text, counted from 1."""
-
-    def __init__(self, position: int, message: str) -> None:
-        super().__init__(message)
-        self.position = position
-
-
 def _read(text: str, start: _Start, tags: Mapping[str, Signal] | None) -> Any:
     try:
         root = _parse(text, start)
         _check(root, tags)
-    except _Fault as fault:
-        raise FormulaError(f"{start} {_shorten(text)!r}, {_place(text, fault.position)}: {fault}") from None
+    except Flaw as flaw:
+        raise FormulaError(f"{start} {_shorten(text)!r}, {_place(text, flaw.position)}: {flaw}") from None
     return root
 
 
@@ -78,17 +71,19 @@ def _parse(text: str, start: _Start) -> Any:
         return _parser().parse(text, start=start)
     except UnexpectedCharacters as error:
         index = error.pos_in_stream or 0
-        raise _Fault(index + 1, _stray(text[index])) from None
+        raise Flaw(index + 1, _stray(text[index])) from None
     except UnexpectedToken as error:
-        raise _Fault(*_misplaced(text, error)) from None
+        raise Flaw(*_misplaced(text, error)) from None
 
 
 def _check(root: Node, tags: Mapping[str, Signal] | None) -> None:
     for node, depth in walk(root):
         if depth > MAX_DEPTH:
-            raise _Fault(1, f"nested deeper than {MAX_DEPTH} operators; split it into several rules")
+            raise Flaw(1, f"nested deeper than {MAX_DEPTH} operators; split it into several rules")
         if tags is not None and isinstance(node, TagValue) and node.tag not in tags:
-            raise _Fault(node.column, f"unknown tag {node.tag!r}{near_matches(node.tag, tags)}")
+            raise Flaw(node.column, f"unknown tag {node.tag!r}{near_matches(node.tag, tags)}")
+    if tags is not None:
+        check_units(root, tags)
 
 
 @cache
@@ -101,7 +96,7 @@ def _parser() -> Lark:
 def _float(token: Token) -> float:
     value = float(token)
     if math.isinf(value):
-        raise _Fault(_position(token), f"number {str(token)!r} is too large; the limit is 1.8e308")
+        raise Flaw(_position(token), f"number {str(token)!r} is too large; the limit is 1.8e308")
     return value
 
 
@@ -144,6 +139,8 @@ class _Builder(Transformer[Token, Node]):
         return Call("max", (left, right))
 
     def comparison(self, left: Arithmetic, operator: Token, right: Arithmetic) -> Comparison:
+        if operator == "!=":
+            raise Flaw(_position(operator), "'!=' can never be violated; write a distance, as in abs(a - b) >= 0.5")
         symbol: Comparator = operator.value
         return Comparison(symbol, left, right)
 
@@ -169,11 +166,11 @@ class _Builder(Transformer[Token, Node]):
         return _float(token), _position(token)
 
     def negative_bound(self, token: Token) -> None:
-        raise _Fault(_position(token) - 1, f"bound -{token} s is negative; a formula looks ahead, bounds are >= 0 s")
+        raise Flaw(_position(token) - 1, f"bound -{token} s is negative; a formula looks ahead, bounds are >= 0 s")
 
     def bounds(self, low: tuple[float, int], high: tuple[float, int]) -> _Bounds:
         if low[0] > high[0]:
-            raise _Fault(low[1], f"bounds [{low[0]:g},{high[0]:g}] s are reversed; write the smaller one first")
+            raise Flaw(low[1], f"bounds [{low[0]:g},{high[0]:g}] s are reversed; write the smaller one first")
         return low[0], high[0]
 
     def always(self, bounds: _Bounds | None, operand: Logic) -> Always:

@@ -18,18 +18,47 @@ SignalMap: TypeAlias = Mapping[str, NDArray[Any] | float]
 """Per tag an array of numbers, shape (members, time) or (time,), or a scalar; they are broadcast together."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Signals:
-    """Equally sampled signals of one ensemble."""
+    """Equally sampled signals of one ensemble, gathered for one evaluation."""
 
     arrays: Mapping[str, FloatArray]
-    """One array per tag, shape (members or 1, samples), without NaN."""
+    """One array per tag, shape (members or 1, samples); NaN where a value is not known."""
     members: int
     """Size of the ensemble."""
     samples: int
     """Length of the trace in samples."""
     dt_s: float
     """Sampling period in seconds."""
+    undecided: bool = False
+    """Whether the evaluation met a comparison whose margin is not known."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """The samples at which a margin is asked for."""
+
+    signals: Signals
+    """All samples."""
+    start: int
+    """First sample asked for."""
+    stop: int
+    """One after the last sample asked for."""
+    timed: bool
+    """Whether the deciding samples are asked for, too."""
+
+    @property
+    def width(self) -> int:
+        """How many samples are asked for."""
+        return self.stop - self.start
+
+    def moved(self, start: int, stop: int) -> View:
+        """The same question about other samples."""
+        return View(self.signals, start, stop, self.timed)
+
+    def values(self, tag: str) -> FloatArray:
+        """Values of ``tag`` at these samples, shape (members or 1, width)."""
+        return self.signals.arrays[tag][:, self.start : self.stop]
 
 
 def gather(tags: Iterable[str], given: SignalMap, dt_s: float) -> Signals:
@@ -37,19 +66,13 @@ def gather(tags: Iterable[str], given: SignalMap, dt_s: float) -> Signals:
 
     ``given`` holds arrays of shape (members, time) or (time,) and scalars; all of them, needed or not, agree on the
     number of members and samples, where 1 goes with any. Raises `FormulaError` for a missing tag, a shape that does
-    not fit, a value that is not a number, or a sampling period that is not positive.
+    not fit, something else than numbers, or a sampling period that is not positive.
     """
     if not (math.isfinite(dt_s) and dt_s > 0):
         raise FormulaError(f"sampling period {dt_s!r} s must be finite and > 0 s")
     members = _common("members", {name: _shape(name, value)[0] for name, value in given.items()})
     samples = _common("samples", {name: _shape(name, value)[1] for name, value in given.items()})
-    return Signals({tag: _array(tag, given, samples, dt_s) for tag in sorted(tags)}, members, samples, dt_s)
-
-
-def place(bad: NDArray[np.bool_], start: int, dt_s: float) -> str:
-    """Where the first true entry of ``bad`` lies, in words; its time axis begins at sample ``start``."""
-    member, index = np.argwhere(bad)[0]
-    return f"member {member}, time index {start + index} (t = {(start + index) * dt_s:g} s)"
+    return Signals({tag: _array(tag, given, samples) for tag in sorted(tags)}, members, samples, dt_s)
 
 
 def _shape(name: str, value: NDArray[Any] | float) -> tuple[int, int]:
@@ -72,14 +95,11 @@ def _common(what: str, sizes: Mapping[str, int]) -> int:
     return sizes[longest]
 
 
-def _array(tag: str, given: SignalMap, samples: int, dt_s: float) -> FloatArray:
+def _array(tag: str, given: SignalMap, samples: int) -> FloatArray:
     if tag not in given:
         raise FormulaError(f"no signal for tag {tag!r}{near_matches(tag, given)}")
     try:
         array = np.atleast_2d(np.asarray(given[tag], dtype=np.float64))
     except (TypeError, ValueError) as error:
         raise FormulaError(f"signal {tag!r} does not hold numbers: {error}") from None
-    # The minimum is NaN when any entry is, and costs no temporary array.
-    if np.isnan(array.min()):
-        raise FormulaError(f"signal {tag!r} is not a number (NaN) at {place(np.isnan(array), 0, dt_s)}")
     return np.broadcast_to(array, (array.shape[0], samples))

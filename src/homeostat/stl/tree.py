@@ -12,6 +12,15 @@ class FormulaError(ValueError):
     """A formula that cannot be read, or cannot be evaluated on the given signals; the message says where and why."""
 
 
+class Flaw(Exception):
+    """What is wrong at one place of a formula's text; the reader makes a `FormulaError` of it."""
+
+    def __init__(self, position: int, message: str) -> None:
+        """``position`` counts the characters of the text from 1."""
+        super().__init__(message)
+        self.position = position
+
+
 @dataclass(frozen=True, slots=True)
 class Number:
     """A constant."""
@@ -68,7 +77,7 @@ class Truth:
     """Which one."""
 
 
-Comparator: TypeAlias = Literal["<=", "<", ">=", ">", "==", "!="]
+Comparator: TypeAlias = Literal["<=", "<", ">=", ">", "=="]
 
 
 @dataclass(frozen=True, slots=True)

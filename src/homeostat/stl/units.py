@@ -1,11 +1,14 @@
-"""Which unit a formula's margin has, and what each comparison is divided by where units mix."""
+"""Units of a formula: what may be added and compared, the unit of its margin, and what scales it where units mix."""
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Protocol, assert_never
 
+from homeostat.stl.text import render
 from homeostat.stl.tree import (
     Always,
     And,
@@ -14,15 +17,18 @@ from homeostat.stl.tree import (
     Call,
     Comparison,
     Eventually,
+    Flaw,
     Implies,
     Logic,
     Negate,
+    Node,
     Not,
     Number,
     Or,
     TagValue,
     Truth,
     Until,
+    children,
     tags_of,
     walk,
 )
@@ -96,3 +102,90 @@ def _scaled(node: Logic, tags: Mapping[str, Signal]) -> Logic:
             return replace(node, condition=_scaled(node.condition, tags), goal=_scaled(node.goal, tags))
         case _:
             assert_never(node)
+
+
+@dataclass(frozen=True, slots=True)
+class _Unit:
+    """Unit of a term that is worked out."""
+
+    symbol: str
+    """As a person reads it."""
+    powers: Mapping[str, int]
+    """Base symbol -> its power, none of them zero."""
+
+
+def check_units(root: Node, tags: Mapping[str, Signal]) -> None:
+    """Raise `Flaw` where terms of different units are added, subtracted, compared, or the smaller or larger is taken.
+
+    A number has the unit of its partner. As a factor it may convert anything into anything: coefficients carry units
+    that nobody wrote down, so such a product has an unknown unit, which goes with any other.
+    """
+    if isinstance(root, Number | TagValue | Negate | Binary | Call):
+        _unit(root, tags)
+    elif isinstance(root, Comparison):
+        _common(root.left, root.right, tags)
+    else:
+        for child in children(root):
+            check_units(child, tags)
+
+
+def _unit(node: Arithmetic, tags: Mapping[str, Signal]) -> _Unit | None:
+    """The unit of a term; None where it is unknown."""
+    match node:
+        case Number():
+            return None
+        case TagValue():
+            symbol = tags[node.tag].unit
+            return _Unit(symbol, _powers(symbol)) if symbol else None
+        case Negate():
+            return _unit(node.operand, tags)
+        case Call(function="abs"):
+            return _unit(node.arguments[0], tags)
+        case Call():
+            return _common(node.arguments[0], node.arguments[1], tags)
+        case Binary(operator="+" | "-"):
+            return _common(node.left, node.right, tags)
+        case Binary():
+            return _multiplied(node, _unit(node.left, tags), _unit(node.right, tags))
+        case _:
+            assert_never(node)
+
+
+def _common(left: Arithmetic, right: Arithmetic, tags: Mapping[str, Signal]) -> _Unit | None:
+    first, second = _unit(left, tags), _unit(right, tags)
+    if first is None or second is None:
+        return first or second
+    if first.powers != second.powers:
+        column = next((node.column for node, _ in walk(right) if isinstance(node, TagValue)), 0)
+        units = f"{render(left)!r} is in {first.symbol} and {render(right)!r} in {second.symbol}"
+        raise Flaw(max(column, 1), f"{units}; convert one of them with a coefficient, or split the rule")
+    return first
+
+
+def _multiplied(node: Binary, left: _Unit | None, right: _Unit | None) -> _Unit | None:
+    if left is None or right is None:
+        return None
+    sign = 1 if node.operator == "*" else -1
+    powers = Counter(left.powers)
+    for symbol, power in right.powers.items():
+        powers[symbol] += sign * power
+    symbol = left.symbol if not right.powers else f"{left.symbol} {node.operator} {right.symbol}"
+    return _Unit(symbol, {s: p for s, p in powers.items() if p})
+
+
+_FACTOR = re.compile(r"(?P<symbol>[^\W\d]+|%)(?P<power>-?[0-9]+)?")
+"""A base symbol and its power, such as ``s`` or ``m3``."""
+
+
+def _powers(unit: str) -> Mapping[str, int]:
+    """The factors of a unit such as ``kJ/(kg K)``; a symbol that cannot be taken apart is a factor by itself."""
+    powers: Counter[str] = Counter()
+    for index, part in enumerate(unit.split("/")):
+        for factor in re.split(r"[ .*·]+", part.strip(" ()")):
+            if factor == "1":
+                continue
+            match = _FACTOR.fullmatch(factor)
+            if match is None:
+                return {unit: 1}
+            powers[match["symbol"]] += int(match["power"] or 1) * (1 if index == 0 else -1)
+    return {symbol: power for symbol, power in powers.items() if power}

@@ -25,6 +25,10 @@ class Decided:
     at: IndexArray | None
     """Index of the deciding sample or `NOWHERE`, shape (members or 1, samples); None when not asked for."""
 
+    def __neg__(self) -> Decided:
+        """The values with the opposite sign, decided by the same samples."""
+        return Decided(-self.value, self.at)
+
     def cut(self, start: int, stop: int) -> Decided:
         """Samples ``start`` to ``stop - 1``."""
         return Decided(self.value[:, start:stop], None if self.at is None else self.at[:, start:stop])

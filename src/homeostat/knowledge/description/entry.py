@@ -18,6 +18,7 @@ from ..query import template
 from ..store import GraphStore, Row, UnexpectedAnswer
 
 _T = TypeVar("_T")
+_Rule = TypeVar("_Rule", Formula, Expression)
 _Word = TypeVar("_Word", bound=StrEnum)
 
 
@@ -135,20 +136,22 @@ class Entry:
         except UnexpectedAnswer as error:
             raise GraphError(Code.MISSING_VALUE, self.thing, str(error)) from error
 
-    def _rule(self, text: str, tags: Mapping[str, Tag], read: Callable[[str, Mapping[str, Tag] | None], _T]) -> _T:
+    def _rule(
+        self, text: str, tags: Mapping[str, Tag], read: Callable[[str, Mapping[str, Tag] | None], _Rule]
+    ) -> _Rule:
         try:
             return read(text, tags)
         except FormulaError as error:
-            raise GraphError(_formula_code(text, read), self.thing, str(error)) from error
+            raise GraphError(_formula_code(text, tags, read), self.thing, str(error)) from error
 
 
-def _formula_code(text: str, read: Callable[[str, None], object]) -> Code:
-    """Why a rule was refused: it reads well without tags, so a tag is unknown, or it does not."""
+def _formula_code(text: str, tags: Mapping[str, Tag], read: Callable[[str, None], Formula | Expression]) -> Code:
+    """Why a rule was refused: it reads well without tags and one of its tags is unknown, or it is wrong by itself."""
     try:
-        read(text, None)
+        names = read(text, None).tags
     except FormulaError:
         return Code.BAD_FORMULA
-    return Code.UNKNOWN_TAG
+    return Code.BAD_FORMULA if names <= tags.keys() else Code.UNKNOWN_TAG
 
 
 def entries(store: GraphStore, question: str, kind: str, system: NamedNode) -> tuple[Entry, ...]:
