@@ -15,18 +15,22 @@ from homeostat.stl.formula import Formula
 def permissive_findings(snapshot: Snapshot, commands: Sequence[Command], limits: Limits) -> tuple[Finding, ...]:
     """The permissives on a snapshot as it would be right after the release of ``commands``.
 
-    One that reads a tag without usable reading is violated.
+    One that cannot be decided without a reading that is not usable is violated.
     """
     commanded = {c.tag for c in commands}
     values = {tag: value for tag, value in usable(snapshot).items() if tag not in commanded}
     values.update({c.tag: c.value for c in commands if c.value is not None})
     found = []
     for p in limits.of_kind(LimitKind.PERMISSIVE):
-        blind = unjudged(p, values)
-        if blind is None:
-            found.append(finding(p.name, Owner.ACTION, p.formula, p.description, p.formula.margin_at(values), 0.0, 0))
+        try:
+            margin = p.formula.margin_at(values)
+        except Exception as error:  # a rule that is broken does not hold
+            found.append(refusal(p.name, f"{p.formula.text!r} cannot be judged: {error} ({p.name})"))
+            continue
+        if math.isnan(margin):
+            found.append(refusal(p.name, unjudged(p, values) or f"{p.formula.text!r} cannot be judged ({p.name})"))
         else:
-            found.append(refusal(p.name, blind))
+            found.append(finding(p.name, Owner.ACTION, p.formula, p.description, margin, 0.0, 0))
     return tuple(found)
 
 

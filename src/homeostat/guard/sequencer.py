@@ -7,7 +7,6 @@ from homeostat.domain.limits import Limits
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.permissives import permissive_findings, usable
-from homeostat.stl.formula import FormulaError
 
 
 class Sequencer:
@@ -37,11 +36,7 @@ class Sequencer:
         if not self._waiting:
             return None
         step, values = self._waiting[0], usable(snapshot)
-        try:
-            due = step.transition.guard.holds(values)
-        except FormulaError:  # a tag without usable reading, a division by zero: what is not known does not hold
-            due = False
-        if not due:
+        if not step.transition.guard.holds(values):  # what is not known does not hold
             return None
         if not self._aborting:  # what leads to a safe state is always allowed
             found = permissive_findings(snapshot, step.commands, self._limits)
@@ -93,7 +88,10 @@ class Sequencer:
         """The path that is left; None where nothing waits."""
         if not self._waiting:
             return None
-        return RecoveryPath(self._machine, tuple(s.transition for s in self._waiting))
+        try:
+            return RecoveryPath(self._machine, tuple(s.transition for s in self._waiting))
+        except ValueError:  # the steps of a fallback need not make a path that a proposer could take
+            return None
 
     def drain(self) -> tuple[tuple[str, float], ...]:
         """States that were entered since the last call, each with its process time [s]."""
