@@ -35,6 +35,11 @@ class Alarms:
         self._standing[name] = Alarm(name, cause, priority, at_s)
         self._note(AlarmRaised(name, cause, priority), at_s)
 
+    def say(self, name: str, cause: str, priority: Priority, at_s: float) -> None:
+        """Raise alarm ``name`` of something that is over already: it stands until somebody has seen it."""
+        self.raise_(name, cause, priority, at_s)
+        self.return_(name, at_s)
+
     def return_(self, name: str, at_s: float) -> None:
         """The condition of alarm ``name`` has ended."""
         alarm = self._standing.get(name)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import unicodedata
+from collections.abc import Iterable
+
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 
 ENGINEERING = frozenset({Verb.RESET, Verb.MODE, Verb.START})
@@ -9,27 +12,34 @@ ENGINEERING = frozenset({Verb.RESET, Verb.MODE, Verb.START})
 NEEDS_REASON = frozenset({Verb.RESET, Verb.REJECT, Verb.OUT_OF_SERVICE, Verb.FALL_BACK})
 """What is ordered with a reason only."""
 LONGEST = 500
-"""Most characters of a reason or a name."""
+"""Most characters of a reason."""
+LONGEST_ID = 200
+"""Most characters of an identifier or a name."""
+REMEMBERED = 10_000
+"""Orders that are remembered as used."""
 
 
 class Authority:
     """Judges the orders of people; remembers those that are used and the first of two who must agree."""
 
-    def __init__(self, persons: int) -> None:
-        """``persons``: how many people must agree to a reset."""
-        self._persons = persons
+    def __init__(self, persons: int, lasts_s: float) -> None:
+        """``persons``: how many people must agree to a reset, within ``lasts_s`` of each other [s]."""
+        self._persons, self._lasts_s = persons, lasts_s
         self._used: dict[str, None] = {}
-        self._agreed: dict[str, str] = {}
+        self._agreed: dict[str, tuple[str, float]] = {}
 
     def objection(self, command: PersonCommand) -> str:
         """Why ``command`` may not be carried out whatever the plant is doing; empty where it may."""
-        texts = (command.id, command.person, command.subject, command.digest, command.reason)
-        if any(len(str(text)) > LONGEST for text in texts):
-            return f"an order is made of texts of at most {LONGEST} characters"
-        if command.verb not in tuple(Verb) or command.role not in tuple(Role):
-            return f"there is no order {command.verb!r} in role {command.role!r}"
-        if not command.person.strip():
-            return "an order needs the name of a person"
+        names: tuple[object, ...] = (command.id, command.person, command.subject)
+        texts: tuple[object, ...] = (command.digest, command.reason)
+        if not (all(_fits(n, LONGEST_ID) for n in names) and all(_fits(t, LONGEST) for t in texts)):
+            return f"an order has names of at most {LONGEST_ID} characters and a reason of at most {LONGEST}"
+        verb: object = command.verb
+        role: object = command.role
+        if not (isinstance(verb, Verb) and isinstance(role, Role)):
+            return f"there is no order {command.verb!s:.40} in role {command.role!s:.40}"
+        if not (command.id and _folded(command.person)):
+            return "an order needs an identifier and the name of a person"
         if command.id in self._used:
             return f"order {command.id!r} was carried out already"
         if command.verb in ENGINEERING and command.role is not Role.ENGINEER:
@@ -42,15 +52,29 @@ class Authority:
 
     def use(self, command: PersonCommand) -> None:
         """Take note that ``command`` was answered; it is not carried out again."""
-        self._used[command.id] = None
-        if len(self._used) > 10_000:
+        self.remember((command.id,))
+
+    def remember(self, used: Iterable[str]) -> None:
+        """Orders with these identifiers are not carried out again."""
+        self._used.update(dict.fromkeys(used))
+        while len(self._used) > REMEMBERED:
             self._used.pop(next(iter(self._used)))
 
-    def agree(self, command: PersonCommand) -> tuple[str, ...]:
+    def agree(self, command: PersonCommand, now_s: float) -> tuple[str, ...]:
         """Everybody who has agreed to a reset, once they are enough; empty while somebody is missing."""
-        self._agreed[command.person.strip().casefold()] = command.person
+        self._agreed = {key: said for key, said in self._agreed.items() if now_s - said[1] <= self._lasts_s}
+        self._agreed[_folded(command.person)] = (command.person, now_s)
         if len(self._agreed) < self._persons:
             return ()
-        agreed = tuple(self._agreed.values())
+        agreed = tuple(person for person, _ in self._agreed.values())
         self._agreed.clear()
         return agreed
+
+
+def _fits(text: object, longest: int) -> bool:
+    return type(text) is str and len(text) <= longest
+
+
+def _folded(person: str) -> str:
+    """One spelling for the names that a person might write differently."""
+    return " ".join(unicodedata.normalize("NFKC", person).casefold().split())

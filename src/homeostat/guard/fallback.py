@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
+from homeostat.domain.recovery import ActionSet, FallbackStrategy
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.permissives import permissive_findings
@@ -64,22 +64,31 @@ class Fallbacks:
     def checked(
         self, strategy: FallbackStrategy, readings: Snapshot | None, in_service: frozenset[str]
     ) -> Chosen | str:
-        """What of ``strategy`` may be written, or the first check that it fails.
+        """What of ``strategy`` may be written, or the first check that it fails; a broken rule fails it, too.
 
         A command to a tag that is out of service is left out, unless the table says that the strategy writes it.
         """
-        state = self._rules.machine.state(strategy.actions.target)
-        kept: list[Command] = []
-        for command in strategy.actions.commands:
-            found = command_finding(command, state.setpoint(command.tag), state.name, self._rules)
-            if found is not None:
-                return found.message
-            if command.tag in in_service or command.tag in strategy.forced:
-                kept.append(command)
+        try:
+            return self._checked(strategy, readings, in_service)
+        except Exception as error:  # whatever is wrong with one strategy, the next one must get its turn
+            return f"it cannot be checked: {error or type(error).__name__}"
+
+    def _checked(
+        self, strategy: FallbackStrategy, readings: Snapshot | None, in_service: frozenset[str]
+    ) -> Chosen | str:
+        actions = strategy.actions
+        parts = ((actions.target, actions.commands), *((s.target, s.commands) for s in actions.then))
+        for target, commands in parts:
+            state = self._rules.machine.state(target)
+            for command in commands:
+                found = command_finding(command, state.setpoint(command.tag), state.name, self._rules)
+                if found is not None:
+                    return found.message
+        kept = tuple(c for c in actions.commands if c.tag in in_service or c.tag in strategy.forced)
         if not kept:
             return "every tag that it writes is out of service"
         if readings is not None:
             for finding in permissive_findings(readings, kept, self._rules.limits):
                 if not finding.satisfied and finding.criterion not in strategy.waived:
                     return finding.message
-        return Chosen(strategy, replace(strategy.actions, commands=tuple(kept)))
+        return Chosen(strategy, replace(actions, commands=kept))

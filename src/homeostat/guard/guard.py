@@ -14,27 +14,27 @@ from homeostat.domain.guard_events import (
     ModeEntered,
     StartUpEnded,
     StateEntered,
-    StepTaken,
     Stopped,
     Tripped,
 )
-from homeostat.domain.mode import Mode, PersonCommand, Side
+from homeostat.domain.mode import Mode, PersonCommand
 from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Trouble, Withdraw
 from homeostat.domain.ports import Lease, Record
-from homeostat.domain.recovery import Command, Step
 from homeostat.domain.request import Request
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.latch import Latch
 from homeostat.guard.mailbox import Mailbox
-from homeostat.guard.memory import PUT_RIGHT, Memory
+from homeostat.guard.memory import Memory
 from homeostat.guard.modes import Modes
+from homeostat.guard.moves import Moves
 from homeostat.guard.parts import Parts
 from homeostat.guard.persons import Floor, Persons
 from homeostat.guard.quality import QualityWatch
 from homeostat.guard.requests import Requests
 from homeostat.guard.restart import Restart
 from homeostat.guard.settings import GuardSettings
+from homeostat.guard.steps import Steps
 from homeostat.guard.trips import TripWatch, Violation
 from homeostat.guard.verification import Present
 from homeostat.guard.writer import Progress, Write
@@ -63,23 +63,23 @@ class Guard:
 
     def __init__(self, rules: GuardRules, attachment: Attachment, settings: GuardSettings | None = None) -> None:
         """``rules`` come from the plant's tables; nothing is decided before the first :meth:`tick`."""
-        self._parts = Parts.of(rules, attachment.record, attachment.lease, settings or GuardSettings())
+        self._parts = parts = Parts.of(rules, attachment.record, attachment.lease, settings or GuardSettings())
         self._attachment = attachment
-        self._quality = QualityWatch(rules.qualities, rules.tags, self._parts.note)
-        self._trips = TripWatch(rules, self._parts.note)
-        self._latch, self._modes = Latch(self._parts), Modes(self._parts)
-        self._requests = Requests(self._parts, dict(attachment.keys))
-        self._persons = Persons(Floor(self._parts, self._modes, self._latch, self._requests))
-        self._step: Step | None = None
-        self._step_again_s = -math.inf
+        self._quality = QualityWatch(rules.qualities, rules.tags, parts.note)
+        self._trips = TripWatch(rules, parts.note)
+        self._latch, self._modes = Latch(parts), Modes(parts.tenure)
+        self._steps, self._moves = Steps(parts, self._latch), Moves(parts, self._latch)
+        self._requests = Requests(parts, dict(attachment.keys))
+        self._persons = Persons(Floor(parts, self._modes, self._latch, self._requests))
+        self._restart: Restart | None = None
         self._act_by_s: float | None = None
-        self._violated: frozenset[str] = frozenset()
-        self._now_s = -math.inf
+        self._violated = self._answered = frozenset[str]()
+        self._unanswered: dict[str, str] = {}
+        self._now_s, self._period_s, self._began_s = -math.inf, 1.0, math.nan
         self._seen: Snapshot | None = None
         self._sample: Snapshot | None = None
-        self._began = False
+        self._lost, self._stopped = 0, False
         self._starting = rules.machine.initial.name in rules.start_up.states
-        self._restart: Restart | None = None
         self.mailbox = Mailbox()
         """Where anybody leaves requests and orders."""
 
@@ -110,37 +110,58 @@ class Guard:
 
     def tick(self, now_s: float, sample: Snapshot | None) -> Observation:
         """Decide at process time ``now_s`` [s] with ``sample``, or with its absence; never raises, never waits long."""
-        if not (math.isfinite(now_s) and now_s > self._now_s):
-            text = f"the clock says {now_s!r} s after {self._now_s:g} s"
-            self._alarm("clock", text, Priority.HIGH)
-            now_s = self._now_s if math.isfinite(self._now_s) else 0.0
-        self._now_s = now_s
-        for stage in (self._begin, self._look, self._write_on, self._hear, self._decide, self._end):
+        self._advance(now_s)
+        stages = (
+            self._begin, self._look, self._resume, self._trip, self._write_on, self._hear, self._decide, self._end,
+        )  # fmt: skip
+        for stage in stages if not self._stopped else ():
+            name = stage.__name__.strip("_")
             try:
                 stage(sample)
+                self._parts.alarms.return_(f"guard:{name}", self._now_s)
             except Exception as error:  # a broken rule or link must not end supervision
-                name = stage.__name__.strip("_")
                 self._alarm(f"guard:{name}", f"{name}: {error or type(error).__name__}", Priority.CRITICAL)
-        return self._observed()
+        seen = self._observed()
+        self._parts.recorder.settle()
+        return seen
 
     def stop(self, reason: str) -> None:
         """A wanted stop: no fallback is written; the heartbeat ends, and the plant's own control carries on."""
-        self._parts.writer.overtake(self._now_s, reason)
-        self._requests.withdraw_all(reason, self._now_s)
-        self._parts.note(Stopped(reason), self._now_s)
-        self._modes.leave(self._now_s)
+        if self._stopped:
+            return
+        self._stopped = True
+        now_s = self._now_s if math.isfinite(self._now_s) else 0.0
+        self._parts.writer.overtake(now_s, reason)
+        self._requests.withdraw_all(reason, now_s)
+        self._parts.note(Stopped(reason), now_s)
+        self._parts.tenure.give_back(now_s)
         self._parts.recorder.commit()
         self._parts.recorder.close()
 
-    def _begin(self, sample: Snapshot | None) -> None:
-        if self._began:
+    def _advance(self, now_s: float) -> None:
+        """The guard's time never stands: where the clock does, it goes on by half a period, and can be caught up."""
+        if isinstance(now_s, int | float) and math.isfinite(now_s) and now_s > self._now_s:
+            if math.isfinite(self._now_s):
+                self._period_s = now_s - self._now_s
+            self._now_s = float(now_s)
+            self._parts.alarms.return_("clock", self._now_s)
             return
-        self._began = True
+        text = f"the clock says {now_s!r} s after {self._now_s:g} s"
+        self._now_s = self._now_s + self._period_s / 2.0 if math.isfinite(self._now_s) else 0.0
+        self._alarm("clock", text, Priority.HIGH)
+
+    def _begin(self, sample: Snapshot | None) -> None:
+        if not math.isnan(self._began_s):
+            return
+        self._began_s = self._now_s
         parts, memory, mode = self._parts, self._attachment.memory, self._attachment.mode
         if memory is not None:
             mode = (memory.mode or mode) if self._attachment.goes_on else Mode.OBSERVE
-            self._restart = Restart(parts, self._latch, memory)
-        objection = self._modes.enter(mode, self._now_s)
+            self._restart = Restart(parts, self._latch, self._steps, memory)
+            self._restart.take_position(self._now_s)
+            self._requests.remember(memory.requests)
+            self._persons.remember(memory.orders)
+        objection = self._modes.enter(mode)
         if objection:
             self._alarm("mode", objection, Priority.HIGH)
         rules = parts.rules
@@ -159,44 +180,57 @@ class Guard:
         else:
             self._parts.alarms.return_("link", self._now_s)
 
+    def _resume(self, sample: Snapshot | None) -> None:
+        """After a restart: what was in flight is read before anything is written; a fallback waits for no reading."""
+        restart, readings = self._restart, self._seen
+        if restart is None:
+            return
+        if readings is not None and readings.accepted:
+            self._restart = None
+            restart.resolve(self._now_s, readings)
+        elif self._now_s - self._began_s >= self._parts.settings.again_s:
+            restart.act(self._now_s)
+
+    def _trip(self, sample: Snapshot | None) -> None:
+        """Before anything else is written, tried again or heard: is a hard limit violated?"""
+        violations = self._trips.judge(self._now_s, self._seen, self._parts.sequencer.state)
+        self._note_trips(violations)
+        if violations and self.latched is None:
+            self._activate(violations[0].reason)
+        elif not violations:
+            self._parts.alarms.return_("fallback wanted", self._now_s)
+
     def _write_on(self, sample: Snapshot | None) -> None:
         """How far the write under way has come, and what somebody else has moved."""
         parts, now_s, readings = self._parts, self._now_s, self._seen
-        if self._restart is not None and readings is not None:
-            restart, self._restart = self._restart, None
-            restart.resolve(now_s, readings)
         write = parts.writer.flying
-        progress = parts.writer.follow(now_s, readings)
+        progress = parts.writer.follow(now_s, readings, self._objection)
         if progress is Progress.FAILED and write is not None:
-            parts.service.adopt(write.commands, readings)
+            unread = parts.writer.pending
+            parts.service.adopt(tuple(c for c in write.commands if c.tag not in unread), readings)
             text = f"{write.source}: {parts.writer.error or 'the plant does not hold every target'}"
             self._alarm(f"write:{write.cause.value}", text, Priority.HIGH)
         elif progress is Progress.CONFIRMED and write is not None:
             parts.service.expect(write.commands)
             parts.alarms.return_(f"write:{write.cause.value}", now_s)
         self._requests.follow(progress if write and write.cause is Cause.REQUEST else None, now_s)
-        self._latch.follow(progress if write and write.cause is Cause.FALLBACK else None, now_s, readings)
-        if write is not None and write.cause is Cause.SEQUENCE:
-            self._follow_step(progress)
+        self._persons.follow(write, progress, now_s)
+        self._latch.follow(write, progress, now_s, readings)
+        self._steps.follow(write, progress, now_s)
+        if write is not None and write.cause is Cause.REQUEST and progress is Progress.CONFIRMED:
+            self._act_by_s = None
         if readings is not None:
-            self._moved(readings)
-        parts.writer.read_given_up(now_s, readings)
+            self._moves.notice(now_s, readings, self.mode)
+        for read in parts.writer.read_given_up(now_s, readings):
+            if self.latched is None:
+                parts.service.adopt(read.commands, readings)
 
-    def _moved(self, readings: Snapshot) -> None:
-        """A target that somebody else has changed is respected; a write of ours that came late is put right."""
-        parts = self._parts
-        for moved in parts.service.moved(readings, parts.writer.pending):
-            late = parts.writer.late(moved.tag, moved.now)
-            if late and self.latched is not None and parts.writer.flying is None:
-                command = Command(moved.tag, moved.before, parts.rules.tags[moved.tag].rate_limit)
-                self._alarm("late", f"a write that was given up has moved {moved.tag!r} after all", Priority.HIGH)
-                parts.writer.begin(Write(Cause.FALLBACK, PUT_RIGHT, (command,), parts.sequencer.state), self._now_s)
-                continue
-            if parts.rules.recipe is Side.PLANT and not self.mode.writes:
-                continue
-            text = f"somebody changed {moved.tag!r} from {moved.before} to {moved.now}"
-            if parts.service.change(moved.tag, False, "", text, self._now_s):
-                self._alarm(f"moved:{moved.tag}", text, Priority.MEDIUM)
+    def _objection(self, write: Write) -> str:
+        """Why ``write`` may not be tried again on the present reading; empty where it may."""
+        near = () if self._seen is None else self._trips.near(self._seen)
+        if near and write.cause in (Cause.REQUEST, Cause.PERSON):
+            return near[0].reason
+        return self._steps.objection(write, self._seen)
 
     def _hear(self, sample: Snapshot | None) -> None:
         """Everything that was put into the mailbox since the last tick."""
@@ -204,7 +238,8 @@ class Guard:
             try:
                 self._take(message)
             except Exception as error:  # a message may be anything
-                self._alarm("mailbox", f"a message could not be taken: {error or type(error).__name__}", Priority.LOW)
+                text = f"a message could not be taken: {error or type(error).__name__}"
+                self._parts.alarms.say("mailbox", text, Priority.LOW, self._now_s)
 
     def _take(self, message: Message) -> None:
         now_s = self._now_s
@@ -216,110 +251,95 @@ class Guard:
             case Correction():
                 self._trips.correct(message.errors)
             case Arm():
-                wrong = self._latch.fallbacks.arm(message.strategies, self._seen, self._parts.service.tags)
-                for line in wrong:
-                    self._alarm("arming", line, Priority.MEDIUM)
-                by_s = message.act_by_s
-                self._act_by_s = by_s if by_s is not None and math.isfinite(by_s) else None
-                self._parts.note(Armed(tuple(s.name for s in self._latch.fallbacks.ranked), self._act_by_s), now_s)
+                self._arm(message)
             case FallBack():
                 self._activate(message.reason)
             case Trouble():
                 self._alarm(message.name[:100], message.cause[:500], Priority.HIGH)
             case PersonCommand():
                 self._persons.hear(message, now_s, self._seen)
+            case _:
+                raise ValueError(f"nobody knows what {type(message).__name__!r} asks for")
+
+    def _arm(self, message: Arm) -> None:
+        """Rank the fallbacks, and take note of a time by which recovery must have acted."""
+        if self.latched is not None:
+            return  # one is acting already, in the order in which they were ranked
+        by_s = message.act_by_s
+        if by_s is not None and not math.isfinite(by_s):
+            raise ValueError(f"fallbacks cannot be armed to act by {by_s!r} s")
+        for line in self._latch.fallbacks.arm(message.strategies, self._seen, self._parts.service.tags):
+            self._parts.alarms.say("arming", line, Priority.MEDIUM, self._now_s)
+        self._act_by_s = by_s
+        ranked = tuple(s.name for s in self._latch.fallbacks.ranked)
+        self._parts.note(Armed(ranked, by_s), self._now_s)
 
     def _decide(self, sample: Snapshot | None) -> None:
-        """Trip before request before sequence."""
-        parts, readings, state = self._parts, self._seen, self._parts.sequencer.state
-        violations = self._trips.judge(self._now_s, readings, state)
-        self._note_trips(violations)
-        if violations and self.latched is None:
-            self._activate(violations[0].reason)
-        if self._act_by_s is not None and self._now_s >= self._act_by_s and self.latched is None:
-            self._act_by_s = None
+        """A request before the sequence; the trip was before both."""
+        parts, readings = self._parts, self._seen
+        by_s, written = self._act_by_s, self._requests.written
+        if by_s is not None and self._now_s >= by_s and self.latched is None and not written:
             self._activate("recovery has not acted in the time that physics leaves")
-        if self.latched is None:
+        if self.latched is None and self._restart is None:
             near = () if readings is None else self._trips.near(readings)
-            present = Present(self._now_s, readings, state, parts.service.tags, near)
+            above = () if readings is None else self._trips.above(readings)
+            state = parts.sequencer.state
+            present = Present(self._now_s, readings, state, parts.service.tags, near, above)
             if self._requests.decide(present, self.mode, self._oldest_s):
-                self._act_by_s = None
+                self._steps.drop()
+                if not self._requests.written:
+                    self._act_by_s = None
                 return
-        self._sequence(readings)
+        if self._restart is None:
+            self._steps.go_on(self._now_s, readings, self.mode)
 
     def _note_trips(self, violations: tuple[Violation, ...]) -> None:
         """Journal what is newly violated; while latched another limit has the next strategy act."""
-        names = frozenset(v.limit for v in violations)
+        names, acts = frozenset(v.limit for v in violations), self.mode.writes
         for violation in violations:
             if violation.limit in self._violated:
                 continue
-            acts = self.mode.writes
             event = Tripped(violation.limit, violation.margin, violation.unit, violation.reason, acts)
             self._parts.note(event, self._now_s)
             self._alarm(f"trip:{violation.limit}", violation.reason, Priority.CRITICAL)
-            if self.latched is not None and acts and self._latch.standing:
-                self._latch.escalate(violation.reason, self._now_s, self._seen)
+            if violation.limit not in self._answered:  # what a fallback acts against may come and go meanwhile
+                self._unanswered[violation.limit] = violation.reason
         for name in self._violated - names:
             self._parts.alarms.return_(f"trip:{name}", self._now_s)
+            self._unanswered.pop(name, None)
         self._violated = names
+        if self.latched is None:
+            self._answered = names
+            self._unanswered.clear()
+        elif self._unanswered and acts and self._latch.standing:
+            reason = next(iter(self._unanswered.values()))
+            self._answered |= self._unanswered.keys()
+            self._unanswered.clear()
+            self._latch.escalate(reason, self._now_s, self._seen)
 
     def _activate(self, reason: str) -> None:
         """Have the fallback act, where somebody may write; else it is an alarm."""
+        self._act_by_s = None
         if not self.mode.writes:
             self._alarm("fallback wanted", reason, Priority.CRITICAL)
             return
-        self._step = None
         self._requests.withdraw_all(reason, self._now_s)
-        self._latch.activate(reason, self._now_s, self._seen)
-
-    def _sequence(self, readings: Snapshot | None) -> None:
-        """Begin to write the step that is due, where nothing else is under way."""
-        parts = self._parts
-        if readings is None or self._step is not None or self._restart is not None:
-            return
-        step = parts.sequencer.due(readings)
-        if step is None:
-            return
-        if not self.mode.writes:
-            if parts.rules.recipe is Side.PLANT:
-                self._taken(step)
-            else:
-                parts.sequencer.refused = f"in mode {self.mode.value!r} nobody writes"
-            return
-        out = [c.tag for c in step.commands if c.tag not in parts.service.tags]
-        if out and self.latched is None:
-            parts.sequencer.refused = f"{out[0]!r} is out of service"
-            return
-        if not step.commands:
-            self._taken(step)
-        elif parts.writer.flying is None and self._now_s >= self._step_again_s:
-            self._step = step
-            parts.writer.begin(Write(Cause.SEQUENCE, step.transition.name, step.commands, step.target), self._now_s)
-            self._follow_step(None)
-
-    def _follow_step(self, progress: Progress | None) -> None:
-        """A step is taken when the plant has got its commands; one that failed stays due."""
-        step, parts = self._step, self._parts
-        if step is not None and (parts.writer.accepted or progress is Progress.CONFIRMED):
-            self._taken(step)
-            self._step = None
-        elif step is not None and progress is Progress.FAILED:
-            self._step, self._step_again_s = None, self._now_s + parts.settings.again_s
-
-    def _taken(self, step: Step) -> None:
-        self._parts.sequencer.take(step, self._now_s)
-        self._parts.note(StepTaken(step.transition.name, step.target), self._now_s)
+        self._steps.drop()
+        self._latch.activate(str(reason)[:500], self._now_s, self._seen)
 
     def _end(self, sample: Snapshot | None) -> None:
         """Heartbeat and journal; the lease goes back where only a fallback was left to be sent."""
-        if not self.mode.writes and (self.latched is None or self._latch.standing):
-            self._modes.leave(self._now_s)
-        self._modes.beat(self._now_s)
-        trouble = self._parts.recorder.trouble
-        if trouble:
-            self._alarm("journal", trouble, Priority.HIGH)
+        parts, now_s = self._parts, self._now_s
+        self._modes.settle(now_s, sending=self.latched is not None and not self._latch.standing)
+        parts.tenure.beat(now_s)
+        if parts.recorder.trouble:
+            self._alarm("journal", parts.recorder.trouble, Priority.HIGH)
         else:
-            self._parts.alarms.return_("journal", self._now_s)
+            parts.alarms.return_("journal", now_s)
+        lost = parts.recorder.lost
+        if lost > self._lost:
+            self._lost = lost
+            parts.alarms.say("journal:lost", f"{lost} events could not be journalled", Priority.HIGH, now_s)
 
     @property
     def _oldest_s(self) -> float:

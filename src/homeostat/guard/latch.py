@@ -13,7 +13,7 @@ from homeostat.domain.guard_events import (
     Shed,
     StepLoaded,
 )
-from homeostat.domain.recovery import ActionSet
+from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.fallback import Chosen, Fallbacks
 from homeostat.guard.parts import Parts
@@ -30,14 +30,13 @@ class Latch:
         """The strategies."""
         self.reason: str | None = None
         """Why a fallback acted; None while none has."""
-        self._acting: Chosen | None = None
-        self._loaded = self._standing = False
-        self._again_s: float | None = None
-
-    @property
-    def standing(self) -> bool:
+        self.standing = False
         """Whether the plant was read back and holds every target of the fallback."""
-        return self._standing
+        self.forced: frozenset[str] = frozenset()
+        """Tags that the fallback writes even where they are out of service."""
+        self._acting: Chosen | None = None
+        self._loaded = False
+        self._again_s: float | None = None
 
     def activate(self, reason: str, now_s: float, readings: Snapshot | None) -> None:
         """Latch and have the first strategy act now, whatever is under way."""
@@ -51,95 +50,134 @@ class Latch:
         self._act(now_s, readings)
         self._parts.note(Latched(reason), now_s)
 
-    def escalate(self, reason: str, now_s: float, readings: Snapshot | None) -> None:
-        """Another limit is violated although a fallback has acted: have the next strategy act."""
-        self._parts.note(FallbackSkipped(self._name, reason), now_s)
-        self._parts.writer.overtake(now_s, "another fallback acts")
-        self._act(now_s, readings)
+    def escalate(self, reason: str, now_s: float, readings: Snapshot | None) -> bool:
+        """Another limit is violated although a fallback stands: the next strategy that passes its checks acts.
 
-    def hold(self, reason: str) -> None:
-        """Be latched again after a restart, before the plant was read."""
+        False where there is none; what stands is better than what the plant does by itself.
+        """
+        chosen = self._next(now_s, readings)
+        if chosen is None:
+            return False
+        self._parts.writer.overtake(now_s, "another fallback acts")
+        self._parts.sequencer.stop()
+        self._write(chosen, reason, now_s, readings)
+        return True
+
+    def hold(self, reason: str, strategy: str) -> None:
+        """Be latched again after a restart, before the plant was read; ``strategy`` had acted last."""
         self.reason = reason
+        self.forced = next((s.forced for s in self._parts.rules.fallbacks if s.name == strategy), frozenset())
+        self.standing = True
 
     def restore(self, strategy: str, now_s: float, readings: Snapshot | None) -> None:
         """Go on after a restart: ``strategy`` is sent again; empty where it is known to stand."""
         self._parts.alarms.raise_("latched", self.reason or "", Priority.CRITICAL, now_s)
-        self._standing = not strategy
+        self.standing = not strategy
         if strategy:
             self.fallbacks.arm((strategy,), readings, self._parts.service.tags)
             self.fallbacks.begin()
             self._act(now_s, readings)
 
-    def reset(self) -> None:
-        """Forget what was activated."""
+    def reset(self, now_s: float) -> None:
+        """Forget what was activated, and the alarms of it."""
+        parts = self._parts
         self.reason, self._acting, self._again_s = None, None, None
-        self._loaded = self._standing = False
-        self.fallbacks = Fallbacks(self._parts.rules)
+        self._loaded = self.standing = False
+        self.forced = frozenset()
+        self.fallbacks = Fallbacks(parts.rules)
+        parts.writer.overtake(now_s, "the latch was reset")
+        parts.writer.forget()
+        for name in ("latched", "shed", *(f"fallback:{s.name}" for s in parts.rules.fallbacks)):
+            parts.alarms.return_(name, now_s)
 
-    def follow(self, progress: Progress | None, now_s: float, readings: Snapshot | None) -> None:
-        """Take note of how far the fallback's write has come, and begin the next one where it has failed."""
+    def allowed(self, commands: tuple[Command, ...]) -> tuple[Command, ...]:
+        """Those of ``commands`` that a fallback's step may write: no tag that a person has, unless its row says so."""
+        if self.reason is None:
+            return commands
+        return tuple(c for c in commands if c.tag in self._parts.service.tags or c.tag in self.forced)
+
+    def follow(self, write: Write | None, progress: Progress | None, now_s: float, readings: Snapshot | None) -> None:
+        """Take note of how far ``write`` has come, and begin the next strategy where a fallback has failed."""
         if self.reason is None:
             return
-        taken = self._parts.writer.accepted or progress is Progress.CONFIRMED
-        if self._acting is not None and not self._loaded and taken:
-            self._load(self._acting.actions, now_s)
-        if progress is Progress.CONFIRMED and self._acting is not None:
-            self._stands(self._acting, now_s)
-        elif progress is Progress.FAILED and self._acting is not None:
+        parts, ours = self._parts, write is not None and write.cause is Cause.FALLBACK
+        acting = self._acting if ours else None
+        if acting is not None and not self._loaded and (parts.writer.accepted or progress is Progress.CONFIRMED):
+            self._load(acting, now_s)
+        if acting is not None and progress is Progress.CONFIRMED:
+            self._stands(acting, now_s)
+        elif ours and progress is Progress.FAILED:
             self._disobeyed(now_s, readings)
-        elif self._again_s is not None and now_s >= self._again_s:
+        elif ours and parts.writer.broken:
+            parts.tenure.take()  # perhaps the lease was lost; the next attempt has a new one
+        elif self._due(now_s):
             self.fallbacks.begin()
             self._act(now_s, readings)
 
-    @property
-    def _name(self) -> str:
-        return "" if self._acting is None else self._acting.strategy.name
+    def _due(self, now_s: float) -> bool:
+        """Whether it is time to act: nothing stands, nothing is being sent, and the last vain round is over."""
+        if self.standing or self._parts.writer.flying is not None:
+            return False
+        return self._again_s is None or now_s >= self._again_s
 
     def _act(self, now_s: float, readings: Snapshot | None) -> None:
         """Write the next strategy that passes its checks; none stops a trip, so the plant's own shed is the last."""
-        parts, self._again_s, self._standing = self._parts, None, False
-        self._lease(now_s)
+        self._again_s, self.standing = None, False
+        chosen = self._next(now_s, readings)
+        if chosen is None:
+            self._shed(now_s)
+        else:
+            self._write(chosen, self.reason or "", now_s, readings)
+
+    def _next(self, now_s: float, readings: Snapshot | None) -> Chosen | None:
+        """The next strategy that passes its checks; None where none does."""
+        parts = self._parts
         while (strategy := self.fallbacks.take()) is not None:
             chosen = self.fallbacks.checked(strategy, readings, parts.service.tags)
-            if isinstance(chosen, str):
-                parts.note(FallbackSkipped(strategy.name, chosen), now_s)
-                parts.alarms.raise_(f"fallback:{strategy.name}", chosen, Priority.HIGH, now_s)
-                continue
-            self._acting, self._loaded = chosen, False
-            actions = chosen.actions
-            parts.writer.begin(Write.of(Cause.FALLBACK, strategy.name, actions), now_s)
-            parts.note(FellBack(strategy.name, actions.commands, self.reason or ""), now_s)
-            self.follow(None, now_s, readings)
-            return
-        self._shed(now_s)
+            if isinstance(chosen, Chosen):
+                return chosen
+            parts.note(FallbackSkipped(strategy.name, chosen), now_s)
+            parts.alarms.raise_(f"fallback:{strategy.name}", chosen, Priority.HIGH, now_s)
+        return None
 
-    def _lease(self, now_s: float) -> None:
-        """Take the lease again where it was given back."""
-        writer, lease = self._parts.writer, self._parts.lease
-        if writer.wire is None and lease is not None:
-            try:
-                writer.wire = lease.take()
-            except Exception as broken:  # the write fails then, and that is an alarm of its own
-                self._parts.alarms.raise_("lease", f"the plant gives no lease: {broken}", Priority.HIGH, now_s)
+    def _write(self, chosen: Chosen, reason: str, now_s: float, readings: Snapshot | None) -> None:
+        parts, strategy, actions = self._parts, chosen.strategy, chosen.actions
+        if not parts.tenure.held:
+            objection = parts.tenure.take()
+            if objection:
+                parts.alarms.raise_("lease", objection, Priority.HIGH, now_s)
+        if parts.writer.flying is not None:
+            parts.writer.overtake(now_s, "a fallback acts")
+        self._acting, self._loaded, self.standing = chosen, False, False
+        self.forced = strategy.forced
+        write = Write.of(Cause.FALLBACK, strategy.name, actions)
+        parts.writer.begin(write, now_s)
+        parts.note(FellBack(strategy.name, actions.commands, reason), now_s)
+        if parts.writer.accepted:
+            self._load(chosen, now_s)
 
-    def _load(self, actions: ActionSet, now_s: float) -> None:
+    def _load(self, acting: Chosen, now_s: float) -> None:
         self._loaded = True
-        self._parts.sequencer.load(actions, now_s, aborting=True)
-        self._parts.note(loaded(self._name, actions, aborting=True), now_s)
+        self._parts.sequencer.load(acting.actions, now_s, aborting=True)
+        self._parts.note(loaded(acting.strategy.name, acting.actions, aborting=True), now_s)
 
     def _stands(self, acting: Chosen, now_s: float) -> None:
-        self._standing = True
-        self._parts.service.expect(acting.actions.commands)
+        self.standing = True
         self._parts.note(FallbackStands(acting.strategy.name), now_s)
         for name in (f"fallback:{acting.strategy.name}", "shed"):
             self._parts.alarms.return_(name, now_s)
         self._acting = None
 
     def _disobeyed(self, now_s: float, readings: Snapshot | None) -> None:
+        """The plant does not hold what was sent; where a late write was not put right, everything is sent again."""
         reason = self._parts.writer.error or "the plant does not hold every target after every attempt"
-        self._parts.note(FallbackSkipped(self._name, reason), now_s)
-        self._parts.alarms.raise_(f"fallback:{self._name}", f"not obeyed: {reason}", Priority.CRITICAL, now_s)
-        self._acting = None
+        acting, self._acting = self._acting, None
+        if acting is None:
+            self.fallbacks.begin()
+        else:
+            name = acting.strategy.name
+            self._parts.note(FallbackSkipped(name, reason), now_s)
+            self._parts.alarms.raise_(f"fallback:{name}", f"not obeyed: {reason}", Priority.CRITICAL, now_s)
         self._act(now_s, readings)
 
     def _shed(self, now_s: float) -> None:
@@ -150,12 +188,7 @@ class Latch:
         if not parts.alarms.lasts("shed"):
             parts.note(Shed(reason), now_s)
         parts.alarms.raise_("shed", f"{reason}; the plant's own control goes on", Priority.CRITICAL, now_s)
-        parts.writer.wire = None
-        if parts.lease is not None:
-            try:
-                parts.lease.give_back()
-            except Exception as broken:  # without heartbeat the plant sheds all the same
-                parts.alarms.raise_("lease", f"the lease cannot be given back: {broken}", Priority.HIGH, now_s)
+        parts.tenure.give_back(now_s)
 
 
 def loaded(source: str, actions: ActionSet, aborting: bool) -> SequenceLoaded:

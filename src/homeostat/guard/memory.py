@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
-from homeostat.domain.guard_events import Cause
+from homeostat.domain.guard_events import Cause, WriteResult
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import Command
+from homeostat.domain.request import RequestStatus
 
 PUT_RIGHT = "put right"
 """Source of a write that puts right what came late; it belongs to no strategy."""
+REMEMBERED = 1000
+"""Requests and orders that are remembered, each; older ones have expired long ago."""
 
 
 class Recorded(Protocol):
@@ -42,6 +45,10 @@ class OpenWrite:
     """State of the machine that they lead to."""
     steps: tuple[tuple[str, tuple[Command, ...]], ...]
     """What was to follow: transitions, each with its commands."""
+    taken: bool = False
+    """Whether the sequence has gone on behind it."""
+    given_up: bool = False
+    """Whether something overtook it; whatever it brings, the sequence does not go on behind it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +61,8 @@ class Memory:
     """Why a fallback acted; None while none had."""
     strategy: str = ""
     """Fallback that acted last and is not known to stand; empty where none is."""
+    acted: str = ""
+    """Fallback that acted last, whether or not it stands; empty where none has since the last reset."""
     state: str = ""
     """State of the machine; empty for the initial one."""
     waiting: tuple[tuple[str, tuple[Command, ...]], ...] | None = None
@@ -66,6 +75,14 @@ class Memory:
     """Writes that were numbered."""
     open: Mapping[int, OpenWrite] = field(default_factory=dict)
     """Writes whose effect was not read back, by number."""
+    last: OpenWrite | None = None
+    """The write that was intended last."""
+    owed: OpenWrite | None = None
+    """A step that counts as taken, and that the plant was read not to hold; None where none is."""
+    requests: tuple[str, ...] = ()
+    """Requests that were authorised, the last ones."""
+    orders: tuple[str, ...] = ()
+    """Orders of people that were carried out, the last ones."""
 
     @classmethod
     def of(cls, events: Iterable[Recorded]) -> Memory:
@@ -88,26 +105,76 @@ def _steps(given: Any) -> tuple[tuple[str, tuple[Command, ...]], ...]:
 def _intended(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     """A fallback latches by its intention: whoever dies behind it must not come back unlatched."""
     number, cause, source = int(fields["write"]), Cause[fields["cause"]], str(fields["source"])
-    write = OpenWrite(cause, source, _commands(fields["commands"]), str(fields["state"]), _steps(fields["steps"]))
-    memory = replace(memory, writes=max(memory.writes, number), open={**memory.open, number: write})
+    taken = number == memory.writes and memory.last is not None and memory.last.taken
+    write = OpenWrite(
+        cause, source, _commands(fields["commands"]), str(fields["state"]), _steps(fields["steps"]), taken
+    )
+    writes, owed = max(memory.writes, number), memory.owed if source == PUT_RIGHT else None
+    memory = replace(memory, writes=writes, open={**memory.open, number: write}, last=write, owed=owed)
     if cause is not Cause.FALLBACK or source == PUT_RIGHT:
         return memory
-    return replace(memory, strategy=source, latched=memory.latched or f"fallback {source!r} was being written")
+    if not taken:  # nothing that was to follow before a fallback follows after it
+        memory = replace(memory, waiting=(), aborting=True)
+    latched = memory.latched or f"fallback {source!r} was being written"
+    return replace(memory, strategy=source, acted=source, latched=latched)
+
+
+def _ended(memory: Memory, fields: Mapping[str, Any]) -> Memory:
+    if WriteResult[fields["result"]] is not WriteResult.GIVEN_UP:
+        return memory
+    return _marked(memory, int(fields["write"]), _given_up)
+
+
+def _marked(memory: Memory, number: int, mark: Callable[[OpenWrite], OpenWrite]) -> Memory:
+    """``memory`` with a ``mark`` at a write."""
+    if number in memory.open:
+        memory = replace(memory, open={**memory.open, number: mark(memory.open[number])})
+    if number == memory.writes and memory.last is not None:
+        memory = replace(memory, last=mark(memory.last))
+    return memory
+
+
+def _given_up(write: OpenWrite) -> OpenWrite:
+    return replace(write, given_up=True)
+
+
+def _behind(write: OpenWrite) -> OpenWrite:
+    return replace(write, taken=True)
 
 
 def _read_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
-    return replace(memory, open={n: c for n, c in memory.open.items() if n != int(fields["write"])})
+    """What was read to be carried out counts, also where the journal ends before it says what followed."""
+    number, held = int(fields["write"]), not fields["deviating"]
+    write = memory.open.get(number)
+    memory = replace(memory, open={n: w for n, w in memory.open.items() if n != number})
+    if write is None:
+        return memory
+    if not held:
+        owes = write.cause is Cause.SEQUENCE and write.taken and not write.given_up
+        return replace(memory, owed=write) if owes else memory
+    if write.cause is Cause.FALLBACK and write.source == memory.strategy:
+        memory = replace(memory, strategy="")
+    if number != memory.writes or write.taken or write.given_up or write.source == PUT_RIGHT:
+        return memory
+    memory = _marked(memory, number, _behind)
+    if write.cause is Cause.SEQUENCE:
+        return _step_taken(memory, {"transition": write.source, "state": write.state})
+    aborting = write.cause is Cause.FALLBACK
+    return replace(memory, state=write.state, waiting=write.steps, aborting=aborting)
 
 
 def _loaded(memory: Memory, fields: Mapping[str, Any]) -> Memory:
-    aborting = bool(fields["aborting"])
-    return replace(memory, state=str(fields["state"]), waiting=_steps(fields["steps"]), aborting=aborting)
+    memory = _marked(memory, memory.writes, _behind)
+    steps, aborting = _steps(fields["steps"]), bool(fields["aborting"])
+    return replace(memory, state=str(fields["state"]), waiting=steps, aborting=aborting, owed=None)
 
 
 def _step_taken(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     name = str(fields["transition"])
     if memory.waiting and memory.waiting[0][0] == name:
         memory = replace(memory, waiting=memory.waiting[1:])
+    if memory.last is not None and memory.last.cause is Cause.SEQUENCE and memory.last.source == name:
+        memory = _marked(memory, memory.writes, _behind)
     return replace(memory, state=str(fields["state"]))
 
 
@@ -117,19 +184,44 @@ def _served(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 
 
 def _reset(memory: Memory, fields: Mapping[str, Any]) -> Memory:
-    return replace(memory, latched=None, strategy="", state=str(fields["state"]), waiting=(), aborting=False)
+    return replace(
+        memory, latched=None, strategy="", acted="", state=str(fields["state"]), waiting=(), aborting=False, owed=None
+    )  # fmt: skip
+
+
+def _stands(memory: Memory, fields: Mapping[str, Any]) -> Memory:
+    return replace(memory, strategy="") if fields["strategy"] == memory.strategy else memory
+
+
+def _fell_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
+    return replace(memory, latched=str(fields["reason"]), acted=str(fields["strategy"]))
+
+
+def _answered(memory: Memory, fields: Mapping[str, Any]) -> Memory:
+    if fields["status"] != RequestStatus.AUTHORISED.value:
+        return memory
+    return replace(memory, requests=(*memory.requests, str(fields["request"]))[-REMEMBERED:])
+
+
+def _heard(memory: Memory, fields: Mapping[str, Any]) -> Memory:
+    if not fields["done"]:
+        return memory
+    return replace(memory, orders=(*memory.orders, str(fields["command"]))[-REMEMBERED:])
 
 
 _FOLDS: Mapping[str, Any] = {
     "mode-entered": lambda m, f: replace(m, mode=Mode(f["mode"])),
     "latched": lambda m, f: replace(m, latched=str(f["reason"])),
-    "fell-back": lambda m, f: replace(m, strategy=str(f["strategy"]), latched=str(f["reason"])),
-    "fallback-stands": lambda m, f: replace(m, strategy=""),
+    "fell-back": _fell_back,
+    "fallback-stands": _stands,
     "latch-reset": _reset,
     "write-intended": _intended,
+    "write-ended": _ended,
     "read-back": _read_back,
     "state-entered": lambda m, f: replace(m, state=str(f["state"])),
     "sequence-loaded": _loaded,
     "step-taken": _step_taken,
     "service-changed": _served,
+    "request-answered": _answered,
+    "person-heard": _heard,
 }

@@ -11,6 +11,7 @@ from homeostat.guard.recorder import Recorder
 from homeostat.guard.sequencer import Sequencer
 from homeostat.guard.service import Service
 from homeostat.guard.settings import GuardSettings
+from homeostat.guard.tenure import Tenure
 from homeostat.guard.writer import Writer
 
 
@@ -32,18 +33,17 @@ class Parts:
     """Which tags are the guard's."""
     writer: Writer
     """The only way to the plant."""
-    lease: Lease | None
-    """The right to write; None where the plant is only observed."""
+    tenure: Tenure
+    """The right to write."""
 
     @classmethod
     def of(cls, rules: GuardRules, record: Record, lease: Lease | None, settings: GuardSettings) -> Parts:
         """New parts for a plant that nobody has watched yet."""
-        recorder = Recorder(record)
-        return cls(
-            rules, settings, recorder, Alarms(recorder.note),
-            Sequencer(rules.machine, rules.limits, rules.nominal), Service(rules.writables, recorder.note),
-            Writer(rules.writables, recorder, settings), lease,
-        )  # fmt: skip
+        recorder = Recorder(record, settings.sync_s)
+        alarms, writer = Alarms(recorder.note), Writer(rules.writables, recorder, settings)
+        sequencer = Sequencer(rules.machine, rules.limits, rules.nominal)
+        service = Service(rules.writables, recorder.note)
+        return cls(rules, settings, recorder, alarms, sequencer, service, writer, Tenure(lease, writer, alarms))
 
     def note(self, event: GuardEvent, at_s: float) -> None:
         """Journal ``event``, which happened at process time ``at_s`` [s]."""

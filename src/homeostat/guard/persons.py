@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from homeostat.domain.behaviour import Transition
 from homeostat.domain.guard_events import Cause, LatchReset, ModeEntered, PersonHeard
-from homeostat.domain.mode import Mode, PersonCommand, Verb
+from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.authority import Authority
+from homeostat.guard.authority import LONGEST, LONGEST_ID, Authority
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.modes import Modes
 from homeostat.guard.parts import Parts
@@ -19,7 +19,7 @@ from homeostat.guard.recognition import recognise
 from homeostat.guard.requests import Requests
 from homeostat.guard.sequencer import what_follows
 from homeostat.guard.verification import command_finding
-from homeostat.guard.writer import Write
+from homeostat.guard.writer import Progress, Write
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,8 @@ class Persons:
     def __init__(self, floor: Floor) -> None:
         """``floor``: what orders act on."""
         self._floor = floor
-        self._authority = Authority(floor.parts.settings.persons)
+        self._authority = Authority(floor.parts.settings.persons, floor.parts.settings.person_s)
+        self._starting: tuple[str, ActionSet] | None = None
         self._orders: dict[Verb, Callable[[PersonCommand, float, Snapshot | None], str]] = {
             Verb.APPROVE: self._approve,
             Verb.REJECT: self._reject,
@@ -60,13 +61,33 @@ class Persons:
         objection = self._authority.objection(command)
         if not objection:
             self._authority.use(command)
-            objection = self._orders[command.verb](command, now_s, readings)
-        texts = [str(t)[:200] for t in (command.id, command.person, command.subject)]
+            try:
+                objection = self._orders[command.verb](command, now_s, readings)
+            except Exception as error:  # whoever orders something gets an answer
+                objection = f"the order could not be carried out: {error or type(error).__name__}"
+        texts = [str(t)[:LONGEST_ID] for t in (command.id, command.person, command.subject)]
+        role = command.role if isinstance(command.role, Role) else Role.OPERATOR
         event = PersonHeard(
-            texts[0], texts[1], command.role, str(command.verb), texts[2], not objection,
-            objection or str(command.reason)[:500],
+            texts[0], texts[1], role, str(command.verb)[:LONGEST_ID], texts[2], not objection,
+            objection or str(command.reason)[:LONGEST],
         )  # fmt: skip
         self._floor.parts.note(event, now_s)
+
+    def remember(self, used: Iterable[str]) -> None:
+        """Orders that were answered before a restart are not carried out again."""
+        self._authority.remember(used)
+
+    def follow(self, write: Write | None, progress: Progress | None, now_s: float) -> None:
+        """Take note of how far ``write`` has come: a start is made once the plant has got its commands."""
+        starting, parts = self._starting, self._floor.parts
+        if starting is None:
+            return
+        if write is None or write.cause is not Cause.PERSON or progress is Progress.FAILED:
+            self._starting = None
+        elif parts.writer.accepted or progress is Progress.CONFIRMED:
+            self._starting = None
+            parts.sequencer.load(starting[1], now_s)
+            parts.note(loaded(*starting, aborting=False), now_s)
 
     def _approve(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
         return self._floor.requests.agree(command.subject, command.digest)
@@ -90,10 +111,11 @@ class Persons:
         floor, mode = self._floor, Mode(command.subject)
         if floor.latch.reason is not None and mode.writes:
             return "a fallback is latched; reset it first"
-        objection = floor.modes.enter(mode, now_s)
+        objection = floor.modes.enter(mode)
         if objection:
             return objection
-        floor.parts.writer.overtake(now_s, f"{command.person} changed the mode")
+        if floor.latch.reason is None:  # a fallback is sent until it stands, whatever the mode
+            floor.parts.writer.overtake(now_s, f"{command.person} changed the mode")
         floor.requests.withdraw_all(f"{command.person} changed the mode to {mode.value!r}", now_s)
         floor.parts.note(ModeEntered(mode.value, command.person, command.reason), now_s)
         return ""
@@ -104,14 +126,13 @@ class Persons:
             return "nothing is latched"
         if readings is None or not (floor.latch.standing or floor.parts.alarms.lasts("shed")):
             return "the fallback is not confirmed by the plant yet; a reset would leave it half done"
-        agreed = self._authority.agree(command)
+        agreed = self._authority.agree(command, now_s)
         if not agreed:
             return f"{floor.parts.settings.persons} people must agree to a reset; {command.person} is one of them"
         state = recognise(floor.parts.rules.machine, readings, floor.parts.sequencer.state)
-        floor.latch.reset()
-        floor.modes.enter(Mode.OBSERVE, now_s)
+        floor.latch.reset(now_s)
+        floor.modes.enter(Mode.OBSERVE)
         floor.parts.sequencer.restore(state, (), aborting=False)
-        floor.parts.alarms.return_("latched", now_s)
         floor.parts.note(LatchReset(agreed, command.reason, state), now_s)
         floor.parts.note(ModeEntered(Mode.OBSERVE.value, command.person, "reset"), now_s)
         return ""
@@ -130,7 +151,8 @@ class Persons:
         """Take a transition that leads back to a start, with the design commands of its target state."""
         floor = self._floor
         rules, sequencer, writer = floor.parts.rules, floor.parts.sequencer, floor.parts.writer
-        found = [t for t in rules.machine.transitions if t.name == command.subject and t.source == sequencer.state]
+        leaving = [t for t in rules.machine.transitions if t.source == sequencer.state and t.on_decision]
+        found = [t for t in leaving if t.name == command.subject]
         if not floor.modes.mode.writes or floor.latch.reason is not None:
             return "a start needs a mode that writes, and no latch"
         if not found or readings is None:
@@ -142,10 +164,12 @@ class Persons:
         state = rules.machine.state(found[0].target)
         by_state = {s.name: design(s.name, floor.parts) for s in rules.machine.states}
         actions = ActionSet(commands, state.name, what_follows(rules.machine, state.name, by_state))
-        if not writer.begin(Write.of(Cause.PERSON, command.person, actions), now_s):
+        write = Write.of(Cause.PERSON, command.person, actions)
+        if not writer.begin(write, now_s):
             return f"the intention could not be journalled: {floor.parts.recorder.trouble}"
-        sequencer.load(actions, now_s)
-        floor.parts.note(loaded(command.subject, actions, aborting=False), now_s)
+        floor.requests.withdraw_all(f"{command.person} ordered a start", now_s)
+        self._starting = (command.subject, actions)
+        self.follow(write, None, now_s)
         return ""
 
     def _design(self, transition: Transition) -> tuple[Command, ...]:

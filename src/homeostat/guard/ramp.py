@@ -17,6 +17,7 @@ class _Ramp:
 
     target: float
     rate: float
+    start: float
     now: float
     at_s: float
 
@@ -36,17 +37,23 @@ class Ramps:
             owned = c.tag in rules and rules[c.tag].ramped_by is Side.GUARD
             start = self._last.get(c.tag)
             if owned and c.value is not None and c.rate is not None and start is not None:
-                self._ramps[c.tag] = _Ramp(c.value, c.rate, start, math.nan)
+                self._ramps[c.tag] = _Ramp(c.value, c.rate, start, start, math.nan)
                 sent.append(replace(c, value=start, rate=None))
             else:
                 sent.append(c)
-            if c.value is not None and c.tag not in self._ramps:
+            if c.value is None:
+                self._last.pop(c.tag, None)
+            elif c.tag not in self._ramps:
                 self._last[c.tag] = c.value
         return tuple(sent)
 
     def present(self, accepted: Mapping[str, float | None]) -> None:
         """Take note of the targets that the plant holds; a ramp starts there."""
-        self._last.update({t: v for t, v in accepted.items() if v is not None and t not in self._ramps})
+        for tag, target in accepted.items():
+            if target is None:
+                self._last.pop(tag, None)
+            elif tag not in self._ramps:
+                self._last[tag] = target
 
     def step(self, now_s: float) -> tuple[Command, ...]:
         """The next values of every ramp at ``now_s`` [s]."""
@@ -68,6 +75,14 @@ class Ramps:
         """Time that the ramp of ``tag`` takes from here [s]; 0 where there is none."""
         ramp = self._ramps.get(tag)
         return 0.0 if ramp is None else abs(ramp.target - ramp.now) / ramp.rate
+
+    def passes(self, tag: str, value: float | None, tolerance: float) -> bool:
+        """Whether the ramp of ``tag`` has led through ``value``."""
+        ramp = self._ramps.get(tag)
+        if ramp is None or value is None:
+            return False
+        low, high = sorted((ramp.start, ramp.now))
+        return low - tolerance <= value <= high + tolerance
 
     def stop(self) -> None:
         """Stop every ramp where it is."""

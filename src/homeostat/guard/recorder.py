@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
+from collections import deque
 from dataclasses import dataclass, field
 
 from homeostat.domain.ports import GuardEvent, Record
@@ -25,31 +26,48 @@ class _Job:
 
 
 class Recorder:
-    """Appends events in a thread of its own; what the record raises becomes :attr:`trouble`, never an exception."""
+    """Appends events in a thread of its own; what the record raises becomes :attr:`trouble`, never an exception.
+
+    Noting an event waits for nothing. An event that finds a full disk is kept and appended once there is room, before
+    everything that came after it.
+    """
 
     def __init__(self, record: Record, wait_s: float = WAIT_S) -> None:
         """``record`` takes the events; ``wait_s`` bounds every wait for it, wall-clock [s]."""
         self._record, self._wait_s = record, wait_s
         self._jobs: queue.Queue[_Job | None] = queue.Queue(BACKLOG)
-        self._late = False
+        self._kept: deque[_Job] = deque()
+        self._last: _Job | None = None
+        self._late: _Job | None = None
+        self._failure = ""
         self.lost = 0
-        """Events that found no room."""
-        self.trouble = ""
-        """Why the record does not work; empty while it does."""
+        """Events that found no room, or that the record cannot take."""
         self._thread = threading.Thread(target=self._work, name="guard-recorder", daemon=True)
         self._thread.start()
 
+    @property
+    def trouble(self) -> str:
+        """Why the record does not work; empty while it does."""
+        if self._behind:
+            return f"the journal does not answer within {self._wait_s:g} s"
+        return self._failure
+
     def note(self, event: GuardEvent, at_s: float) -> None:
-        """Append ``event``, which happened at process time ``at_s`` [s]; waits only for a record that keeps up."""
+        """Append ``event``, which happened at process time ``at_s`` [s], in its turn."""
         self._hand_over(_Job(event, at_s))
 
     def commit(self) -> bool:
         """Whether everything that was noted is on the disk now; False where the record fails or is late."""
-        if self._late and self._jobs.unfinished_tasks:
+        if self._behind:
             return False
         job = _Job(None, 0.0)
-        self._hand_over(job)
-        return job.done.is_set() and not job.error
+        return self._hand_over(job) and self._answered(job) and not job.error
+
+    def settle(self) -> None:
+        """Give a record that keeps up the time to append what was noted."""
+        if self._last is not None and not self._behind:
+            self._answered(self._last)
+        self._last = None
 
     def close(self) -> None:
         """Let the thread end once it has appended what waits; a record that hangs is left behind."""
@@ -59,28 +77,56 @@ class Recorder:
             return
         self._thread.join(self._wait_s * 10)
 
-    def _hand_over(self, job: _Job) -> None:
+    @property
+    def _behind(self) -> bool:
+        """Whether a wait was in vain and the record has still not answered: nobody waits for it again until it has."""
+        return self._late is not None and not self._late.done.is_set()
+
+    def _hand_over(self, job: _Job) -> bool:
         try:
             self._jobs.put_nowait(job)
         except queue.Full:
             self.lost += 1
-            self.trouble = f"the journal has not answered for {BACKLOG} events; {self.lost} are lost"
-            return
-        if self._late and self._jobs.unfinished_tasks > 1:
-            return
-        self._late = not job.done.wait(self._wait_s)
-        if self._late:
-            self.trouble = f"the journal does not answer within {self._wait_s:g} s"
+            return False
+        self._last = job
+        return True
+
+    def _answered(self, job: _Job) -> bool:
+        if job.done.wait(self._wait_s):
+            return True
+        self._late = job
+        return False
 
     def _work(self) -> None:
         while (job := self._jobs.get()) is not None:
             try:
+                self._append(job)
                 if job.event is None:
                     self._record.sync()
-                else:
-                    self._record.record(job.event, job.at_s)
-                self.trouble = ""
+                self._failure = ""
             except Exception as error:  # whatever a record raises is an alarm, never the end of the guard
-                job.error = self.trouble = f"the journal failed: {error or type(error).__name__}"
-            job.done.set()
-            self._jobs.task_done()
+                job.error = self._failure = f"the journal failed: {error or type(error).__name__}"
+            except BaseException as error:  # the process ends; nobody shall wait for what is not appended any more
+                job.error = self._failure = f"the journal has ended: {type(error).__name__}"
+                return
+            finally:
+                job.done.set()
+
+    def _append(self, job: _Job) -> None:
+        """Append what was kept and then ``job``; what no room was found for stays kept, in order."""
+        if job.event is not None and len(self._kept) < BACKLOG:
+            self._kept.append(job)
+        elif job.event is not None:
+            self.lost += 1
+        while self._kept:
+            first = self._kept[0]
+            assert first.event is not None
+            try:
+                self._record.record(first.event, first.at_s)
+            except OSError:
+                raise
+            except Exception:  # the record cannot take this one, and will not later
+                self.lost += 1
+                self._kept.popleft()
+                raise
+            self._kept.popleft()

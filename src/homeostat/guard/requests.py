@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from homeostat.domain.guard_events import Cause, RequestAnswered
@@ -17,6 +18,8 @@ from homeostat.guard.writer import Progress, Write
 
 MOST = 50
 """Most requests that wait."""
+REMEMBERED = 10_000
+"""Requests that are remembered as used; older ones have expired long ago."""
 
 
 @dataclass(slots=True)
@@ -38,8 +41,14 @@ class Requests:
         self._waiting: dict[str, _Asked] = {}
         self._written: _Asked | None = None
         self._loaded = False
-        self._used: dict[str, float] = {}
+        self._used: dict[str, None] = {}
+        self._nonces: dict[str, None] = {}
         self._answers: list[Answer] = []
+
+    @property
+    def written(self) -> bool:
+        """Whether the write of a request is under way."""
+        return self._written is not None
 
     @property
     def offered(self) -> tuple[Request, ...]:
@@ -56,23 +65,32 @@ class Requests:
 
         While a fallback is ``latched`` nothing waits: what was asked then is old when the latch is reset.
         """
-        self._used = {nonce: until for nonce, until in self._used.items() if until >= now_s}
-        known = str(getattr(request, "id", ""))[:100]
         try:
             own, path = mapped(request, self._parts.rules)
-            if own.id in self._waiting or own.seal.nonce in self._used:
+            if own.id in self._used or own.seal.nonce in self._nonces:
                 raise Unfit(refusal("CHK-USED", f"request {own.id!r} was made before; a seal is used once"))
             authorise(own, self._keys, now_s, oldest_s, oldest_s)
+            self._use(own)
             if latched is not None:
                 raise Unfit(refusal("CHK-LATCHED", f"a fallback has acted ({latched}); a person must reset it"))
             if len(self._waiting) >= MOST:
                 raise Unfit(refusal("CHK-BUSY", f"{MOST} requests wait already; ask again later"))
         except Unfit as unfit:
-            self._refuse_unknown(known, unfit.finding, now_s)
+            self._refuse_unknown(_name(request), unfit.finding, now_s)
             return
-        self._used[own.seal.nonce] = own.seal.expires_s
         self._waiting[own.id] = _Asked(own, path)
         self._answer(own, RequestStatus.AUTHORISED, now_s)
+
+    def remember(self, used: Iterable[str]) -> None:
+        """Requests that were ``used`` before a restart are not taken again."""
+        self._used.update(dict.fromkeys(used))
+
+    def _use(self, own: Request) -> None:
+        """A seal and an identifier are used once, whatever becomes of the request."""
+        self._nonces[own.seal.nonce] = self._used[own.id] = None
+        for kept in (self._nonces, self._used):
+            while len(kept) > REMEMBERED:
+                kept.pop(next(iter(kept)))
 
     def withdraw(self, name: str, reason: str, now_s: float) -> None:
         """The issuer gives up request ``name``; one that is written already stays written."""
@@ -120,6 +138,8 @@ class Requests:
             except Unfit as unfit:
                 self._close(asked, RequestStatus.REFUSED, present.now_s, unfit.finding)
                 continue
+            if present.above:
+                continue  # noise, or the beginning of a trip: it is written on a reading inside the limits
             if not mode.writes:
                 self._close(asked, RequestStatus.ADVISED, present.now_s)
             elif mode is Mode.APPROVE and not asked.agreed:
@@ -139,7 +159,6 @@ class Requests:
             parts.sequencer.load(actions, now_s)
             parts.note(loaded(asked.request.id, actions, aborting=False), now_s)
         if progress is Progress.CONFIRMED:
-            parts.service.expect(actions.commands)
             self._written = None
             self._answer(asked.request, RequestStatus.CONFIRMED, now_s)
         elif progress is Progress.FAILED:
@@ -183,3 +202,11 @@ class Requests:
         self._answers.append(Answer(name, RequestStatus.REFUSED, now_s, finding))
         event = RequestAnswered(name, "", "", RequestStatus.REFUSED.value, finding.criterion, finding.message)
         self._parts.note(event, now_s)
+
+
+def _name(request: object) -> str:
+    """What somebody calls a request that may be anything."""
+    try:
+        return str(getattr(request, "id", ""))[:100]
+    except Exception:
+        return ""

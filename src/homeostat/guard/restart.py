@@ -4,73 +4,119 @@ from __future__ import annotations
 
 from homeostat.domain.alarm import Priority
 from homeostat.domain.guard_events import Cause, FallbackStands, ReadBack, StepTaken
-from homeostat.domain.recovery import ActionSet, Command, Step
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.memory import PUT_RIGHT, Memory, OpenWrite
 from homeostat.guard.parts import Parts
-from homeostat.guard.writer import holds
+from homeostat.guard.steps import Steps
+from homeostat.guard.writer import Write, holds
 
 
 class Restart:
     """Brings the parts of a guard to where a memory says that they stood; resolves open writes by reading."""
 
-    def __init__(self, parts: Parts, latch: Latch, memory: Memory) -> None:
+    def __init__(self, parts: Parts, latch: Latch, steps: Steps, memory: Memory) -> None:
         """The position is taken over at once, what was in flight once the plant was read."""
-        self._parts, self._latch, self._memory = parts, latch, memory
-        self._stands = False
+        self._parts, self._latch, self._steps, self._memory = parts, latch, steps, memory
+        self._strategy = memory.strategy
+        self._latched = memory.latched is not None
+        if memory.latched is not None:
+            latch.hold(memory.latched, memory.acted)
         parts.writer.numbered = memory.writes
         parts.service.restore(memory.out)
-        if memory.state:
-            parts.sequencer.restore(memory.state, self._waiting(), memory.aborting)
-        if memory.latched is not None:
-            latch.hold(memory.latched)
+
+    def take_position(self, now_s: float) -> None:
+        """Take over where the sequence stood; nothing waits where the machine does not know it any more."""
+        memory, sequencer = self._memory, self._parts.sequencer
+        if not memory.state and memory.waiting is None:
+            return
+        try:
+            state = memory.state or self._parts.rules.machine.initial.name
+            sequencer.restore(state, self._waiting(state), memory.aborting)
+        except ValueError as unknown:
+            sequencer.stop()
+            text = f"the sequence cannot go on where the journal says that it stood: {unknown}"
+            self._parts.alarms.raise_("sequence", text, Priority.HIGH, now_s)
+
+    def act(self, now_s: float) -> None:
+        """The plant says nothing: a fallback that is not known to stand is sent all the same."""
+        self._restore(now_s, None)
 
     def resolve(self, now_s: float, readings: Snapshot) -> None:
         """Say what became of every open write, and have an unconfirmed fallback sent until it stands."""
         for number, write in sorted(self._memory.open.items()):
-            deviating = tuple(c.tag for c in write.commands if not self._held(c, readings))
+            deviating = tuple(c.tag for c in write.commands if not holds(c, readings, self._tolerance(c.tag)))
             confirmed = tuple(c.tag for c in write.commands if c.tag not in deviating)
             self._parts.note(ReadBack(number, confirmed, deviating), now_s)
             if not deviating:
-                self._carried_out(write, now_s)
-            elif confirmed and write.cause is not Cause.FALLBACK:
-                text = f"write {number} ({write.source}) was carried out in part: not {', '.join(deviating)}"
-                self._parts.alarms.raise_("write:half", text, Priority.HIGH, now_s)
-        if self._memory.latched is not None:
-            self._latch.restore("" if self._stands else self._memory.strategy, now_s, readings)
+                self._carried_out(number, write, now_s)
+            else:
+                self._missed(number, write, confirmed, deviating, now_s)
+        if self._memory.owed is not None and self._memory.latched is None:
+            self._owe(self._memory.owed)
+        self._restore(now_s, readings)
 
-    def _carried_out(self, write: OpenWrite, now_s: float) -> None:
+    def _restore(self, now_s: float, readings: Snapshot | None) -> None:
+        if self._latched:
+            self._latched = False
+            self._latch.restore(self._strategy, now_s, readings)
+
+    def _carried_out(self, number: int, write: OpenWrite, now_s: float) -> None:
         """The plant holds what was intended: go on behind it, and send it no more."""
+        fallback = write.cause is Cause.FALLBACK and write.source != PUT_RIGHT
+        if fallback and write.source == self._strategy:
+            self._strategy = ""
+            self._parts.note(FallbackStands(write.source), now_s)
+        overtaken = write.given_up or number != self._memory.writes
+        if overtaken or write.taken or write.source == PUT_RIGHT:
+            return
         sequencer = self._parts.sequencer
-        if write.cause is Cause.SEQUENCE and sequencer.waiting:
-            step = sequencer.waiting[0]
-            if step.transition.name == write.source:
+        if write.cause is Cause.SEQUENCE:
+            if sequencer.waiting and sequencer.waiting[0].transition.name == write.source:
+                step = sequencer.waiting[0]
                 sequencer.take(step, now_s)
                 self._parts.note(StepTaken(step.transition.name, step.target), now_s)
             return
-        fallback = write.cause is Cause.FALLBACK
-        if fallback and write.source == self._memory.strategy:
-            self._stands = True
-            self._parts.note(FallbackStands(write.source), now_s)
-        if write.cause is not Cause.SEQUENCE and write.source != PUT_RIGHT and sequencer.state != write.state:
-            actions = ActionSet(write.commands, write.state, self._steps(write.steps))
-            sequencer.load(actions, now_s, aborting=fallback)
-            self._parts.note(loaded(write.source, actions, aborting=fallback), now_s)
+        actions = ActionSet(write.commands, write.state, self._steps_of(write.steps))
+        sequencer.load(actions, now_s, aborting=fallback)
+        self._parts.note(loaded(write.source, actions, aborting=fallback), now_s)
 
-    def _held(self, command: Command, readings: Snapshot) -> bool:
-        rule = self._parts.rules.writables.get(command.tag)
-        return holds(command, readings, 0.0 if rule is None else rule.tolerance)
+    def _missed(
+        self, number: int, write: OpenWrite, confirmed: tuple[str, ...], deviating: tuple[str, ...], now_s: float
+    ) -> None:
+        """The plant does not hold all of it: a fallback is sent again, a step that counts as taken as well."""
+        if write.source == PUT_RIGHT:
+            self._strategy = self._strategy or self._memory.acted
+        elif write.cause is Cause.SEQUENCE and write.taken and not write.given_up and not self._latched:
+            self._owe(write)
+        elif write.cause is not Cause.FALLBACK and (confirmed or write.taken):
+            text = f"write {number} ({write.source}) was carried out in part: not {', '.join(deviating)}"
+            self._parts.alarms.say("write:half", text, Priority.HIGH, now_s)
 
-    def _waiting(self) -> tuple[Step, ...]:
+    def _owe(self, write: OpenWrite) -> None:
+        self._steps.owe(Write(Cause.SEQUENCE, write.source, write.commands, write.state))
+
+    def _tolerance(self, tag: str) -> float:
+        rule = self._parts.rules.writables.get(tag)
+        return 0.0 if rule is None else rule.tolerance
+
+    def _waiting(self, state: str) -> tuple[Step, ...]:
         """The steps that are left: those that were loaded, or the rest of the nominal sequence."""
         if self._memory.waiting is not None:
-            return self._steps(self._memory.waiting)
+            return self._steps_of(self._memory.waiting)
         nominal = tuple(self._parts.rules.nominal)
-        while nominal and nominal[0].transition.source != self._memory.state:
+        while nominal and nominal[0].transition.source != state:
             nominal = nominal[1:]
         return nominal
 
-    def _steps(self, named: tuple[tuple[str, tuple[Command, ...]], ...]) -> tuple[Step, ...]:
+    def _steps_of(self, named: tuple[tuple[str, tuple[Command, ...]], ...]) -> tuple[Step, ...]:
+        """Steps by the transitions of the tables; ValueError where those have no such path any more."""
         by_name = {t.name: t for t in self._parts.rules.machine.transitions}
-        return tuple(Step(by_name[name], commands) for name, commands in named if name in by_name)
+        unknown = [name for name, _ in named if name not in by_name]
+        if unknown:
+            raise ValueError(f"there is no transition {unknown[0]!r}")
+        steps = tuple(Step(by_name[name], commands) for name, commands in named)
+        if steps:
+            RecoveryPath(self._parts.rules.machine, tuple(s.transition for s in steps))
+        return steps

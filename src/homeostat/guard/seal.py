@@ -36,4 +36,4 @@ def code(request: Request, key: bytes) -> str:
 
 def genuine(request: Request, key: bytes) -> bool:
     """Whether the seal of ``request`` was made with ``key`` and nothing was altered since."""
-    return hmac.compare_digest(code(request, key), request.seal.mac)
+    return hmac.compare_digest(code(request, key).encode(), request.seal.mac.encode(errors="replace"))

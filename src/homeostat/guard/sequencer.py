@@ -88,7 +88,10 @@ class Sequencer:
         """The path that is left; None where nothing waits."""
         if not self._waiting:
             return None
-        return RecoveryPath(self._machine, tuple(s.transition for s in self._waiting))
+        try:
+            return RecoveryPath(self._machine, tuple(s.transition for s in self._waiting))
+        except ValueError:  # the steps of a fallback need not make a path that a proposer could take
+            return None
 
     def drain(self) -> tuple[tuple[str, float], ...]:
         """States that were entered since the last call, each with its process time [s]."""

@@ -10,6 +10,7 @@ from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command
 from homeostat.domain.rules import WriteRule
 from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.writer import same
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,18 +58,25 @@ class Service:
             held = {c.tag: readings.accepted[c.tag] for c in commands if c.tag in readings.accepted}
             self._expected.update(held)
 
-    def moved(self, readings: Snapshot, pending: frozenset[str]) -> tuple[Moved, ...]:
-        """Targets that somebody else has changed since the last tick; ``pending`` tags are not judged."""
+    def moved(self, readings: Snapshot, pending: Callable[[str, float | None], bool]) -> tuple[Moved, ...]:
+        """Targets that somebody else has changed since the last tick.
+
+        ``pending`` says whether what is being written may have brought a tag to a target.
+        """
         found = []
         for tag, rule in self._rules.items():
-            if tag not in readings.accepted or tag in pending:
+            if tag not in readings.accepted:
                 continue
             target = readings.accepted[tag]
             before = self._expected.setdefault(tag, target)
-            if not _same(before, target, rule.tolerance):
+            if not same(before, target, rule.tolerance) and not pending(tag, target):
                 self._expected[tag] = target
                 found.append(Moved(tag, before, target))
         return tuple(found)
+
+    def track(self, readings: Snapshot) -> None:
+        """Take the plant's targets as they are: its own control commands it now."""
+        self._expected.update(readings.accepted)
 
     def change(self, tag: str, in_service: bool, person: str, reason: str, at_s: float) -> bool:
         """Take ``tag`` out of service or bring it back; False where that changes nothing or the tag is not writable."""
@@ -77,9 +85,3 @@ class Service:
         (self._out.discard if in_service else self._out.add)(tag)
         self._note(ServiceChanged(tag, in_service, person, reason), at_s)
         return True
-
-
-def _same(one: float | None, other: float | None, tolerance: float) -> bool:
-    if one is None or other is None:
-        return one is None and other is None
-    return abs(one - other) <= tolerance

@@ -21,3 +21,5 @@ class GuardSettings:
     """The same where a person has to say yes first [s]."""
     persons: int = 1
     """People who must agree to a reset: one in simulation, two on a link."""
+    sync_s: float = 0.1
+    """Longest wait for the journal, wall-clock; a fallback is sent after it without its sync [s]."""

@@ -2,7 +2,7 @@
 
 A single noisy reading above its limit is no violation, a lasting one must not wait for a slow filter. So every limit
 has a cumulative sum (Page, Biometrika 41, 1954) of its violation over time, S := max(0, S - margin dt), and trips when
-S exceeds what the table allows [unit of the margin times s].
+S exceeds what the table allows [unit of the margin times s]. A violation lasts until S has come back to zero.
 """
 
 from __future__ import annotations
@@ -16,9 +16,17 @@ from homeostat.domain.limits import Limit
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.rules import GuardRules, TripRule
 from homeostat.domain.snapshot import Snapshot
+from homeostat.stl.formula import Formula
 
 NEAR = 0.5
 """Share of its allowance that a limit may have used up while something is still released [1]."""
+LONGEST_S = 5.0
+"""Longest time for which one reading counts in a sum, where the ticks are further apart [s]."""
+MOST = 100
+"""Most explanations that a correction may have."""
+
+Errors = Mapping[str, float]
+"""Tag -> reading minus truth, in the tag's unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +49,8 @@ class _Watched:
 
     raw: float = 0.0
     corrected: float = 0.0
-    blind_since_s: float | None = None
+    blind_s: float | None = None
+    violated: bool = False
     lifted_s: float = 0.0
     lifting: bool = False
 
@@ -50,110 +59,152 @@ class TripWatch:
     """Judges every hard limit once per tick, whether or not anything is latched."""
 
     def __init__(self, rules: GuardRules, note: Callable[[GuardEvent, float], None]) -> None:
-        """``note`` journals an event at a process time [s]."""
+        """``note`` journals an event at a process time [s]; a limit without a rule trips at its first violation."""
         self._rules, self._note = rules, note
-        self._watched = {limit.name: _Watched() for limit in rules.limits.hard}
-        self._errors: tuple[Mapping[str, float], ...] = ({},)
+        self._limits = {limit.name: limit for limit in rules.limits.hard}
+        self._trips = {name: rules.trips.get(name, TripRule(name, 0.0, 0.0)) for name in self._limits}
+        self._watched = {name: _Watched() for name in self._limits}
+        self._errors: tuple[Errors, ...] = ({},)
         self._at_s: float | None = None
-        self._starting = True
+        self._starting = False
 
-    def correct(self, errors: tuple[Mapping[str, float], ...]) -> None:
-        """Take note of instrument errors: per plausible explanation tag -> reading minus truth; not finite is none."""
-        clean = tuple({t: e for t, e in error.items() if math.isfinite(e)} for error in errors)
+    def correct(self, errors: tuple[Errors, ...]) -> None:
+        """Take note of instrument errors, one mapping per plausible explanation; what is not finite is none.
+
+        ValueError where there are too many to be judged within a tick.
+        """
+        if len(errors) > MOST:
+            raise ValueError(f"a correction has {len(errors)} explanations; at most {MOST} are judged")
+        clean = tuple({t: float(e) for t, e in error.items() if math.isfinite(e)} for error in errors)
         self._errors = clean or ({},)
 
     def judge(self, now_s: float, readings: Snapshot | None, state: str) -> tuple[Violation, ...]:
         """Every violated hard limit at ``now_s`` [s] in ``state``; ``readings`` are judged for quality already."""
         dt_s = 0.0 if self._at_s is None else max(now_s - self._at_s, 0.0)
         self._at_s = now_s
-        starting = state in self._rules.start_up.states
-        if self._starting and not starting:
-            self._watched = {name: _Watched() for name in self._watched}
-        self._starting = starting
-        found = []
-        for limit in self._rules.limits.hard:
-            in_force = self._rules.start_up.limits.get(limit.name, limit) if starting else limit
-            found.append(self._judge(in_force, limit.name, readings, now_s, dt_s or 1.0))
+        self._change(state in self._rules.start_up.states)
+        found = [self._judge(name, readings, now_s, dt_s or 1.0) for name in self._limits]
         return tuple(v for v in found if v is not None)
 
     def near(self, readings: Snapshot) -> tuple[Violation, ...]:
         """Hard limits that forbid a release on these ``readings``: undecided, or half way to a trip."""
         found = []
-        for limit in self._rules.limits.hard:
-            watched, rule = self._watched[limit.name], self._rules.trips[limit.name]
-            margin = limit.formula.margin_at(readings.values)
+        for name, watched in self._watched.items():
+            limit = self._in_force(name)
+            margin = _margin(limit.formula, readings.values)
             used = max(watched.raw, watched.corrected)
-            near = not watched.lifting and (used > NEAR * rule.cusum or (rule.cusum == 0.0 and margin < 0.0))
-            if math.isnan(margin) or near:
-                found.append(_violation(limit, limit.name, margin))
+            if math.isnan(margin) or (not watched.lifting and used > NEAR * self._trips[name].cusum):
+                found.append(_violation(limit, margin))
         return tuple(found)
 
-    def _judge(self, limit: Limit, name: str, readings: Snapshot | None, now_s: float, dt_s: float) -> Violation | None:
-        watched, rule = self._watched[name], self._rules.trips[name]
-        values = {} if readings is None else readings.values
-        carried = None if self._starting else self._carried(rule, readings)
-        raw = limit.formula.margin_at(values)
-        if readings is not None and carried is not None and limit.formula.tags & readings.uncertain:
-            raw = carried
-        if math.isnan(raw):
-            return self._blind(limit, name, rule, watched, now_s)
-        watched.blind_since_s = None
-        margins = [limit.formula.margin_at(_corrected(values, errors)) for errors in self._errors if errors]
-        corrected = min((m for m in margins if not math.isnan(m)), default=raw)
-        watched.raw = _cumulated(watched.raw, raw, dt_s, rule.cusum)
-        watched.corrected = _cumulated(watched.corrected, corrected, dt_s, rule.cusum)
-        if corrected < 0.0 and watched.corrected > rule.cusum:
-            return _violation(limit, name, corrected)
-        if raw >= 0.0:
-            watched.lifting = False
-        elif watched.raw > rule.cusum and not self._may_lift(rule, watched, corrected - raw, corrected, carried):
-            return _violation(limit, name, raw)
-        elif watched.raw > rule.cusum:
-            self._lift(rule, watched, now_s, dt_s)
-        return None
+    def above(self, readings: Snapshot) -> tuple[Violation, ...]:
+        """Hard limits that are violated on the very ``readings``, as they are or corrected, if only by noise."""
+        found = []
+        for name, watched in self._watched.items():
+            limit = self._in_force(name)
+            margin = min([_margin(limit.formula, readings.values), *self._explained(limit, readings.values)])
+            if margin < 0.0 and not watched.lifting:
+                found.append(_violation(limit, margin))
+        return tuple(found)
 
-    def _blind(self, limit: Limit, name: str, rule: TripRule, watched: _Watched, now_s: float) -> Violation | None:
-        if watched.blind_since_s is None:
-            watched.blind_since_s = now_s
-        for_s = now_s - watched.blind_since_s
-        if for_s < rule.grace_s:
-            return None
-        text = f"{limit.formula.text!r} could not be judged for {for_s:g} s; {rule.grace_s:g} s are allowed ({name})"
-        return Violation(name, math.nan, limit.formula.unit, text)
+    def _change(self, starting: bool) -> None:
+        """Start-up begins or ends: a sum that was made against one limit says nothing about another."""
+        if starting is not self._starting:
+            for name in self._rules.start_up.limits.keys() & self._watched.keys():
+                watched = self._watched[name]
+                watched.raw, watched.corrected, watched.violated = 0.0, 0.0, False
+        self._starting = starting
+
+    def _in_force(self, name: str) -> Limit:
+        return self._rules.start_up.limits.get(name, self._limits[name]) if self._starting else self._limits[name]
+
+    def _judge(self, name: str, readings: Snapshot | None, now_s: float, dt_s: float) -> Violation | None:
+        watched, rule, limit = self._watched[name], self._trips[name], self._in_force(name)
+        values = {} if readings is None else readings.values
+        said, carried = _margin(limit.formula, values), self._carried(rule, readings)
+        blind = _blind(limit, rule, watched, said, dt_s)
+        doubted = math.isnan(said) or (readings is not None and bool(limit.formula.tags & readings.uncertain))
+        raw = carried if carried is not None and doubted else said
+        if math.isnan(raw):
+            return blind
+        explained = self._explained(limit, values) or (raw,)
+        counted_s, corrected = min(dt_s, LONGEST_S), min(explained)
+        watched.raw = _cumulated(watched.raw, raw, counted_s, rule.cusum)
+        watched.corrected = _cumulated(watched.corrected, corrected, counted_s, rule.cusum)
+        lifted = watched.raw > rule.cusum and self._may_lift(rule, watched, raw, explained, carried)
+        if lifted:
+            self._lift(rule, watched, now_s, dt_s)
+        trips = watched.corrected > rule.cusum or (watched.raw > rule.cusum and not lifted)
+        over = max(watched.raw, watched.corrected) > 0.0
+        watched.violated = trips or (watched.violated and over and not lifted)
+        watched.lifting = watched.lifting and over
+        return _violation(limit, min(raw, corrected)) if watched.violated else blind
+
+    def _explained(self, limit: Limit, values: Mapping[str, float]) -> tuple[float, ...]:
+        """Margin of ``limit`` under every explanation that refutes a reading, where it can be judged."""
+        margins = (_margin(limit.formula, _corrected(values, errors)) for errors in self._errors if errors)
+        return tuple(m for m in margins if not math.isnan(m))
 
     def _carried(self, rule: TripRule, readings: Snapshot | None) -> float | None:
-        """Margin of what carries the limit; None where nothing does, or not now."""
-        if rule.carrier is None or readings is None or rule.carrier.tags & readings.uncertain:
+        """Least margin of what carries the limit under any explanation; None where nothing does, or not now."""
+        if self._starting or rule.carrier is None or readings is None or rule.carrier.tags & readings.uncertain:
             return None
-        margin = rule.carrier.margin_at(readings.values)
-        return None if math.isnan(margin) else margin
+        values = readings.values
+        margins = [_margin(rule.carrier, _corrected(values, errors)) for errors in ({}, *self._errors)]
+        return None if any(map(math.isnan, margins)) else min(margins)
 
     def _may_lift(
-        self, rule: TripRule, watched: _Watched, size: float, corrected: float, carried: float | None
-    ) -> bool:  # fmt: skip
+        self, rule: TripRule, watched: _Watched, raw: float, explained: tuple[float, ...], carried: float | None
+    ) -> bool:
         """Whether a diagnosis may keep a reading from tripping: only where something else carries the limit."""
         refuted = all(self._errors)  # an empty mapping says that the readings may be right as they are
-        bounded = size <= rule.lift and watched.lifted_s < rule.lift_s
-        return refuted and bounded and corrected >= 0.0 and carried is not None and carried >= 0.0
+        bounded = max(explained) - raw <= rule.lift and watched.lifted_s < rule.lift_s
+        return refuted and bounded and min(explained) >= 0.0 and carried is not None and carried >= 0.0
 
     def _lift(self, rule: TripRule, watched: _Watched, now_s: float, dt_s: float) -> None:
-        watched.lifted_s += dt_s
         if not watched.lifting and rule.carrier is not None:
             watched.lifting = True
             self._note(TripLifted(rule.limit, rule.carrier.text, now_s + rule.lift_s - watched.lifted_s), now_s)
+        watched.lifted_s += dt_s
+
+
+def _blind(limit: Limit, rule: TripRule, watched: _Watched, said: float, dt_s: float) -> Violation | None:
+    """A limit that cannot be judged is violated after its grace time; counted in ticks, should the clock stand."""
+    if not math.isnan(said):
+        watched.blind_s = None
+        return None
+    watched.blind_s = 0.0 if watched.blind_s is None else watched.blind_s + dt_s
+    if watched.blind_s < rule.grace_s:
+        return None
+    text = f"{limit.formula.text!r} could not be judged for {watched.blind_s:g} s; {rule.grace_s:g} s are allowed"
+    return Violation(rule.limit, math.nan, limit.formula.unit, f"{text} ({rule.limit})")
 
 
 def _cumulated(before: float, margin: float, dt_s: float, most: float) -> float:
     """The cumulative sum after ``dt_s`` more at ``margin``; it stops a little above what trips, so that it can fall."""
-    return min(max(0.0, before - margin * dt_s), most + abs(margin) * dt_s)
+    if math.isinf(margin):
+        return 0.0 if margin > 0.0 else most + (most or 1.0)
+    return min(max(0.0, before - margin * dt_s), most + (most or 1.0))
 
 
-def _corrected(values: Mapping[str, float], errors: Mapping[str, float]) -> dict[str, float]:
+def _margin(formula: Formula, values: Mapping[str, float]) -> float:
+    """Margin at ``values``; NaN where it is undecided, or the formula is none for one point."""
+    try:
+        return formula.margin_at(values)
+    except Exception:  # one broken rule must not keep the others from being watched
+        return math.nan
+
+
+def _corrected(values: Mapping[str, float], errors: Errors) -> dict[str, float]:
     return {tag: value - errors.get(tag, 0.0) for tag, value in values.items()}
 
 
-def _violation(limit: Limit, name: str, margin: float) -> Violation:
+def _violation(limit: Limit, margin: float) -> Violation:
+    name, text, unit = limit.name, repr(limit.formula.text), limit.formula.unit
     if math.isnan(margin):
-        return Violation(name, margin, limit.formula.unit, f"{limit.formula.text!r} cannot be judged now ({name})")
-    text = f"{limit.formula.text!r} is violated by {-margin:.4g} {limit.formula.unit} ({name})"
-    return Violation(name, margin, limit.formula.unit, text)
+        return Violation(name, margin, unit, f"{text} cannot be judged now ({name})")
+    if margin >= 0.0:
+        return Violation(
+            name, margin, unit, f"{text} was violated and holds by no more than {margin:.4g} {unit} ({name})"
+        )
+    return Violation(name, margin, unit, f"{text} is violated by {-margin:.4g} {unit} ({name})")

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from homeostat.domain.behaviour import SetpointRange, Transition
 from homeostat.domain.limits import Owner
@@ -20,6 +21,13 @@ from homeostat.domain.verdict import Finding
 from homeostat.guard.permissives import permissive_findings, refusal
 from homeostat.guard.seal import genuine
 from homeostat.guard.trips import Violation
+
+MOST = 100
+"""Most commands, steps or transitions that one part of a request may have."""
+LONGEST = 500
+"""Most characters of a text in a request, and of what is said of it."""
+ROUNDING_S = 1e-6
+"""Rounding of times that are added and subtracted [s]."""
 
 
 class Unfit(Exception):
@@ -44,6 +52,8 @@ class Present:
     """Tags that the guard may write."""
     near: tuple[Violation, ...]
     """Hard limits that are undecided or half way to a trip."""
+    above: tuple[Violation, ...] = ()
+    """Hard limits that this very reading violates; what is asked waits until it is noise or a trip."""
 
 
 def mapped(request: Request, rules: GuardRules) -> tuple[Request, RecoveryPath]:
@@ -52,21 +62,23 @@ def mapped(request: Request, rules: GuardRules) -> tuple[Request, RecoveryPath]:
     Raises Unfit for whatever does not have the form of a request, and for a path that the machine does not have.
     """
     try:
-        path = RecoveryPath(rules.machine, tuple(_transition(name, rules) for name in request.path))
-        if tuple(s.transition.name for s in request.actions.then) != tuple(t.name for t in path.awaited):
+        path = RecoveryPath(rules.machine, tuple(_transition(name, rules) for name in _items(request.path)))
+        then = _items(request.actions.then)
+        if tuple(s.transition.name for s in then) != tuple(t.name for t in path.awaited):
             raise ValueError("the later steps are not those that the path waits for")
-        steps = tuple(
-            Step(t, tuple(map(_copied, s.commands))) for t, s in zip(path.awaited, request.actions.then, strict=True)
-        )
-        actions = ActionSet(tuple(map(_copied, request.actions.commands)), str(request.actions.target), steps)
+        steps = tuple(Step(t, _commands_of(s)) for t, s in zip(path.awaited, then, strict=True))
+        actions = ActionSet(_commands_of(request.actions), _text(request.actions.target), steps)
         if actions.target != path.now:
             raise ValueError(f"the commands lead to {actions.target!r}, the path to {path.now!r}")
         seal = request.seal
-        own = Seal(str(seal.issuer), float(seal.checked_s), float(seal.expires_s), str(seal.nonce), str(seal.mac))
-        texts = {n: str(getattr(request, n)) for n in ("id", "proposer", "state", "diagnosis", "configuration")}
+        own = Seal(
+            _text(seal.issuer), _number(seal.checked_s), _number(seal.expires_s), _text(seal.nonce), _text(seal.mac)
+        )
+        texts = {n: _text(getattr(request, n)) for n in ("id", "proposer", "state", "diagnosis", "configuration")}
         return Request(actions=actions, path=tuple(t.name for t in path.transitions), seal=own, **texts), path
     except Exception as error:  # whatever a stranger made of it
-        raise Unfit(refusal("CHK-FORM", f"this is no request that the plant could take: {error}")) from None
+        text = f"this is no request that the plant could take: {error}"[:LONGEST]
+        raise Unfit(refusal("CHK-FORM", text)) from None
 
 
 def authorise(request: Request, keys: Mapping[str, bytes], now_s: float, oldest_s: float, longest_s: float) -> None:
@@ -79,14 +91,20 @@ def authorise(request: Request, keys: Mapping[str, bytes], now_s: float, oldest_
     if not 0.0 <= age_s <= oldest_s:
         text = f"the release check of request {request.id!r} is {age_s:g} s old; 0 to {oldest_s:g} s are allowed"
         raise Unfit(refusal("CHK-AGE", text))
-    if not (now_s <= seal.expires_s and seal.expires_s - seal.checked_s <= longest_s):
+    if not now_s <= seal.expires_s:
         raise Unfit(refusal("CHK-EXPIRY", f"the seal of request {request.id!r} is void since {seal.expires_s:g} s"))
+    if not seal.expires_s - seal.checked_s <= longest_s + ROUNDING_S:
+        text = f"the seal of request {request.id!r} lasts {seal.expires_s - seal.checked_s:g} s"
+        raise Unfit(refusal("CHK-EXPIRY", f"{text}; at most {longest_s:g} s are allowed"))
 
 
 def verify(request: Request, path: RecoveryPath, rules: GuardRules, present: Present) -> None:
     """Raise Unfit at the first check that ``request`` does not pass on the present reading."""
     for check in _CHECKS:
-        finding = check(request, path, rules, present)
+        try:
+            finding = check(request, path, rules, present)
+        except Exception as error:  # a broken rule passes nothing
+            finding = refusal("CHK-RULES", f"request {request.id!r} cannot be judged: {error or type(error).__name__}")
         if finding is not None:
             raise Unfit(finding)
 
@@ -182,7 +200,32 @@ def _transition(name: object, rules: GuardRules) -> Transition:
     raise ValueError(f"the machine has no transition {name!r}")
 
 
-def _copied(command: Command) -> Command:
-    value = None if command.value is None else float(command.value)
-    rate = None if command.rate is None else float(command.rate)
-    return Command(str(command.tag), value, rate)
+def _items(given: Any) -> tuple[Any, ...]:
+    """``given`` where it is a plain tuple that can be walked through within a tick."""
+    if type(given) is not tuple or len(given) > MOST:
+        raise ValueError(f"a tuple of at most {MOST} items is needed, not {type(given).__name__}")
+    return given
+
+
+def _text(given: object) -> str:
+    if type(given) is not str or len(given) > LONGEST:
+        raise ValueError(f"a text of at most {LONGEST} characters is needed, not {type(given).__name__}")
+    return given
+
+
+def _number(given: object) -> float:
+    """``given`` as it is: an integer and the equal float do not have the same digest."""
+    if isinstance(given, bool) or not isinstance(given, int | float):
+        raise ValueError(f"a number is needed, not {type(given).__name__}")
+    return given if type(given) is int else float(given)
+
+
+def _commands_of(part: ActionSet | Step) -> tuple[Command, ...]:
+    return tuple(
+        Command(
+            _text(c.tag),
+            None if c.value is None else _number(c.value),
+            None if c.rate is None else _number(c.rate),
+        )
+        for c in _items(part.commands)
+    )  # fmt: skip

@@ -7,7 +7,7 @@ its own, result journalled. It never waits: a tick asks how far the write has co
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -20,6 +20,11 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.ramp import Ramps
 from homeostat.guard.recorder import Recorder
 from homeostat.guard.settings import GuardSettings
+
+ROUNDING = 1e-9
+"""Rounding of a target that is sent and read back, in any unit."""
+REMEMBERED = 100
+"""Writes that were given up and not read yet, and commands that may still arrive, each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +70,7 @@ class _Flight:
     attempt: int
     ticket: Ticket | None
     sent_s: float
+    allowed_s: float = 0.0
     accepted_s: float | None = None
     ended: bool = False
 
@@ -76,8 +82,8 @@ class Writer:
         """``rules``: writable tag -> how it is read back."""
         self._rules, self._recorder, self._settings = rules, recorder, settings
         self._flight: _Flight | None = None
-        self._given_up: list[_Flight] = []
-        self._overtaken: deque[Command] = deque(maxlen=100)
+        self._given_up: deque[_Flight] = deque(maxlen=REMEMBERED)
+        self._may_arrive: deque[Command] = deque(maxlen=REMEMBERED)
         self._ramps = Ramps()
         self.numbered = 0
         """Writes so far."""
@@ -97,10 +103,22 @@ class Writer:
         return self._flight is not None and self._flight.accepted_s is not None
 
     @property
+    def broken(self) -> bool:
+        """Whether the link has refused the attempt under way."""
+        return self._flight is not None and self._flight.ended and self._flight.accepted_s is None
+
+    @property
     def pending(self) -> frozenset[str]:
         """Tags whose target is not known, because what was sent to them is not confirmed."""
         flights = [*self._given_up, *([self._flight] if self._flight else [])]
         return frozenset(c.tag for f in flights for c in f.write.commands)
+
+    def expects(self, tag: str, target: float | None) -> bool:
+        """Whether what is pending may have brought ``tag`` to ``target``."""
+        flights = [*self._given_up, *([self._flight] if self._flight else [])]
+        tolerance = self._tolerance(tag)
+        sent = (c.value for f in flights for c in f.write.commands if c.tag == tag)
+        return any(same(v, target, tolerance) for v in sent) or self._ramps.passes(tag, target, tolerance)
 
     def begin(self, write: Write, now_s: float) -> bool:
         """Send ``write`` now; False, and nothing is sent, where its intention cannot be journalled.
@@ -124,45 +142,64 @@ class Writer:
             return
         if not flight.ended:
             self._end(flight, WriteResult.GIVEN_UP, reason, now_s)
-        self._given_up.append(flight)
-        self._overtaken.extend(flight.write.commands)
+        self._give_up(flight)
 
     def late(self, tag: str, target: float | None) -> bool:
-        """Whether ``target`` is what an overtaken write would have brought ``tag`` to: it arrived after all."""
-        return any(c.tag == tag and c.value == target for c in self._overtaken)
+        """Whether ``target`` is what a write that was given up would have brought ``tag`` to; said once per attempt."""
+        for command in self._may_arrive:
+            if command.tag == tag and same(command.value, target, self._tolerance(tag)):
+                self._may_arrive.remove(command)
+                return True
+        return False
 
-    def follow(self, now_s: float, readings: Snapshot | None) -> Progress | None:
-        """How far the write under way has come with these readings; None where nothing is new."""
+    def forget(self) -> None:
+        """What was given up is not expected any more: whoever brings a tag there now means it."""
+        self._may_arrive.clear()
+
+    def follow(
+        self, now_s: float, readings: Snapshot | None, objection: Callable[[Write], str] = lambda write: ""
+    ) -> Progress | None:
+        """How far the write under way has come with these readings; None where nothing is new.
+
+        ``objection`` says why a write may not be tried again now; nobody asks it about a fallback.
+        """
         if readings is not None:
             self._ramps.present(readings.accepted)
         self._ramp(now_s)
         flight = self._flight
         if flight is None:
             return None
-        fresh = readings is not None and readings.at_s > flight.sent_s
-        if fresh and readings is not None and not self._deviating(flight.write, readings):
+        after = readings if readings is not None and readings.at_s > flight.sent_s else None
+        if after is not None and not self._deviating(flight.write, after):
             return self._confirm(flight, now_s)
         if not flight.ended:
             return self._answered(flight, now_s)
-        waited_s = now_s - (flight.sent_s if flight.accepted_s is None else flight.accepted_s)
-        allowed_s = self._settings.write_s if flight.accepted_s is None else self._confirm_s(flight.write)
-        if waited_s < allowed_s and not (flight.accepted_s is None and fresh):
-            return None
-        return self._again(flight, now_s, readings)
+        if flight.accepted_s is not None:
+            waits = now_s - flight.accepted_s < flight.allowed_s
+        else:
+            waits = after is None and now_s - flight.sent_s < self._settings.write_s
+        return None if waits else self._again(flight, now_s, after, objection)
 
-    def read_given_up(self, now_s: float, readings: Snapshot | None) -> None:
-        """Say what became of writes that were overtaken, once the plant was read after them."""
+    def read_given_up(self, now_s: float, readings: Snapshot | None) -> tuple[Write, ...]:
+        """Say what became of writes that were given up, once the plant was read after them; those that were read."""
         if readings is None or self._flight is not None:
-            return
-        for flight in self._given_up:
+            return ()
+        read = [flight for flight in self._given_up if readings.at_s > flight.sent_s]
+        for flight in read:
             self._read_back(flight, readings, now_s)
-        self._given_up.clear()
+            self._given_up.remove(flight)
+        return tuple(flight.write for flight in read)
+
+    def _give_up(self, flight: _Flight) -> None:
+        """What was sent is read later, and may arrive later still, once per attempt."""
+        self._given_up.append(flight)
+        self._may_arrive.extend(flight.write.commands * flight.attempt)
 
     def _answered(self, flight: _Flight, now_s: float) -> Progress | None:
         """Whether the link has said something of the attempt."""
-        assert flight.ticket is not None  # an attempt that could not be sent has ended
         try:
-            done, error = flight.ticket.done, flight.ticket.error
+            assert flight.ticket is not None, "the link gave no ticket"
+            done, error = flight.ticket.done, str(flight.ticket.error)
         except Exception as broken:  # a link may break in any way
             done, error = True, str(broken) or type(broken).__name__
         if done and not error:
@@ -175,12 +212,25 @@ class Writer:
             self._end(flight, WriteResult.TIMED_OUT, f"no answer for {now_s - flight.sent_s:g} s", now_s)
         return None
 
-    def _again(self, flight: _Flight, now_s: float, readings: Snapshot | None) -> Progress | None:
-        if readings is not None:
-            self._read_back(flight, readings, now_s)
-        if flight.attempt < self._settings.attempts and self._send(flight, now_s):
+    def _again(
+        self, flight: _Flight, now_s: float, after: Snapshot | None, objection: Callable[[Write], str]
+    ) -> Progress | None:
+        """The next attempt, where nothing is against it; ``after``: the plant as it was read after the last one."""
+        if after is not None:
+            self._read_back(flight, after, now_s)
+        why = ""
+        if flight.write.cause is not Cause.FALLBACK:
+            why = objection(flight.write) if after is not None else "the plant was not read after the attempt"
+        if why:
+            self.error = why
+        elif flight.attempt < self._settings.attempts and self._send(flight, now_s):
             return None
         self._flight = None
+        self._ramps.stop()
+        if after is None:
+            self._give_up(flight)
+        else:
+            self._may_arrive.extend(flight.write.commands * flight.attempt)
         return Progress.FAILED
 
     def _send(self, flight: _Flight, now_s: float) -> bool:
@@ -197,8 +247,11 @@ class Writer:
             self._end(flight, WriteResult.GIVEN_UP, "the intention could not be journalled", now_s)
             return False
         try:
-            assert self.wire is not None, "nobody may write in this mode"
-            flight.ticket = self.wire.send(self._ramps.first(write.commands, self._rules))
+            if self.wire is None:
+                raise ConnectionError("there is no lease to write with")
+            first = self._ramps.first(write.commands, self._rules)
+            flight.allowed_s = self._confirm_s(write)
+            flight.ticket = self.wire.send(first)
         except Exception as broken:  # a link may break in any way; what it did is read back
             self._end(flight, WriteResult.FAILED, str(broken) or type(broken).__name__, now_s)
             return True
@@ -237,8 +290,11 @@ class Writer:
         """Tags whose accepted target is not what was commanded."""
         return tuple(
             c.tag for c in write.commands
-            if not holds(c, readings, self._rules[c.tag].tolerance if c.tag in self._rules else 0.0)
+            if not holds(c, readings, self._tolerance(c.tag))
         )  # fmt: skip
+
+    def _tolerance(self, tag: str) -> float:
+        return self._rules[tag].tolerance if tag in self._rules else 0.0
 
     def _confirm_s(self, write: Write) -> float:
         """Time in which the plant must have accepted every command [s]; a guard's ramp takes its own."""
@@ -255,7 +311,11 @@ def holds(command: Command, readings: Snapshot, tolerance: float) -> bool:
     """Whether the plant has accepted the target of ``command``; a target that it does not tell is not known to hold."""
     if command.tag not in readings.accepted:
         return False
-    target = readings.accepted[command.tag]
-    if command.value is None or target is None:
-        return command.value is None and target is None
-    return abs(target - command.value) <= tolerance
+    return same(command.value, readings.accepted[command.tag], tolerance)
+
+
+def same(one: float | None, other: float | None, tolerance: float) -> bool:
+    """Whether two targets are the same within ``tolerance``; None, automatic, is the same as None only."""
+    if one is None or other is None:
+        return one is None and other is None
+    return abs(one - other) <= tolerance + ROUNDING

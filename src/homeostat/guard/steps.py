@@ -1,0 +1,119 @@
+"""Steps of the sequence as the guard writes them: one that the plant does not take stays due."""
+
+from __future__ import annotations
+
+import math
+
+from homeostat.domain.guard_events import Cause, StepTaken
+from homeostat.domain.mode import Mode, Side
+from homeostat.domain.recovery import Command, Step
+from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.latch import Latch
+from homeostat.guard.parts import Parts
+from homeostat.guard.permissives import permissive_findings
+from homeostat.guard.verification import command_finding
+from homeostat.guard.writer import Progress, Write
+
+
+class Steps:
+    """Writes what the sequencer has due, whenever nothing else is under way."""
+
+    def __init__(self, parts: Parts, latch: Latch) -> None:
+        """``latch`` says whose steps they are: those of a fallback are kept from nothing but a person's tags."""
+        self._parts, self._latch = parts, latch
+        self._step: Step | None = None
+        self._owed: Write | None = None
+        self._again_s = -math.inf
+
+    def owe(self, write: Write) -> None:
+        """The plant has not got ``write``, a step that counts as taken: it is sent once more."""
+        self._owed = write
+
+    def drop(self) -> None:
+        """Something else was released: what was owed to the plant is void."""
+        self._step = self._owed = None
+
+    def follow(self, write: Write | None, progress: Progress | None, now_s: float) -> None:
+        """Take note of how far ``write``, a step, has come: taken once the plant has got it, due again if it failed."""
+        parts, step = self._parts, self._step
+        if write is None or write.cause is not Cause.SEQUENCE:
+            return
+        if step is not None and (parts.writer.accepted or progress is Progress.CONFIRMED):
+            self._step = None
+            self._taken(step, now_s)
+        elif step is not None and progress is Progress.FAILED:
+            self._step = None
+        elif progress is Progress.FAILED:
+            self._owed = write
+        if progress is Progress.FAILED:
+            self._again_s = now_s + parts.settings.again_s
+        elif progress is Progress.CONFIRMED:
+            self._owed = None
+
+    def go_on(self, now_s: float, readings: Snapshot | None, mode: Mode) -> None:
+        """Begin to write the step that is due, where nothing else is under way."""
+        parts = self._parts
+        if readings is None or parts.writer.flying is not None:
+            return
+        self._step = None  # whatever has overtaken its write
+        if self._owed is not None:
+            self._pay(self._owed, now_s, readings, mode)
+            return
+        step = parts.sequencer.due(readings)
+        if step is None:
+            return
+        if not mode.writes:
+            if parts.rules.recipe is Side.PLANT:
+                self._taken(step, now_s)
+            else:
+                parts.sequencer.refused = f"in mode {mode.value!r} nobody writes"
+            return
+        commands = self._latch.allowed(step.commands)
+        why = self._objection(commands, step.target)
+        if why:
+            parts.sequencer.refused = why
+        elif not commands:
+            self._taken(step, now_s)
+        elif now_s >= self._again_s:
+            self._step = step
+            self._begin(Write(Cause.SEQUENCE, step.transition.name, commands, step.target), now_s)
+
+    def objection(self, write: Write, readings: Snapshot | None) -> str:
+        """Why ``write`` may not be tried again on ``readings``; empty where it may."""
+        if readings is None:
+            return "there is no reading to decide on"
+        why = self._objection(write.commands, write.state)
+        if why or self._latch.reason is not None:
+            return why
+        found = permissive_findings(readings, write.commands, self._parts.rules.limits)
+        return next((f.message for f in found if not f.satisfied), "")
+
+    def _objection(self, commands: tuple[Command, ...], target: str) -> str:
+        """The first check that ``commands`` fail whatever the plant reads; empty where they pass."""
+        rules = self._parts.rules
+        state = rules.machine.state(target)
+        for command in commands:
+            found = command_finding(command, state.setpoint(command.tag), state.name, rules)
+            if found is not None:
+                return found.message
+            if command.tag not in self._parts.service.tags and command.tag not in self._latch.forced:
+                return f"{command.tag!r} is out of service"
+        return ""
+
+    def _pay(self, owed: Write, now_s: float, readings: Snapshot, mode: Mode) -> None:
+        """Send again what counts as taken; where nobody writes any more, it is a person's matter."""
+        if not mode.writes:
+            self._owed = None
+            return
+        why = self.objection(owed, readings)
+        self._parts.sequencer.refused = why or None
+        if not why and now_s >= self._again_s:
+            self._begin(owed, now_s)
+
+    def _begin(self, write: Write, now_s: float) -> None:
+        self._parts.writer.begin(write, now_s)
+        self.follow(write, None, now_s)
+
+    def _taken(self, step: Step, now_s: float) -> None:
+        self._parts.sequencer.take(step, now_s)
+        self._parts.note(StepTaken(step.transition.name, step.target), now_s)
