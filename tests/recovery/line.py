@@ -33,7 +33,6 @@ from homeostat.recovery.exchange import Exchange
 from homeostat.recovery.loop import Hook, Loop
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import Check, ReleaseCheck
-from homeostat.recovery.shared_trace import SharedTrace
 from homeostat.recovery.supervisor import Supervisor
 from homeostat.recovery.worker import Worker
 from homeostat.stl.formula import parse
@@ -201,7 +200,7 @@ class Stage:
         self.plant = LinePlant(self.end_s, self.start, self.heating)
         self.twin = LineTwin(self.heating)
         self.trace = MemoryTrace()
-        self.shared = SharedTrace(self.trace)
+        self.shared = self.trace
         self.planning = self.planning or ScriptedPlanning(self.machine, ("reduce",))
         self.lost: list[str] = []
         self.alarms: list[str] = []

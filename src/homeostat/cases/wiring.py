@@ -40,7 +40,6 @@ from homeostat.recovery.exchange import Exchange, ExchangeSettings
 from homeostat.recovery.loop import Hook, Loop
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import ReleaseCheck
-from homeostat.recovery.shared_trace import SharedTrace
 from homeostat.recovery.supervisor import Supervisor
 from homeostat.recovery.worker import Worker
 from homeostat.trace import Trace
@@ -227,20 +226,20 @@ def wire(
     case: Case, lease: Lease | None, clock: Clock, trace: Trace, seed: int, arrangement: Arrangement = Arrangement()
 ) -> Assembly:
     """A guard for the plant behind ``lease``, and recovery beside it; ``seed`` seeds the twin's draws, as the run's."""
-    rules, key, shared = guard_rules(case, arrangement.protocol), new_key(), SharedTrace(trace)
-    guard = Guard(rules, Attachment(shared, lease, arrangement.mode, {ISSUER: key}))
+    rules, key = guard_rules(case, arrangement.protocol), new_key()
+    guard = Guard(rules, Attachment(trace, lease, arrangement.mode, {ISSUER: key}))
 
     def trouble(cause: str) -> None:
         guard.mailbox.put(Trouble("recovery", cause))
 
     patience_s = BUSY_S if clock.measured else clock.wall_s(0.0)
     exchange = Exchange(clock, guard.mailbox.put, trouble, ExchangeSettings(patience_s=patience_s))
-    supervisor = _supervisor(case, exchange, shared, seed, arrangement, rules, Sealer(ISSUER, key))
+    supervisor = _supervisor(case, exchange, trace, seed, arrangement, rules, Sealer(ISSUER, key))
     return Assembly(guard, exchange, Worker(exchange, supervisor.supervise, trouble))
 
 
 def _supervisor(
-    case: Case, exchange: Exchange, trace: SharedTrace, seed: int, arrangement: Arrangement, rules: GuardRules,
+    case: Case, exchange: Exchange, trace: Trace, seed: int, arrangement: Arrangement, rules: GuardRules,
     sealer: Sealer,
 ) -> Supervisor:  # fmt: skip
     d, tags, archive = case.description, case.description.tags_by_name, arrangement.archive

@@ -8,9 +8,7 @@ from collections.abc import Awaitable, Iterable
 from typing import TypeVar
 
 from homeostat.agents.crew import Crew
-from homeostat.domain.alarm import Priority
-from homeostat.domain.guard_events import AlarmRaised
-from homeostat.domain.observation import Observation
+from homeostat.domain.observation import Observation, Trouble
 from homeostat.domain.ports import Desk
 from homeostat.domain.snapshot import Snapshot
 from homeostat.recovery.progress import ProgressMonitor
@@ -84,16 +82,24 @@ class Scene:
             raise
 
     def record(self, event: Event, at_s: float | None = None) -> None:
-        """Say that ``event`` happened at ``at_s``, now where None; what was asked of the graph before it goes first."""
-        for retrieved in self.crew.grounding.drain():
-            self._trace.record(retrieved, self.seen_s)
-        self._trace.record(event, self.seen_s if at_s is None else at_s)
+        """Say that ``event`` happened at ``at_s``, now where None; what was asked of the graph before it goes first.
+
+        A journal that fails is an alarm; thinking goes on, and the guard releases nothing meanwhile.
+        """
+        self.flush()
+        self._append(event, self.seen_s if at_s is None else at_s)
 
     def flush(self) -> None:
         """Record what was asked of the graph since the last event."""
         for retrieved in self.crew.grounding.drain():
-            self._trace.record(retrieved, self.seen_s)
+            self._append(retrieved, self.seen_s)
+
+    def _append(self, event: Event, at_s: float) -> None:
+        try:
+            self._trace.record(event, at_s)
+        except (OSError, ValueError) as error:
+            self.alarm("journal", f"recovery's events are not journalled: {error}")
 
     def alarm(self, name: str, cause: str) -> None:
         """Call a person: ``cause`` is one sentence."""
-        self.record(AlarmRaised(f"recovery:{name}", cause, Priority.HIGH))
+        self.desk.put(Trouble(f"recovery:{name}", cause))

@@ -36,6 +36,10 @@ class Trace(Protocol):
         """
         ...
 
+    def sync(self) -> None:
+        """Return when everything that was recorded is as safe as the trace can make it."""
+        ...
+
     def subscribe(self, subscriber: Subscriber) -> None:
         """Tell ``subscriber`` of every later event."""
         ...
