@@ -13,7 +13,7 @@ from homeostat.domain.rules import QualityRule
 from homeostat.domain.snapshot import Quality, Snapshot
 from homeostat.domain.tag import Tag
 
-SIGMAS = 6.0 * math.sqrt(2.0)
+SIGMAS = 4.5 * math.sqrt(2.0)
 """Noise of a difference of two readings that is not taken for a step [standard deviations of one reading]."""
 SLACK = 0.02
 """How far outside its range an instrument may read before it is not believed [fraction of the span]."""

@@ -85,11 +85,15 @@ class History:
         self._add(snapshot)
 
     def _add(self, snapshot: Snapshot) -> None:
-        unknown = frozenset(t for t in self._variables if t in snapshot.bad or t not in snapshot.values)
+        unknown = frozenset(t for t in self._variables if t in snapshot.bad or self._lacks(t, snapshot.values))
         last = self._rows[-1].values if self._rows else {}
         held = {t: last.get(t, math.nan) for t in unknown}
         self._rows.append(_Row(snapshot.at_s, {**snapshot.values, **held} if held else snapshot.values, unknown))
         self._windows.clear()
+
+    def _lacks(self, tag: str, values: Mapping[str, float]) -> bool:
+        """Whether ``values`` says nothing of ``tag``; an input that is not a number is on automatic."""
+        return tag not in values or (math.isnan(values[tag]) and self._variables[tag] not in self._inputs)
 
     @property
     def length(self) -> int:
