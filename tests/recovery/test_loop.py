@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 
 from homeostat.domain.mode import Mode
-from homeostat.domain.observation import FallBack, Observation
-from homeostat.links.clock import ThinkingClock
+from homeostat.domain.observation import FallBack, Observation, Trouble
+from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.recovery.exchange import Exchange
 from homeostat.recovery.loop import Loop, overtaken_by
 from homeostat.recovery.worker import Worker
@@ -48,6 +48,25 @@ def test_in_real_time_recovery_thinks_while_the_plant_goes_on_and_persons_are_he
     assert shown == guard.ticks == [float(k) for k in range(1, 31)]
     assert guard.taken == [(11.0, FallBack("a person says so"))]
     assert ticks[1] - ticks[0] >= 10
+
+
+def test_an_onlooker_that_fails_is_an_alarm_and_the_run_goes_on() -> None:
+    guard = Scripted()
+    exchange = Exchange(DeclaredClock(0.0), guard.put, lambda reason: None)
+
+    async def recovery() -> None:
+        while await exchange.next() is not None:
+            pass
+
+    def hook(seen: Observation) -> None:
+        if seen.now_s == 3.0:
+            raise OSError("the folder is gone")
+
+    worker = Worker(exchange, recovery, lambda cause: None)
+    worker.start()
+    Loop(guard, Seconds(10.0), exchange, hook).run_virtual()
+    assert worker.join(5.0) and len(guard.ticks) == 10
+    assert guard.taken == [(4.0, Trouble("onlooker", "what is shown every tick failed: the folder is gone"))]
 
 
 @pytest.mark.parametrize(
