@@ -126,7 +126,7 @@ def test_the_lines_of_a_run(recovered: Done) -> None:
     assert "\x1b" not in recovered.out and "\r" not in recovered.out
     lines, summary = recovered.out.split("\n\n")
     labels = [line.split()[2] for line in lines.splitlines()]
-    assert labels[:4] == ["run", "state", "onset", "noticed"] and labels[-1] == "end"
+    assert labels[:5] == ["run", "state", "onset", "asked", "noticed"] and labels[-1] == "end"
     assert labels.index("noticed") < labels.index("attempt") < labels.index("released")
     assert "900 s  onset     Cooling valve stuck towards closed: cool_stuck_closed 0.7 (ground truth)" in lines
     assert "worst margin +" in lines and "L/s" in lines

@@ -6,8 +6,12 @@ import pytest
 
 from homeostat.cases.case import load_case
 from homeostat.cli.story import Story
+from homeostat.domain.guard_events import RequestAnswered
+from homeostat.domain.limits import Owner
+from homeostat.domain.request import RequestStatus
+from homeostat.domain.verdict import Finding
 from homeostat.trace.calls import ModelCalled
-from homeostat.trace.decisions import Departed
+from homeostat.trace.decisions import Departed, ReleaseRefused
 
 
 def called(served: str = "", failure: str = "", detail: str = "") -> ModelCalled:
@@ -26,6 +30,16 @@ def test_a_server_forges_no_line(event: ModelCalled) -> None:
     """Also in a journal that was written by somebody else."""
     (line,) = Story(load_case("cstr").description).tell(event, 930.0)
     assert str(line).isprintable() and "m 931 s released" in str(line)
+
+
+def test_a_refusal_is_told_with_its_reason_and_forges_no_line() -> None:
+    story = Story(load_case("cstr").description)
+    finding = Finding("PRM-COOL", Owner.ACTION, -0.5, "K", 0.0, 0, "PRM-COOL is violated by 0.5 K")
+    (line,) = story.tell(ReleaseRefused("search", "", (finding,)), 930.0)
+    assert str(line).endswith("refused   search: the release check, because PRM-COOL is violated by 0.5 K")
+    answered = RequestAnswered("r1", "search", "", RequestStatus.REFUSED, "CHK-SERVICE", FORGED)
+    (line,) = story.tell(answered, 931.0)
+    assert str(line).isprintable() and "search: the guard, because" in str(line)
 
 
 def test_a_departure_is_told_with_its_reason() -> None:

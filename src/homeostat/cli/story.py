@@ -8,9 +8,10 @@ from enum import StrEnum
 
 from homeostat.campaign.belief import merge
 from homeostat.cli.wording import beliefs, commands, quantity, worst
-from homeostat.domain.guard_events import FellBack, StateEntered
+from homeostat.domain.guard_events import FellBack, RequestAnswered, StateEntered
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.quotation import printable, quoted
+from homeostat.domain.request import RequestStatus
 from homeostat.trace import Event, RunFinished, RunStarted
 from homeostat.trace.calls import ModelCalled
 from homeostat.trace.decisions import (
@@ -22,6 +23,7 @@ from homeostat.trace.decisions import (
     LeftAsIs,
     Noticed,
     ReleasedActions,
+    ReleaseRefused,
     Retrieved,
 )
 
@@ -134,6 +136,12 @@ class Story:
             case ReleasedActions():
                 self._acted = True
                 yield Line(at_s, "released", commands(event.commands, self._plant), Tone.GOOD)
+            case ReleaseRefused():
+                text = f"{event.proposer}: the release check, because {printable(event.reason)}"
+                yield Line(at_s, "refused", text, Tone.WARNING)
+            case RequestAnswered() if event.status in (RequestStatus.REFUSED, RequestStatus.FAILED):
+                who = printable(event.proposer) or "a stranger"
+                yield Line(at_s, event.status, f"{who}: the guard, because {printable(event.reason)}", Tone.WARNING)
             case LeftAsIs():
                 yield Line(at_s, "kept", f"as it is, in {event.state!r}", Tone.MUTED)
             case StateEntered():

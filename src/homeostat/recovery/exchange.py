@@ -10,7 +10,7 @@ from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from typing import Any
 
-from homeostat.domain.observation import Message, Observation, Withdraw
+from homeostat.domain.observation import Message, Observation, Trouble, Withdraw
 from homeostat.domain.ports import Clock
 from homeostat.domain.request import Answer, Request
 
@@ -207,6 +207,10 @@ class Exchange:
             self._over = True
             self.cancel("the run is over")
             self._changed.notify_all()
+
+    def report(self, name: str, cause: str) -> None:
+        """Have the guard call a person: ``cause`` is one sentence about ``name``."""
+        self._send(Trouble(name, cause))
 
     def give_up(self, reason: str) -> None:
         """Go on without recovery, which is lost."""

@@ -68,7 +68,10 @@ class Loop:
             sample = None
         seen = self._guard.tick(self._source.now_s, sample)
         before, self._before = self._before, seen
-        self._hook(seen)
+        try:
+            self._hook(seen)
+        except Exception as error:  # whoever looks on may fail; the plant is watched all the same
+            self._exchange.report("onlooker", f"what is shown every tick failed: {error or type(error).__name__}")
         self._exchange.publish(seen, None if before is None else overtaken_by(before, seen))
 
 

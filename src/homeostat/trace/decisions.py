@@ -98,6 +98,11 @@ class ReleaseRefused:
     findings: tuple[Finding, ...]
     """The checks that are violated."""
 
+    @property
+    def reason(self) -> str:
+        """The worst of them in one sentence."""
+        return min(self.findings, key=lambda f: f.margin).message if self.findings else "no reason was given"
+
 
 @dataclass(frozen=True, slots=True)
 class LeftAsIs:
