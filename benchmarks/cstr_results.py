@@ -22,6 +22,7 @@ from statistics import median
 import numpy as np
 
 from homeostat.campaign.best_constant import best_constant
+from homeostat.campaign.outcome import OutcomeKind
 from homeostat.campaign.runner import run
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.campaign.scoring import exposures
@@ -140,7 +141,7 @@ def main_line(name: str, rows: list[Row]) -> Sequence[object]:
 
 def other_line(name: str, rows: list[Row]) -> Sequence[object]:
     """Outcomes of one fault or pair, and whether anything was worse than without action."""
-    kinds = {k: sum(r.outcome == k for r in rows) for k in ("recovered", "no_action", "handed_over", "not_detected")}
+    kinds = {kind: sum(r.outcome == kind for r in rows) for kind in OutcomeKind}
     delays = [r.delay_s for r in rows if r.delay_s is not None]
     worse = sum(r.outside_s[x] > r.unattended_s[x] for r in rows for x in LIMITS)
     ours = max(sum(r.outside_s[x] for x in LIMITS) for r in rows)
@@ -175,7 +176,7 @@ def page(seeds: int, healthy: int, few: int, per_pair: int, workers: int) -> str
     engine = subprocess.run(
         [sys.executable, "-m", "benchmarks.engine"], capture_output=True, text=True, check=True, cwd=ROOT
     ).stdout
-    columns = ("fault", "recovered", "no action", "handed over", "not detected", "delay [s], median",
+    columns = ("fault", *(kind.replace("_", " ") for kind in OutcomeKind), "delay [s], median",
                "worst exposure [s]", "without action [s]", "limits exceeded longer than without action")  # fmt: skip
     return f"""# The reactor: what was measured
 

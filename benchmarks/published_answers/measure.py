@@ -27,9 +27,9 @@ from benchmarks.published_answers.mixing import CASE
 from benchmarks.published_answers.runs import PublishedRun
 from homeostat.agents.crew import AskingProtocol
 from homeostat.campaign.conditions import Conditions
+from homeostat.campaign.outcome import OutcomeKind
 from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import scenario
-from homeostat.campaign.scoring import OutcomeKind
 from homeostat.cases.case import load_case
 from homeostat.cases.wiring import Language
 from homeostat.links.clock import DeclaredClock

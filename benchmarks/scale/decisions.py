@@ -11,9 +11,10 @@ from benchmarks.scale.module_case import TimedStore, module_case
 from benchmarks.scale.plant_graph import KINDS, kind_of
 from benchmarks.scale.prompts import Declining, first_question, left_out, tokens
 from benchmarks.scale.site import Site
+from homeostat.campaign.outcome import Facts, outcome
 from homeostat.campaign.runner import Recorder
 from homeostat.campaign.scenario import scenario
-from homeostat.campaign.scoring import inside_at_end, outcome
+from homeostat.campaign.scoring import inside_at_end
 from homeostat.campaign.unattended import open_process
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import Arrangement, Language, wire
@@ -126,7 +127,11 @@ def decide(
     wire(case, link, clock, trace, seed, Arrangement(language=Language(model))).run(link.source)
     started_s = recorder.started_s if recorder.started_s is not None else chosen.end_s
     inside = inside_at_end(process.truth(), case.description.limits, started_s)
-    kind = outcome(True, bool(recorder.diagnosed), len(recorder.released), len(recorder.fallbacks), inside)
+    # On a site no alternative is tried: what was released is taken to be needed.
+    kind = outcome(Facts(
+        avoidable=False, inside_at_end=inside, fell_back=bool(recorder.fallbacks), missed=not recorder.diagnosed,
+        released=bool(recorder.released), needless=False, produces=True,
+    ))  # fmt: skip
     actor = "fallback" if recorder.fallbacks else recorder.released[0][1].proposer if recorder.released else "none"
     return Decision(
         modules, module, case.name, fault, seed, kind.value, actor, stopwatch.latency_s, stopwatch.cpu_s,

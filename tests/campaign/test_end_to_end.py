@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from homeostat.agents.bounds import Budget
+from homeostat.campaign.outcome import OutcomeKind
 from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import Scenario, scenario
-from homeostat.campaign.scoring import OutcomeKind, exposures
+from homeostat.campaign.scoring import exposures
 from homeostat.campaign.unattended import run_unattended
 from homeostat.links.clock import DeclaredClock
 from homeostat.trace import MemoryTrace
@@ -43,7 +44,7 @@ RECOVERABLE = [
     ("cool_stuck_closed", 4),
     ("pump_degrade", 1),
     ("pump_degrade", 2),
-    ("fouling", 1),
+    ("fouling", 2),
 ]
 
 

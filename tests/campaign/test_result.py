@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from homeostat.campaign.belief import Belief
-from homeostat.campaign.result import RESULT, Result, ResultError, read_result
-from homeostat.campaign.scoring import Exposure, OutcomeKind
+from homeostat.campaign.outcome import OutcomeKind
+from homeostat.campaign.result import RESULT, SCHEMA, Result, ResultError, read_result
+from homeostat.campaign.scoring import Exposure
 from homeostat.campaign.step_scores import StepScores
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.recovery import Command
@@ -71,6 +72,28 @@ def test_what_is_no_json_is_never_written(name: str, value: float) -> None:
 
 def test_a_run_without_result(tmp_path: Path) -> None:
     assert read_result(tmp_path) is None
+
+
+def test_the_schema_has_a_number() -> None:
+    content = json.loads(RESULT_OF_TWO.to_json())
+    assert next(iter(content)) == "schema" and content["schema"] == SCHEMA
+
+
+@pytest.mark.parametrize(
+    ("actor", "kind"), [("fallback", OutcomeKind.FALLBACK), ("search", OutcomeKind.LIMIT_VIOLATED)]
+)
+def test_a_result_of_an_older_version_is_read(tmp_path: Path, actor: str, kind: OutcomeKind) -> None:
+    content = json.loads(replace(RESULT_OF_TWO, actor=actor).to_json())
+    del content["schema"]
+    (tmp_path / RESULT).write_text(json.dumps({**content, "outcome": "handed_over"}))
+    again = read_result(tmp_path)
+    assert again is not None and again == replace(again, outcome=kind, actor=actor) and not again.good
+
+
+def test_a_result_of_a_newer_version_is_refused(tmp_path: Path) -> None:
+    (tmp_path / RESULT).write_text(RESULT_OF_TWO.to_json().replace(f'"schema": {SCHEMA}', '"schema": 99'))
+    with pytest.raises(ResultError, match="schema 99"):
+        read_result(tmp_path)
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", "null", RESULT_OF_TWO.to_json().replace("recovered", "won")])

@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
 import pytest
 
-from homeostat.campaign.scoring import CALM_S, OutcomeKind, exposures, inside_at_end, outcome, production_loss
+from homeostat.campaign.scoring import (
+    CALM_S,
+    RETURN_S,
+    SAME_LOSS,
+    exposures,
+    fed_at_end,
+    has_product,
+    inside_at_end,
+    kept_until,
+    loses_no_more,
+    outside_after,
+    production_loss,
+    worse,
+)
 from homeostat.domain.limits import Limits
+from homeostat.domain.production import Production
 from homeostat.domain.snapshot import Trajectory
 from tests.safety.world import CALM, COLD, FEED, HOT
 
@@ -134,22 +147,93 @@ def test_where_nothing_would_have_been_made_there_is_no_fraction() -> None:
     assert math.isnan(production_loss(HEALTHY, idle, ["product"], 20.0))
 
 
-# --- outcome ----------------------------------------------------------------------------------------------------
+# --- what an outcome follows from -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("rate", "fed"), [(0.1, True), (0.0999, False), (0.0, False), (1.0, True), (math.nan, False)])
+def test_a_tenth_of_the_design_rate_is_fed(rate: float, fed: bool) -> None:
+    production = Production("F", 0.03)
+    assert fed_at_end(truth(F=[0.03] * 100 + [0.03 * rate] * 60), production) is fed
+
+
+def test_what_was_fed_before_the_last_minute_does_not_count() -> None:
+    production = Production("F", 1.0)
+    assert not fed_at_end(truth(F=[1.0] * 940 + [0.0] * 60), production)
+    assert fed_at_end(truth(F=[0.0] * 994 + [1.0] * 6), production), "six of sixty seconds are a tenth"
 
 
 @pytest.mark.parametrize(
-    ("faulty", "detected", "released", "fallbacks", "inside"),
-    list(itertools.product([True, False], [True, False], [0, 1, 3], [0, 1, 2], [True, False])),
+    ("share", "has"), [(0.9, True), (0.899, False), (0.063, False), (0.0, False), (1.0, True), (1.1, True)]
 )
-def test_the_outcome_of_every_combination(
-    faulty: bool, detected: bool, released: int, fallbacks: int, inside: bool
+def test_nine_tenths_of_the_product_are_the_product(share: float, has: bool) -> None:
+    assert has_product(made([share] * 100), HEALTHY, ["product"]) is has
+
+
+def test_where_there_is_no_product_none_is_missing() -> None:
+    assert has_product(made([0.0] * 100), made([0.0] * 100), ["product"])
+
+
+@pytest.mark.parametrize(
+    ("loss", "other", "no_more"),
+    [
+        (0.1, 0.1, True), (0.105, 0.1, True), (0.1051, 0.1, False), (0.0, 0.5, True), (0.5, 0.0, False),
+        (math.nan, 0.0, True), (0.0, math.nan, True),
+    ],
+)  # fmt: skip
+def test_losses_within_half_a_percent_are_the_same(loss: float, other: float, no_more: bool) -> None:
+    assert SAME_LOSS == 0.005 and loses_no_more(loss, other) is no_more
+
+
+def test_seconds_outside_are_those_of_hard_limits_after_a_time() -> None:
+    run = temperatures((320.0, 5), (310.0, 5), (320.0, 3), (290.0, 2))
+    found = outside_after(run, LIMITS, 0.0, 7.0)
+    assert {name: times.tolist() for name, times in found.items()} == {"LIM-HOT": [11.0, 12.0, 13.0]}
+    assert outside_after(run, LIMITS, 0.0, 0.0)["LIM-HOT"].tolist() == [1, 2, 3, 4, 5, 11, 12, 13]
+    assert outside_after(run, LIMITS, 11.0, 0.0)["LIM-HOT"].tolist() == [12.0, 13.0]
+    assert outside_after(run, LIMITS, math.inf, 0.0) == {}
+    assert outside_after(temperatures((313.0, 9)), LIMITS, 0.0, 0.0) == {}, "at the limit is inside"
+
+
+IN, OUT = 310.0, 320.0
+DETECTED_S = 100.0
+"""Detection in the runs below."""
+
+
+@pytest.mark.parametrize(
+    ("after", "kept", "until"),
+    [
+        (((IN, 900),), True, None),
+        (((IN, 1), (OUT, 1), (IN, 898)), False, None),
+        (((OUT, 20), (IN, 880)), True, 121.0 + RETURN_S),
+        (((OUT, 20), (IN, 5), (OUT, 5), (IN, 870)), True, 121.0 + RETURN_S),
+        (((OUT, 20), (IN, 60), (OUT, 1), (IN, 819)), True, 121.0 + RETURN_S),
+        (((OUT, 20), (IN, 61), (OUT, 1), (IN, 818)), False, None),
+        (((OUT, 900),), False, None),
+        (((OUT, 899), (IN, 1)), True, 1000.0 + RETURN_S),
+    ],
+)
+def test_what_is_outside_at_detection_has_to_come_back_and_stay(
+    after: tuple[tuple[float, int], ...], kept: bool, until: float | None
 ) -> None:
-    kind = outcome(faulty, detected, released, fallbacks, inside)
-    if fallbacks:
-        assert kind is OutcomeKind.HANDED_OVER, "handing over is never success"
-    elif faulty and not detected:
-        assert kind is OutcomeKind.NOT_DETECTED
-    elif not inside:
-        assert kind is OutcomeKind.HANDED_OVER
-    else:
-        assert kind is (OutcomeKind.RECOVERED if released else OutcomeKind.NO_ACTION)
+    run = temperatures((IN, 100), *after)
+    found = kept_until(outside_after(run, LIMITS, 0.0, DETECTED_S), run, DETECTED_S)
+    assert found == (({"LIM-HOT": until} if until else {}) if kept else None)
+
+
+@pytest.mark.parametrize(
+    ("ours", "alternative", "is_worse"),
+    [
+        (((IN, 900),), ((IN, 900),), False),
+        (((IN, 50), (OUT, 1), (IN, 849)), ((IN, 900),), True),
+        (((OUT, 81), (IN, 819)), ((OUT, 20), (IN, 880)), False),
+        (((OUT, 82), (IN, 818)), ((OUT, 20), (IN, 880)), True),
+        (((OUT, 20), (IN, 500), (OUT, 1), (IN, 379)), ((OUT, 20), (IN, 880)), True),
+    ],
+)
+def test_a_run_is_worse_than_what_keeps_the_limits(
+    ours: tuple[tuple[float, int], ...], alternative: tuple[tuple[float, int], ...], is_worse: bool
+) -> None:
+    one, other = temperatures((IN, 100), *ours), temperatures((IN, 100), *alternative)
+    until = kept_until(outside_after(other, LIMITS, 0.0, DETECTED_S), other, DETECTED_S)
+    assert until is not None
+    assert worse(outside_after(one, LIMITS, 0.0, DETECTED_S), until) is is_worse

@@ -17,9 +17,9 @@ from homeostat.trace.manifest import read_manifest
 from tests.cli.command import Done, homeostat
 
 KEYS = (
-    "case", "fault", "seed", "outcome", "actor", "onset_s", "detected_s", "released_s", "attempts", "hypotheses",
-    "actions", "min_margin", "limit_exposure_s", "production_loss", "state", "complete_s", "nominal_s", "totals",
-    "steps", "thinking_s", "wall_s", "trace",
+    "schema", "case", "fault", "seed", "outcome", "actor", "onset_s", "detected_s", "released_s", "attempts",
+    "hypotheses", "actions", "min_margin", "limit_exposure_s", "production_loss", "state", "complete_s", "nominal_s",
+    "totals", "steps", "thinking_s", "wall_s", "trace",
 )  # fmt: skip
 
 
@@ -80,20 +80,20 @@ def test_beliefs_and_actions_as_json(recovered_json: Done) -> None:
     assert all(e == {"from_detection": 0.0, "total": 0.0} for e in result["limit_exposure_s"].values())
 
 
-def test_a_handed_over_run_as_json(handed_over: Done) -> None:
+def test_a_run_in_which_the_fallback_acted_as_json(handed_over: Done) -> None:
     result = strict(handed_over.out)
     assert (handed_over.status, handed_over.err) == (3, "")
-    assert (result["outcome"], result["actor"], result["released_s"]) == ("handed_over", "fallback", None)
+    assert (result["outcome"], result["actor"], result["released_s"]) == ("fallback", "fallback", None)
     assert result["min_margin"] is None and is_number(result["detected_s"]) and result["actions"]
     assert result["trace"] == "runs/cstr-leak-2"
     assert verify(handed_over.cwd / "runs" / "cstr-leak-2").complete
 
 
-def test_a_fault_that_is_not_noticed(tmp_path: Path) -> None:
+def test_a_fault_that_violates_nothing_and_is_not_noticed(tmp_path: Path) -> None:
     arguments = ("run", "cstr", "--fault", "leak", "--onset", "699.9", "--end", "700", "--json", "--out", "a/b")
     done = homeostat(*arguments, cwd=tmp_path)
     result = strict(done.out)
-    assert (done.status, result["outcome"], result["actor"]) == (3, "not_detected", "none")
+    assert (done.status, result["outcome"], result["actor"]) == (0, "no_action", "none")
     assert result["detected_s"] is None and result["hypotheses"] == [] and result["actions"] == []
     assert result["production_loss"] is None  # nothing would have been made in a tenth of a second
     assert all(e == {"from_detection": None, "total": 0.0} for e in result["limit_exposure_s"].values())
@@ -102,7 +102,7 @@ def test_a_fault_that_is_not_noticed(tmp_path: Path) -> None:
 
 def test_runs_without_fault_get_directories_of_their_own(tmp_path: Path) -> None:
     plain = homeostat("run", "cstr", "--end", "700", cwd=tmp_path)
-    assert plain.status == 0 and "Left alone" in plain.out and plain.err == ""
+    assert plain.status == 0 and "No action" in plain.out and plain.err == ""
     again = homeostat("run", "cstr", "--end", "700", "--json", cwd=tmp_path)
     result = strict(again.out)
     assert again.status == 0 and result["trace"] == "runs/cstr-none-1-2"

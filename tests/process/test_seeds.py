@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import homeostat
-from homeostat.cases.case import case_names, load_case
+from homeostat.cases.case import load_case
+from homeostat.cases.folder import case_names
 from homeostat.process.seeds import Stream, child, generator, noise_seed
 from homeostat.twin.twin import Purpose
 

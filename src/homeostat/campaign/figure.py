@@ -11,8 +11,8 @@ from homeostat.campaign.figure_panel import draw_lines
 from homeostat.campaign.figure_states import draw_states, rows
 from homeostat.campaign.figure_strips import draw_strips
 from homeostat.campaign.milestones import Milestones
+from homeostat.campaign.outcome import OutcomeKind
 from homeostat.campaign.runner import RunResult
-from homeostat.campaign.scoring import OutcomeKind
 from homeostat.cases.case import Case
 from homeostat.cases.panel import LinePanel, StripPanel
 from homeostat.domain.tag import Role
@@ -35,10 +35,13 @@ _BETWEEN: Final = 0.15
 _LINES: Final = 1.4
 _ROW: Final = 0.19
 _ENDINGS: Final = {
+    OutcomeKind.LIMIT_VIOLATED: "Limit violated",
+    OutcomeKind.FALLBACK: "Fallback activated",
+    OutcomeKind.NOT_DETECTED: "The fault was not detected",
+    OutcomeKind.NEEDLESS_ACTION: "Needless action",
     OutcomeKind.RECOVERED: "Recovered",
-    OutcomeKind.HANDED_OVER: "Handed over to the operator",
-    OutcomeKind.NO_ACTION: "Left alone",
-    OutcomeKind.NOT_DETECTED: "The fault was not noticed",
+    OutcomeKind.NO_ACTION: "No action",
+    OutcomeKind.HELD: "Held",
 }
 
 

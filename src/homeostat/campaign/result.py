@@ -1,4 +1,4 @@
-"""What a run came to, as ``result.json`` and ``homeostat run --json`` have it; docs: one key per field below."""
+"""What a run came to, as ``result.json`` and ``homeostat run --json`` have it: ``schema`` and one key per field."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from homeostat.campaign.belief import Belief, merge
+from homeostat.campaign.outcome import OutcomeKind, outcome_kind
 from homeostat.campaign.runner import RunResult
-from homeostat.campaign.scoring import Exposure, OutcomeKind
+from homeostat.campaign.scoring import Exposure
 from homeostat.campaign.step_scores import StepScores
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.recovery import Command
@@ -18,6 +19,8 @@ from homeostat.trace.encode import Json
 
 RESULT = "result.json"
 """Name of the file in a run directory."""
+SCHEMA = 2
+"""Number of what the keys mean; one that is not there is 1, which knew other outcomes."""
 
 
 class ResultError(ValueError):
@@ -76,12 +79,13 @@ class Result:
     @property
     def good(self) -> bool:
         """Recovered, or rightly left alone."""
-        return self.outcome in (OutcomeKind.RECOVERED, OutcomeKind.NO_ACTION)
+        return self.outcome.good
 
     def to_json(self) -> str:
         """One strictly valid JSON object, without a newline at the end."""
         return json.dumps(
             {
+                "schema": SCHEMA,
                 "case": self.case,
                 "fault": self.fault,
                 "seed": self.seed,
@@ -157,11 +161,13 @@ def read_result(run_dir: Path) -> Result | None:
         return None
     try:
         content: dict[str, Any] = json.loads(text)
+        if (schema := content.pop("schema", 1)) not in (1, SCHEMA):
+            raise ValueError(f"schema {schema!r} is not 1 or {SCHEMA}")
         exposure: dict[str, Any] = content.pop("limit_exposure_s")
         return Result(
             **{
                 **content,
-                "outcome": OutcomeKind(content["outcome"]),
+                "outcome": outcome_kind(content["outcome"], content["actor"] == "fallback"),
                 "steps": None if content["steps"] is None else StepScores(**content["steps"]),
                 "hypotheses": tuple(_belief(item) for item in content["hypotheses"]),
                 "actions": tuple(Command(**item) for item in content["actions"]),

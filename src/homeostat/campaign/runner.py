@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from homeostat.agents.bounds import Budget
 from homeostat.agents.crew import AskingProtocol, Monitoring, Proposer
-from homeostat.agents.planning import EVENT
 from homeostat.campaign.conditions import Conditions
+from homeostat.campaign.facts import completion_s, facts_of
 from homeostat.campaign.label_given import LabelGiven
 from homeostat.campaign.listening import ListeningModel, Said
 from homeostat.campaign.most_probable import MostProbable, without_ensemble
+from homeostat.campaign.outcome import OutcomeKind, outcome
 from homeostat.campaign.scenario import Scenario
-from homeostat.campaign.scoring import Exposure, OutcomeKind, exposures, inside_at_end, outcome, production_loss
+from homeostat.campaign.scoring import Exposure, exposures, production_loss
 from homeostat.campaign.shown import Shown, Watcher
 from homeostat.campaign.unattended import Steered, fault_free, open_process, watch
 from homeostat.cases.case import Case
@@ -100,7 +101,7 @@ class RunResult:
     @property
     def good(self) -> bool:
         """Recovered, or rightly left alone."""
-        return self.outcome in (OutcomeKind.RECOVERED, OutcomeKind.NO_ACTION)
+        return self.outcome.good
 
 
 class Recorder:
@@ -111,7 +112,7 @@ class Recorder:
 
         Then what is released before anything was diagnosed is the batch as usual, and counts for nothing.
         """
-        self._clock, self._stepwise = clock, stepwise
+        self._clock, self.stepwise = clock, stepwise
         self.started_s: float | None = None
         self.states: list[tuple[str, float]] = []
         self.diagnosed: list[tuple[float, Diagnosed]] = []
@@ -134,7 +135,7 @@ class Recorder:
                 self.diagnosed.append((at_s, event))
             case Attempted():
                 self.attempts.append(event)
-            case ReleasedActions() if self.diagnosed or not self._stepwise:
+            case ReleasedActions() if self.diagnosed or not self.stepwise:
                 self.released.append((at_s, event))
                 self._acted()
             case FellBack():
@@ -236,41 +237,31 @@ def _once(propose: Propose, conditions: Conditions) -> Propose:
     return once
 
 
-def _completion_s(case: Case, states: Sequence[tuple[str, float]]) -> float | None:
-    """When the first state was entered that is an end by itself [s]; None where there was none."""
-    machine = case.description.machine
-    ends = {s.name for s in machine.states if s.recovery_target and machine.is_end(s.name, EVENT)}
-    return next((at_s for state, at_s in states if state in ends), None)
-
-
 def _score(
     case: Case, scenario: Scenario, seen: Recorder, process: TrueProcess, thinking_s: float, wall_s: float
 ) -> RunResult:
-    limits, truth, readings = case.description.limits, process.truth(), process.measured()
+    truth, readings = process.truth(), process.measured()
     healthy = fault_free(case, scenario.seed, scenario.end_s)
     # A report before the onset is a false alarm, not a detection.
     onset = scenario.onset_s
     reports = [t for t, _ in seen.diagnosed if onset is None or t >= onset]
     detected = reports[0] if reports else None
-    kind = outcome(
-        bool(scenario.faults), detected is not None, len(seen.released), len(seen.fallbacks),
-        inside_at_end(truth, limits, math.inf if seen.started_s is None else seen.started_s),
-    )  # fmt: skip
     first = seen.released[0] if seen.released else None
     believed = [e for t, e in seen.diagnosed if first is None or t <= first[0]]
     actor = "fallback" if seen.fallbacks else (seen.released[-1][1].proposer if seen.released else "none")
     commands = seen.fallbacks[-1][1].commands if seen.fallbacks else (seen.released[-1][1].commands if first else ())
     started = seen.started_s if seen.started_s is not None else truth.start_s
     return RunResult(
-        scenario=scenario, outcome=kind, actor=actor, detected_s=detected,
+        scenario=scenario, outcome=outcome(facts_of(case, scenario, seen, truth, healthy, detected)),
+        actor=actor, detected_s=detected,
         false_alarm=bool(seen.diagnosed) if onset is None else len(reports) < len(seen.diagnosed),
         released_s=first[0] if first else None,
         attempts=len(seen.attempts), hypotheses=believed[-1].hypotheses if believed else (), actions=commands,
         min_margin=first[1].min_margin if first else None,
-        exposures=exposures(truth, limits, started, detected),
+        exposures=exposures(truth, case.description.limits, started, detected),
         production_loss=production_loss(truth, healthy.truth, case.delivered, onset if onset is not None else started),
         state=seen.states[-1][0] if seen.states else case.description.machine.initial.name,
-        complete_s=_completion_s(case, seen.states), nominal_s=_completion_s(case, healthy.states),
+        complete_s=completion_s(case, seen.states), nominal_s=completion_s(case, healthy.states),
         totals={name: float(truth.signals[v][0, -1]) for name, v in case.totals.items()},
         thinking_s=thinking_s if seen.thinking_s is None else seen.thinking_s,
         started_s=started, thought_s=thinking_s, wall_s=wall_s, truth=truth, measured=readings,

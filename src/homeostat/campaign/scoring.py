@@ -1,32 +1,32 @@
-"""Scoring: what the plant truly did; the only place that may say 'recovered'."""
+"""Scoring: what the plant truly did, as numbers; what they come to is in :mod:`homeostat.campaign.outcome`."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 
 from homeostat.domain.limits import LimitKind, Limits
+from homeostat.domain.production import Production
 from homeostat.domain.snapshot import Trajectory
+from homeostat.process.types import Row
 
 CALM_S = 300.0
-"""A recovered plant keeps its hard limits over the last this many seconds [s]."""
-
-
-class OutcomeKind(StrEnum):
-    """How a run ended."""
-
-    RECOVERED = "recovered"
-    """Actions were released, no fallback acted, and the plant ended inside its hard limits."""
-    HANDED_OVER = "handed_over"
-    """The fallback acted, or the plant ended outside its hard limits."""
-    NO_ACTION = "no_action"
-    """Nothing was released, and the plant ended inside its hard limits."""
-    NOT_DETECTED = "not_detected"
-    """A fault was injected and never reported."""
+"""A plant that ends inside its hard limits keeps them over the last this many seconds [s]."""
+RETURN_S = 60.0
+"""What is outside a limit at detection may swing about it this much longer than until it first comes back [s]."""
+FED_S = 60.0
+"""What a plant is fed at the end is the mean over the last this many seconds [s]."""
+LEAST_FED = 0.1
+"""A plant that produces is fed at least this share of its design rate at the end [1]."""
+LEAST_PRODUCT = 0.9
+"""A batch that is complete has at least this share of the fault-free product [1]."""
+SAME_LOSS = 0.005
+"""Losses of production that differ by no more than this are the same: disturbances alone make as much [1]."""
+_EQUAL = 1e-9
+"""What rounding may make of a share [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,12 +82,54 @@ def production_loss(
     return 1.0 - made(truth) / possible if possible else math.nan
 
 
-def outcome(faulty: bool, detected: bool, released: int, fallbacks: int, inside: bool) -> OutcomeKind:
-    """The outcome of a run from what happened in it."""
-    if fallbacks:
-        return OutcomeKind.HANDED_OVER
-    if faulty and not detected:
-        return OutcomeKind.NOT_DETECTED
-    if not inside:
-        return OutcomeKind.HANDED_OVER
-    return OutcomeKind.RECOVERED if released else OutcomeKind.NO_ACTION
+def fed_at_end(truth: Trajectory, production: Production) -> bool:
+    """Whether the plant is fed at the end: over :data:`FED_S`, at least :data:`LEAST_FED` of its design rate."""
+    last = truth.times_s > truth.times_s[-1] - FED_S
+    fed = float(truth.signals[production.throughput][0, last].mean())
+    return fed >= (LEAST_FED - _EQUAL) * production.design_rate
+
+
+def has_product(truth: Trajectory, healthy: Trajectory, delivered: Sequence[str]) -> bool:
+    """Whether a run has its product: at least :data:`LEAST_PRODUCT` of what the fault-free run delivers."""
+    lost = production_loss(truth, healthy, delivered, truth.start_s)
+    return math.isnan(lost) or lost <= 1.0 - LEAST_PRODUCT + _EQUAL
+
+
+def loses_no_more(loss: float, other: float) -> bool:
+    """Whether ``loss`` is no more than ``other``, both as :func:`production_loss` gives them, within SAME_LOSS."""
+    return math.isnan(loss) or math.isnan(other) or loss <= other + SAME_LOSS + _EQUAL
+
+
+def outside_after(truth: Trajectory, limits: Limits, started_s: float, from_s: float) -> dict[str, Row]:
+    """Hard limit -> times after ``from_s`` at which its true value is outside [s], start-up and empty ones left out."""
+    judged = truth.times_s > max(started_s, from_s)
+    found: dict[str, Row] = {}
+    for limit in limits.hard:
+        margins = np.broadcast_to(limit.formula.margins(truth.signals, truth.dt_s), (1, judged.size))
+        times = truth.times_s[judged & ~(margins[0] >= 0.0)]
+        if times.size:
+            found[limit.name] = times
+    return found
+
+
+def kept_until(outside: Mapping[str, Row], truth: Trajectory, from_s: float) -> dict[str, float] | None:
+    """Hard limit that is outside at ``from_s`` already -> until when it may be [s]; None where a limit is not kept.
+
+    ``outside`` is what :func:`outside_after` found in ``truth``. What is outside at once is kept if it comes back, and
+    is outside no more from :data:`RETURN_S` after that.
+    """
+    found: dict[str, float] = {}
+    for name, times in outside.items():
+        if times[0] > from_s + truth.dt_s:
+            return None
+        gaps = np.flatnonzero(np.diff(times) > 1.5 * truth.dt_s)
+        back_s = float(times[gaps[0]] if gaps.size else times[-1]) + truth.dt_s
+        if back_s > truth.times_s[-1] or times[-1] > back_s + RETURN_S:
+            return None
+        found[name] = back_s + RETURN_S
+    return found
+
+
+def worse(outside: Mapping[str, Row], until: Mapping[str, float]) -> bool:
+    """Whether a run with these times ``outside`` violates what another kept ``until``."""
+    return any(times[-1] > until.get(name, -math.inf) for name, times in outside.items())

@@ -10,7 +10,7 @@ from typing import Protocol
 from homeostat.campaign.scenario import Scenario
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import new_sequencer
-from homeostat.domain.recovery import Command
+from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.guard.sequencer import Sequencer
 from homeostat.links.simulated import SimulatedLink
@@ -54,6 +54,25 @@ class Steered:
             return own
         given, self._left = self._left, ()
         return (*own, *given)
+
+
+class Diverted:
+    """Implements :class:`BasicControl` over a sequencer whose steps something else takes the place of at some time."""
+
+    def __init__(self, sequencer: Sequencer, at_s: float, actions: ActionSet, aborting: bool) -> None:
+        """``actions`` take over after the first snapshot at ``at_s`` [s] or later; ``aborting``: as a fallback does."""
+        self._sequencer, self._at_s, self._aborting = sequencer, at_s, aborting
+        self._actions: ActionSet | None = actions
+
+    def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:
+        """The sequencer's commands, and once those that take over."""
+        own = self._sequencer.sample(snapshot)
+        if self._actions is None or snapshot.at_s < self._at_s:
+            return own
+        actions, self._actions = self._actions, None
+        self._sequencer.stop()
+        self._sequencer.load(actions, snapshot.at_s, aborting=self._aborting)
+        return (*own, *actions.commands)
 
 
 def open_process(case: Case, scenario: Scenario) -> TrueProcess:

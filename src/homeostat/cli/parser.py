@@ -21,9 +21,11 @@ ENDING = """\
 exit status:
   0  done; a run: the plant recovered, or was rightly left alone
   1  a problem was found (graph check, plant verify, trace verify, replay), there was nothing to show (prompt), or
-     runs of a campaign could not be carried out
+     runs of a campaign could not be carried out; or an error of the program itself
   2  the command cannot be carried out as given; one line on standard error says why
-  3  a run: handed over to the operator, or the fault was not noticed
+  3  a run: the plant is held, or the fallback acted
+  4  a run: something was done without need, or a fault that violates a limit was not detected
+  5  a run: a hard limit was violated that could have been kept, or is violated at the end
   130  interrupted with Ctrl-C; the trace of the run is closed
 """
 

@@ -22,8 +22,11 @@ if TYPE_CHECKING:
 
 RUNS = Path("runs")
 """Where runs are kept unless told otherwise."""
-HANDED_OVER = 3
-"""Exit status of a run that did not end well."""
+STATUS = {
+    "recovered": 0, "no_action": 0, "held": 3, "fallback": 3, "needless_action": 4, "not_detected": 4,
+    "limit_violated": 5,
+}  # fmt: skip
+"""Outcome -> exit status."""
 
 
 def configure(commands: Commands) -> None:
@@ -67,7 +70,7 @@ def configure(commands: Commands) -> None:
 
 
 def carry_out(options: argparse.Namespace) -> int:
-    """Check everything, run, show, keep; 0 where the run ended well, 3 where it did not."""
+    """Check everything, run, show, keep; the exit status says what happened (:data:`STATUS`)."""
     speaker = language.speaker(options)
 
     from homeostat.agents.crew import AskingProtocol
@@ -128,7 +131,7 @@ def _run(
         print(result.to_json())
     else:
         print("", *summary(result, story, case.description, directory.path), sep="\n")
-    return 0 if result.good else HANDED_OVER
+    return STATUS[result.outcome]
 
 
 def _view(case: Case, chosen: Scenario, as_json: bool) -> View:

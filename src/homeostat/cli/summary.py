@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
+from homeostat.campaign.outcome import OutcomeKind
 from homeostat.campaign.recording import FIGURE
 from homeostat.campaign.result import Result
-from homeostat.campaign.scoring import OutcomeKind
 from homeostat.campaign.step_scores import StepScores
 from homeostat.cli.story import Onset, Story
 from homeostat.cli.wording import beliefs, commands, quantity
@@ -16,10 +16,13 @@ from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.quotation import printable
 
 HEADLINES: Final = {
-    OutcomeKind.RECOVERED: "Recovered: the plant runs on inside its limits.",
-    OutcomeKind.HANDED_OVER: "Handed over: the operator must act.",
-    OutcomeKind.NO_ACTION: "Left alone: no action was needed.",
-    OutcomeKind.NOT_DETECTED: "Not noticed: a fault was there and nothing was reported.",
+    OutcomeKind.LIMIT_VIOLATED: "Limit violated: a hard limit was not kept that could have been, or is not at the end.",
+    OutcomeKind.FALLBACK: "Fallback: the plant is in its safe state, and the operator must act.",
+    OutcomeKind.NOT_DETECTED: "Not detected: a fault violated a limit and nothing was reported.",
+    OutcomeKind.NEEDLESS_ACTION: "Needless action: left alone, the plant keeps its limits and loses no more.",
+    OutcomeKind.RECOVERED: "Recovered: the plant produces inside its limits.",
+    OutcomeKind.NO_ACTION: "No action: nothing was released.",
+    OutcomeKind.HELD: "Held: the plant is safe but does not produce.",
 }
 
 

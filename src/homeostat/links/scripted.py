@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -12,6 +11,7 @@ import numpy as np
 from homeostat.domain.recovery import Command
 from homeostat.links.timetable import Timetable
 from homeostat.process.schedule import InputRamp
+from homeostat.process.seeds import Stream, generator
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,7 @@ class ScriptedPlant:
         self._pushes = Timetable(script.pushes)
         self._true = {t.tag: t.start for t in script.tags}
         self._gain = {t.tag: 1.0 - math.exp(-1.0 / t.lag_s) for t in script.tags}
-        self._noise = random.Random(script.seed)
+        self._noise = generator(script.seed, Stream.LINK_NOISE)
         self._accepted = self._targets()
         self.now_s = 0.0
         """Process time [s]."""
@@ -130,7 +130,7 @@ class ScriptedPlant:
             goal = t.start + sum(gain * moved[name] for name, gain in t.gains.items())
             goal += sum(p.by for p in self._pushes.active if p.tag == t.tag)
             self._true[t.tag] += (goal - self._true[t.tag]) * self._gain[t.tag]
-            values[t.tag] = self._true[t.tag] + t.noise * self._noise.gauss(0.0, 1.0)
+            values[t.tag] = self._true[t.tag] + t.noise * float(self._noise.standard_normal())
         return values
 
     def _targets(self) -> Mapping[str, float | None]:

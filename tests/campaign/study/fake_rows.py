@@ -82,7 +82,7 @@ def _ended(row: Row, success: bool, draw: random.Random) -> Row:
         actor = "language"
     return replace(
         row, success=success, fallbacks=int(fallback), acted=acted, actor=actor,
-        outcome="handed_over" if fallback else "recovered" if acted else "no_action",
+        outcome="fallback" if fallback else "recovered" if acted else "no_action",
         state="Pumping_out" if fallback else "Degraded" if success else "Tripped",
         reason="nothing passed in time" if fallback else "",
         exposure_s=exposure, exposure_detected_s=exposure * 0.5,

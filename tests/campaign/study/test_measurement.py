@@ -112,7 +112,7 @@ def test_who_does_nothing_writes_nothing(root: Path) -> None:
     for which in ("pump", "cooling", "batch"):
         row = ran(root, "do-nothing", which)[1]
         kinds = {e.kind for e in read_events(root / row.trace)}
-        assert kinds <= {"run-started", "state-entered", "run-finished"}
+        assert kinds <= {"run-started", "state-entered", "run-finished", "signed"}
         assert (row.actor, row.acted, row.releases, row.fallbacks, row.attempts, row.decisions) == (
             "none",
             False,
@@ -128,7 +128,7 @@ def test_only_the_fallback_acts_where_nobody_proposes(root: Path) -> None:
     for which in ("pump", "cooling"):
         row = ran(root, "fallback-only", which)[1]
         assert (row.actor, row.attempts, row.releases, row.success) == ("fallback", 0, 0, False)
-        assert row.fallbacks == 1 and row.outcome == "handed_over" and row.reason
+        assert row.fallbacks == 1 and row.outcome == "fallback" and row.reason
 
 
 def test_a_constant_answer_is_constant(root: Path) -> None:

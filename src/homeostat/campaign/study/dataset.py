@@ -13,7 +13,7 @@ import pyarrow as pa
 from pyarrow import parquet
 
 from homeostat.campaign.study.error import CampaignError
-from homeostat.campaign.study.row import Row
+from homeostat.campaign.study.row import Row, row_from
 
 DATASET = "results.parquet"
 """Name of the file in the campaign's folder."""
@@ -50,7 +50,4 @@ def read_dataset(path: Path) -> list[Row]:
             raise CampaignError(f"{str(path)!r} is no dataset of a campaign: {' '.join(str(error).split())}") from None
     if (table.schema.names, table.schema.types) != (schema().names, schema().types):
         raise CampaignError(f"{str(path)!r} has other columns than this version writes; run the campaign again")
-    return [
-        Row(**{**kept, "severity": tuple(kept["severity"]), "onset_s": tuple(kept["onset_s"])})
-        for kept in table.to_pylist()
-    ]
+    return [row_from(kept) for kept in table.to_pylist()]

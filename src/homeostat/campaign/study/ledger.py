@@ -13,11 +13,10 @@ from types import TracebackType
 from typing import Any, Self, final
 
 from homeostat.campaign.study.error import CampaignError
-from homeostat.campaign.study.row import Row
+from homeostat.campaign.study.row import Row, row_from
 
 LEDGER = "rows.jsonl"
 """Name of the file in the campaign's folder."""
-_SEQUENCES = ("severity", "onset_s")
 _COLUMNS = {f.name for f in fields(Row)}
 
 
@@ -78,7 +77,7 @@ class Ledger:
                 kept: dict[str, Any] = json.loads(line)
                 fingerprint = str(kept.pop("fingerprint"))
                 if kept.keys() == _COLUMNS:
-                    self._rows[fingerprint] = Row(**{**kept, **{name: tuple(kept[name]) for name in _SEQUENCES}})
+                    self._rows[fingerprint] = row_from(kept)
 
 
 def _locked(path: Path) -> int:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
+
+from homeostat.campaign.outcome import FORMER, outcome_kind
 
 HINDSIGHT = "hindsight"
 """Proposer of the rows that say what was possible: an exhaustive search on the true plant."""
@@ -48,7 +52,7 @@ class Row:
     """Whether the plant makes batches: its scores are completion and delay instead of production alone."""
 
     outcome: str
-    """``recovered``, ``no_action``, ``handed_over`` or ``not_detected``."""
+    """An :class:`homeostat.campaign.outcome.OutcomeKind`; ``possible`` or ``impossible`` for hindsight."""
     success: bool
     """The plant ended inside its hard limits, a batch complete, and no fallback acted."""
     actor: str
@@ -164,3 +168,15 @@ class Row:
     def delay_s(self) -> float | None:
         """How much later than fault-free the batch was complete [s]; None where it was not, or there is none."""
         return None if self.complete_s is None or self.nominal_s is None else self.complete_s - self.nominal_s
+
+
+def row_from(kept: Mapping[str, Any]) -> Row:
+    """The row that was ``kept``, column by column, also by an older version.
+
+    TypeError, KeyError or ValueError where that is no row.
+    """
+    outcome = kept["outcome"]
+    if outcome == FORMER:
+        outcome = outcome_kind(FORMER, kept["fallbacks"] > 0).value
+    sequences = {name: tuple(kept[name]) for name in ("severity", "onset_s")}
+    return Row(**{**kept, **sequences, "outcome": outcome})
