@@ -118,9 +118,18 @@ def broken(values: dict[str, float]) -> Twin:
     return twin
 
 
-@pytest.mark.parametrize(
-    "values", [{"T1": math.nan}, {"L1": math.nan}, {"T1": math.inf}, {"L1": -math.inf}, {"T2": math.nan}]
-)
+@pytest.mark.parametrize("tag", ["T1", "L1", "T2"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_reading_that_says_nothing_for_a_second_changes_little(tag: str, value: float) -> None:
+    """The last one that was known stands for it."""
+    rollout = broken({tag: value}).roll_out(LESS_FEED, BOTH)
+    held = broken({tag: seen()[-1].values[tag]}).roll_out(LESS_FEED, BOTH)
+    assert rollout.result is RolloutResult.COMPLETED
+    for name, values in rollout.trajectory.signals.items():
+        assert np.allclose(values, held.trajectory.signals[name], equal_nan=True)
+
+
+@pytest.mark.parametrize("values", [{"T1": 1e300}, {"L1": 1e300}])
 def test_a_breakdown_is_a_value_and_approves_nothing(values: dict[str, float]) -> None:
     rollout = broken(values).roll_out(LESS_FEED, BOTH)
     assert rollout.result is RolloutResult.BROKE_DOWN and rollout.note

@@ -93,7 +93,7 @@ class History:
 
     def _lacks(self, tag: str, values: Mapping[str, float]) -> bool:
         """Whether ``values`` says nothing of ``tag``; an input that is not a number is on automatic."""
-        return tag not in values or (math.isnan(values[tag]) and self._variables[tag] not in self._inputs)
+        return tag not in values or (not math.isfinite(values[tag]) and self._variables[tag] not in self._inputs)
 
     @property
     def length(self) -> int:
