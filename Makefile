@@ -7,7 +7,7 @@ INSTALL := $(PIP) install --no-build-isolation --require-hashes
 COMPILE := $(BIN)/uv pip compile --universal --fork-strategy fewest --generate-hashes --no-header --no-annotate --quiet
 SEED := 1
 
-.PHONY: demo test llm campaign graph results lint format lock clean
+.PHONY: demo test llm campaign graph results lint audit format lock clean
 
 ## demo: a stuck cooling valve on the reactor, from the alarm to the released recovery
 demo: $(VENV)/.base
@@ -37,6 +37,10 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+## audit: known vulnerabilities of the locked packages
+audit: $(VENV)/.dev
+	$(BIN)/python tools/audit.py
 
 ## format: apply the style
 format: $(VENV)/.dev
