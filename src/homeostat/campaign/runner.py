@@ -187,7 +187,8 @@ def run(
     ``watcher`` is shown every snapshot; ``archive`` keeps what graph and models were asked and answered;
     ``language`` proposes before the search does, unless ``propose`` makes other proposers; where that is None, nobody
     acts, not even the fallback. ``conditions`` are those of a study; ``known`` is what the agents know of ``case``
-    where that is less; ``operation``: what may be done to the plant, and who orders anything. Raises CaseError where the case cannot be asked for step by step.
+    where that is less; ``operation``: what may be done to the plant, and who orders anything. Raises CaseError where
+    the case cannot be asked for step by step.
     """
     begin = time.monotonic()
     conditions = conditions or Conditions()
@@ -205,7 +206,8 @@ def run(
     else:
         operation = operation or Operation()
         arrangement = Arrangement(
-            mode=operation.mode, guard=GuardSettings(persons=operation.persons), budget=budget or Budget(), archive=archive or NoArchive(),
+            mode=operation.mode, guard=GuardSettings(persons=operation.persons),
+            budget=budget or Budget(), archive=archive or NoArchive(),
             language=replace(language, model=listening) if language and listening else None,
             protocol=conditions.protocol, given=_informed(case, scenario, conditions),
             propose=_once(propose, conditions),

@@ -173,7 +173,7 @@ class Arrangement:
 
     mode: Mode = Mode.CLOSED_LOOP
     """Mode in which the guard begins; in one in which nobody writes, the plant runs its own recipe."""
-    guard: GuardSettings = GuardSettings()
+    guard: GuardSettings = field(default_factory=GuardSettings)
     """How patient the guard is, and how many people must agree to a reset."""
     budget: Budget = field(default_factory=Budget)
     """What one recovery may take."""
@@ -216,9 +216,7 @@ class Assembly:
             self.guard.stop(reason)
 
 
-def guard_rules(
-    case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE, recipe: Side = Side.GUARD
-) -> GuardRules:
+def guard_rules(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE, recipe: Side = Side.GUARD) -> GuardRules:
     """What the guard knows of ``case``: all of it from the tables; ``recipe``: who runs the nominal sequence."""
     d = case.description
     return GuardRules(

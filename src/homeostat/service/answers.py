@@ -11,7 +11,7 @@ from typing import Any, Final, Protocol
 from homeostat.domain.guard_events import PersonHeard, RequestAnswered
 from homeostat.domain.request import RequestStatus
 from homeostat.trace.decisions import Attempted
-from homeostat.trace.files import JOURNAL
+from homeostat.trace.files import JOURNAL, MANIFEST
 from homeostat.trace.replay import parse
 
 _LOOK_S: Final = 0.1
@@ -82,13 +82,17 @@ def length(run_dir: Path) -> int:
 
 
 def wait_for(run_dir: Path, order: str, after: int, within_s: float) -> Heard | None:
-    """What came of ``order``, which was given when the journal had ``after`` bytes; None after ``within_s`` [s]."""
+    """What came of ``order``, which was given when the journal had ``after`` bytes; None after ``within_s`` [s],
+    or where the run has ended without an answer.
+    """
     deadline = time.monotonic() + within_s
     while True:
-        for event, after in _lines(run_dir / JOURNAL, after):
+        over = (run_dir / MANIFEST).exists()  # looked at before the lines: nothing is written after it
+        for event, end in _lines(run_dir / JOURNAL, after):
+            after = end
             if event.kind == PersonHeard.kind and event.fields["command"] == order:
                 return Heard(bool(event.fields["done"]), str(event.fields["reason"]))
-        if time.monotonic() >= deadline:
+        if over or time.monotonic() >= deadline:
             return None
         time.sleep(_LOOK_S)
 
