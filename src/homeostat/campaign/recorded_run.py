@@ -12,6 +12,7 @@ from homeostat.agents.crew import AskingProtocol
 from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.figure import draw
 from homeostat.campaign.milestones import Milestones
+from homeostat.campaign.operation import Operation
 from homeostat.campaign.recording import FIGURE, RunDirectory
 from homeostat.campaign.result import RESULT, Result, result_of
 from homeostat.campaign.runner import RunResult, run
@@ -74,11 +75,12 @@ def record_run(
     propose: Propose | None = in_operation,
     known: Case | None = None,
     kept: Callable[[RunResult], bool] = lambda run: True,
+    operation: Operation | None = None,
 ) -> RecordedRun:
     """Run ``scenario``, keep everything in ``directory`` and close it; ``subscriber`` and ``watcher`` follow the run.
 
-    ``proposer`` is what was asked for; ``language``, ``conditions``, ``propose`` and ``known`` are as in
-    :func:`homeostat.campaign.runner.run`; ``kept`` says whether anybody will look at the run: if not, there is
+    ``proposer`` is what was asked for; ``language``, ``conditions``, ``propose``, ``known`` and ``operation`` are
+    as in :func:`homeostat.campaign.runner.run`; ``kept`` says whether anybody will look at the run: if not, there is
     neither trajectory nor figure.
 
     A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other exception leaves it
@@ -87,12 +89,13 @@ def record_run(
     journal, milestones, seen = directory.journal, Milestones(), _LastTime(watcher)
     journal.subscribe(milestones)
     journal.subscribe(subscriber)
-    conditions = conditions or Conditions()
-    journal.record(_started(case, scenario, thinking, proposer, conditions, language), 0.0)
+    conditions, operation = conditions or Conditions(), operation or Operation()
+    chosen = (*conditions.settings, *operation.settings)
+    journal.record(_started(case, scenario, thinking, proposer, chosen, language), 0.0)
     try:
         done = run(
             case, scenario, journal, thinking.clock(), watcher=seen, archive=directory, language=language,
-            conditions=conditions, propose=propose, known=known,
+            conditions=conditions, propose=propose, known=known, operation=operation,
         )  # fmt: skip
         stepwise = language is not None and conditions.protocol is AskingProtocol.PER_STEP
         steps = score_steps(case, scenario, done.said) if stepwise else None
@@ -122,7 +125,7 @@ class _LastTime:
 
 
 def _started(
-    case: Case, scenario: Scenario, thinking: Thinking, proposer: str, conditions: Conditions,
+    case: Case, scenario: Scenario, thinking: Thinking, proposer: str, chosen: tuple[Setting, ...],
     language: Language | None,
 ) -> RunStarted:  # fmt: skip
     configuration = [Setting("configuration", case.configuration)]
@@ -131,7 +134,7 @@ def _started(
     for fault in scenario.faults:
         configuration.append(Setting(f"onset_s {fault.fault}", fault.onset_s))
         configuration.append(Setting(f"severity {fault.fault}", fault.severity))
-    configuration += [Setting("proposer", proposer), thinking.setting, *conditions.settings]
+    configuration += [Setting("proposer", proposer), thinking.setting, *chosen]
     if language is not None:
         configuration.append(Setting("grounding", language.grounding.value))
     versions = [Setting("python", sys.version.split()[0]), *(Setting(name, version(name)) for name in LIBRARIES)]

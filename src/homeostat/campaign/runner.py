@@ -14,6 +14,7 @@ from homeostat.campaign.facts import completion_s, facts_of
 from homeostat.campaign.label_given import LabelGiven
 from homeostat.campaign.listening import ListeningModel, Said
 from homeostat.campaign.most_probable import MostProbable, without_ensemble
+from homeostat.campaign.operation import Operation
 from homeostat.campaign.outcome import OutcomeKind, outcome
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import Exposure, exposures, production_loss
@@ -22,6 +23,7 @@ from homeostat.campaign.unattended import Steered, fault_free, open_process, wat
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import (
     Arrangement,
+    Assembly,
     Language,
     Propose,
     Workbench,
@@ -32,11 +34,14 @@ from homeostat.cases.wiring import (
 )
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.guard_events import FellBack, StateEntered
+from homeostat.domain.mode import Side
+from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
 from homeostat.guard.sequencer import Sequencer
+from homeostat.guard.settings import GuardSettings
 from homeostat.links.clock import DeclaredClock, ThinkingClock
-from homeostat.links.simulated import SimulatedLink
+from homeostat.links.simulated import LinkConfiguration, SimulatedLink
 from homeostat.links.true_process import TrueProcess
 from homeostat.trace import MemoryTrace, Trace
 from homeostat.trace.archive import Archive, NoArchive
@@ -176,13 +181,15 @@ def run(
     conditions: Conditions | None = None,
     propose: Propose | None = in_operation,
     known: Case | None = None,
+    operation: Operation | None = None,
 ) -> RunResult:
     """Run ``scenario`` to its end and score it; everything that happens goes to ``trace``.
 
     ``watcher`` is shown every snapshot; ``archive`` keeps what graph and models were asked and answered;
     ``language`` proposes before the search does, unless ``propose`` makes other proposers; where that is None, nobody
     acts, not even the fallback. ``conditions`` are those of a study; ``known`` is what the agents know of ``case``
-    where that is less. Raises CaseError where the case cannot be asked for step by step.
+    where that is less; ``operation``: what may be done to the plant, and who orders anything. Raises CaseError where
+    the case cannot be asked for step by step.
     """
     begin = time.monotonic()
     conditions = conditions or Conditions()
@@ -198,17 +205,38 @@ def run(
         watch(process, sequencer, shown.sampled)
         _note_states(sequencer, trace)
     else:
+        operation = operation or Operation()
         arrangement = Arrangement(
+            mode=operation.mode, guard=GuardSettings(persons=operation.persons),
             budget=budget or Budget(), archive=archive or NoArchive(),
             language=replace(language, model=listening) if language and listening else None,
             protocol=conditions.protocol, given=_informed(case, scenario, conditions),
             propose=_once(propose, conditions),
         )  # fmt: skip
-        link = SimulatedLink(process)
-        assembly = wire(_known(known or case, conditions), link, clock, trace, scenario.seed, arrangement)
-        assembly.run(link.source, shown)
+        link = _attach(case, process, operation)
+        lease = link if operation.mode.writes else None
+        assembly = wire(_known(known or case, conditions), lease, clock, trace, scenario.seed, arrangement)
+        assembly.run(link.source, _hook(shown, assembly, operation), operation.pace)
     result = _score(case, scenario, recorder, process, clock.total_s, time.monotonic() - begin)
     return replace(result, said=tuple(listening.said)) if listening else result
+
+
+def _attach(case: Case, process: TrueProcess, operation: Operation) -> SimulatedLink:
+    """The simulated plant; where nobody else writes, it runs its own recipe."""
+    if operation.mode.writes:
+        return SimulatedLink(process)
+    return SimulatedLink(process, LinkConfiguration(recipe_by=Side.PLANT), new_sequencer(case).sample)
+
+
+def _hook(shown: Shown, assembly: Assembly, operation: Operation) -> Callable[[Observation], None]:
+    """Shows every tick, and takes to the guard what people have ordered meanwhile."""
+
+    def hook(seen: Observation) -> None:
+        shown(seen)
+        for order in operation.orders():
+            assembly.guard.mailbox.put(order)
+
+    return hook
 
 
 def _known(case: Case, conditions: Conditions) -> Case:

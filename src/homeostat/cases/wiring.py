@@ -23,7 +23,7 @@ from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.cases.case import Case
 from homeostat.cases.error import CaseError
-from homeostat.domain.mode import Mode
+from homeostat.domain.mode import Mode, Side
 from homeostat.domain.observation import Trouble
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.ports import Clock, Lease, Source
@@ -32,6 +32,7 @@ from homeostat.domain.rules import GuardRules
 from homeostat.guard.guard import Attachment, Guard
 from homeostat.guard.seal import Sealer, new_key
 from homeostat.guard.sequencer import Sequencer, nominal_route, what_follows
+from homeostat.guard.settings import GuardSettings
 from homeostat.llm.address import KEY_VARIABLES
 from homeostat.llm.model import LanguageModel
 from homeostat.llm.recorded import RecordedModel
@@ -170,7 +171,9 @@ class Arrangement:
     """How a run is arranged; by default as a plant is operated."""
 
     mode: Mode = Mode.CLOSED_LOOP
-    """Mode in which the guard begins."""
+    """Mode in which the guard begins; in one in which nobody writes, the plant runs its own recipe."""
+    guard: GuardSettings = field(default_factory=GuardSettings)
+    """How patient the guard is, and how many people must agree to a reset."""
     budget: Budget = field(default_factory=Budget)
     """What one recovery may take."""
     archive: Archive = field(default_factory=NoArchive)
@@ -212,13 +215,13 @@ class Assembly:
             self.guard.stop(reason)
 
 
-def guard_rules(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> GuardRules:
-    """What the guard knows of ``case``: all of it from the tables."""
+def guard_rules(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE, recipe: Side = Side.GUARD) -> GuardRules:
+    """What the guard knows of ``case``: all of it from the tables; ``recipe``: who runs the nominal sequence."""
     d = case.description
     return GuardRules(
         plant=case.name, tags=d.tags_by_name, machine=d.machine, limits=d.limits, trips=d.trips,
         qualities=d.qualities, writables=d.writables, fallbacks=fallbacks(case), nominal=nominal(case, protocol),
-        start_up=d.start_up, configuration=case.configuration,
+        start_up=d.start_up, recipe=recipe, configuration=case.configuration,
     )  # fmt: skip
 
 
@@ -226,15 +229,17 @@ def wire(
     case: Case, lease: Lease | None, clock: Clock, trace: Trace, seed: int, arrangement: Arrangement = Arrangement()
 ) -> Assembly:
     """A guard for the plant behind ``lease``, and recovery beside it; ``seed`` seeds the twin's draws, as the run's."""
-    rules, key = guard_rules(case, arrangement.protocol), new_key()
-    guard = Guard(rules, Attachment(trace, lease, arrangement.mode, {ISSUER: key}))
+    mode, patience, key = arrangement.mode, arrangement.guard, new_key()
+    rules = guard_rules(case, arrangement.protocol, Side.GUARD if mode.writes else Side.PLANT)
+    guard = Guard(rules, Attachment(trace, lease, mode, {ISSUER: key}), patience)
 
     def trouble(cause: str) -> None:
         guard.mailbox.put(Trouble("recovery", cause))
 
     patience_s = BUSY_S if clock.measured else clock.wall_s(0.0)
     exchange = Exchange(clock, guard.mailbox.put, trouble, ExchangeSettings(patience_s=patience_s))
-    supervisor = _supervisor(case, exchange, trace, seed, arrangement, rules, Sealer(ISSUER, key))
+    sealer = Sealer(ISSUER, key, lambda: patience.person_s if guard.mode is Mode.APPROVE else patience.check_age_s)
+    supervisor = _supervisor(case, exchange, trace, seed, arrangement, rules, sealer)
     return Assembly(guard, exchange, Worker(exchange, supervisor.supervise, trouble))
 
 

@@ -69,10 +69,11 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.cases.error import CaseError
     from homeostat.knowledge.graph_error import GraphError
     from homeostat.knowledge.store import StoreError
+    from homeostat.service.order import OrderError
     from homeostat.trace import BrokenChain
     from homeostat.trace.keys import KeyTrouble
 
     return (
-        BrokenChain, CampaignError, CaseError, GraphError, KeyTrouble, RecallError, ResultError, RunDirectoryError,
-        ScenarioError, StoreError,
+        BrokenChain, CampaignError, CaseError, GraphError, KeyTrouble, OrderError, RecallError, ResultError,
+        RunDirectoryError, ScenarioError, StoreError,
     )  # fmt: skip

@@ -9,6 +9,7 @@ from homeostat.cli import (
     graph_check,
     graph_export,
     graph_query,
+    orders,
     plant,
     prompt,
     replay,
@@ -23,7 +24,7 @@ exit status:
   1  a problem was found (graph check, plant verify, trace verify, replay), there was nothing to show (prompt), or
      runs of a campaign could not be carried out; or an error of the program itself
   2  the command cannot be carried out as given; one line on standard error says why
-  3  a run: the plant is held, or the fallback acted
+  3  a run: the plant is held, or the fallback acted; an order to a run: refused by its guard
   4  a run: something was done without need, or a fault that violates a limit was not detected
   5  a run: a hard limit was violated that could have been kept, or is violated at the end
   130  interrupted with Ctrl-C; the trace of the run is closed
@@ -44,6 +45,7 @@ def parser() -> Parser:
     top.add_argument("--version", action="version", version=f"homeostat {__version__}")
     commands = top.add_subparsers(metavar="COMMAND", required=True)
     run.configure(commands)
+    orders.configure(commands)
     campaign.configure(commands)
     replay.configure(commands)
     prompt.configure(commands)

@@ -12,7 +12,8 @@ from homeostat.cli.arguments import UsageError
 if TYPE_CHECKING:
     from homeostat.campaign.result import Result
     from homeostat.cli.arguments import Commands
-    from homeostat.cli.story import Line, Story
+    from homeostat.cli.line import Line
+    from homeostat.cli.story import Story
     from homeostat.domain.plant_description import PlantDescription
     from homeostat.trace import Event, Record
 
@@ -74,7 +75,7 @@ def _tell(run_dir: Path, intact: bool) -> None:
             event = recall(record)
             if isinstance(event, RunStarted):
                 plant = load_case(event.case).description
-                story = Story(plant)
+                story = Story(plant, run_dir)
             if event is not None and story is not None:
                 for line in _lines(story, event, record):
                     print(line)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from homeostat.cli import language
+from homeostat.cli import language, operation
 from homeostat.cli.arguments import number
 
 if TYPE_CHECKING:
     from homeostat.campaign.conditions import Conditions
+    from homeostat.campaign.operation import Operation
     from homeostat.campaign.recorded_run import Thinking
     from homeostat.campaign.recording import RunDirectory
     from homeostat.campaign.scenario import Scenario
@@ -57,6 +59,7 @@ def configure(commands: Commands) -> None:
     )
     command.add_argument("--out", type=Path, metavar="DIR", help="new or empty directory to keep the run in")
     command.add_argument("--json", action="store_true", help="print the result as one JSON object and nothing else")
+    operation.configure(command)
     thinking = command.add_mutually_exclusive_group()
     thinking.add_argument(
         "--thinking-scale", type=number(0.0, 1000.0), default=1.0, metavar="K",
@@ -72,6 +75,7 @@ def configure(commands: Commands) -> None:
 def carry_out(options: argparse.Namespace) -> int:
     """Check everything, run, show, keep; the exit status says what happened (:data:`STATUS`)."""
     speaker = language.speaker(options)
+    operation.check(options)
 
     from homeostat.agents.crew import AskingProtocol
     from homeostat.campaign.conditions import Conditions
@@ -84,7 +88,7 @@ def carry_out(options: argparse.Namespace) -> int:
 
     case = load_case(options.case)
     chosen = scenario(case, options.fault, options.seed, options.onset, options.severity, options.end, options.location)
-    thinking = Thinking(options.thinking_scale, options.thinking_declared)
+    thinking = Thinking(options.thinking_scale if options.pace is None else options.pace, options.thinking_declared)
     conditions = Conditions(AskingProtocol(options.protocol), options.label_given)
     check_protocol(case, conditions.protocol)  # before a directory is made
     if options.out is not None:
@@ -93,13 +97,26 @@ def carry_out(options: argparse.Namespace) -> int:
         directory = RunDirectory.next_free(RUNS, f"{case.name}-{chosen.fault}-{chosen.seed}")
     if directory.unsigned:
         print(f"homeostat: the run is not signed: {printable(directory.unsigned)}", file=sys.stderr)
-    return _run(case, chosen, directory, thinking, options.proposer, speaker, conditions, options.json)
+    operated = operation.chosen(options, directory.path)
+    going = _Going(case, chosen, directory, thinking, options.proposer, speaker, conditions, operated)
+    return _run(going, options.json)
 
 
-def _run(
-    case: Case, chosen: Scenario, directory: RunDirectory, thinking: Thinking, proposer: str,
-    speaker: Language | None, conditions: Conditions, as_json: bool,
-) -> int:  # fmt: skip
+@dataclass(frozen=True, slots=True)
+class _Going:
+    """A run that was checked and may begin."""
+
+    case: Case
+    chosen: Scenario
+    directory: RunDirectory
+    thinking: Thinking
+    proposer: str
+    speaker: Language | None
+    conditions: Conditions
+    operation: Operation
+
+
+def _run(going: _Going, as_json: bool) -> int:
     from homeostat.campaign.recorded_run import record_run
     from homeostat.cli.notices import notices
     from homeostat.cli.story import Story
@@ -108,7 +125,8 @@ def _run(
     from homeostat.domain.snapshot import Snapshot
     from homeostat.trace import Event
 
-    story, view = Story(case.description), _view(case, chosen, as_json)
+    case, chosen, directory = going.case, going.chosen, going.directory
+    story, view = Story(case.description, directory.path), _view(case, chosen, as_json)
 
     def on_event(event: Event, at_s: float) -> None:
         for line in story.tell(event, at_s):
@@ -121,7 +139,10 @@ def _run(
 
     try:
         with directory, notices():
-            done = record_run(case, chosen, directory, thinking, proposer, on_event, on_snapshot, speaker, conditions)
+            done = record_run(
+                case, chosen, directory, going.thinking, going.proposer, on_event, on_snapshot, going.speaker,
+                going.conditions, operation=going.operation,
+            )  # fmt: skip
     finally:
         view.close()
     for trouble in directory.journal.take_troubles():

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import StrEnum
+from pathlib import Path
 
 from homeostat.campaign.belief import merge
+from homeostat.cli.guard_story import GuardStory
+from homeostat.cli.line import Line, Tone
 from homeostat.cli.wording import beliefs, commands, quantity, worst
 from homeostat.domain.guard_events import FellBack, RequestAnswered, StateEntered
 from homeostat.domain.plant_description import PlantDescription
@@ -31,38 +33,6 @@ _MOST_DETAIL = 400
 """Longest reason why a model did not answer [characters]."""
 
 
-class Tone(StrEnum):
-    """What a line is to the operator."""
-
-    PLAIN = "plain"
-    GOOD = "good"
-    WARNING = "warning"
-    BAD = "bad"
-    MUTED = "muted"
-
-
-@dataclass(frozen=True, slots=True)
-class Line:
-    """One line of the story."""
-
-    at_s: float
-    """Process time [s]."""
-    label: str
-    """What kind of line it is, one word."""
-    text: str
-    """What happened."""
-    tone: Tone = Tone.PLAIN
-    """What it is to the operator."""
-
-    def __post_init__(self) -> None:
-        """Whoever wrote a journal that is told again commands no terminal."""
-        object.__setattr__(self, "text", printable(self.text))
-
-    def __str__(self) -> str:
-        """The line without colour."""
-        return f"{self.at_s:7.0f} s  {self.label:<9} {self.text}"
-
-
 @dataclass(frozen=True, slots=True)
 class Onset:
     """When an injected fault begins: ground truth that the story tells and the system does not know."""
@@ -78,9 +48,10 @@ class Onset:
 class Story:
     """Turns events into lines."""
 
-    def __init__(self, plant: PlantDescription) -> None:
-        """``plant`` knows the operator's words and the units."""
+    def __init__(self, plant: PlantDescription, run_dir: Path | str = "RUN") -> None:
+        """``plant`` knows the operator's words and the units; orders to the run name ``run_dir``."""
         self._plant = plant
+        self._guard = GuardStory(plant, str(run_dir))
         self._scales = plant.scales
         self._coming: list[Onset] = []
         self._reports = 0
@@ -111,6 +82,7 @@ class Story:
     def tell(self, event: Event, at_s: float) -> Iterator[Line]:
         """The lines of one event, with what happened in the plant before it."""
         yield from self._pass_time(at_s)
+        yield from self._guard.tell(event, at_s)
         match event:
             case RunStarted():
                 yield self._begin(event)

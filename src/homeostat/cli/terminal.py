@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from homeostat.cli.story import Line, Tone
+from homeostat.cli.line import Line, Tone
 from homeostat.domain.tag import Tag
 
 _STYLES: Final = {

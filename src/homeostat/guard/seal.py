@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import hmac
 import secrets
+from collections.abc import Callable
 from dataclasses import replace
 
 from homeostat.domain.request import Request, Seal
@@ -13,13 +14,13 @@ from homeostat.domain.request import Request, Seal
 class Sealer:
     """Seals requests in the name of one issuer; proposers never get hold of it."""
 
-    def __init__(self, issuer: str, key: bytes, lasts_s: float = 30.0) -> None:
-        """``key`` is shared with the guard and with nobody else; a seal ``lasts_s`` after the check [s]."""
+    def __init__(self, issuer: str, key: bytes, lasts_s: Callable[[], float] = lambda: 30.0) -> None:
+        """``key`` is shared with the guard and with nobody else; ``lasts_s``: how long a seal holds at present [s]."""
         self._issuer, self._key, self._lasts_s = issuer, key, lasts_s
 
     def seal(self, request: Request, checked_s: float) -> Request:
         """``request`` with the seal of a release check that knew the plant up to ``checked_s`` [s]."""
-        blank = Seal(self._issuer, checked_s, checked_s + self._lasts_s, secrets.token_hex(16), "")
+        blank = Seal(self._issuer, checked_s, checked_s + self._lasts_s(), secrets.token_hex(16), "")
         unsealed = replace(request, seal=blank)
         return replace(unsealed, seal=replace(blank, mac=code(unsealed, self._key)))
 

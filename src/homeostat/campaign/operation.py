@@ -1,0 +1,38 @@
+"""Operation: what Homeostat may do to the plant during a run, how fast time passes, and who orders anything."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from homeostat.domain.mode import Mode, PersonCommand
+from homeostat.trace import Setting
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """How a plant is operated; by default by itself, in virtual time."""
+
+    mode: Mode = Mode.CLOSED_LOOP
+    """Mode in which the guard begins; in observe and advise it cannot be given another one, as nobody can write."""
+    pace: float | None = None
+    """Process seconds per wall-clock second; None for virtual time, as fast as it goes."""
+    orders: Callable[[], Iterable[PersonCommand]] = tuple
+    """Asked at every tick for what people have ordered since the last one."""
+    persons: int = 1
+    """People who must agree to a reset."""
+
+    def __post_init__(self) -> None:
+        if self.pace is not None and not (math.isfinite(self.pace) and self.pace > 0.0):
+            raise ValueError(f"pace {self.pace!r} must be finite and > 0 process seconds per second")
+        if self.persons < 1:
+            raise ValueError(f"persons {self.persons!r} must be at least 1")
+
+    @property
+    def settings(self) -> tuple[Setting, ...]:
+        """As the journal has them; none for a run that is operated by itself."""
+        if self.mode is Mode.CLOSED_LOOP and self.pace is None:
+            return ()
+        paced = () if self.pace is None else (Setting("pace", self.pace),)
+        return Setting("mode", self.mode.value), *paced, Setting("persons", self.persons)

@@ -1,0 +1,152 @@
+"""What a person orders of a run that goes on: approve, reject, reset, mode, in-service, acknowledge, and more."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from homeostat.cli.arguments import UsageError
+
+if TYPE_CHECKING:
+    from homeostat.cli.arguments import Commands, Parser
+    from homeostat.service.answers import Waiting
+
+REFUSED: Final = 3
+"""Exit status of an order that the guard refused."""
+PATIENCE_S: Final = 10.0
+"""Longest wait for the run's answer [s]."""
+LEAST_DIGITS: Final = 8
+"""Fewest digits that name a digest."""
+_EPILOG: Final = (
+    "Exit status: 0 done; 3 refused by the guard, which says why; 2 no such run, it is over, or it does not answer. "
+    "Name and role are a claim: the guard checks what the role may order and journals both; simulation trusts them."
+)
+
+
+def configure(commands: Commands) -> None:
+    """Declare the commands."""
+    approve = _order(commands, "approve", "say yes to a request that waits, or list the requests that wait", "operator")
+    approve.add_argument("subject", nargs="?", default="", metavar="REQUEST", help="the request; left out: list them")
+    approve.add_argument("--digest", metavar="D", help=f"digest of what is approved, {LEAST_DIGITS} digits or more")
+    approve.set_defaults(carry_out=_approve)
+    reject = _order(commands, "reject", "say no to a request that waits", "operator", reason="required")
+    reject.add_argument("subject", metavar="REQUEST", help="the request")
+    _order(commands, "reset", "reset the latch after a fallback; the plant stands in observe then", "engineer",
+           reason="required")  # fmt: skip
+    mode = _order(commands, "mode", "change what may be done to the plant", "engineer", reason="possible")
+    mode.add_argument("subject", metavar="MODE", help="observe, advise, approve or closed-loop")
+    service = _order(commands, "in-service", "bring a writable tag back, or take it out", "operator", reason="possible")
+    service.add_argument("subject", metavar="TAG", help="the tag")
+    service.add_argument(
+        "--out", action="store_const", dest="verb", const="out-of-service", help="take it out; with --reason"
+    )
+    seen = _order(commands, "acknowledge", "say that an alarm was seen", "operator")
+    seen.add_argument("subject", metavar="ALARM", help="the alarm, as the run shows it")
+    _order(commands, "fall-back", "have the fallback act now", "engineer", reason="required")
+    start = _order(commands, "start", "take a transition that leads back to a start", "engineer")
+    start.add_argument("subject", metavar="TRANSITION", help="the transition, as the tables name it")
+
+
+def _order(commands: Commands, verb: str, help_: str, role: str, reason: str = "none") -> Parser:
+    """A command with what every order has; ``reason`` is ``none``, ``possible`` or ``required``."""
+    command = commands.add_parser(
+        verb, help=help_, description=f"Order a run that goes on: {help_}.", epilog=_EPILOG, allow_abbrev=False
+    )
+    command.add_argument("run", type=Path, metavar="RUN", help="run directory")
+    if reason != "none":
+        command.add_argument(
+            "--reason", required=reason == "required", default="", metavar="R", help="why, in your words"
+        )
+    command.add_argument("--person", metavar="NAME", help="who orders it (default: the login name)")
+    command.add_argument(
+        "--role", choices=("operator", "engineer"), default=role, help=f"in which role (default: {role})"
+    )
+    command.set_defaults(carry_out=carry_out, verb=verb, subject="", digest="", reason="")
+    return command
+
+
+def carry_out(options: argparse.Namespace) -> int:
+    """Give the order and print what came of it in one line; 3 where the guard refuses it."""
+    import secrets
+
+    from homeostat.cli.trace_verify import run_directory
+    from homeostat.domain.mode import PersonCommand, Role, Verb
+    from homeostat.domain.quotation import printable
+    from homeostat.service.answers import length, wait_for
+    from homeostat.service.inbox import post, take_back
+
+    run_dir = run_directory(options.run)
+    name = f"{options.verb}-{secrets.token_hex(8)}"
+    command = PersonCommand(
+        name, options.person or _login(), Role(options.role), Verb(options.verb), options.subject, options.digest,
+        options.reason,
+    )  # fmt: skip
+    before = length(run_dir)
+    post(run_dir, command)
+    heard = wait_for(run_dir, name, before, PATIENCE_S)
+    if heard is None:
+        left = take_back(run_dir, name)
+        what = "the order was taken back" if left else "but has taken the order; look at what it does"
+        raise UsageError(f"run {str(run_dir)!r} does not answer, {what}; it is over, or does not go on")
+    about = f"{options.verb} {options.subject}".rstrip()
+    text = f"{about}: done" if heard.done else f"{about}: refused, {heard.reason}"
+    print(printable(text))
+    return 0 if heard.done else REFUSED
+
+
+def _approve(options: argparse.Namespace) -> int:
+    """Approve a request, or list those that wait."""
+    from homeostat.cli.trace_verify import run_directory
+    from homeostat.domain.quotation import printable
+    from homeostat.service.answers import waiting
+    from homeostat.trace import read_events
+
+    run_dir = run_directory(options.run)
+    if not options.subject:
+        found = waiting(read_events(run_dir))
+        for line in _listed(found) if found else ["no request waits for a person"]:
+            print(printable(line))
+        return 0
+    if options.digest is None:
+        raise UsageError(f"say what you approve with --digest; 'homeostat approve {options.run}' lists the requests")
+    options.digest = _whole(options.digest, options.subject, waiting(read_events(run_dir)))
+    return carry_out(options)
+
+
+def _whole(digest: str, request: str, found: tuple[Waiting, ...]) -> str:
+    """The whole digest of ``request`` where ``digest`` begins it; else ``digest``, which the guard will refuse."""
+    if len(digest) < LEAST_DIGITS:
+        raise UsageError(f"digest {digest!r} has {len(digest)} digits; give {LEAST_DIGITS} or more")
+    return next((w.digest for w in found if w.request == request and w.digest.startswith(digest)), digest)
+
+
+def _listed(found: tuple[Waiting, ...]) -> Iterator[str]:
+    for request in found:
+        yield f"{request.request}  by {request.proposer}  --digest {request.digest}"
+        orders = ", ".join(map(_command, request.commands))
+        yield f"  commands  {orders or 'not in the journal'}"
+        if request.findings:
+            yield f"  margins   {', '.join(map(_margin, request.findings))}"
+
+
+def _command(command: Mapping[str, Any]) -> str:
+    value, rate = command["value"], command["rate"]
+    text = f"{command['tag']} to {'automatic' if value is None else f'{value:.4g}'}"
+    return text if rate is None else f"{text} at {rate:.4g}/s"
+
+
+def _margin(finding: Mapping[str, Any]) -> str:
+    unit = "" if finding["unit"] in ("", "1") else f" {finding['unit']}"
+    return f"{finding['criterion']} {float(finding['margin']):+.3g}{unit}"
+
+
+def _login() -> str:
+    import getpass
+    import os
+
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):  # an account without a name
+        return f"user {os.getuid()}"

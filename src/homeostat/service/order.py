@@ -1,0 +1,93 @@
+"""An order as it lies in a file: strictly typed, small, and made for one run."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from pathlib import Path
+from typing import Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from homeostat.domain.mode import PersonCommand, Role, Verb
+from homeostat.trace.files import JOURNAL
+
+LARGEST: Final = 10_000
+"""Most bytes of an order."""
+ENDING: Final = ".json"
+"""How the file of an order ends."""
+IDENTIFIER: Final = re.compile(r"[0-9A-Za-z-]{8,64}")
+"""How an order is identified; its file bears the same name."""
+_TEXT: Final = 500
+
+
+class OrderError(ValueError):
+    """An order cannot be taken, or not be given; one line with the reason."""
+
+
+class Order(BaseModel):
+    """What a person orders, and for which run."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    schema_: Literal[1] = Field(alias="schema")
+    run: str = Field(pattern=r"^[0-9a-f]{64}$")
+    id: str = Field(pattern=f"^{IDENTIFIER.pattern}$")
+    person: str = Field(min_length=1, max_length=_TEXT)
+    role: Role = Field(strict=False)
+    verb: Verb = Field(strict=False)
+    subject: str = Field(default="", max_length=_TEXT)
+    digest: str = Field(default="", max_length=_TEXT)
+    reason: str = Field(default="", max_length=_TEXT)
+
+    @property
+    def command(self) -> PersonCommand:
+        """As the guard is told."""
+        return PersonCommand(self.id, self.person, self.role, self.verb, self.subject, self.digest, self.reason)
+
+
+def written(command: PersonCommand, run: str) -> bytes:
+    """The file of an order for ``run``; OrderError where it breaks the schema."""
+    fields = {name: getattr(command, name) for name in PersonCommand.__slots__}
+    try:
+        order = Order.model_validate({"schema": 1, "run": run, **fields})
+    except ValidationError as error:
+        raise OrderError(_first(error)) from None
+    return f"{order.model_dump_json(by_alias=True)}\n".encode()
+
+
+def read(path: Path, run: str) -> PersonCommand:
+    """The order in file ``path``, which was made for ``run``; OrderError where it is none that can be taken."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    with os.fdopen(descriptor, "rb") as file:
+        content = file.read(LARGEST + 1)
+    if len(content) > LARGEST:
+        raise OrderError(f"it has more than {LARGEST} byte")
+    try:
+        order = Order.model_validate_json(content)
+    except ValidationError as error:
+        raise OrderError(_first(error)) from None
+    if order.run != run:
+        raise OrderError("it was made for another run, or before this one began")
+    if f"{order.id}{ENDING}" != path.name:
+        raise OrderError(f"it names itself {order.id!r}")
+    return order.command
+
+
+def run_identity(run_dir: Path) -> str:
+    """SHA-256 of the first line of the run's journal; OrderError where there is none yet."""
+    try:
+        with (run_dir / JOURNAL).open("rb") as file:
+            first = file.readline()
+    except OSError:
+        first = b""
+    if not first.endswith(b"\n"):
+        raise OrderError(f"{str(run_dir)!r} is no run that has begun")
+    return hashlib.sha256(first).hexdigest()
+
+
+def _first(error: ValidationError) -> str:
+    first = error.errors(include_url=False, include_input=False)[0]
+    place = ".".join(map(str, first["loc"]))
+    return f"{place}: {first['msg']}" if place else first["msg"]
