@@ -10,10 +10,9 @@ from homeostat.campaign.belief import merge
 from homeostat.cli.guard_story import GuardStory
 from homeostat.cli.line import Line, Tone
 from homeostat.cli.wording import beliefs, commands, quantity, worst
-from homeostat.domain.guard_events import FellBack, RequestAnswered, StateEntered
+from homeostat.domain.guard_events import FellBack, StateEntered
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.quotation import printable, quoted
-from homeostat.domain.request import RequestStatus
 from homeostat.trace import Event, RunFinished, RunStarted
 from homeostat.trace.calls import ModelCalled
 from homeostat.trace.decisions import (
@@ -111,9 +110,6 @@ class Story:
             case ReleaseRefused():
                 text = f"{event.proposer}: the release check, because {printable(event.reason)}"
                 yield Line(at_s, "refused", text, Tone.WARNING)
-            case RequestAnswered() if event.status in (RequestStatus.REFUSED, RequestStatus.FAILED):
-                who = printable(event.proposer) or "a stranger"
-                yield Line(at_s, event.status, f"{who}: the guard, because {printable(event.reason)}", Tone.WARNING)
             case LeftAsIs():
                 yield Line(at_s, "kept", f"as it is, in {event.state!r}", Tone.MUTED)
             case StateEntered():
