@@ -33,7 +33,7 @@ from homeostat.cases.wiring import (
     wire,
 )
 from homeostat.domain.diagnosis import Hypothesis
-from homeostat.domain.guard_events import FellBack, StateEntered
+from homeostat.domain.guard_events import FellBack, StateEntered, Tripped
 from homeostat.domain.mode import Side
 from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import Command
@@ -60,7 +60,7 @@ class RunResult:
     actor: str
     """Who acted: ``search``, ``language``, ``fallback`` or ``none``."""
     detected_s: float | None
-    """Process time of the first report [s]."""
+    """Process time of the first report, a diagnosis or a trip [s]."""
     false_alarm: bool
     """Whether something was reported before there was a fault."""
     released_s: float | None
@@ -124,6 +124,7 @@ class Recorder:
         self.attempts: list[Attempted] = []
         self.released: list[tuple[float, ReleasedActions]] = []
         self.fallbacks: list[tuple[float, FellBack]] = []
+        self.tripped_s: list[float] = []
         self._before_notice_s = 0.0
         self.thinking_s: float | None = None
         """Thinking from the notice that led to the first action until that action [s]; None while nothing was done."""
@@ -143,6 +144,8 @@ class Recorder:
             case ReleasedActions() if self.diagnosed or not self.stepwise:
                 self.released.append((at_s, event))
                 self._acted()
+            case Tripped():
+                self.tripped_s.append(at_s)
             case FellBack():
                 self.fallbacks.append((at_s, event))
                 self._acted()
@@ -272,8 +275,8 @@ def _score(
     healthy = fault_free(case, scenario.seed, scenario.end_s)
     # A report before the onset is a false alarm, not a detection.
     onset = scenario.onset_s
-    reports = [t for t, _ in seen.diagnosed if onset is None or t >= onset]
-    detected = reports[0] if reports else None
+    reports = [t for t in (*(at_s for at_s, _ in seen.diagnosed), *seen.tripped_s) if onset is None or t >= onset]
+    detected = min(reports, default=None)
     first = seen.released[0] if seen.released else None
     believed = [e for t, e in seen.diagnosed if first is None or t <= first[0]]
     actor = "fallback" if seen.fallbacks else (seen.released[-1][1].proposer if seen.released else "none")

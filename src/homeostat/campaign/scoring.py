@@ -13,7 +13,7 @@ from homeostat.domain.production import Production
 from homeostat.domain.snapshot import Trajectory
 from homeostat.process.types import Row
 
-CALM_S = 300.0
+CALM_S = 60.0
 """A plant that ends inside its hard limits keeps them over the last this many seconds [s]."""
 RETURN_S = 60.0
 """What is outside a limit at detection may swing about it this much longer than until it first comes back [s]."""

@@ -23,6 +23,7 @@ from homeostat.domain.guard_events import (
 )
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.quotation import printable
 from homeostat.domain.request import RequestStatus
 from homeostat.trace import Event
 from homeostat.trace.decisions import Attempted
@@ -72,7 +73,7 @@ class GuardStory:
                 yield Line(at_s, "service", f"{event.tag} is {way} by {event.person}{_because(event.reason)}")
             case Tripped():
                 acts = "the fallback acts" if event.acted else f"in mode {self._mode} nobody writes: a person must act"
-                yield Line(at_s, "trip", f"{event.reason} ({event.limit}); {acts}", Tone.BAD)
+                yield Line(at_s, "trip", f"{event.reason}; {acts}", Tone.BAD)
             case FallbackStands():
                 text = f"the plant holds {event.strategy!r}; latched until a person resets it"
                 yield Line(at_s, "latched", text, Tone.WARNING)
@@ -94,8 +95,9 @@ class GuardStory:
             self._advised = event.digest
             yield Line(at_s, "advice", self._asked(event), Tone.GOOD)
         elif status in _NOT:
-            text = f"{event.request or 'a request'}: {event.reason}{f' ({event.check})' if event.check else ''}"
-            yield Line(at_s, _NOT[status], text, Tone.WARNING)
+            check = f" ({event.check})" if event.check else ""
+            text = f"{event.proposer or 'a stranger'}: the guard, because {event.reason}{check}"
+            yield Line(at_s, _NOT[status], printable(text), Tone.WARNING)
 
     def _asked(self, event: RequestAnswered) -> str:
         attempt = self._attempts.get(event.digest)
