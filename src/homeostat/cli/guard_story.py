@@ -23,7 +23,6 @@ from homeostat.domain.guard_events import (
 )
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.plant_description import PlantDescription
-from homeostat.domain.quotation import printable
 from homeostat.domain.request import RequestStatus
 from homeostat.trace import Event
 from homeostat.trace.decisions import Attempted
@@ -97,7 +96,7 @@ class GuardStory:
         elif status in _NOT:
             check = f" ({event.check})" if event.check else ""
             text = f"{event.proposer or 'a stranger'}: the guard, because {event.reason}{check}"
-            yield Line(at_s, _NOT[status], printable(text), Tone.WARNING)
+            yield Line(at_s, _NOT[status], text, Tone.WARNING)
 
     def _asked(self, event: RequestAnswered) -> str:
         attempt = self._attempts.get(event.digest)
