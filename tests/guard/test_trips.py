@@ -1,0 +1,329 @@
+"""Trip limits: cumulative sums by hand, no false trips, and no diagnosis that disarms a limit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from homeostat.domain.guard_events import TripLifted
+from homeostat.domain.limits import Limit, LimitKind, Limits
+from homeostat.domain.rules import GuardRules, QualityRule, StartUp, TripRule
+from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.quality import QualityWatch
+from homeostat.guard.trips import TripWatch
+from homeostat.stl.formula import parse
+from tests.guard.vessel import HOT, RULES, TAGS, limit
+
+LIMIT = limit("LIM-HOT", LimitKind.INTERLOCK, "T <= 313", hard=True)
+RULE = TripRule("LIM-HOT", 8.0, 6.0, parse("Tx <= 311.5", TAGS), lift=10.0, lift_s=20.0)
+
+
+class Watch:
+    """A trip watch, ticked once per second, and what it has noted."""
+
+    def __init__(self, rule: TripRule | None = RULE, **rules: Any) -> None:
+        trips: Mapping[str, TripRule] = {} if rule is None else {rule.limit: rule}
+        stated = {"limits": Limits((LIMIT,), ()), "trips": trips, "start_up": StartUp()} | rules
+        self.noted: list[Any] = []
+        self.rules: GuardRules = replace(RULES, **stated)
+        self.watch = TripWatch(self.rules, lambda event, at_s: self.noted.append((at_s, event)))
+        self.now_s = 0.0
+
+    def judge(
+        self, values: Mapping[str, float] | None, state: str = "running", uncertain: str = "", dt_s: float = 1.0
+    ) -> tuple[str, ...]:
+        self.now_s += dt_s
+        self.last = None if values is None else Snapshot(self.now_s, values, uncertain=frozenset(uncertain.split()))
+        return tuple(v.limit for v in self.watch.judge(self.now_s, self.last, state))
+
+
+def hot(t: float, tx: float = 305.0) -> dict[str, float]:
+    return {"T": t, "Tx": tx, "L": 8.0}
+
+
+def test_the_sum_of_violation_over_time_trips_at_what_the_table_allows() -> None:
+    w = Watch()
+    assert [w.judge(hot(315.0)) for _ in range(4)] == [()] * 4  # 2, 4, 6, 8 K s
+    assert w.judge(hot(313.1)) == ("LIM-HOT",)
+
+
+def test_time_inside_is_set_off_against_time_outside() -> None:
+    w = Watch()
+    for _ in range(20):
+        assert w.judge(hot(316.0)) == w.judge(hot(316.0)) == w.judge(hot(307.0)) == ()
+    assert w.judge(hot(317.0)) == w.judge(hot(317.0)) == ()
+    assert w.judge(hot(313.1)) == ("LIM-HOT",)
+
+
+@pytest.mark.parametrize(("dt_s", "ticks"), [(0.5, 9), (1.0, 5), (2.0, 3)])
+def test_the_sum_counts_seconds_not_samples(dt_s: float, ticks: int) -> None:
+    w = Watch()
+    w.judge(hot(300.0), dt_s=dt_s)
+    found = [w.judge(hot(315.0), dt_s=dt_s) for _ in range(ticks)]
+    assert found == [()] * (ticks - 1) + [("LIM-HOT",)]
+
+
+def test_one_reading_counts_for_five_seconds_at_most() -> None:
+    w = Watch()
+    w.judge(hot(300.0))
+    assert w.judge(hot(314.0), dt_s=1000.0) == ()
+    assert w.judge(hot(314.0), dt_s=1000.0) == ("LIM-HOT",)
+
+
+def test_a_limit_without_allowance_or_without_rule_trips_at_once() -> None:
+    for rule in (TripRule("LIM-HOT", 0.0, 0.0), None):
+        w = Watch(rule)
+        assert w.judge(hot(313.0)) == ()
+        assert w.judge(hot(313.01)) == ("LIM-HOT",)
+        assert w.judge(hot(312.0)) == w.judge(hot(312.0)) == ()
+
+
+def test_a_violation_lasts_until_its_sum_is_gone() -> None:
+    w = Watch()
+    for _ in range(20):
+        w.judge(hot(323.0))
+    assert w.judge(hot(309.0)) == ("LIM-HOT",)  # the sum is at most 16: 12, 8, 4, 0
+    assert [w.judge(hot(309.0)) for _ in range(3)] == [("LIM-HOT",), ("LIM-HOT",), ()]
+    assert [w.judge(hot(315.0)) for _ in range(5)] == [()] * 4 + [("LIM-HOT",)]
+
+
+def test_an_infinite_margin_trips_and_is_forgotten_again() -> None:
+    never = Limit("LIM-HOT", LimitKind.INTERLOCK, parse("false", TAGS), True, "", "")
+    w = Watch(TripRule("LIM-HOT", 8.0, 6.0), limits=Limits((never,), ()))
+    assert w.judge(hot(300.0)) == ("LIM-HOT",)
+    ever = Limit("LIM-HOT", LimitKind.INTERLOCK, parse("true", TAGS), True, "", "")
+    w = Watch(TripRule("LIM-HOT", 8.0, 6.0), limits=Limits((ever,), ()))
+    assert w.judge(hot(300.0)) == ()
+
+
+@pytest.mark.parametrize("base", [290.0, 305.0, 311.0, 312.7])
+@pytest.mark.parametrize("seed", range(5))
+def test_a_step_of_three_kelvin_over_the_limit_trips_within_ten_seconds(base: float, seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    quality = QualityWatch(
+        {"T": QualityRule("T", 5.0, noise=0.5, frozen_s=10.0, fastest=0.5, grace_s=5.0), "Tx": QualityRule("Tx", 5.0)},
+        TAGS, lambda event, at_s: None,
+    )  # fmt: skip
+    w = Watch()
+    for n in range(1, 41):
+        true = base if n <= 30 else 316.0
+        w.now_s = n - 1.0
+        seen = quality.assess(float(n), Snapshot(float(n), hot(true + draw.normal(0.0, 0.5))))
+        assert seen is not None
+        found = w.watch.judge(float(n), seen, "running")
+        if found:
+            assert n > 30
+            return
+    raise AssertionError("no trip within ten seconds")
+
+
+def test_noise_below_the_limit_never_trips() -> None:
+    """100 runs of 6000 s, the true value 0.3 K below the limit, noise 0.5 K: the sum by hand, and the watch on a few."""
+    readings = 312.7 + np.random.default_rng(1).normal(0.0, 0.5, (6000, 100))
+    sums = np.zeros(100)
+    worst = np.zeros(100)
+    for row in readings:
+        sums = np.maximum(0.0, sums + row - 313.0)
+        worst = np.maximum(worst, sums)
+    assert worst.max() < 8.0
+    for run in np.argsort(worst)[-3:]:
+        w = Watch()
+        assert not any(w.judge(hot(t)) for t in readings[:, run])
+        assert max(w.watch._watched["LIM-HOT"].raw, worst[run]) < 8.0
+
+
+def test_blindness_trips_after_its_grace_and_not_before() -> None:
+    w = Watch(replace(RULE, carrier=None))
+    w.judge(hot(300.0))
+    found = [w.judge(hot(math.nan)) for _ in range(8)]
+    assert found == [()] * 6 + [("LIM-HOT",)] * 2
+    assert w.judge(hot(300.0)) == ()
+    assert [w.judge({"L": 8.0}) for _ in range(7)][-1] == ("LIM-HOT",)
+
+
+def test_without_any_sample_a_limit_is_blind() -> None:
+    w = Watch()
+    assert [w.judge(None) for _ in range(7)] == [()] * 6 + [("LIM-HOT",)]
+
+
+def test_blindness_is_counted_though_the_clock_stands() -> None:
+    w = Watch()
+    found = [w.judge(None, dt_s=0.0) for _ in range(7)]
+    assert found == [()] * 6 + [("LIM-HOT",)]
+
+
+def test_a_formula_that_is_none_for_a_point_makes_its_own_limit_blind_only() -> None:
+    ahead = Limit("LIM-ODD", LimitKind.INTERLOCK, parse("always[0,5](T <= 313)", TAGS), True, "", "")
+    w = Watch(RULE, limits=Limits((ahead, LIMIT), ()), trips={"LIM-HOT": RULE, "LIM-ODD": TripRule("LIM-ODD", 1.0, 2.0)})
+    found = [w.judge(hot(316.0)) for _ in range(3)]
+    assert found == [(), (), ("LIM-ODD", "LIM-HOT")]
+
+
+def test_the_carrier_watches_while_a_reading_is_uncertain() -> None:
+    w = Watch()
+    for _ in range(6):
+        assert w.judge(hot(340.0), uncertain="T") == ()
+    assert w.judge(hot(340.0)) == ("LIM-HOT",)
+    w = Watch()
+    found = [w.judge(hot(300.0, tx=314.5), uncertain="T") for _ in range(3)]
+    assert found == [(), (), ("LIM-HOT",)]
+
+
+@pytest.mark.parametrize("uncertain", ["T Tx", "T"])
+def test_an_uncertain_reading_counts_where_nothing_carries_its_limit(uncertain: str) -> None:
+    w = Watch() if "Tx" in uncertain else Watch(replace(RULE, carrier=None))
+    found = [w.judge(hot(316.0), uncertain=uncertain) for _ in range(3)]
+    assert found == [(), (), ("LIM-HOT",)]
+    w = Watch()
+    assert [w.judge(hot(316.0, tx=math.nan), uncertain="T") for _ in range(3)][-1] == ("LIM-HOT",)
+
+
+def test_the_carrier_watches_while_a_limit_is_blind() -> None:
+    w = Watch()
+    assert [w.judge(hot(math.nan, tx=316.0)) for _ in range(2)] == [(), ("LIM-HOT",)]
+    w = Watch()
+    assert [w.judge(hot(math.nan)) for _ in range(7)][-1] == ("LIM-HOT",)
+
+
+def test_a_correction_may_always_add_caution() -> None:
+    w = Watch()
+    w.watch.correct(({"T": -5.0}, {}))
+    assert [w.judge(hot(311.0)) for _ in range(3)] == [(), (), ("LIM-HOT",)]
+    w = Watch()
+    w.watch.correct(({"T": math.nan}, {"T": math.inf}))
+    assert [w.judge(hot(311.0)) for _ in range(10)] == [()] * 10
+
+
+def lifted(w: Watch, ticks: int = 10, t: float = 320.0, tx: float = 305.0) -> list[tuple[str, ...]]:
+    return [w.judge(hot(t, tx)) for _ in range(ticks)]
+
+
+def test_a_correction_lifts_a_trip_where_the_carrier_carries_it() -> None:
+    w = Watch()
+    w.watch.correct(({"T": 8.0}, {"T": 9.0}))
+    assert lifted(w) == [()] * 10
+    assert [(at_s, e.limit, e.carrier) for at_s, e in w.noted] == [(2.0, "LIM-HOT", "Tx <= 311.5")]
+    assert isinstance(w.noted[0][1], TripLifted) and w.noted[0][1].until_s == 22.0
+
+
+def test_lifting_is_one_event_however_the_reading_wanders() -> None:
+    w = Watch()
+    w.watch.correct(({"T": 8.0},))
+    for _ in range(6):
+        assert lifted(w, 2) == [(), ()] and lifted(w, 1, t=312.9) == [()]
+    assert len(w.noted) == 1
+
+
+@pytest.mark.parametrize(
+    ("errors", "tx"),
+    [
+        (({"T": 8.0}, {}), 305.0),  # the reading may be right
+        (({"T": 8.0}, {"T": 1.0}), 305.0),  # under one explanation it violates all the same
+        (({"T": 8.0}, {"T": 10.1}), 305.0),  # a larger correction than the table allows
+        (({"T": 8.0},), 312.0),  # the carrier says that it is hot
+        (({"T": 8.0},), math.nan),  # nothing carries it
+        (({"T": 8.0, "Tx": -7.0},), 305.0),  # what carries it is doubted by the same diagnosis
+        (({"L": 8.0},), 305.0),  # another instrument
+    ],
+)
+def test_a_correction_lifts_nothing_where_it_should_not(errors: Any, tx: float) -> None:
+    w = Watch()
+    w.watch.correct(errors)
+    assert lifted(w, 3, tx=tx)[-1] == ("LIM-HOT",)
+    assert w.noted == []
+
+
+def test_a_correction_at_its_bounds_lifts() -> None:
+    w = Watch()
+    w.watch.correct(({"T": 10.0},))
+    assert lifted(w, 3, tx=311.5) == [()] * 3
+    w = Watch(replace(RULE, carrier=None))
+    w.watch.correct(({"T": 10.0},))
+    assert lifted(w, 3)[-1] == ("LIM-HOT",)
+
+
+def test_lifting_ends_after_the_time_of_the_table_also_with_breaks() -> None:
+    w = Watch()
+    w.watch.correct(({"T": 8.0},))
+    found = lifted(w, 30)
+    assert found.index(("LIM-HOT",)) == 21  # the second tick lifts first, and 20 s are allowed
+    w = Watch()
+    w.watch.correct(({"T": 8.0},))
+    lifted(w, 12)
+    lifted(w, 30, t=305.0)
+    found = lifted(w, 12)
+    assert found.index(("LIM-HOT",)) == 10
+    assert len(w.noted) == 2
+
+
+def test_too_many_explanations_are_turned_away() -> None:
+    w = Watch()
+    with pytest.raises(ValueError, match="101 explanations; at most 100"):
+        w.watch.correct(({"T": 1.0},) * 101)
+    w.watch.correct(({"T": 1.0},) * 100)
+    w.watch.correct(())
+    assert w.watch._errors == ({},)
+
+
+START = StartUp(frozenset({"waiting"}), {"LIM-HOT": limit("LIM-HOT", LimitKind.INTERLOCK, "T <= 350", hard=True)})
+
+
+def test_start_up_has_limits_of_its_own_and_only_there() -> None:
+    w = Watch(start_up=START)
+    assert [w.judge(hot(345.0), "waiting") for _ in range(9)] == [()] * 9
+    assert [w.judge(hot(354.0), "waiting") for _ in range(3)] == [(), (), ("LIM-HOT",)]
+    assert w.judge(hot(316.0), "running") == ()
+    assert [w.judge(hot(316.0), "running") for _ in range(2)] == [(), ("LIM-HOT",)]
+
+
+def test_start_up_forgets_no_sum_of_a_limit_that_is_the_same_in_it() -> None:
+    w = Watch(start_up=StartUp(frozenset({"waiting"})))
+    w.judge(hot(316.0), "waiting")
+    w.judge(hot(316.0), "waiting")
+    assert w.judge(hot(316.0), "running") == ("LIM-HOT",)
+
+
+def test_the_carrier_of_the_limit_does_not_carry_that_of_start_up() -> None:
+    w = Watch(start_up=START)
+    assert [w.judge(hot(354.0), "waiting", uncertain="T") for _ in range(3)][-1] == ("LIM-HOT",)
+
+
+def test_what_is_near_forbids_a_release_and_what_is_above_delays_it() -> None:
+    w = Watch()
+    w.judge(hot(313.5))
+    assert w.last is not None and w.watch.near(w.last) == ()
+    assert [v.margin for v in w.watch.above(w.last)] == [-0.5]
+    w.judge(hot(316.5))  # 4 K s: half of what is allowed
+    assert w.watch.near(w.last) == ()
+    w.judge(hot(313.1))
+    assert [v.limit for v in w.watch.near(w.last)] == ["LIM-HOT"]
+    w.judge(hot(300.0))
+    assert w.watch.near(w.last) == w.watch.above(w.last) == ()
+    w.judge(hot(math.nan))
+    assert "cannot be judged" in w.watch.near(w.last)[0].reason
+    w.watch.correct(({"T": -5.0},))
+    w.judge(hot(309.0))
+    assert [v.limit for v in w.watch.above(w.last)] == ["LIM-HOT"]
+
+
+def test_what_is_lifted_is_neither_near_nor_above() -> None:
+    w = Watch()
+    w.watch.correct(({"T": 8.0},))
+    lifted(w, 4)
+    assert w.last is not None and w.watch.near(w.last) == w.watch.above(w.last) == ()
+
+
+def test_a_sentence_names_the_limit_the_margin_and_the_unit() -> None:
+    w = Watch()
+    for _ in range(5):
+        w.judge(hot(315.0))
+    (violation,) = w.watch.judge(6.0, Snapshot(6.0, hot(315.0)), "running")
+    assert violation.reason == "'T <= 313' is violated by 2 K (LIM-HOT)" and violation.margin == -2.0
+    (violation,) = w.watch.judge(7.0, Snapshot(7.0, hot(312.0)), "running")
+    assert violation.reason == "'T <= 313' was violated and holds by no more than 1 K (LIM-HOT)"
+    assert HOT.name == violation.limit and violation.unit == "K"
