@@ -109,7 +109,7 @@ def _approve(options: argparse.Namespace) -> int:
         for line in _listed(found) if found else ["no request waits for a person"]:
             print(printable(line))
         return 0
-    if options.digest is None:
+    if not options.digest:
         raise UsageError(f"say what you approve with --digest; 'homeostat approve {options.run}' lists the requests")
     options.digest = _whole(options.digest, options.subject, waiting(read_events(run_dir)))
     return carry_out(options)

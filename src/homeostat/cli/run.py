@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from homeostat.cli import language, operation
 from homeostat.cli.arguments import number
@@ -102,8 +101,7 @@ def carry_out(options: argparse.Namespace) -> int:
     return _run(going, options.json)
 
 
-@dataclass(frozen=True, slots=True)
-class _Going:
+class _Going(NamedTuple):
     """A run that was checked and may begin."""
 
     case: Case

@@ -82,8 +82,9 @@ def length(run_dir: Path) -> int:
 
 
 def wait_for(run_dir: Path, order: str, after: int, within_s: float) -> Heard | None:
-    """What came of ``order``, which was given when the journal had ``after`` bytes; None after ``within_s`` [s],
-    or where the run has ended without an answer.
+    """What came of ``order``, which was given when the journal had ``after`` bytes.
+
+    None where ``within_s`` [s] have passed, or the run has ended, without an answer.
     """
     deadline = time.monotonic() + within_s
     while True:
