@@ -172,7 +172,7 @@ def test_steps_without_end_are_no_excuse_without_end() -> None:
 def test_a_step_over_a_gap_may_be_as_large_as_the_gap_is_long() -> None:
     w, _ = watch()
     wiggled(w, 5)
-    assert quality(w.assess(25.0, sample(25.0, 305.1 + 14.0))) is Quality.GOOD
+    assert quality(w.assess(25.0, sample(25.0, 305.1 + 10.0 + SIGMAS * 0.5 - 0.1))) is Quality.GOOD
 
 
 def test_what_the_link_calls_uncertain_is_uncertain() -> None:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from homeostat.domain.mode import Mode, PersonCommand
+from homeostat.guard.settings import GuardSettings
 from homeostat.trace import Setting
+
+PATIENT_S = 5.0
+"""Longest wait for the journal where no plant waits meanwhile, wall-clock [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +32,12 @@ class Operation:
             raise ValueError(f"pace {self.pace!r} must be finite and > 0 process seconds per second")
         if self.persons < 1:
             raise ValueError(f"persons {self.persons!r} must be at least 1")
+
+    @property
+    def guard(self) -> GuardSettings:
+        """How patient the guard is: in virtual time a slow disk must not decide what is released."""
+        settings = GuardSettings(persons=self.persons)
+        return settings if self.pace is not None else replace(settings, sync_s=PATIENT_S)
 
     @property
     def settings(self) -> tuple[Setting, ...]:

@@ -39,7 +39,6 @@ from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
 from homeostat.guard.sequencer import Sequencer
-from homeostat.guard.settings import GuardSettings
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
 from homeostat.links.true_process import TrueProcess
@@ -210,7 +209,7 @@ def run(
     else:
         operation = operation or Operation()
         arrangement = Arrangement(
-            mode=operation.mode, guard=GuardSettings(persons=operation.persons),
+            mode=operation.mode, guard=operation.guard,
             budget=budget or Budget(), archive=archive or NoArchive(),
             language=replace(language, model=listening) if language and listening else None,
             protocol=conditions.protocol, given=_informed(case, scenario, conditions),

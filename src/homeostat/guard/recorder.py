@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import queue
 import threading
 from collections import deque
@@ -9,8 +10,8 @@ from dataclasses import dataclass, field
 
 from homeostat.domain.ports import GuardEvent, Record
 
-WAIT_S = 0.1
-"""Longest wait for a record that should answer at once, wall-clock [s]; a fallback waits no longer for its sync."""
+URGENT_S = 0.1
+"""Longest that a fallback waits for its sync, wall-clock [s]."""
 BACKLOG = 10_000
 """Most events that wait for a record that does not answer."""
 
@@ -32,7 +33,7 @@ class Recorder:
     everything that came after it.
     """
 
-    def __init__(self, record: Record, wait_s: float = WAIT_S) -> None:
+    def __init__(self, record: Record, wait_s: float = URGENT_S) -> None:
         """``record`` takes the events; ``wait_s`` bounds every wait for it, wall-clock [s]."""
         self._record, self._wait_s = record, wait_s
         self._jobs: queue.Queue[_Job | None] = queue.Queue(BACKLOG)
@@ -56,12 +57,15 @@ class Recorder:
         """Append ``event``, which happened at process time ``at_s`` [s], in its turn."""
         self._hand_over(_Job(event, at_s))
 
-    def commit(self) -> bool:
-        """Whether everything that was noted is on the disk now; False where the record fails or is late."""
+    def commit(self, wait_s: float = math.inf) -> bool:
+        """Whether everything that was noted is on the disk now; False where the record fails or is late.
+
+        No longer than ``wait_s``, wall-clock [s], and never longer than the recorder's own bound.
+        """
         if self._behind:
             return False
         job = _Job(None, 0.0)
-        return self._hand_over(job) and self._answered(job) and not job.error
+        return self._hand_over(job) and self._answered(job, wait_s) and not job.error
 
     def settle(self) -> None:
         """Give a record that keeps up the time to append what was noted."""
@@ -91,8 +95,8 @@ class Recorder:
         self._last = job
         return True
 
-    def _answered(self, job: _Job) -> bool:
-        if job.done.wait(self._wait_s):
+    def _answered(self, job: _Job, wait_s: float = math.inf) -> bool:
+        if job.done.wait(min(wait_s, self._wait_s)):
             return True
         self._late = job
         return False

@@ -22,4 +22,4 @@ class GuardSettings:
     persons: int = 1
     """People who must agree to a reset: one in simulation, two on a link."""
     sync_s: float = 0.1
-    """Longest wait for the journal, wall-clock; a fallback is sent after it without its sync [s]."""
+    """Longest wait for the journal, wall-clock [s]; a fallback waits 0.1 s at most, and goes without its sync then."""

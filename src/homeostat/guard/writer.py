@@ -6,6 +6,7 @@ its own, result journalled. It never waits: a tick asks how far the write has co
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.rules import WriteRule
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.ramp import Ramps
-from homeostat.guard.recorder import Recorder
+from homeostat.guard.recorder import URGENT_S, Recorder
 from homeostat.guard.settings import GuardSettings
 
 ROUNDING = 1e-9
@@ -243,7 +244,8 @@ class Writer:
             flight.number, flight.attempt, write.cause, write.source, write.commands, write.digest, write.state, steps
         )
         self._recorder.note(intention, now_s)
-        if not self._recorder.commit() and write.cause in (Cause.REQUEST, Cause.PERSON):
+        urgent = write.cause is Cause.FALLBACK
+        if not self._recorder.commit(URGENT_S if urgent else math.inf) and write.cause in (Cause.REQUEST, Cause.PERSON):
             self._end(flight, WriteResult.GIVEN_UP, "the intention could not be journalled", now_s)
             return False
         try:
