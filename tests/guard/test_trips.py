@@ -123,7 +123,7 @@ def test_a_step_of_three_kelvin_over_the_limit_trips_within_ten_seconds(base: fl
 
 
 def test_noise_below_the_limit_never_trips() -> None:
-    """100 runs of 6000 s, the true value 0.3 K below the limit, noise 0.5 K: the sum by hand, and the watch on a few."""
+    """100 runs of 6000 s, the true value 0.3 K below the limit, noise 0.5 K: sums by hand, the watch on the worst."""
     readings = 312.7 + np.random.default_rng(1).normal(0.0, 0.5, (6000, 100))
     sums = np.zeros(100)
     worst = np.zeros(100)
@@ -159,7 +159,9 @@ def test_blindness_is_counted_though_the_clock_stands() -> None:
 
 def test_a_formula_that_is_none_for_a_point_makes_its_own_limit_blind_only() -> None:
     ahead = Limit("LIM-ODD", LimitKind.INTERLOCK, parse("always[0,5](T <= 313)", TAGS), True, "", "")
-    w = Watch(RULE, limits=Limits((ahead, LIMIT), ()), trips={"LIM-HOT": RULE, "LIM-ODD": TripRule("LIM-ODD", 1.0, 2.0)})
+    w = Watch(
+        RULE, limits=Limits((ahead, LIMIT), ()), trips={"LIM-HOT": RULE, "LIM-ODD": TripRule("LIM-ODD", 1.0, 2.0)}
+    )
     found = [w.judge(hot(316.0)) for _ in range(3)]
     assert found == [(), (), ("LIM-ODD", "LIM-HOT")]
 
