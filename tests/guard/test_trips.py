@@ -123,7 +123,7 @@ def test_a_step_of_three_kelvin_over_the_limit_trips_within_ten_seconds(base: fl
 
 
 def test_noise_below_the_limit_never_trips() -> None:
-    """100 runs of 6000 s, 0.3 K below the limit, noise 0.5 K: the sum by hand, and the watch on a few."""
+    """100 runs of 6000 s, the true value 0.3 K below the limit, noise 0.5 K: sums by hand, the watch on the worst."""
     readings = 312.7 + np.random.default_rng(1).normal(0.0, 0.5, (6000, 100))
     sums = np.zeros(100)
     worst = np.zeros(100)

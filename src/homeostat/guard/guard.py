@@ -201,8 +201,10 @@ class Guard:
             self._parts.alarms.return_("fallback wanted", self._now_s)
 
     def _write_on(self, sample: Snapshot | None) -> None:
-        """How far the write under way has come, and what somebody else has moved."""
+        """What somebody else has moved, and how far the write under way has come."""
         parts, now_s, readings = self._parts, self._now_s, self._seen
+        if readings is not None:
+            self._moves.notice(now_s, readings, self.mode)
         write = parts.writer.flying
         progress = parts.writer.follow(now_s, readings, self._objection)
         if progress is Progress.FAILED and write is not None:
@@ -219,8 +221,6 @@ class Guard:
         self._steps.follow(write, progress, now_s)
         if write is not None and write.cause is Cause.REQUEST and progress is Progress.CONFIRMED:
             self._act_by_s = None
-        if readings is not None:
-            self._moves.notice(now_s, readings, self.mode)
         for read in parts.writer.read_given_up(now_s, readings):
             if self.latched is None:
                 parts.service.adopt(read.commands, readings)

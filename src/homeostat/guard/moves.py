@@ -48,6 +48,7 @@ class Moves:
 
     def _take_out(self, moved: Moved, now_s: float) -> None:
         text = f"somebody changed {moved.tag!r} from {_shown(moved.before)} to {_shown(moved.now)}"
+        self._parts.writer.leave(moved.tag)
         if self._parts.service.change(moved.tag, False, "", text, now_s):
             self._parts.alarms.raise_(f"moved:{moved.tag}", text, Priority.MEDIUM, now_s)
 

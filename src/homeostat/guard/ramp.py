@@ -62,13 +62,11 @@ class Ramps:
             passed_s = 0.0 if math.isnan(ramp.at_s) else now_s - ramp.at_s
             ramp.at_s = now_s
             reach, left = ramp.rate * passed_s, ramp.target - ramp.now
-            if reach <= 0.0:
+            if reach <= 0.0 or left == 0.0:
                 continue
             ramp.now = ramp.target if abs(left) <= reach else ramp.now + math.copysign(reach, left)
             sent.append(Command(tag, ramp.now, None))
             self._last[tag] = ramp.now
-            if ramp.now == ramp.target:
-                del self._ramps[tag]
         return tuple(sent)
 
     def left_s(self, tag: str) -> float:
@@ -84,6 +82,10 @@ class Ramps:
         low, high = sorted((ramp.start, ramp.now))
         return low - tolerance <= value <= high + tolerance
 
+    def drop(self, tag: str) -> None:
+        """Stop the ramp of ``tag``: somebody else has moved it."""
+        self._ramps.pop(tag, None)
+
     def stop(self) -> None:
-        """Stop every ramp where it is."""
+        """Stop every ramp where it is; one that has come to its end is over as well."""
         self._ramps.clear()

@@ -68,8 +68,10 @@ class Recorder:
         return self._hand_over(job) and self._answered(job, wait_s) and not job.error
 
     def settle(self) -> None:
-        """Give a record that keeps up the time to append what was noted."""
-        if self._last is not None and not self._behind:
+        """Give a record that keeps up the time to append what was noted; one that has failed is tried again."""
+        if self._failure:
+            self.commit()
+        elif self._last is not None and not self._behind:
             self._answered(self._last)
         self._last = None
 

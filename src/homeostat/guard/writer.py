@@ -153,6 +153,10 @@ class Writer:
                 return True
         return False
 
+    def leave(self, tag: str) -> None:
+        """Ramp ``tag`` no further: somebody else has moved it."""
+        self._ramps.drop(tag)
+
     def forget(self) -> None:
         """What was given up is not expected any more: whoever brings a tag there now means it."""
         self._may_arrive.clear()
@@ -272,6 +276,7 @@ class Writer:
         tags = tuple(c.tag for c in flight.write.commands)
         self._recorder.note(ReadBack(flight.number, tags), now_s)
         self._flight = None
+        self._ramps.stop()
         return Progress.CONFIRMED
 
     def _read_back(self, flight: _Flight, readings: Snapshot, now_s: float) -> None:

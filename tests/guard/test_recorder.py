@@ -1,0 +1,232 @@
+"""A journal that fails, hangs or is slow: an alarm, no new release, and nothing that keeps a fallback from acting."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+
+from homeostat.domain.guard_events import AlarmReturned, FallbackStands, Stopped, WriteIntended
+from homeostat.domain.ports import GuardEvent
+from homeostat.guard import recorder as module
+from homeostat.guard.recorder import Recorder
+from homeostat.guard.settings import GuardSettings
+from tests.guard.vessel import ADJUSTED, DRAIN, Journal, World, finding, running, statuses
+
+IMPATIENT = GuardSettings(sync_s=0.05)
+FULL = OSError(28, "No space left on device")
+
+
+class Hanging(Journal):
+    """A record that answers nothing until it is released."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.gate = threading.Event()
+        self.gate.set()
+
+    def record(self, event: GuardEvent, at_s: float) -> None:
+        self.gate.wait()
+        super().record(event, at_s)
+
+    def sync(self) -> None:
+        self.gate.wait()
+        super().sync()
+
+
+def events(n: int) -> list[Stopped]:
+    return [Stopped(str(k)) for k in range(n)]
+
+
+def test_events_are_appended_in_order_and_committed() -> None:
+    journal = Journal()
+    recorder = Recorder(journal, 5.0)
+    for event in events(100):
+        recorder.note(event, 1.0)
+    assert recorder.commit() and journal.syncs == 1
+    assert [e for e, _ in journal.events] == events(100) and recorder.trouble == ""
+    recorder.close()
+    assert not recorder._thread.is_alive()
+
+
+def test_settling_waits_for_what_was_noted() -> None:
+    journal = Journal()
+    recorder = Recorder(journal, 5.0)
+    recorder.settle()
+    recorder.note(Stopped("a"), 1.0)
+    recorder.settle()
+    assert journal.kinds == ["stopped"] and journal.syncs == 0
+
+
+def test_what_finds_a_full_disk_is_kept_and_nothing_is_committed_before_it_is_written() -> None:
+    journal = Journal(error=FULL)
+    recorder = Recorder(journal, 5.0)
+    for event in events(3):
+        recorder.note(event, 1.0)
+    assert not recorder.commit() and "No space left" in recorder.trouble
+    journal.error = None
+    recorder.note(Stopped("3"), 1.0)
+    assert recorder.commit() and recorder.trouble == "" and recorder.lost == 0
+    assert [e for e, _ in journal.events] == events(4)
+
+
+def test_an_event_that_the_record_cannot_take_is_lost_and_counted_and_not_committed() -> None:
+    class Picky(Journal):
+        def record(self, event: GuardEvent, at_s: float) -> None:
+            if event == Stopped("1"):
+                raise TypeError("cannot be written")
+            super().record(event, at_s)
+
+    journal = Picky()
+    recorder = Recorder(journal, 5.0)
+    for event in events(2):
+        recorder.note(event, 1.0)
+    recorder.settle()
+    assert recorder.trouble == "the journal failed: cannot be written" and recorder.lost == 1
+    recorder.note(Stopped("2"), 1.0)
+    assert recorder.commit() and [e for e, _ in journal.events] == [Stopped("0"), Stopped("2")]
+
+
+def test_a_record_that_hangs_is_waited_for_once() -> None:
+    journal = Hanging()
+    recorder = Recorder(journal, 0.05)
+    journal.gate.clear()
+    started = time.monotonic()
+    recorder.note(Stopped("a"), 1.0)
+    assert not recorder.commit()
+    assert recorder.trouble == "the journal does not answer within 0.05 s"
+    for _ in range(200):
+        recorder.note(Stopped("b"), 1.0)
+        assert not recorder.commit()
+        recorder.settle()
+    waited = time.monotonic() - started
+    journal.gate.set()
+    recorder._wait_s = 5.0
+    recorder._late.done.wait(5.0)  # type: ignore[union-attr]
+    assert recorder.commit() and recorder.trouble == "" and len(journal.events) == 201
+    assert waited < 200 * 0.05  # not once per event
+
+
+def test_a_backlog_has_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "BACKLOG", 10)
+    journal = Hanging()
+    recorder = Recorder(journal, 0.01)
+    journal.gate.clear()
+    for event in events(30):
+        recorder.note(event, 1.0)
+    assert 15 <= recorder.lost <= 20
+    assert not recorder.commit()
+    recorder.close()
+    journal.gate.set()
+    journal = Hanging()
+    journal.error = FULL
+    recorder = Recorder(journal, 5.0)
+    for event in events(12):
+        recorder.note(event, 1.0)
+        recorder.settle()
+    assert recorder.lost == 2
+    journal.error = None
+    assert recorder.commit() and [e for e, _ in journal.events] == events(10)
+
+
+def test_the_end_of_the_process_holds_up_nobody() -> None:
+    class Ends(Journal):
+        def record(self, event: GuardEvent, at_s: float) -> None:
+            raise SystemExit
+
+    recorder = Recorder(Ends(), 5.0)
+    for event in events(5):
+        recorder.note(event, 1.0)
+    assert not recorder.commit() and recorder.trouble == "the journal has ended: SystemExit"
+    recorder._thread.join(5.0)
+    assert not recorder.commit()
+
+
+def test_while_the_journal_fails_nothing_new_is_released_and_the_sequence_goes_on() -> None:
+    world = World()
+    world.tick(1, L=4.0)
+    world.journal.error = FULL
+    world.tick(2, L=8.0)
+    assert world.seen[-1].state == "running" and "journal" in world.alarms
+    world.vessel.wire.clear()
+    world.ask()
+    world.tick(2)
+    assert world.sent == [] and finding(world) == "CHK-JOURNAL"
+    world.journal.error = None
+    world.tick()
+    world.ask(name="r2")
+    world.tick(2)
+    assert world.sent == [ADJUSTED.commands] and "journal" not in world.alarms
+    assert [e.source for e in world.journal.of(WriteIntended)] == ["start", "r2"]
+
+
+def test_a_request_whose_own_intention_finds_the_disk_full_is_not_sent() -> None:
+    world = running()
+    record = world.journal.record
+
+    def full(event: GuardEvent, at_s: float) -> None:
+        if isinstance(event, WriteIntended):
+            raise FULL
+        record(event, at_s)
+
+    world.journal.record = full  # type: ignore[method-assign]
+    world.ask()
+    world.tick()
+    assert world.sent == [] and statuses(world)[-1] == "failed" and finding(world) == "CHK-JOURNAL"
+
+
+@pytest.mark.parametrize("how", ["fails", "hangs", "odd"])
+def test_a_fallback_acts_whatever_the_journal_does(how: str) -> None:
+    journal = Hanging()
+    world = running(record=journal, settings=IMPATIENT)
+    if how == "hangs":
+        journal.gate.clear()
+    else:
+        journal.error = FULL if how == "fails" else RuntimeError("a reader has failed")
+    before = len(world.seen)
+    world.tick(1, L=14.0)
+    assert world.sent == [DRAIN.actions.commands] and "journal" in world.alarms
+    assert world.seen[before].latched is not None
+    world.tick(2)
+    journal.error = None
+    journal.gate.set()
+    if world.guard._parts.recorder._late is not None:
+        world.guard._parts.recorder._late.done.wait(5.0)
+    world.guard._parts.recorder._wait_s = 5.0
+    world.tick(2)
+    assert "journal" not in world.alarms
+    assert len(journal.of(FallbackStands)) == (0 if how == "odd" else 1)
+    assert any(e.alarm == "journal" for e in journal.of(AlarmReturned))
+
+
+def test_a_fallback_waits_for_its_sync_no_longer_than_it_may_though_much_is_noted_before_it() -> None:
+    class Slow(Journal):
+        slow = False
+
+        def record(self, event: GuardEvent, at_s: float) -> None:
+            if self.slow:
+                time.sleep(0.04)
+            super().record(event, at_s)
+
+    journal = Slow()
+    world = running(record=journal, settings=GuardSettings(sync_s=0.1))
+    for k in range(30):
+        world.ask(name=f"r{k}", state="waiting" if k else "running")
+    sent_s: list[float] = []
+    send = world.vessel.send
+    world.vessel.send = lambda commands: (sent_s.append(time.monotonic()), send(commands))[1]  # type: ignore[method-assign]
+    journal.slow = True
+    started = time.monotonic()
+    world.tick(1, L=14.0)
+    assert world.sent[0] == DRAIN.actions.commands
+    assert sent_s[0] - started < 5 * 0.1  # thirty answers of 0.04 s each would be 1.2 s
+
+
+def test_a_stop_is_the_last_that_is_journalled() -> None:
+    world = running()
+    world.guard.stop("done")
+    world.guard.stop("once more")
+    assert world.journal.kinds[-1] == "stopped" and world.journal.kinds.count("stopped") == 1
+    seen = world.guard.tick(100.0, None)
+    assert seen.latched is None and world.sent == []
