@@ -28,14 +28,13 @@ from homeostat.guard.guard import Attachment, Guard
 from homeostat.guard.memory import Memory
 from homeostat.guard.seal import Sealer
 from homeostat.guard.sequencer import nominal_route
+from homeostat.guard.settings import GuardSettings
 from homeostat.knowledge.graph_error import GraphError
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.recovery.exchange import Exchange, ExchangeSettings
 from homeostat.recovery.loop import Loop
-from homeostat.recovery.shared_trace import SharedTrace
 from homeostat.recovery.worker import Worker
-from homeostat.stl.formula import parse
 from homeostat.trace import Journal, MemoryTrace, Signature, Summary, verify
 from homeostat.trace.chain import digest
 from homeostat.trace.decisions import ReleasedActions
@@ -156,10 +155,11 @@ class Attacked(Stage):
         self.link, self.stop = Link(plant, trace.inner, until_s), threading.Event()
         attack = plant.attack
         notices = tuple(t for t in attack.notices_s if t > plant.now_s)
+        measured = attack.hangs or attack.journal == "hang"
         answer = self._never if attack.hangs == "diagnosis" else diagnosis
         super().__init__(
             self._action(attack.hangs), monitoring=ScriptedMonitoring(*notices, answer=answer), limits=LIMITS,
-            clock=ThinkingClock(SCALE) if attack.hangs or attack.journal == "hang" else DeclaredClock(attack.thinking_s),  # type: ignore[arg-type]
+            clock=ThinkingClock(SCALE) if measured else DeclaredClock(attack.thinking_s),  # type: ignore[arg-type]
             heating=attack.heating,
         )  # fmt: skip
         if attack.error:
@@ -167,12 +167,12 @@ class Attacked(Stage):
 
     def __post_init__(self) -> None:
         self.twin = LineTwin(self.heating)
-        self.trace, self.shared = self.failing.inner, SharedTrace(self.failing)  # type: ignore[arg-type]
+        self.trace, self.shared = self.failing.inner, self.failing  # type: ignore[assignment]
         self.planning = ScriptedPlanning(MACHINE, ("reduce",))
         attachment = Attachment(self.shared, self.link, keys={"check": KEY}, memory=self.memory)
-        self.guard = Guard(self._rules(), attachment)
-        if not self.attacked.attack.journal:  # a busy machine is no part of the attack
-            self.guard._parts.recorder._wait_s = 10.0
+        # A busy machine is no part of an attack: only a journal that is attacked is given up after a short while.
+        patience = GuardSettings() if self.attacked.attack.journal else GuardSettings(sync_s=10.0)
+        self.guard = Guard(self._rules(), attachment, patience)
         settings = ExchangeSettings(tick_s=self.attacked.attack.step_s)
         self.exchange = Exchange(self.clock, self.guard.mailbox.put, self._trouble, settings)
 
@@ -199,7 +199,8 @@ class Attacked(Stage):
             "line", TAGS, self.machine, self.limits, {"LIM-HOT": TripRule("LIM-HOT", 0.5, 6.0)},
             {"T": QualityRule("T", 5.0, noise=0.02, frozen_s=10.0), "L": QualityRule("L", 5.0)},
             {"F.sp": WriteRule("F.sp", 0.0005, 3.0), "V.man": WriteRule("V.man", 0.01, 3.0, automatic=True)},
-            tuple(replace(s, waived=frozenset({"PRM-FEED"})) for s in (DRAIN, VENT)), route, StartUp(frozenset({"starting"}), {"LIM-HOT": hotter}),
+            tuple(replace(s, waived=frozenset({"PRM-FEED"})) for s in (DRAIN, VENT)), route,
+            StartUp(frozenset({"starting"}), {"LIM-HOT": hotter}),
         )  # fmt: skip
 
     def _trouble(self, cause: str) -> None:
