@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.guard.day_script import EVERY_S, KINDS, DayScript, Incident
-from benchmarks.guard.scripted_plants import script_of, written_at_start
+from benchmarks.guard.scripted_plants import SHAPES, script_of, written_at_start
 from benchmarks.guard.store import Sizes
 from benchmarks.guard.timed import Memory, Timed
 from homeostat.cases.case import load_case
@@ -40,8 +40,8 @@ BACK_S = 900.0
 class Person:
     """Brings the plant back, one order every five seconds: reset, mode, tags in service, start."""
 
-    def __init__(self, guard: Guard, rules: GuardRules) -> None:
-        self._guard, self._rules, self.orders = guard, rules, 0
+    def __init__(self, guard: Guard, rules: GuardRules, link: Misbehaving) -> None:
+        self._guard, self._rules, self._link, self.orders = guard, rules, link, 0
         self.home: str | None = None
 
     def back(self, seen: Observation) -> bool:
@@ -63,8 +63,17 @@ class Person:
             self._order(Verb.IN_SERVICE, min(guard.out_of_service))
         else:
             leading = [t for t in self._rules.machine.transitions if t.source == seen.state and t.event == "restart"]
-            if leading:
+            if leading and not self._drained(seen):
                 self._order(Verb.START, leading[0].name)
+
+    def _drained(self, seen: Observation) -> bool:
+        """Whether something had to be moved by hand before a restart, and was."""
+        held = {} if seen.sample is None else seen.sample.accepted
+        wanted = SHAPES[self._rules.plant].drained
+        wrong = [(t, v) for t, v in wanted.items() if (held.get(t) or 0.0) > v + 1e-6]
+        for tag, value in wrong:
+            self._link.operate(tag, value)
+        return bool(wrong)
 
     def _order(self, verb: Verb, subject: str = "") -> None:
         self.orders += 1
@@ -106,7 +115,7 @@ class Day:
     """The day itself: link, guard and person, second by second."""
 
     def __init__(self, guard: Guard, rules: GuardRules, link: Misbehaving, incidents: tuple[Incident, ...]) -> None:
-        self.person, self._link, self._times = Person(guard, rules), link, [i.at_s for i in incidents]
+        self.person, self._link, self._times = Person(guard, rules, link), link, [i.at_s for i in incidents]
         self.not_back: list[float] = []
         self.raised: list[str] = []
 

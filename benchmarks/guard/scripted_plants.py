@@ -21,6 +21,8 @@ class Shape:
     """Tag -> how it follows what is written."""
     violations: Mapping[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
     """Hard limit -> pushes of readings that violate it, each a tag and how far."""
+    drained: Mapping[str, float] = field(default_factory=dict)
+    """Writable tag -> where a person at the plant moves it before a restart: the reactor has to be drained."""
 
 
 SHAPES = {
@@ -33,6 +35,7 @@ SHAPES = {
         violations={
             "LIM-T-HIGH": (("T1", 9.0),), "LIM-L-HIGH": (("L1", 2.0),), "LIM-L-LOW": (("L1", -9.0),),
         },
+        drained={"L1.sp": 2.5},
     ),
     "mixing_module": Shape(
         start={
