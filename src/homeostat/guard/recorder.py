@@ -39,7 +39,7 @@ class Recorder:
         self._kept: deque[_Job] = deque()
         self._last: _Job | None = None
         self._late: _Job | None = None
-        self._failure = ""
+        self._failure, self._ended = "", False
         self.lost = 0
         """Events that found no room, or that the record cannot take."""
         self._thread = threading.Thread(target=self._work, name="guard-recorder", daemon=True)
@@ -48,7 +48,7 @@ class Recorder:
     @property
     def trouble(self) -> str:
         """Why the record does not work; empty while it does."""
-        if self._behind:
+        if self._behind and not self._ended:
             return f"the journal does not answer within {self._wait_s:g} s"
         return self._failure
 
@@ -80,7 +80,7 @@ class Recorder:
     @property
     def _behind(self) -> bool:
         """Whether a wait was in vain and the record has still not answered: nobody waits for it again until it has."""
-        return self._late is not None and not self._late.done.is_set()
+        return self._ended or (self._late is not None and not self._late.done.is_set())
 
     def _hand_over(self, job: _Job) -> bool:
         try:
@@ -108,9 +108,19 @@ class Recorder:
                 job.error = self._failure = f"the journal failed: {error or type(error).__name__}"
             except BaseException as error:  # the process ends; nobody shall wait for what is not appended any more
                 job.error = self._failure = f"the journal has ended: {type(error).__name__}"
+                self._ended = True
+                self._release()
                 return
             finally:
                 job.done.set()
+
+    def _release(self) -> None:
+        """Let go of everybody who waits for what will not be appended."""
+        while not self._jobs.empty():
+            waiting = self._jobs.get_nowait()
+            if waiting is not None:
+                waiting.error = "the journal has ended"
+                waiting.done.set()
 
     def _append(self, job: _Job) -> None:
         """Append what was kept and then ``job``; what no room was found for stays kept, in order."""
