@@ -238,7 +238,8 @@ def silent(life: Life, n: int) -> None:
 
 
 SCENES: dict[str, Scene] = {
-    "batch": batch, "tripped": tripped, "handled": handled, "deaf": deaf, "waits": waits, "late": late, "silent": silent,
+    "batch": batch, "tripped": tripped, "handled": handled, "deaf": deaf, "waits": waits, "late": late,
+    "silent": silent,
 }  # fmt: skip
 TICKS = 30
 SETTLES = 12
