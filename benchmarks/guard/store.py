@@ -1,0 +1,98 @@
+"""Results on disk: a JSON file per part, with the commit of the sources that it was measured on and a yardstick."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+ROOT = Path(__file__).parents[2]
+CACHE = ROOT / "runs" / "results" / "guard"
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How much is measured."""
+
+    trips: int = 200
+    """Steps per base, size and limit."""
+    quiet: int = 100
+    """Fault-free runs near a limit."""
+    days_s: float = 86_400.0
+    """Length of the long runs [s]."""
+    kills: int = 1000
+    """Lives that are killed."""
+    requests: int = 10_000
+    """Requests per plant."""
+    faults: int | None = None
+    """Faults per plant that are recovered from; None for all."""
+    repeats: int = 3
+    """Runs of the demo command per commit."""
+
+
+FULL = Sizes()
+QUICK = Sizes(trips=5, quiet=3, days_s=7_200.0, kills=20, requests=200, faults=1, repeats=1)
+
+
+def commit() -> str:
+    """The last commit that touched the sources."""
+    text = _git("log", "-1", "--format=%h", "--", "src")
+    return f"{text}+" if _git("status", "--porcelain", "--", "src") else text
+
+
+def yardstick_s(times: int = 5) -> float:
+    """Median CPU time of a fixed computation on this host [s]: two million steps of a congruential generator."""
+    found = []
+    for _ in range(times):
+        began, x = time.process_time(), 1
+        for _ in range(2_000_000):
+            x = (x * 1_103_515_245 + 12_345) & 0x7FFFFFFF
+        found.append(time.process_time() - began)
+    return median(found)
+
+
+def host() -> dict[str, Any]:
+    """What it was measured on, and how busy that was."""
+    return {
+        "python": platform.python_version(),
+        "cores": os.cpu_count(),
+        "yardstick_s": yardstick_s(),
+        "load": round(os.getloadavg()[0], 1),
+    }
+
+
+def read(part: str, at: str) -> dict[str, Any] | None:
+    """The results of ``part`` at commit ``at``; None where there are none."""
+    path = CACHE / f"{part}-{at}.json"
+    return json.loads(path.read_text()) if path.exists() else None
+
+
+def newest(part: str) -> dict[str, Any] | None:
+    """The results of ``part`` that were written last, of whatever commit."""
+    paths = sorted(CACHE.glob(f"{part}-*.json"), key=lambda p: p.stat().st_mtime)
+    return json.loads(paths[-1].read_text()) if paths else None
+
+
+def write(part: str, at: str, result: dict[str, Any], wanted: dict[str, Any]) -> None:
+    """Keep ``result``, with what was asked for, for the page and for a run that goes on later."""
+    CACHE.mkdir(parents=True, exist_ok=True)
+    path = CACHE / f"{part}-{at}.json"
+    new = path.with_suffix(".new")
+    new.write_text(json.dumps({"commit": at, "host": host(), "wanted": wanted, **result}, indent=1))
+    new.replace(path)
+
+
+def quantile(values: list[float], share: float) -> float:
+    """The ``share`` quantile of ``values``, by the nearest rank; NaN of nothing."""
+    ordered = sorted(values)
+    return ordered[min(int(share * len(ordered)), len(ordered) - 1)] if ordered else float("nan")
+
+
+def _git(*arguments: str) -> str:
+    return subprocess.run(["git", *arguments], capture_output=True, text=True, check=True, cwd=ROOT).stdout.strip()
