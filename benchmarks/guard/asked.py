@@ -58,7 +58,9 @@ def _readings(rules: GuardRules, seed: int) -> Callable[[float], dict[str, float
     measured = sorted(rest)
 
     def readings(now_s: float) -> dict[str, float]:
-        values = {t: rest[t] + draw.gauss(0.0, 1.0) * ((r := rules.qualities.get(t)) and r.noise or 0.0) for t in rest}
+        values = {
+            t: rest[t] + draw.gauss(0.0, 1.0) * (((r := rules.qualities.get(t)) and r.noise) or 0.0) for t in rest
+        }
         match draw.random():
             case p if p < 0.02:
                 values[draw.choice(measured)] = math.nan
