@@ -23,6 +23,8 @@ class Worker:
         """``supervise`` reads from ``exchange`` until there is nothing more; ``alarm`` is told of every bug in it."""
         self._exchange, self._supervise, self._alarm = exchange, supervise, alarm
         self._thread = threading.Thread(target=self._run, name="recovery", daemon=True)
+        self.left: BaseException | None = None
+        """What ended recovery for good, where it is no error but somebody's wish to end the run; None otherwise."""
 
     def start(self) -> None:
         """Begin; returns at once."""
@@ -34,9 +36,13 @@ class Worker:
         return not self._thread.is_alive()
 
     def _run(self) -> None:
-        with asyncio.Runner() as runner:
-            runner.get_loop().set_default_executor(DaemonExecutor())
-            runner.run(self._restarting())
+        try:
+            with asyncio.Runner() as runner:
+                runner.get_loop().set_default_executor(DaemonExecutor())
+                runner.run(self._restarting())
+        except BaseException as error:  # nobody sees what a thread raises: whoever drives the loop raises it again
+            self.left = error
+            self._exchange.give_up(f"recovery was ended by {type(error).__name__}")
 
     async def _restarting(self) -> None:
         for number in range(1, MOST + 1):
