@@ -159,8 +159,8 @@ def test_a_fallback_waits_for_no_reading_for_ever() -> None:
     assert world.sent == []
     world.silent(8)
     assert world.sent[0] == DRAIN.actions.commands
-    world.tick(3)
-    assert len(world.journal.of(FallbackStands)) == 1
+    world.tick(4)
+    assert world.journal.of(FallbackStands) and world.guard._latch.standing
 
 
 def test_a_fallback_that_is_read_to_stand_is_not_sent_again() -> None:
