@@ -35,7 +35,7 @@ class Latch:
         self.forced: frozenset[str] = frozenset()
         """Tags that the fallback writes even where they are out of service."""
         self._acting: Chosen | None = None
-        self._loaded = False
+        self._loaded = self._held = False
         self._again_s: float | None = None
 
     def activate(self, reason: str, now_s: float, readings: Snapshot | None) -> None:
@@ -67,12 +67,14 @@ class Latch:
         """Be latched again after a restart, before the plant was read; ``strategy`` had acted last."""
         self.reason = reason
         self.forced = next((s.forced for s in self._parts.rules.fallbacks if s.name == strategy), frozenset())
-        self.standing = True
+        self.standing = self._held = True
 
     def restore(self, strategy: str, now_s: float, readings: Snapshot | None) -> None:
         """Go on after a restart: ``strategy`` is sent again; empty where it is known to stand."""
         self._parts.alarms.raise_("latched", self.reason or "", Priority.CRITICAL, now_s)
-        self.standing = not strategy
+        if not self._held:
+            return  # another limit was violated before the plant was read, and a fallback is being sent
+        self._held, self.standing = False, not strategy
         if strategy:
             self.fallbacks.arm((strategy,), readings, self._parts.service.tags)
             self.fallbacks.begin()
@@ -148,7 +150,7 @@ class Latch:
                 parts.alarms.raise_("lease", objection, Priority.HIGH, now_s)
         if parts.writer.flying is not None:
             parts.writer.overtake(now_s, "a fallback acts")
-        self._acting, self._loaded, self.standing = chosen, False, False
+        self._acting, self._loaded, self.standing, self._held = chosen, False, False, False
         self.forced = strategy.forced
         write = Write.of(Cause.FALLBACK, strategy.name, actions)
         parts.writer.begin(write, now_s)
