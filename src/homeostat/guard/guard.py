@@ -159,6 +159,7 @@ class Guard:
             mode = (memory.mode or mode) if self._attachment.goes_on else Mode.OBSERVE
             self._restart = Restart(parts, self._latch, self._steps, memory)
             self._restart.take_position(self._now_s)
+            self._answered = memory.tripped
             self._requests.remember(memory.requests)
             self._persons.remember(memory.orders)
         objection = self._modes.enter(mode)

@@ -69,6 +69,8 @@ class Memory:
     """Transitions that wait, each with its commands; None for the nominal sequence."""
     aborting: bool = False
     """Whether they belong to a fallback."""
+    tripped: frozenset[str] = frozenset()
+    """Limits that were violated since the last reset: what a latched fallback acts against."""
     out: frozenset[str] = frozenset()
     """Tags that were out of service."""
     writes: int = 0
@@ -185,7 +187,7 @@ def _served(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 
 def _reset(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     return replace(
-        memory, latched=None, strategy="", acted="", state=str(fields["state"]), waiting=(), aborting=False, owed=None
+        memory, latched=None, tripped=frozenset(), strategy="", acted="", state=str(fields["state"]), waiting=(), aborting=False, owed=None
     )  # fmt: skip
 
 
@@ -211,6 +213,7 @@ def _heard(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 
 _FOLDS: Mapping[str, Any] = {
     "mode-entered": lambda m, f: replace(m, mode=Mode(f["mode"])),
+    "tripped": lambda m, f: replace(m, tripped=m.tripped | {str(f["limit"])}),
     "latched": lambda m, f: replace(m, latched=str(f["reason"])),
     "fell-back": _fell_back,
     "fallback-stands": _stands,

@@ -61,11 +61,6 @@ def test_s12_a_fallback_that_was_under_way_is_sent_until_it_stands(present: Pres
     assert report.latched is not None and report.accepted["F.sp"] == 0.0
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="Guard._answered is not restored: after a restart a limit that a standing fallback acts against counts as "
-    "another one, and the same strategy is sent again",
-)
 @pytest.mark.parametrize("dies_s", [61.0, 63.0, 80.0])
 def test_s12_a_fallback_that_stands_is_not_sent_again_while_its_limit_is_still_violated(
     present: Present, dies_s: float
