@@ -15,17 +15,20 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from homeostat.agents.crew import Monitoring, Proposer
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import open_process
 from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import Arrangement, Language, Workbench, wire
+from homeostat.cases.wiring import Arrangement, Language, Workbench, guard_rules, wire
 from homeostat.domain.guard_events import Cause, WriteIntended
 from homeostat.domain.observation import Observation
 from homeostat.domain.ports import Clock, GuardEvent
-from homeostat.links.bad_readings import ALL, Freeze, NoReadBack, NotANumber, Silence
+from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.trips import TripWatch
+from homeostat.links.bad_readings import ALL, Freeze, Lie, NoReadBack, NotANumber, Silence
 from homeostat.links.bad_writes import HangingWrite
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.links.misbehaving import Misbehaving, Misbehaviour
@@ -85,10 +88,11 @@ class Run:
 
 def run(
     case: Case, clock: Clock, arrangement: Arrangement | None = None, script: tuple[Misbehaviour, ...] = (),
-    trace: Any = None, onset_s: float = NOTICED_S,
+    trace: Any = None, onset_s: float = NOTICED_S, fault: str = "cool_stuck_closed",
 ) -> Run:  # fmt: skip
-    """The reactor with a valve that sticks from ``onset_s`` on [s]."""
-    stuck = scenario(case, "cool_stuck_closed", SEED, onset_s=onset_s, end_s=onset_s + LASTS_S)
+    """The reactor with a fault from ``onset_s`` on [s]; by default its coolant valve sticks."""
+    began_s = None if fault == "none" else onset_s
+    stuck = scenario(case, fault, SEED, onset_s=began_s, end_s=onset_s + LASTS_S)
     link, done = Misbehaving(SimulatedLink(open_process(case, stuck)), script), Run(onset_s)
     trace = trace or MemoryTrace()
     wire(case, link, clock, trace, SEED, arrangement or Arrangement()).run(link.source, done.look)
@@ -236,3 +240,22 @@ def test_a_reactor_that_says_nothing_more_is_brought_to_rest(case: Case, bad: Mi
     """No permissive can be judged either; the tables say which of them a fallback sets aside."""
     done = run(case, DeclaredClock(1.0), script=(bad,), onset_s=EARLY_S)
     assert done.fallbacks and BLIND_S < done.fallbacks[0] <= BLIND_S + 60.0
+
+
+@pytest.mark.parametrize("over_K", [3.0, 5.0, 20.0])
+def test_a_step_of_three_kelvin_over_the_limit_trips_within_ten_seconds(case: Case, over_K: float) -> None:
+    """The reactor stands at 310 K; a step that it cannot make is held for uncertain only for its grace time."""
+    script = (Lie("T1", LIMIT_K - 310.0 + over_K, EARLY_S + 50.0),)
+    done = run(case, DeclaredClock(1.0), script=script, onset_s=EARLY_S, fault="none")
+    assert EARLY_S + 50.0 <= done.fallbacks[0] <= EARLY_S + 60.0
+
+
+def test_a_reactor_that_stands_a_little_below_its_limit_never_trips(case: Case) -> None:
+    """A hundred runs of 300 s at 312.7 K with the noise of the table, 0.5 K."""
+    rules, noise = guard_rules(case), np.random.default_rng(12)
+    values = {tag: 0.0 for tag in case.description.tags_by_name} | {"T1": 312.7, "L1": 10.0}
+    for _ in range(100):
+        watch = TripWatch(rules, lambda event, at_s: None)
+        for at_s, hot in enumerate(312.7 + 0.5 * noise.standard_normal(300), start=1):
+            readings = Snapshot(float(at_s), values | {"T1": float(hot)})
+            assert watch.judge(float(at_s), readings, "normal") == ()
