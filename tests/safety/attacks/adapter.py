@@ -1,4 +1,8 @@
-"""What an attack needs of a version of the code, and the two versions that are attacked."""
+"""What an attack needs of a version of the code that is attacked.
+
+Every attack runs on this code, which must withstand it, and on commit 170fbcd, which must fail for the stated reason.
+The numbers S1 to S17 are those of a review of that commit; S18, mutation, is ``tests/safety/test_mutants.py``.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +31,10 @@ class Subject(Protocol):
         ...
 
     def loads(self, plant: str, file: str, before: str, after: str) -> str:
-        """Why a shipped plant is refused with one text in one of its files replaced; empty where it loads."""
+        """Why a shipped plant is refused with one text in one of its files replaced; empty where it loads.
+
+        Where it loads because something was made again, what.
+        """
         ...
 
     def verifies(self, forgery: str) -> bool:

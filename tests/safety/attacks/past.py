@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tarfile
+import tempfile
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -35,7 +36,8 @@ class Past:
         ours = tree / "tests" / "safety" / "attacks"
         ours.mkdir(exist_ok=True)
         for name in OURS:
-            shutil.copy(HERE / name, ours / name)
+            if not (ours / name).exists() or (ours / name).read_bytes() != (HERE / name).read_bytes():
+                shutil.copy(HERE / name, ours / name)
         code = (
             f"import sys, runpy; sys.path[:0] = [{str(tree / 'src')!r}, {str(tree)!r}]; "
             "runpy.run_module('tests.safety.attacks.past_script', run_name='__main__')"
@@ -84,6 +86,10 @@ def _check_out(tree: Path) -> None:
         archive = subprocess.run(command, capture_output=True, check=True).stdout
     except (OSError, subprocess.CalledProcessError) as error:
         raise NoPast(f"commit {COMMIT} is not in this checkout's history, so it cannot be attacked") from error
-    tree.mkdir(parents=True, exist_ok=True)
+    whole = Path(tempfile.mkdtemp(dir=tree.parent))
     with tarfile.open(fileobj=BytesIO(archive)) as files:
-        files.extractall(tree, filter="data")
+        files.extractall(whole, filter="data")
+    try:
+        whole.rename(tree)
+    except OSError:  # another process was first
+        shutil.rmtree(whole)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import json
 import math
+import os
 import shutil
 import sys
 import tempfile
@@ -243,16 +244,21 @@ def loads(plant, file, before, after):
     from homeostat.cases.error import CaseError
     from homeostat.knowledge.graph_error import GraphError
 
-    path = Path(module.__file__).parent / plant / file
-    text = path.read_text(encoding="utf-8")
-    assert before in text, f"{before!r} is not in {path}"
+    cases = Path(module.__file__).parent
+    copy = cases / f"{plant}_{os.getpid()}"
+    shutil.copytree(cases / plant, copy, ignore=shutil.ignore_patterns("__pycache__"))
     try:
+        path = copy / file
+        text = path.read_text(encoding="utf-8")
+        assert before in text, f"{before!r} is not in {path}"
         path.write_text(text.replace(before, after, 1), encoding="utf-8")
-        module.load_case(plant)
-    except (CaseError, GraphError, ValueError) as refused:
+        module.load_case(copy.name)
+    except (CaseError, GraphError) as refused:
         return f"{refused}"
+    except Exception as error:
+        return f"{type(error).__name__}: {error}"
     finally:
-        path.write_text(text, encoding="utf-8")
+        shutil.rmtree(copy)
     return ""
 
 

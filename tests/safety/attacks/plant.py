@@ -55,7 +55,7 @@ class Ask:
     at_s: float
     commands: tuple[tuple[str, float | None, float | None], ...] = (("F.sp", HALF, 0.005),)
     forged: str = ""
-    """Empty, or: self-made, old, future, nan, altered, replayed, delayed, configuration."""
+    """Empty, or: self-made, old, future, nan, altered, altered-later, replayed, delayed, configuration."""
 
 
 @dataclass(frozen=True, slots=True)

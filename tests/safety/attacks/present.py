@@ -245,15 +245,19 @@ class Present:
     def request(self, attack: Attack) -> Report:
         plant, trace = AttackedPlant(attack), FailingTrace(attack)
         stage = Attacked(plant, trace, attack.end_s)
-        guard, link = stage.guard, stage.link
+        guard, link, kept = stage.guard, stage.link, list[Request]()
         while not link.ended:
             snapshot = link.advance()
             for ask in attack.asks:
                 for asked in _asked(ask, plant.now_s):
                     guard.mailbox.put(asked)
+                    kept += [asked] if ask.forged == "altered-later" else []
             if plant.now_s == attack.trip_s:
                 guard.mailbox.put(FallBack("ordered"))
             seen = guard.tick(plant.now_s, snapshot)
+            for asked in kept:
+                for command in asked.actions.commands:
+                    object.__setattr__(command, "value", 0.05)
             plant.report.refused += [a.reason for a in seen.answers if a.status is RequestStatus.REFUSED]
         guard.stop("the run is over")
         return _report(plant, stage)
@@ -275,10 +279,10 @@ class Present:
         copy = Copy.of(plant, self._folder / str(self._copies))
         copy.replace(file, before, after)
         try:
-            copy.load()
+            case = copy.load()
         except (CaseError, GraphError) as refused:
             return str(refused)
-        return ""
+        return f"made again: {', '.join(case.remade)}" if case.remade else ""
 
     def verifies(self, forgery: str) -> bool:
         self._copies += 1
