@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
+from homeostat.campaign.resumption import Past
 from homeostat.domain.mode import Mode, PersonCommand
 from homeostat.guard.settings import GuardSettings
 from homeostat.trace import Setting
@@ -26,6 +27,8 @@ class Operation:
     """Asked at every tick for what people have ordered since the last one."""
     persons: int = 1
     """People who must agree to a reset."""
+    past: Past | None = None
+    """What the run goes on from; None for one that begins."""
 
     def __post_init__(self) -> None:
         if self.pace is not None and not (math.isfinite(self.pace) and self.pace > 0.0):
