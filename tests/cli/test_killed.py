@@ -82,7 +82,7 @@ def test_a_reader_that_goes_away_does_not_stop_the_run(tmp_path: Path) -> None:
 
 def test_a_killed_run_is_resumed(tmp_path: Path) -> None:
     refused(homeostat("resume", str(tmp_path), cwd=tmp_path), "not a run directory")
-    command = ("run", "cstr", "--mode", "approve", "--pace", "25", "--end", "300", "--out", "run")
+    command = ("run", "cstr", "--mode", "approve", "--pace", "25", "--end", "150", "--out", "run")
     process = subprocess.Popen([*COMMAND, *command], cwd=tmp_path, env=environment(), stdout=subprocess.DEVNULL)
     journal, deadline = tmp_path / "run" / "events.jsonl", time.monotonic() + LIMIT_S
     while not (journal.exists() and b"guard-started" in journal.read_bytes()) and time.monotonic() < deadline:
