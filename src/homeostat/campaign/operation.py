@@ -45,7 +45,7 @@ class Operation:
     @property
     def settings(self) -> tuple[Setting, ...]:
         """As the journal has them; none for a run that is operated by itself."""
-        if self.mode is Mode.CLOSED_LOOP and self.pace is None:
+        if self.mode is Mode.CLOSED_LOOP and self.pace is None and self.persons == 1:
             return ()
         paced = () if self.pace is None else (Setting("pace", self.pace),)
         return Setting("mode", self.mode.value), *paced, Setting("persons", self.persons)
