@@ -32,7 +32,7 @@ print(*sorted(name.partition(".")[0] for name in sys.modules), file=sys.stderr)
     [
         (), ("run",), ("campaign",), ("replay",), ("cases",), ("trace",), ("trace", "verify"), ("graph",),
         ("graph", "check"), ("graph", "query"), ("graph", "export"), ("plant",), ("plant", "sign"),
-        ("approve",), ("mode",),
+        ("approve",), ("mode",), ("resume",),
     ],
     ids=" ".join,
 )  # fmt: skip

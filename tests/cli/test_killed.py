@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from homeostat.trace import read_events, verify
-from tests.cli.command import COMMAND, LIMIT_S, environment, homeostat
+from tests.cli.command import COMMAND, LIMIT_S, environment, homeostat, refused
 
 LONG = ("run", "cstr", "--fault", "cool_stuck_closed", "--onset", "700", "--end", "86400", "--out", "run")
 
@@ -78,3 +78,22 @@ def test_a_reader_that_goes_away_does_not_stop_the_run(tmp_path: Path) -> None:
     process.stdout.close()
     assert process.wait(LIMIT_S) == 141
     assert verify(tmp_path / "run").complete
+
+
+def test_a_killed_run_is_resumed(tmp_path: Path) -> None:
+    refused(homeostat("resume", str(tmp_path), cwd=tmp_path), "not a run directory")
+    command = ("run", "cstr", "--mode", "approve", "--pace", "25", "--end", "150", "--out", "run")
+    process = subprocess.Popen([*COMMAND, *command], cwd=tmp_path, env=environment(), stdout=subprocess.DEVNULL)
+    journal, deadline = tmp_path / "run" / "events.jsonl", time.monotonic() + LIMIT_S
+    while not (journal.exists() and b"guard-started" in journal.read_bytes()) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    refused(homeostat("resume", "run", cwd=tmp_path), "still goes on")
+    process.kill()
+    process.wait(LIMIT_S)
+    done = homeostat("resume", "run", "--out", "copy", cwd=tmp_path)
+    assert done.status == 0 and "goes on from the journal in mode approve" in done.out
+    assert "homeostat: it goes on at " in done.err
+    assert homeostat("trace", "verify", "copy", cwd=tmp_path).status == 0
+    refused(homeostat("resume", "copy", cwd=tmp_path), "is over")
+    again = homeostat("replay", "copy", cwd=tmp_path)
+    assert again.status == 0 and again.out.endswith(done.out)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
+from homeostat.campaign.resumption import Past
 from homeostat.domain.mode import Mode, PersonCommand
 from homeostat.guard.settings import GuardSettings
 from homeostat.trace import Setting
@@ -26,6 +27,8 @@ class Operation:
     """Asked at every tick for what people have ordered since the last one."""
     persons: int = 1
     """People who must agree to a reset."""
+    past: Past | None = None
+    """What the run goes on from; None for one that begins."""
 
     def __post_init__(self) -> None:
         if self.pace is not None and not (math.isfinite(self.pace) and self.pace > 0.0):
@@ -42,7 +45,7 @@ class Operation:
     @property
     def settings(self) -> tuple[Setting, ...]:
         """As the journal has them; none for a run that is operated by itself."""
-        if self.mode is Mode.CLOSED_LOOP and self.pace is None:
+        if self.mode is Mode.CLOSED_LOOP and self.pace is None and self.persons == 1:
             return ()
         paced = () if self.pace is None else (Setting("pace", self.pace),)
         return Setting("mode", self.mode.value), *paced, Setting("persons", self.persons)

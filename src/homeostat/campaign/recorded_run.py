@@ -91,7 +91,11 @@ def record_run(
     journal.subscribe(subscriber)
     conditions, operation = conditions or Conditions(), operation or Operation()
     chosen = (*conditions.settings, *operation.settings)
-    journal.record(_started(case, scenario, thinking, proposer, chosen, language), 0.0)
+    if operation.past is None:
+        journal.record(_started(case, scenario, thinking, proposer, chosen, language), 0.0)
+    else:
+        for event, at_s in operation.past.events:
+            milestones(event, at_s)
     try:
         done = run(
             case, scenario, journal, thinking.clock(), watcher=seen, archive=directory, language=language,

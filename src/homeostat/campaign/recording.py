@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import itertools
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
@@ -12,7 +14,7 @@ from typing import Self, final
 from homeostat.domain.snapshot import Trajectory
 from homeostat.trace import Journal, Manifest, StoredFile, Summary
 from homeostat.trace.artifacts import write_parquet, write_text
-from homeostat.trace.files import describe, write_whole
+from homeostat.trace.files import JOURNAL, describe, write_whole
 from homeostat.trace.keys import KeyTrouble, SigningKey, installation_key
 
 TRAJECTORY = "trajectory.parquet"
@@ -41,6 +43,20 @@ def _key() -> tuple[SigningKey | None, str]:
         return None, str(trouble)
 
 
+def _held(path: Path) -> int:
+    """A descriptor with the lock of the run in ``path``, which ends with the process that writes the run.
+
+    Raises RunDirectoryError where another one has it.
+    """
+    descriptor = os.open(path / JOURNAL, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise RunDirectoryError(f"run {str(path)!r} still goes on; stop it first") from None
+    return descriptor
+
+
 @final
 class RunDirectory:
     """A run directory being written. Leaving the ``with`` block without `close` leaves an incomplete run."""
@@ -59,6 +75,7 @@ class RunDirectory:
             path.mkdir(parents=True, exist_ok=True)
             key, self.unsigned = _key()
             self.journal = Journal(path, key)
+            self._lock = _held(path)
         except OSError:
             for folder in made:
                 with contextlib.suppress(OSError):
@@ -67,6 +84,19 @@ class RunDirectory:
         self.path = path
         """The directory."""
         self._texts: dict[str, StoredFile] = {}
+
+    @classmethod
+    def resume(cls, path: Path) -> Self:
+        """Go on with the run in ``path``, which was killed.
+
+        Raises RunDirectoryError where it still goes on, and as :meth:`homeostat.trace.Journal.resume`.
+        """
+        directory = cls.__new__(cls)
+        directory._lock = _held(path)
+        key, directory.unsigned = _key()
+        directory.journal = Journal.resume(path, key)
+        directory.path, directory._texts = path, {}
+        return directory
 
     @classmethod
     def next_free(cls, root: Path, stem: str) -> Self:
@@ -117,7 +147,10 @@ class RunDirectory:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        self.journal.__exit__(kind, error, traceback)
+        try:
+            self.journal.__exit__(kind, error, traceback)
+        finally:
+            os.close(self._lock)
 
     def _store_text(self, folder: str, text: str, suffix: str) -> StoredFile:
         key = f"{folder}{suffix}\n{text}"

@@ -210,6 +210,7 @@ def run(
         operation = operation or Operation()
         arrangement = Arrangement(
             mode=operation.mode, guard=operation.guard,
+            memory=operation.past.memory if operation.past else None,
             budget=budget or Budget(), archive=archive or NoArchive(),
             language=replace(language, model=listening) if language and listening else None,
             protocol=conditions.protocol, given=_informed(case, scenario, conditions),
@@ -218,6 +219,10 @@ def run(
         link = _attach(case, process, operation)
         lease = link if operation.mode.writes else None
         assembly = wire(_known(known or case, conditions), lease, clock, trace, scenario.seed, arrangement)
+        if operation.past is not None:
+            for event, at_s in operation.past.events:
+                recorder(event, at_s)
+            assembly.exchange.remember(operation.past.retrace(link))
         assembly.run(link.source, _hook(shown, assembly, operation), operation.pace)
     result = _score(case, scenario, recorder, process, clock.total_s, time.monotonic() - begin)
     return replace(result, said=tuple(listening.said)) if listening else result

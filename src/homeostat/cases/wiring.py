@@ -30,6 +30,7 @@ from homeostat.domain.ports import Clock, Lease, Source
 from homeostat.domain.recovery import Command, FallbackStrategy, Step
 from homeostat.domain.rules import GuardRules
 from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.memory import Memory
 from homeostat.guard.seal import Sealer, new_key
 from homeostat.guard.sequencer import Sequencer, nominal_route, what_follows
 from homeostat.guard.settings import GuardSettings
@@ -174,6 +175,8 @@ class Arrangement:
     """Mode in which the guard begins; in one in which nobody writes, the plant runs its own recipe."""
     guard: GuardSettings = field(default_factory=GuardSettings)
     """How patient the guard is, and how many people must agree to a reset."""
+    memory: Memory | None = None
+    """What a journal says of the guard before; None for a run that begins."""
     budget: Budget = field(default_factory=Budget)
     """What one recovery may take."""
     archive: Archive = field(default_factory=NoArchive)
@@ -234,7 +237,7 @@ def wire(
     """A guard for the plant behind ``lease``, and recovery beside it; ``seed`` seeds the twin's draws, as the run's."""
     mode, patience, key = arrangement.mode, arrangement.guard, new_key()
     rules = guard_rules(case, arrangement.protocol, Side.GUARD if mode.writes else Side.PLANT)
-    guard = Guard(rules, Attachment(trace, lease, mode, {ISSUER: key}), patience)
+    guard = Guard(rules, Attachment(trace, lease, mode, {ISSUER: key}, arrangement.memory), patience)
 
     def trouble(cause: str) -> None:
         guard.mailbox.put(Trouble("recovery", cause))

@@ -64,6 +64,7 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.campaign.recall import RecallError
     from homeostat.campaign.recording import RunDirectoryError
     from homeostat.campaign.result import ResultError
+    from homeostat.campaign.resumption import ResumptionError
     from homeostat.campaign.scenario import ScenarioError
     from homeostat.campaign.study.error import CampaignError
     from homeostat.cases.error import CaseError
@@ -75,5 +76,5 @@ def _refusals() -> tuple[type[Exception], ...]:
 
     return (
         BrokenChain, CampaignError, CaseError, GraphError, KeyTrouble, OrderError, RecallError, ResultError,
-        RunDirectoryError, ScenarioError, StoreError,
+        ResumptionError, RunDirectoryError, ScenarioError, StoreError,
     )  # fmt: skip

@@ -54,11 +54,11 @@ def chosen(options: argparse.Namespace, run_dir: Path) -> Operation:
 
     if options.pace is None:
         return Operation(Mode(options.mode), persons=options.persons)
-    return Operation(Mode(options.mode), options.pace, _orders(run_dir), options.persons)
+    return Operation(Mode(options.mode), options.pace, orders_to(run_dir), options.persons)
 
 
-def _orders(run_dir: Path) -> Callable[[], Iterable[PersonCommand]]:
-    """Asks the inbox of the run; what it cannot take is said on standard error."""
+def orders_to(run_dir: Path) -> Callable[[], Iterable[PersonCommand]]:
+    """Asks the inbox of the run in ``run_dir``, which is made; what it cannot take is said on standard error."""
     from homeostat.domain.quotation import printable
     from homeostat.service.inbox import Inbox
 

@@ -13,6 +13,7 @@ from homeostat.cli import (
     plant,
     prompt,
     replay,
+    resume,
     run,
     trace_verify,
 )
@@ -47,6 +48,7 @@ def parser() -> Parser:
     run.configure(commands)
     orders.configure(commands)
     campaign.configure(commands)
+    resume.configure(commands)
     replay.configure(commands)
     prompt.configure(commands)
     cases.configure(commands)

@@ -97,11 +97,11 @@ def carry_out(options: argparse.Namespace) -> int:
     if directory.unsigned:
         print(f"homeostat: the run is not signed: {printable(directory.unsigned)}", file=sys.stderr)
     operated = operation.chosen(options, directory.path)
-    going = _Going(case, chosen, directory, thinking, options.proposer, speaker, conditions, operated)
-    return _run(going, options.json)
+    going = Going(case, chosen, directory, thinking, options.proposer, speaker, conditions, operated)
+    return carry(going, options.json)
 
 
-class _Going(NamedTuple):
+class Going(NamedTuple):
     """A run that was checked and may begin."""
 
     case: Case
@@ -114,7 +114,8 @@ class _Going(NamedTuple):
     operation: Operation
 
 
-def _run(going: _Going, as_json: bool) -> int:
+def carry(going: Going, as_json: bool) -> int:
+    """Run, show, keep; the exit status."""
     from homeostat.campaign.recorded_run import record_run
     from homeostat.cli.notices import notices
     from homeostat.cli.story import Story
@@ -125,6 +126,10 @@ def _run(going: _Going, as_json: bool) -> int:
 
     case, chosen, directory = going.case, going.chosen, going.directory
     story, view = Story(case.description, directory.path), _view(case, chosen, as_json)
+
+    if going.operation.past is not None:
+        for before, at_s in going.operation.past.events:
+            list(story.tell(before, at_s))  # told when it happened
 
     def on_event(event: Event, at_s: float) -> None:
         for line in story.tell(event, at_s):

@@ -66,6 +66,7 @@ class Exchange:
         self._changed = threading.Condition()
         self._unread: deque[Observation] = deque()
         self._kept: deque[Observation] = deque(maxlen=self._settings.ring)
+        self._past: tuple[Observation, ...] = ()
         self._owed_s = 0.0
         self._idle = False
         self._busy_since = time.monotonic()
@@ -162,12 +163,20 @@ class Exchange:
 
     # --- towards the loop ---------------------------------------------------------------------------------------
 
+    def remember(self, past: tuple[Observation, ...]) -> None:
+        """Show ``past`` to recovery together with the next tick: what went before a guard that goes on."""
+        with self._changed:
+            self._past = past[-self._settings.ring + 1 :]
+
     def publish(self, observation: Observation, overtaking: str | None = None) -> None:
         """Show one more tick to recovery; never blocks. What it thinks about is cancelled where something overtakes it.
 
         Both happen at once: whoever was cancelled has the tick that overtook it among those that wait for it.
         """
         with self._changed:
+            past, self._past = self._past, ()
+            self._kept.extend(past)
+            self._unread.extend(past)
             passed_s = observation.now_s - self._kept[-1].now_s if self._kept else self._settings.tick_s
             self._collect()
             if self._owed_s > EPSILON_S:

@@ -1,0 +1,152 @@
+"""Resumption: a run that was killed goes on from its journal, on the same simulated plant, made again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from homeostat.campaign.recall import recall
+from homeostat.campaign.scenario import Scenario
+from homeostat.cases.case import Case
+from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.guard_events import (
+    FellBack,
+    LatchReset,
+    ModeEntered,
+    Shed,
+    StateEntered,
+    WriteEnded,
+    WriteIntended,
+    WriteResult,
+)
+from homeostat.domain.mode import Mode
+from homeostat.domain.observation import Observation
+from homeostat.domain.ports import Wire
+from homeostat.domain.recovery import ActionSet
+from homeostat.guard.memory import Memory
+from homeostat.links.simulated import SimulatedLink
+from homeostat.trace import Event, Record, RunFinished, RunStarted
+
+
+class ResumptionError(ValueError):
+    """A run cannot go on; one line with the reason."""
+
+
+@dataclass(frozen=True, slots=True)
+class Past:
+    """What a journal holds of a run that was killed."""
+
+    started: RunStarted
+    """How it began."""
+    events: tuple[tuple[Event, float], ...]
+    """Its events, each with the process time of its line [s]."""
+    memory: Memory
+    """Where its guard stood."""
+
+    @classmethod
+    def of(cls, records: Sequence[Record]) -> Past:
+        """The past of a journal; ResumptionError where it holds no run that was killed."""
+        recalled = [(event, r.at_s) for r in records if (event := recall(r)) is not None]
+        if not recalled or not isinstance(recalled[0][0], RunStarted):
+            raise ResumptionError("its journal does not begin with a run")
+        if any(isinstance(event, RunFinished) for event, _ in recalled):
+            raise ResumptionError("it came to its end; there is nothing to go on with")
+        return cls(recalled[0][0], tuple(recalled), Memory.of(records))
+
+    @property
+    def at_s(self) -> float:
+        """Process time of the last line [s]."""
+        return self.events[-1][1]
+
+    @property
+    def settings(self) -> dict[str, str | float | bool]:
+        """What was chosen when the run began, by name."""
+        return {setting.name: setting.value for setting in self.started.configuration}
+
+    @property
+    def open_writes(self) -> tuple[int, ...]:
+        """Numbers of writes whose last attempt has no outcome: nobody knows whether the plant got them."""
+        return tuple(sorted({key[0] for key, result in self._results().items() if result is None}))
+
+    def scenario(self, case: Case) -> Scenario:
+        """The scenario of the run; ResumptionError where ``case`` is not what it was, or the journal does not say."""
+        chosen = self.settings
+        if chosen.get("configuration") != case.configuration:
+            raise ResumptionError(f"the configuration of {case.name!r} has changed since the run began")
+        try:
+            faults = tuple(
+                FaultState(name, float(chosen[f"severity {name}"]), float(chosen[f"onset_s {name}"]))
+                for name in self.started.faults
+            )
+            return Scenario(case.name, faults, self.started.seed, float(chosen["end_s"]))
+        except (KeyError, ValueError) as error:
+            raise ResumptionError(f"its first event does not say {error}") from None
+
+    def retrace(self, link: SimulatedLink) -> tuple[Observation, ...]:
+        """Let ``link`` do again what it did until the last line, and what was seen of it; nobody decides anything."""
+        results, seen, wire = self._results(), _Seen(), None
+        observations: list[Observation] = []
+        for event, at_s in self.events:
+            while link.now_s < at_s and not link.ended:
+                observations.append(seen.observed(link))
+            seen.take(event)
+            wire = self._again(event, link, wire, results)
+        return tuple(observations)
+
+    def _again(
+        self, event: Event, link: SimulatedLink, wire: Wire | None,
+        results: dict[tuple[int, int], WriteResult | None],
+    ) -> Wire | None:  # fmt: skip
+        """What ``event`` did to the plant, done again; the wire that is held after it."""
+        match event:
+            case ModeEntered() if Mode(event.mode).writes:
+                return wire or link.take()
+            case ModeEntered() | Shed() if wire is not None:
+                link.give_back()
+                return None
+            case WriteIntended() if results[event.write, event.attempt] not in (None, WriteResult.FAILED):
+                wire = wire or link.take()
+                wire.send(event.commands)
+        return wire
+
+    def _results(self) -> dict[tuple[int, int], WriteResult | None]:
+        """Write and attempt -> what became of it; None where nothing is known."""
+        results: dict[tuple[int, int], WriteResult | None] = {}
+        for event, _ in self.events:
+            match event:
+                case WriteIntended():
+                    results[event.write, event.attempt] = None
+                case WriteEnded():
+                    results[event.write, event.attempt] = event.result
+        return results
+
+
+class _Seen:
+    """Follows the events and says how each tick looked to recovery."""
+
+    def __init__(self) -> None:
+        self._last = Observation(0.0, None, "", ActionSet((), ""), None, None, (), None, Mode.OBSERVE, ())
+
+    def take(self, event: Event) -> None:
+        """Take note of one event."""
+        match event:
+            case StateEntered():
+                self._last = replace(self._last, state=event.state, rest=ActionSet((), event.state))
+            case ModeEntered():
+                self._last = replace(self._last, mode=Mode(event.mode))
+            case FellBack():
+                self._last = replace(self._last, latched=event.reason)
+            case LatchReset():
+                self._last = replace(self._last, latched=None)
+
+    def observed(self, link: SimulatedLink) -> Observation:
+        """The next tick of ``link``."""
+        snapshot = link.advance()
+        return replace(self._last, now_s=link.now_s, snapshot=snapshot)
+
+
+def told(past: Past) -> Iterator[str]:
+    """In what the run that goes on may differ from one that was never killed, line by line."""
+    yield f"it goes on at {past.at_s:.0f} s; what was thought and not released by then is thought again"
+    for write in past.open_writes:
+        yield f"whether write {write} reached the plant is not known: the plant is made again without it, and read"
