@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pyoxigraph import NamedNode, RdfFormat
 
-from homeostat.knowledge.build import build
+from homeostat.knowledge.build import build, mapped
 from homeostat.knowledge.embedded import EmbeddedStore
 
 Rows = list[dict[str, str]]
@@ -55,7 +55,8 @@ class Workbench:
         self.write(table, change(self.rows(table)))
 
     def graph(self) -> bytes:
-        return build(self.folder)
+        """What the mapping makes of the tables, bad cells included."""
+        return mapped(self.folder)
 
 
 def store_of(graph: bytes) -> EmbeddedStore:

@@ -78,12 +78,14 @@ def _warn(store: GraphStore) -> int:
 
 def _problems(where: Place, store: GraphStore) -> Iterator[str]:
     from homeostat.knowledge.blemishes import blemishes
+    from homeostat.knowledge.tables.check import mistakes
 
     yield from map(str, blemishes(store))
     if where.plant is not None:
         yield from _disagreements(where.plant, store)
         if where.own:
-            yield from _other_than_built(where.plant)
+            bad = tuple(map(str, mistakes(where.plant.files.folder)))
+            yield from bad or _other_than_built(where.plant)
 
 
 def _other_than_built(plant: Plant) -> Iterator[str]:

@@ -38,6 +38,14 @@ def build(folder: Path, other: frozenset[Triple] | None = None) -> bytes:
     ``other`` is what another RML processor made of the mapping, compared where given. Raises GraphError that names the
     table, row or thing.
     """
+    from .tables.check import refuse_bad_tables  # a plant whose graph is there already is loaded without the schemas
+
+    refuse_bad_tables(folder)
+    return mapped(folder, other)
+
+
+def mapped(folder: Path, other: frozenset[Triple] | None = None) -> bytes:
+    """As `build`, without a look at the tables first: what is wrong in them is found in the graph, or not at all."""
     try:
         text = (folder / MAPPING).read_bytes()
     except OSError as error:

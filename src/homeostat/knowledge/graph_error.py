@@ -40,6 +40,8 @@ class Code(StrEnum):
     """A state is used that the state table does not have."""
     UNKNOWN_FEATURE = "unknown-feature"
     """A feature is used that the feature table does not have."""
+    UNKNOWN_SYMPTOM = "unknown-symptom"
+    """A symptom is used that the symptom table does not have."""
     UNKNOWN_FAULT = "unknown-fault"
     """A fault is used that the fault table does not have, or that the process model cannot simulate."""
     UNKNOWN_OPERATOR = "unknown-operator"

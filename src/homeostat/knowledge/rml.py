@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from pyoxigraph import NamedNode, Triple
 
 from .graph_error import Code, GraphError
 from .rml_mapping import TriplesMap
+from .tables.reading import read_rows
 
 
 def materialise(maps: Iterable[TriplesMap], folder: Path) -> frozenset[Triple]:
@@ -25,7 +25,7 @@ def materialise(maps: Iterable[TriplesMap], folder: Path) -> frozenset[Triple]:
     for path in sorted({path for source in sources for path in (folder / source).parent.glob("*.csv")}):
         if path not in {folder / source for source in sources}:
             raise GraphError(Code.BAD_MAPPING, path.name, "is read by no map; map it or move it away")
-    tables = {source: _rows(folder / source) for source in sources}
+    tables = {source: read_rows(folder / source).rows for source in sources}
     for source in sources:
         _check_columns(Path(source).name, tables[source], tuple(item for item in chosen if item.source == source))
     return frozenset(triple for item in chosen for triple in _triples(item, tables[item.source]))
@@ -39,28 +39,6 @@ def _check_columns(table: str, rows: tuple[Mapping[str, str], ...], maps: tuple[
             raise GraphError(Code.BAD_MAPPING, item.name, f"table {table} has no column {missing[0]!r}")
     if unread := sorted(rows[0].keys() - frozenset().union(*(item.columns for item in maps))):
         raise GraphError(Code.BAD_MAPPING, table, f"column {unread[0]!r} is read by no map; map it or remove it")
-
-
-def _rows(path: Path) -> tuple[Mapping[str, str], ...]:
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            reader = csv.DictReader(file, strict=True, restkey="", restval=None)
-            rows = tuple(reader)
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise GraphError(Code.BAD_TABLE, path.name, f"cannot be read: {error}") from error
-    header = reader.fieldnames or ()
-    if not header or "" in header or len(set(header)) < len(header):
-        raise GraphError(Code.BAD_TABLE, path.name, f"needs a header of different column names, has {list(header)}")
-    for line, row in enumerate(rows, start=2):
-        if "" in row or None in row.values():
-            raise GraphError(
-                Code.BAD_TABLE, f"{path.name} row {line}", f"needs {len(header)} cells; quote cells with commas"
-            )
-        if stray := [name for name, cell in row.items() if cell != cell.strip()]:
-            raise GraphError(
-                Code.BAD_TABLE, f"{path.name} row {line}", f"column {stray[0]!r} begins or ends with a space"
-            )
-    return rows
 
 
 def _triples(item: TriplesMap, rows: tuple[Mapping[str, str], ...]) -> Iterator[Triple]:

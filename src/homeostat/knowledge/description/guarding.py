@@ -18,7 +18,7 @@ from ..graph_error import Code, GraphError
 from ..store import GraphStore
 from .entry import Entry, entries, unique
 
-_LONGEST_S: Final = {"stale_s": 60.0, "frozen_s": 3600.0, "grace_s": 60.0, "confirm_s": 60.0, "lift_s": 3600.0}
+LONGEST_S: Final = {"stale_s": 60.0, "frozen_s": 3600.0, "grace_s": 60.0, "confirm_s": 60.0, "lift_s": 3600.0}
 """Column -> longest time that can be meant [s]."""
 _MAY_BE_ZERO: Final = frozenset({"grace_s", "cusum", "lift", "lift_s", "tolerance"})
 
@@ -97,7 +97,7 @@ def _optional_number(entry: Entry, column: str) -> float | None:
 
 
 def _bounded(entry: Entry, column: str, value: float) -> float:
-    longest = _LONGEST_S.get(column, math.inf)
+    longest = LONGEST_S.get(column, math.inf)
     if not 0.0 <= value <= longest or (value == 0.0 and column not in _MAY_BE_ZERO):
         least = ">= 0" if column in _MAY_BE_ZERO else "> 0"
         most = "" if math.isinf(longest) else f" and <= {longest:g} s"

@@ -1,0 +1,121 @@
+"""Rows about how the plant is run and what must hold; the guide to plants says what they mean."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import model_validator
+
+from homeostat.domain.limits import LimitKind, Owner
+
+from ..graph_error import Code
+from .cells import (
+    CellError,
+    Component,
+    Condition,
+    Name,
+    OptionalValue,
+    Refers,
+    Row,
+    State,
+    Tag,
+    Text,
+    Value,
+    YesNo,
+    in_order,
+    whole,
+    words_of,
+)
+
+
+class OperatingState(Row):
+    """A state of the sequence."""
+
+    id: Name
+    label: Text
+    initial: YesNo
+    recovery_target: YesNo
+    risk: Annotated[int, whole(0, 1000, "a rank, 0 for the least risk")]
+    start_up: YesNo
+    settled_when: Condition
+    description: Text | None = None
+
+
+class StateRequirement(Row):
+    """What must work in a state."""
+
+    state: State
+    component: Component
+    description: Text | None = None
+
+
+class Setpoint(Row):
+    """What a state admits of a commanded tag."""
+
+    state: State
+    tag: Tag
+    low: Value
+    high: Value
+    design: OptionalValue = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> Setpoint:
+        in_order(self.low, self.high, "low and high", equal=True)
+        if self.design is not None and not self.low <= self.design <= self.high:
+            message = f"design {self.design:g} is outside {self.low:g} to {self.high:g}, what the state admits"
+            raise CellError(Code.SETPOINT_OUTSIDE_RANGE, f"{message}; correct one of them")
+        return self
+
+
+class Transition(Row):
+    """A way from a state to another."""
+
+    id: Name
+    source: State
+    target: State
+    event: Name
+    guard: Condition
+    decision: YesNo
+    description: Text | None = None
+
+
+class Limit(Row):
+    """What must hold at every moment."""
+
+    id: Name
+    kind: Annotated[str, words_of(LimitKind)]
+    hard: YesNo
+    formula: Condition
+    source: Text
+    description: Text | None = None
+
+
+class Criterion(Row):
+    """What a proposal must keep on the twin."""
+
+    id: Name
+    owner: Annotated[str, words_of(Owner)]
+    hard: YesNo
+    formula: Condition
+    source: Text
+    description: Text | None = None
+
+
+class FallbackStep(Row):
+    """A command of a way to the safe state."""
+
+    strategy: Name
+    target: State
+    step: Annotated[int, whole(1, 1000, "its place in the order")]
+    tag: Tag
+    value: OptionalValue = None
+    out_of_service: YesNo
+    description: Text | None = None
+
+
+class Waiver(Row):
+    """A permissive that a fallback sets aside."""
+
+    strategy: Annotated[str, Refers("strategy")]
+    permissive: Annotated[str, Refers("limit")]
+    reason: Text
