@@ -353,13 +353,9 @@ def test_every_table_is_broken_here_and_the_tables_as_they_are_are_not(bench: Wo
 
 
 def test_every_code_is_met_by_some_test() -> None:
-<<<<<<< HEAD
-    elsewhere = {Code.BAD_MAPPING, Code.STALE_GRAPH, Code.MISSING_FAULT, Code.ALTERED, Code.BAD_BASELINE}
-=======
     elsewhere = {
         Code.BAD_MAPPING, Code.STALE_GRAPH, Code.MISSING_FAULT, Code.ALTERED, Code.BAD_BASELINE, Code.UNKNOWN_SYMPTOM,
     }  # fmt: skip
->>>>>>> fuzz
     # What only a graph that was not built from tables can have: `test_blemishes` and `test_reference_graphs`.
     of_any_graph = {
         Code.DANGLING_REFERENCE, Code.UNKNOWN_TERM, Code.UNREACHED_COMPONENT, Code.TRANSITION_WITHOUT_CONDITION,
