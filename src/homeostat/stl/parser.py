@@ -81,7 +81,7 @@ def _check(root: Node, tags: Mapping[str, Signal] | None) -> None:
         if depth > MAX_DEPTH:
             raise Flaw(1, f"nested deeper than {MAX_DEPTH} operators; split it into several rules")
         if tags is not None and isinstance(node, TagValue) and node.tag not in tags:
-            raise Flaw(node.column, f"unknown tag {node.tag!r}{near_matches(node.tag, tags)}")
+            raise Flaw(node.column, f"unknown tag {_shorten(node.tag)!r}{near_matches(node.tag, tags)}")
     if tags is not None:
         check_units(root, tags)
 
@@ -96,7 +96,7 @@ def _parser() -> Lark:
 def _float(token: Token) -> float:
     value = float(token)
     if math.isinf(value):
-        raise Flaw(_position(token), f"number {str(token)!r} is too large; the limit is 1.8e308")
+        raise Flaw(_position(token), f"number {_shorten(str(token))!r} is too large; the limit is 1.8e308")
     return value
 
 
@@ -224,7 +224,7 @@ def _misplaced(text: str, error: UnexpectedToken) -> tuple[int, str]:
         return _position(token), "comparisons cannot be chained; write 'a <= x and x <= b'"
     if token.type == "UNTIL" and "AND" in accepts:
         return _position(token), "'until' cannot be chained; add parentheses"
-    return _position(token), f"unexpected {str(token)!r}; expected {_expected(accepts)}"
+    return _position(token), f"unexpected {_shorten(str(token))!r}; expected {_expected(accepts)}"
 
 
 def _expected(accepts: set[str]) -> str:
