@@ -82,7 +82,7 @@ def test_a_reader_that_goes_away_does_not_stop_the_run(tmp_path: Path) -> None:
 
 def test_a_killed_run_is_resumed(tmp_path: Path) -> None:
     refused(homeostat("resume", str(tmp_path), cwd=tmp_path), "not a run directory")
-    command = ("run", "cstr", "--mode", "approve", "--pace", "25", "--end", "150", "--out", "run")
+    command = ("run", "cstr", "--mode", "approve", "--pace", "1", "--end", "300", "--out", "run")
     process = subprocess.Popen([*COMMAND, *command], cwd=tmp_path, env=environment(), stdout=subprocess.DEVNULL)
     journal, deadline = tmp_path / "run" / "events.jsonl", time.monotonic() + LIMIT_S
     while not (journal.exists() and b"guard-started" in journal.read_bytes()) and time.monotonic() < deadline:
@@ -90,7 +90,7 @@ def test_a_killed_run_is_resumed(tmp_path: Path) -> None:
     refused(homeostat("resume", "run", cwd=tmp_path), "still goes on")
     process.kill()
     process.wait(LIMIT_S)
-    done = homeostat("resume", "run", "--out", "copy", cwd=tmp_path)
+    done = homeostat("resume", "run", "--out", "copy", "--pace", "100", cwd=tmp_path)
     assert done.status == 0 and "goes on from the journal in mode approve" in done.out
     assert "homeostat: it goes on at " in done.err
     assert homeostat("trace", "verify", "copy", cwd=tmp_path).status == 0

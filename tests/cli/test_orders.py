@@ -57,7 +57,7 @@ def faulty(tmp_path: Path) -> Iterator[Going]:
 @pytest.fixture
 def healthy(tmp_path: Path) -> Iterator[Going]:
     """A run in mode approve without a fault, slow enough to be talked to."""
-    yield from going(tmp_path, "--mode", "approve", "--pace", "2")
+    yield from going(tmp_path, "--mode", "approve", "--pace", "1")
 
 
 def test_a_request_is_listed_and_approved(faulty: Going) -> None:
@@ -81,14 +81,14 @@ def test_a_request_is_listed_and_approved(faulty: Going) -> None:
 def test_people_change_service_mode_and_more_while_a_run_goes_on(healthy: Going) -> None:
     healthy.told("state")
     assert healthy.order("approve") == (0, "no request waits for a person\n")
+    assert healthy.order("fall-back", "--reason", "smoke")[0] == 0
+    healthy.told("latched")
     assert healthy.order("in-service", "VI203.cmd", "--out")[0] == 3  # without a reason
     assert healthy.order("in-service", "VI203.cmd", "--out", "--reason", "maintenance")[0] == 0
     assert healthy.order("in-service", "nonsense")[0] == 3
     assert healthy.order("mode", "approve", "--role", "operator") == (
         3, "mode approve: refused, only an engineer may order 'mode'\n"
     )  # fmt: skip
-    assert healthy.order("fall-back", "--reason", "smoke")[0] == 0
-    healthy.told("latched")
     assert healthy.order("acknowledge", "latched")[0] == 0
     assert healthy.order("reset", "--reason", "false alarm", "--person", "Ada")[0] == 0
     assert "by Ada: false alarm; the plant stands in 'aborted'" in healthy.told("reset")

@@ -21,9 +21,9 @@ from homeostat.domain.guard_events import (
 )
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Observation
-from homeostat.domain.ports import Wire
 from homeostat.domain.recovery import ActionSet
 from homeostat.guard.memory import Memory
+from homeostat.links.retracing import Retracing
 from homeostat.links.simulated import SimulatedLink
 from homeostat.trace import Event, Record, RunFinished, RunStarted
 
@@ -84,30 +84,20 @@ class Past:
 
     def retrace(self, link: SimulatedLink) -> tuple[Observation, ...]:
         """Let ``link`` do again what it did until the last line, and what was seen of it; nobody decides anything."""
-        results, seen, wire = self._results(), _Seen(), None
+        results, seen, again = self._results(), _Seen(), Retracing(link)
         observations: list[Observation] = []
         for event, at_s in self.events:
             while link.now_s < at_s and not link.ended:
                 observations.append(seen.observed(link))
             seen.take(event)
-            wire = self._again(event, link, wire, results)
+            match event:
+                case ModeEntered() if Mode(event.mode).writes:
+                    again.lease()
+                case ModeEntered() | Shed():
+                    again.give_back()
+                case WriteIntended() if results[event.write, event.attempt] not in (None, WriteResult.FAILED):
+                    again.write(event.commands)
         return tuple(observations)
-
-    def _again(
-        self, event: Event, link: SimulatedLink, wire: Wire | None,
-        results: dict[tuple[int, int], WriteResult | None],
-    ) -> Wire | None:  # fmt: skip
-        """What ``event`` did to the plant, done again; the wire that is held after it."""
-        match event:
-            case ModeEntered() if Mode(event.mode).writes:
-                return wire or link.take()
-            case ModeEntered() | Shed() if wire is not None:
-                link.give_back()
-                return None
-            case WriteIntended() if results[event.write, event.attempt] not in (None, WriteResult.FAILED):
-                wire = wire or link.take()
-                wire.send(event.commands)
-        return wire
 
     def _results(self) -> dict[tuple[int, int], WriteResult | None]:
         """Write and attempt -> what became of it; None where nothing is known."""

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from homeostat.cli.arguments import UsageError
+from homeostat.cli.arguments import UsageError, number
 
 if TYPE_CHECKING:
     from homeostat.campaign.operation import Operation
@@ -29,6 +29,12 @@ def configure(commands: Commands) -> None:
     )
     command.add_argument("run", type=Path, metavar="RUN", help="run directory")
     command.add_argument("--out", type=Path, metavar="DIR", help="go on in a copy, in this new directory")
+    command.add_argument(
+        "--pace",
+        type=number(0.1, 1000.0),
+        metavar="K",
+        help="process seconds per second, for a paced run (default: as it was)",
+    )
     command.add_argument("--json", action="store_true", help="print the result as one JSON object and nothing else")
     command.set_defaults(carry_out=carry_out)
 
@@ -53,6 +59,8 @@ def carry_out(options: argparse.Namespace) -> int:
         case = load_case(past.started.case)
         scenario = past.scenario(case)
         chosen = past.settings
+        if options.pace is not None and "pace" not in chosen:
+            raise ResumptionError("it is not paced; leave --pace out")
         if chosen.get("protocol") != AskingProtocol.ROUTE.value:
             raise ResumptionError("it was asked for step by step, and what was asked is not in its journal")
     except ResumptionError as reason:
@@ -64,9 +72,9 @@ def carry_out(options: argparse.Namespace) -> int:
     if chosen["proposer"] != "search":
         print(f"homeostat: it goes on with the search alone, without {chosen['proposer']!r}", file=sys.stderr)
     conditions = Conditions(label_given=bool(chosen.get("label_given")))
-    going = Going(
-        case, scenario, directory, _thinking(past), "search", None, conditions, _operation(past, directory.path)
-    )
+    operation = _operation(past, directory.path, options.pace)
+    thinking = _thinking(past, options.pace)
+    going = Going(case, scenario, directory, thinking, "search", None, conditions, operation)
     return carry(going, options.json)
 
 
@@ -81,16 +89,16 @@ def _copied(run_dir: Path, out: Path) -> Path:
     return out
 
 
-def _thinking(past: Past) -> Thinking:
+def _thinking(past: Past, pace: float | None) -> Thinking:
     from homeostat.campaign.recorded_run import Thinking
 
     chosen = past.settings
     if "thinking_declared_s" in chosen:
         return Thinking(declared_s=float(chosen["thinking_declared_s"]))
-    return Thinking(float(chosen["thinking_scale"]))
+    return Thinking(pace or float(chosen["thinking_scale"]))
 
 
-def _operation(past: Past, run_dir: Path) -> Operation:
+def _operation(past: Past, run_dir: Path, pace: float | None) -> Operation:
     from homeostat.campaign.operation import Operation
     from homeostat.cli.operation import orders_to
     from homeostat.domain.mode import Mode
@@ -99,4 +107,4 @@ def _operation(past: Past, run_dir: Path) -> Operation:
     mode, persons = Mode(str(chosen.get("mode", Mode.CLOSED_LOOP))), int(chosen.get("persons", 1))
     if "pace" not in chosen:
         return Operation(mode, persons=persons, past=past)
-    return Operation(mode, float(chosen["pace"]), orders_to(run_dir), persons, past)
+    return Operation(mode, pace or float(chosen["pace"]), orders_to(run_dir), persons, past)
