@@ -154,6 +154,8 @@ class Latch:
         self.forced = strategy.forced
         write = Write.of(Cause.FALLBACK, strategy.name, actions)
         parts.writer.begin(write, now_s)
+        if parts.writer.broken and not parts.tenure.take():  # a lease that was lost without a word costs no tick
+            parts.writer.repeat(now_s)
         parts.note(FellBack(strategy.name, actions.commands, reason), now_s)
         if parts.writer.accepted:
             self._load(chosen, now_s)

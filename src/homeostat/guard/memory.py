@@ -61,6 +61,8 @@ class Memory:
     """Why a fallback acted; None while none had."""
     strategy: str = ""
     """Fallback that acted last and is not known to stand; empty where none is."""
+    untold: str = ""
+    """Fallback that was read to stand without the journal saying so; empty where none is."""
     acted: str = ""
     """Fallback that acted last, whether or not it stands; empty where none has since the last reset."""
     state: str = ""
@@ -118,7 +120,7 @@ def _intended(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     if not taken:  # nothing that was to follow before a fallback follows after it
         memory = replace(memory, waiting=(), aborting=True)
     latched = memory.latched or f"fallback {source!r} was being written"
-    return replace(memory, strategy=source, acted=source, latched=latched)
+    return replace(memory, strategy=source, untold="", acted=source, latched=latched)
 
 
 def _ended(memory: Memory, fields: Mapping[str, Any]) -> Memory:
@@ -155,7 +157,7 @@ def _read_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
         owes = write.cause is Cause.SEQUENCE and write.taken and not write.given_up
         return replace(memory, owed=write) if owes else memory
     if write.cause is Cause.FALLBACK and write.source == memory.strategy:
-        memory = replace(memory, strategy="")
+        memory = replace(memory, strategy="", untold=write.source)
     if number != memory.writes or write.taken or write.given_up or write.source == PUT_RIGHT:
         return memory
     memory = _marked(memory, number, _behind)
@@ -188,12 +190,13 @@ def _served(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 def _reset(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     state = str(fields["state"])
     return replace(
-        memory, latched=None, tripped=frozenset(), strategy="", acted="", state=state, waiting=(), aborting=False,
+        memory, latched=None, tripped=frozenset(), strategy="", untold="", acted="", state=state, waiting=(), aborting=False,
         owed=None,
     )  # fmt: skip
 
 
 def _stands(memory: Memory, fields: Mapping[str, Any]) -> Memory:
+    memory = replace(memory, untold="")
     return replace(memory, strategy="") if fields["strategy"] == memory.strategy else memory
 
 

@@ -45,6 +45,8 @@ class Restart:
 
     def resolve(self, now_s: float, readings: Snapshot) -> None:
         """Say what became of every open write, and have an unconfirmed fallback sent until it stands."""
+        if self._memory.untold:
+            self._parts.note(FallbackStands(self._memory.untold), now_s)
         for number, write in sorted(self._memory.open.items()):
             deviating = tuple(c.tag for c in write.commands if not holds(c, readings, self._tolerance(c.tag)))
             confirmed = tuple(c.tag for c in write.commands if c.tag not in deviating)

@@ -135,6 +135,11 @@ class Writer:
         self._flight = flight
         return True
 
+    def repeat(self, now_s: float) -> None:
+        """The next attempt at once, because the last one was refused on the spot and the reason is gone."""
+        if self._flight is not None and self._flight.attempt < self._settings.attempts:
+            self._send(self._flight, now_s)
+
     def overtake(self, now_s: float, reason: str) -> None:
         """Give up what is under way, ramps included; what was on the wire is read back later."""
         self._ramps.stop()

@@ -222,10 +222,6 @@ def test_while_a_write_or_its_read_back_hangs(case: Case, bad: Misbehaviour) -> 
     assert (len(done.fallbacks) == 1) is known, "it is sent until it is read to stand"
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="the latch takes a new lease only after the first attempt has broken, and sends again one tick later",
-)
 def test_while_the_lease_is_lost_without_a_word(case: Case) -> None:
     done = run(case, DeclaredClock(1.0), script=(LostHeartbeat(EARLY_S),), onset_s=EARLY_S)
     assert done.fallbacks[0] == done.violated_s
