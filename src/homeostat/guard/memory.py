@@ -190,8 +190,8 @@ def _served(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 def _reset(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     state = str(fields["state"])
     return replace(
-        memory, latched=None, tripped=frozenset(), strategy="", untold="", acted="", state=state, waiting=(), aborting=False,
-        owed=None,
+        memory, latched=None, tripped=frozenset(), strategy="", untold="", acted="", state=state, waiting=(),
+        aborting=False, owed=None,
     )  # fmt: skip
 
 
