@@ -30,12 +30,12 @@ REPO = Path(__file__).resolve().parents[2]
 SAFETY_LAYER = REPO / "src" / "homeostat" / "guard"
 TESTS = tuple(
     f"test_{name}.py"
-    for name in ("trips", "quality", "guard", "memory", "writer", "recorder", "verification", "people")
+    for name in ("trips", "quality", "guard", "memory", "writer", "latch", "recorder", "verification", "people")
 )
 NEAREST = {
     "ramp": "writer", "steps": "writer", "moves": "writer", "service": "people", "authority": "people",
     "persons": "people", "requests": "verification", "seal": "verification", "mailbox": "verification",
-    "modes": "people", "tenure": "people", "alarms": "people", "restart": "memory",
+    "modes": "people", "tenure": "people", "alarms": "people", "restart": "memory", "fallback": "latch",
 }  # fmt: skip
 """Module of the guard -> the tests that look at it most closely, where they do not have its name."""
 LIMIT_S = 60.0

@@ -301,7 +301,7 @@ def verdict(life: Life, quiet: Life) -> list[str]:
     if any(w.cause is Cause.FALLBACK for w in last.values()) and not resets:
         if life.guard.latched is None:
             wrong.append("a fallback had begun, and nothing is latched")
-        if not life.disk.of(FallbackStands):
+        if not life.disk.of(FallbackStands) and not any(cause is Cause.FALLBACK for cause, _ in done):
             wrong.append("the fallback is not confirmed")
     if life.guard.latched is not None and not life.disk.of(WriteIntended):
         wrong.append("latched without a write")

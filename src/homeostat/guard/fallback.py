@@ -71,7 +71,7 @@ class Fallbacks:
         try:
             return self._checked(strategy, readings, in_service)
         except Exception as error:  # whatever is wrong with one strategy, the next one must get its turn
-            return f"it cannot be checked: {error or type(error).__name__}"
+            return f"it cannot be checked: {str(error) or type(error).__name__}"
 
     def _checked(
         self, strategy: FallbackStrategy, readings: Snapshot | None, in_service: frozenset[str]

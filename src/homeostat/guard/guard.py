@@ -120,7 +120,7 @@ class Guard:
                 stage(sample)
                 self._parts.alarms.return_(f"guard:{name}", self._now_s)
             except Exception as error:  # a broken rule or link must not end supervision
-                self._alarm(f"guard:{name}", f"{name}: {error or type(error).__name__}", Priority.CRITICAL)
+                self._alarm(f"guard:{name}", f"{name}: {str(error) or type(error).__name__}", Priority.CRITICAL)
         seen = self._observed()
         self._parts.recorder.settle()
         return seen
@@ -239,7 +239,7 @@ class Guard:
             try:
                 self._take(message)
             except Exception as error:  # a message may be anything
-                text = f"a message could not be taken: {error or type(error).__name__}"
+                text = f"a message could not be taken: {str(error) or type(error).__name__}"
                 self._parts.alarms.say("mailbox", text, Priority.LOW, self._now_s)
 
     def _take(self, message: Message) -> None:

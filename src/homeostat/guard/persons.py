@@ -64,7 +64,7 @@ class Persons:
             try:
                 objection = self._orders[command.verb](command, now_s, readings)
             except Exception as error:  # whoever orders something gets an answer
-                objection = f"the order could not be carried out: {error or type(error).__name__}"
+                objection = f"the order could not be carried out: {str(error) or type(error).__name__}"
         texts = [str(t)[:LONGEST_ID] for t in (command.id, command.person, command.subject)]
         role = command.role if isinstance(command.role, Role) else Role.OPERATOR
         event = PersonHeard(

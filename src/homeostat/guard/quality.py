@@ -71,7 +71,7 @@ class QualityWatch:
         try:
             own = _copied(sample)
         except Exception as error:  # a link may deliver anything
-            self._trouble = f"the sample cannot be read: {error or type(error).__name__}"
+            self._trouble = f"the sample cannot be read: {str(error) or type(error).__name__}"
             return None
         self._trouble = self._untimely(now_s, own.at_s)
         return None if self._trouble else own

@@ -31,7 +31,7 @@ class Tenure:
         try:
             self._writer.wire = self._lease.take()
         except Exception as broken:  # a link may break in any way
-            return f"the plant gives no lease: {broken or type(broken).__name__}"
+            return f"the plant gives no lease: {str(broken) or type(broken).__name__}"
         return ""
 
     def give_back(self, now_s: float) -> None:
@@ -42,7 +42,7 @@ class Tenure:
         try:
             self._lease.give_back()
         except Exception as broken:  # without heartbeat the plant sheds all the same
-            text = f"the lease cannot be given back: {broken or type(broken).__name__}"
+            text = f"the lease cannot be given back: {str(broken) or type(broken).__name__}"
             self._alarms.raise_("lease", text, Priority.HIGH, now_s)
         else:
             self._alarms.return_("lease", now_s)
@@ -55,7 +55,7 @@ class Tenure:
         try:
             self._lease.beat()
         except Exception as broken:  # a link may break in any way
-            text = f"the heartbeat is not taken: {broken or type(broken).__name__}"
+            text = f"the heartbeat is not taken: {str(broken) or type(broken).__name__}"
             self._alarms.raise_("heartbeat", text, Priority.HIGH, now_s)
         else:
             self._alarms.return_("heartbeat", now_s)

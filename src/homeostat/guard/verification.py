@@ -104,7 +104,9 @@ def verify(request: Request, path: RecoveryPath, rules: GuardRules, present: Pre
         try:
             finding = check(request, path, rules, present)
         except Exception as error:  # a broken rule passes nothing
-            finding = refusal("CHK-RULES", f"request {request.id!r} cannot be judged: {error or type(error).__name__}")
+            finding = refusal(
+                "CHK-RULES", f"request {request.id!r} cannot be judged: {str(error) or type(error).__name__}"
+            )
         if finding is not None:
             raise Unfit(finding)
 
