@@ -120,10 +120,10 @@ class DayScript:
                 found += [(tag, s * by) for s in (1, -1) if within.contains(self._rest[tag] + s * by)]
         tag, by = self._draw.choice(found)
         expected = [Expected("uncertain at once", _quality(tag, "uncertain"), at_s, at_s)]
-        grace_s = self._rules.qualities[tag].grace_s
-        for limit in self._affected({tag: self._rest[tag] + by}):
-            expected += _trip(at_s, at_s + grace_s + 7.0, limit)
-            expected.append(_stands(at_s, at_s + grace_s + 20.0))
+        for limit, margin in self._affected({tag: self._rest[tag] + by}).items():
+            sum_s = 2.0 * self._rules.trips[limit].cusum / -margin  # twice the time without noise
+            by_s = at_s + self._rules.qualities[tag].grace_s + math.ceil(sum_s) + 2.0
+            expected += [*_trip(at_s, by_s, limit), _stands(at_s, by_s + 15.0)]
         script = (Lie(tag, by, at_s, at_s + LASTS_S),)
         return Incident("lies", f"{tag} by {by:.3g}", at_s, tuple(expected), script)
 
@@ -177,11 +177,11 @@ class DayScript:
             expected.append(_stands(at_s, from_s + grace_s + 20.0))
         return expected
 
-    def _affected(self, wrong: dict[str, float]) -> list[str]:
-        """Hard limits that are violated or undecided where everything else is as it rests."""
+    def _affected(self, wrong: dict[str, float]) -> dict[str, float]:
+        """Hard limits that are violated or undecided where everything else is as it rests, with their margins."""
         values = {**self._rest, **wrong}
         margins = {limit.name: limit.formula.margin_at(values) for limit in self._rules.limits.hard}
-        return [name for name, margin in margins.items() if not margin >= 0.0]
+        return {name: margin for name, margin in margins.items() if not margin >= 0.0}
 
 
 def _trip(from_s: float, by_s: float, limit: str | None = None) -> tuple[Expected, ...]:
