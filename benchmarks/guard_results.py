@@ -71,6 +71,7 @@ def main() -> None:
             if not options.quick:
                 write(name, at, result, asdict(sizes))
     if not options.quick:
+        PAGE.parent.mkdir(exist_ok=True)
         PAGE.write_text(page(list(parts())), encoding="utf-8")
 
 

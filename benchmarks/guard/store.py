@@ -79,7 +79,7 @@ def read(part: str, at: str) -> dict[str, Any] | None:
 
 def newest(part: str) -> dict[str, Any] | None:
     """The results of ``part`` that were written last, of whatever commit."""
-    paths = sorted(CACHE.glob(f"{part}-*.json"), key=lambda p: p.stat().st_mtime)
+    paths = sorted(CACHE.glob(f"{part}-[0-9a-f]*.json"), key=lambda p: p.stat().st_mtime)
     return json.loads(paths[-1].read_text()) if paths else None
 
 
