@@ -71,7 +71,8 @@ def _questions(case: Case) -> dict[str, Callable[[Grounding], object]]:
     symptoms = [rule.name for rule in case.description.symptom_rules if fault in rule.faults]
     faults = (fault,)
     ends = [s.name for s in machine.states if s.recovery_target]
-    acting = [s for s in machine.states if s.open_setpoints][:3]
+    planned = {t.target for t in machine.transitions if t.event == EVENT}
+    acting = [s for s in machine.states if s.open_setpoints and s.name in planned][:3]
     here = next(t.source for t in machine.transitions if t.event == EVENT and t.target == acting[0].name)
     tags = sorted({r.tag for s in acting for r in s.open_setpoints})
     hard = [limit.name for limit in case.description.limits.hard]

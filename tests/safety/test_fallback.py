@@ -9,7 +9,7 @@ import pytest
 from homeostat.domain.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.verdict import Approve, Revise
-from homeostat.recovery.arming import ValidatedFallback, choose
+from homeostat.recovery.arming import ValidatedFallback, rank
 from tests.safety.world import COLD, DRAIN, LIMITS, VENT, broken_down, rollout, rule
 
 
@@ -18,7 +18,7 @@ def strategy(name: str) -> FallbackStrategy:
 
 
 def chosen(*hot: tuple[FallbackStrategy, float]) -> ValidatedFallback:
-    return choose([(s, rollout(s.actions, T=value)) for s, value in hot], LIMITS)
+    return rank([(s, rollout(s.actions, T=value)) for s, value in hot], LIMITS)[0]
 
 
 def test_the_strategy_with_most_distance_is_chosen() -> None:
@@ -44,8 +44,8 @@ def test_without_an_approved_one_the_least_harmful_is_chosen_and_says_so() -> No
 
 def test_a_strategy_whose_rollout_breaks_down_is_the_last_choice() -> None:
     known = [(DRAIN, broken_down(DRAIN.actions)), (VENT, rollout(VENT.actions, T=350.0))]
-    assert choose(known, LIMITS).strategy == VENT
-    lost = choose(known[:1], LIMITS)
+    assert rank(known, LIMITS)[0].strategy == VENT
+    lost = rank(known[:1], LIMITS)[0]
     assert lost.strategy == DRAIN and [f.margin for f in lost.findings] == [-math.inf]
 
 
@@ -53,25 +53,25 @@ def test_the_worst_margin_of_a_strategy_decides_not_its_best() -> None:
     wet = Limits((*LIMITS.limits, rule("LIM-WET", LimitKind.INTERLOCK, "L <= 11", hard=True)), LIMITS.criteria)
     even = (DRAIN, rollout(DRAIN.actions, T=308.0, L=7.0))
     lopsided = (VENT, rollout(VENT.actions, T=280.0, L=10.0))
-    assert choose([lopsided, even], wet).strategy == DRAIN
+    assert rank([lopsided, even], wet)[0].strategy == DRAIN
 
 
 def test_where_nothing_is_judged_any_rollout_beats_a_breakdown() -> None:
     known = [(DRAIN, broken_down(DRAIN.actions)), (VENT, rollout(VENT.actions))]
-    assert choose(known, Limits((COLD,), ())).strategy == VENT
+    assert rank(known, Limits((COLD,), ()))[0].strategy == VENT
 
 
 def test_soft_limits_do_not_decide() -> None:
     cold = [(DRAIN, rollout(DRAIN.actions, T=250.0)), (VENT, rollout(VENT.actions, T=312.0))]
-    assert choose(cold, LIMITS).strategy == DRAIN
-    assert choose(cold, Limits((COLD,), ())).strategy == DRAIN, "nothing is judged: table order"
+    assert rank(cold, LIMITS)[0].strategy == DRAIN
+    assert rank(cold, Limits((COLD,), ()))[0].strategy == DRAIN, "nothing is judged: table order"
 
 
 def test_the_rollout_must_be_of_the_strategy() -> None:
-    mixed_up = choose([(DRAIN, rollout(VENT.actions))], LIMITS)
+    mixed_up = rank([(DRAIN, rollout(VENT.actions))], LIMITS)[0]
     assert isinstance(mixed_up.verdict, Revise)
 
 
 def test_there_must_be_a_strategy() -> None:
     with pytest.raises(ValueError):
-        choose([], LIMITS)
+        rank([], LIMITS)

@@ -239,14 +239,17 @@ def wire(
     rules = guard_rules(case, arrangement.protocol, Side.GUARD if mode.writes else Side.PLANT)
     guard = Guard(rules, Attachment(trace, lease, mode, {ISSUER: key}, arrangement.memory), patience)
 
-    def trouble(cause: str) -> None:
-        guard.mailbox.put(Trouble("recovery", cause))
+    def lost(cause: str) -> None:
+        guard.mailbox.put(Trouble("recovery:lost", cause))
+
+    def failed(cause: str) -> None:
+        guard.mailbox.put(Trouble("recovery:failed", cause))
 
     patience_s = BUSY_S if clock.measured else clock.wall_s(0.0)
-    exchange = Exchange(clock, guard.mailbox.put, trouble, ExchangeSettings(patience_s=patience_s))
+    exchange = Exchange(clock, guard.mailbox.put, lost, ExchangeSettings(patience_s=patience_s))
     sealer = Sealer(ISSUER, key, lambda: patience.person_s if guard.mode is Mode.APPROVE else patience.check_age_s)
     supervisor = _supervisor(case, exchange, trace, seed, arrangement, rules, sealer)
-    return Assembly(guard, exchange, Worker(exchange, supervisor.supervise, trouble))
+    return Assembly(guard, exchange, Worker(exchange, supervisor.supervise, failed))
 
 
 def _supervisor(

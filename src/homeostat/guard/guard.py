@@ -308,6 +308,7 @@ class Guard:
         for name in self._violated - names:
             self._parts.alarms.return_(f"trip:{name}", self._now_s)
             self._unanswered.pop(name, None)
+        self._answered -= self._violated - names  # one that comes back is answered by the next strategy
         self._violated = names
         if self.latched is None:
             self._answered = names

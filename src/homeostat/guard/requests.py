@@ -76,7 +76,11 @@ class Requests:
             if len(self._waiting) >= MOST:
                 raise Unfit(refusal("CHK-BUSY", f"{MOST} requests wait already; ask again later"))
         except Unfit as unfit:
-            self._refuse_unknown(_name(request), unfit.finding, now_s)
+            name = _name(request)
+            written = self._written is not None and self._written.request.id == name
+            if name in self._waiting or written:  # the one of that name that is known has its own answers
+                name = f"{name}#again"
+            self._refuse_unknown(name, unfit.finding, now_s)
             return
         self._waiting[own.id] = _Asked(own, path)
         self._answer(own, RequestStatus.AUTHORISED, now_s)
@@ -163,6 +167,8 @@ class Requests:
             self._answer(asked.request, RequestStatus.CONFIRMED, now_s)
         elif progress is Progress.FAILED:
             self._written = None
+            if self._loaded:  # nothing follows behind what the plant did not obey
+                parts.sequencer.stop()
             reason = parts.writer.error or "the plant does not hold every target after every attempt"
             self._answer(asked.request, RequestStatus.FAILED, now_s, refusal("CHK-OBEYED", reason))
 

@@ -21,6 +21,7 @@ class Restart:
         self._parts, self._latch, self._steps, self._memory = parts, latch, steps, memory
         self._strategy = memory.strategy
         self._latched = memory.latched is not None
+        self._overtaken = False
         if memory.latched is not None:
             latch.hold(memory.latched, memory.acted)
         parts.writer.numbered = memory.writes
@@ -45,6 +46,8 @@ class Restart:
 
     def resolve(self, now_s: float, readings: Snapshot) -> None:
         """Say what became of every open write, and have an unconfirmed fallback sent until it stands."""
+        if self._latch.reason is not None and self._memory.latched is None:
+            self._overtaken = True  # a limit was violated before the plant was read: what was open is void
         if self._memory.untold:
             self._parts.note(FallbackStands(self._memory.untold), now_s)
         for number, write in sorted(self._memory.open.items()):
@@ -55,7 +58,7 @@ class Restart:
                 self._carried_out(number, write, now_s)
             else:
                 self._missed(number, write, confirmed, deviating, now_s)
-        if self._memory.owed is not None and self._memory.latched is None:
+        if self._memory.owed is not None and self._memory.latched is None and not self._overtaken:
             self._owe(self._memory.owed)
         self._restore(now_s, readings)
 
@@ -70,7 +73,7 @@ class Restart:
         if fallback and write.source == self._strategy:
             self._strategy = ""
             self._parts.note(FallbackStands(write.source), now_s)
-        overtaken = write.given_up or number != self._memory.writes
+        overtaken = self._overtaken or write.given_up or number != self._memory.writes
         if overtaken or write.taken or write.source == PUT_RIGHT:
             return
         sequencer = self._parts.sequencer
@@ -90,7 +93,7 @@ class Restart:
         """The plant does not hold all of it: a fallback is sent again, a step that counts as taken as well."""
         if write.source == PUT_RIGHT:
             self._strategy = self._strategy or self._memory.acted
-        elif write.cause is Cause.SEQUENCE and write.taken and not write.given_up and not self._latched:
+        elif write.cause is Cause.SEQUENCE and write.taken and not (write.given_up or self._latched or self._overtaken):
             self._owe(write)
         elif write.cause is not Cause.FALLBACK and (confirmed or write.taken):
             text = f"write {number} ({write.source}) was carried out in part: not {', '.join(deviating)}"

@@ -23,11 +23,12 @@ class Steps:
         self._parts, self._latch = parts, latch
         self._step: Step | None = None
         self._owed: Write | None = None
+        self._owed_under: str | None = None
         self._again_s = -math.inf
 
     def owe(self, write: Write) -> None:
         """The plant has not got ``write``, a step that counts as taken: it is sent once more."""
-        self._owed = write
+        self._owed, self._owed_under = write, self._latch.reason
 
     def drop(self) -> None:
         """Something else was released: what was owed to the plant is void."""
@@ -44,7 +45,7 @@ class Steps:
         elif step is not None and progress is Progress.FAILED:
             self._step = None
         elif progress is Progress.FAILED:
-            self._owed = write
+            self.owe(write)
         if progress is Progress.FAILED:
             self._again_s = now_s + parts.settings.again_s
         elif progress is Progress.CONFIRMED:
@@ -56,6 +57,9 @@ class Steps:
         if readings is None or parts.writer.flying is not None:
             return
         self._step = None  # whatever has overtaken its write
+        stands = self._latch.reason, parts.sequencer.state
+        if self._owed is not None and (self._owed_under, self._owed.state) != stands:
+            self._owed = None  # a fallback, a reset or a start has come between
         if self._owed is not None:
             self._pay(self._owed, now_s, readings, mode)
             return

@@ -50,6 +50,7 @@ class _Watched:
     raw: float = 0.0
     corrected: float = 0.0
     blind_s: float | None = None
+    doubted_s: float = 0.0
     violated: bool = False
     lifted_s: float = 0.0
     lifting: bool = False
@@ -123,7 +124,9 @@ class TripWatch:
         values = {} if readings is None else readings.values
         said, carried = _margin(limit.formula, values), self._carried(rule, readings)
         blind = _blind(limit, rule, watched, said, dt_s)
-        doubted = math.isnan(said) or (readings is not None and bool(limit.formula.tags & readings.uncertain))
+        uncertain = readings is not None and bool(limit.formula.tags & readings.uncertain) and not math.isnan(said)
+        watched.doubted_s = watched.doubted_s + dt_s if uncertain else 0.0
+        doubted = math.isnan(said) or (uncertain and watched.doubted_s <= rule.grace_s)
         raw = carried if carried is not None and doubted else said
         if math.isnan(raw):
             return blind

@@ -279,6 +279,7 @@ class Writer:
             flight.accepted_s = now_s
             self._end(flight, WriteResult.ACCEPTED, "", now_s)
         tags = tuple(c.tag for c in flight.write.commands)
+        self._may_arrive.extend(flight.write.commands * (flight.attempt - 1))  # attempts before may be on the wire yet
         self._recorder.note(ReadBack(flight.number, tags), now_s)
         self._flight = None
         self._ramps.stop()

@@ -42,6 +42,8 @@ def rank(rollouts: Sequence[tuple[FallbackStrategy, Rollout]], limits: Limits) -
 
     Those that are not approved are ranked as well: the best of them is the least harmful thing that is known.
     """
+    if not rollouts:
+        raise ValueError("there is no fallback to rank; a plant needs at least one")
     judged = [ValidatedFallback(s, judge_safety(s.actions, r, limits)) for s, r in rollouts]
     return tuple(sorted(judged, key=lambda v: -v.margin))
 

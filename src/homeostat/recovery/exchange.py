@@ -10,6 +10,7 @@ from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from typing import Any
 
+from homeostat.domain.mode import PersonCommand
 from homeostat.domain.observation import Message, Observation, Trouble, Withdraw
 from homeostat.domain.ports import Clock
 from homeostat.domain.request import Answer, Request
@@ -105,7 +106,9 @@ class Exchange:
             return tuple(reversed(found)) or (self._kept[-1],)
 
     def put(self, message: Message) -> None:
-        """Send ``message`` to the guard; what was overtaken sends nothing."""
+        """Send ``message`` to the guard; what was overtaken sends nothing, and nobody here speaks for a person."""
+        if isinstance(message, PersonCommand):
+            raise PermissionError(f"recovery may not order {message.verb!r} in the name of {message.person!r}")
         with self._changed:
             if self._overtaken is None and not self._over:
                 self._send(message)

@@ -20,7 +20,7 @@ from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Revise
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.recovery.supervisor import RECENT
+from homeostat.recovery.scene import RECENT
 from tests.agents.stuck_valve import grounding
 from tests.twin.followed import follow, reactor, readings
 

@@ -1,0 +1,106 @@
+"""What a review found: each was true of the guard once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
+from homeostat.domain.recovery import Command
+from homeostat.domain.snapshot import Snapshot
+from homeostat.links.clock import DeclaredClock
+from homeostat.recovery.exchange import Exchange
+from tests.guard.vessel import DRAIN, ROUTE, World, running, statuses
+
+
+def test_a_step_owed_from_before_a_person_s_fallback_is_void() -> None:
+    world = running()
+    world.ask(actions=ROUTE, path=("adjust", "empty"))
+    world.tick(2)
+    world.vessel.ignores = True
+    world.tick(12, L=9.5)  # the step is taken by the link, ignored by the plant, and owed
+    world.vessel.ignores = False
+    world.order(Verb.FALL_BACK, reason="smoke")
+    world.tick()
+    world.tick(30, L=8.0)
+    after = world.sent[world.sent.index(DRAIN.actions.commands) + 1 :]
+    assert after == []
+
+
+def test_a_late_attempt_that_a_later_one_had_overtaken_is_put_right_while_latched() -> None:
+    world = running()
+    world.vessel.hangs = True
+    world.ask()
+    world.tick(4)  # the first attempt hangs and times out
+    world.vessel.hangs = False
+    world.tick(4)
+    assert statuses(world)[-1] == "confirmed"
+    world.tick(4, L=14.0)
+    assert world.guard.latched is not None
+    world.vessel.accepted["F.sp"] = 0.02
+    world.tick(3)
+    assert world.vessel.accepted["F.sp"] == 0.0 and "F.sp" not in world.guard.out_of_service
+
+
+def test_a_reading_that_is_uncertain_for_good_counts_after_the_grace_of_its_limit() -> None:
+    world = running()
+    for _ in range(30):
+        sample = world.vessel.sample()
+        hot = {**sample.values, "T": 330.0 + 0.01 * sample.at_s}
+        doubted = Snapshot(
+            sample.at_s, hot, uncertain=frozenset({"T"}), reasons={"T": "maintenance"}, accepted=sample.accepted
+        )
+        world.seen.append(world.guard.tick(sample.at_s, doubted))
+    assert world.guard.latched is not None and "LIM-HOT" in world.guard.latched
+
+
+def test_later_steps_of_a_request_that_failed_are_not_carried_out() -> None:
+    world = running()
+    world.vessel.ignores = True
+    world.ask(actions=ROUTE, path=("adjust", "empty"))
+    world.tick(14)
+    assert statuses(world)[-1] == "failed"
+    world.vessel.ignores = False
+    world.tick(5, L=9.5)
+    assert ROUTE.then[0].commands not in world.sent
+
+
+def test_who_uses_a_name_again_gets_an_answer_of_its_own() -> None:
+    world = running(mode=Mode.APPROVE)
+    first = world.ask()
+    world.tick()
+    world.ask(replace(first, proposer="stranger"))
+    world.tick()
+    assert statuses(world)[-1] == "offered"
+    assert statuses(world, "r1#again") == ["refused"]
+
+
+def test_a_limit_that_is_violated_again_calls_the_next_strategy() -> None:
+    world = running()
+    world.tick(5, L=14.0)
+    world.tick(20, L=8.0)
+    world.tick(5, L=14.0)
+    assert [c for c in world.sent if c == DRAIN.actions.commands] == [DRAIN.actions.commands]
+    assert len(world.sent) == 2
+
+
+def test_recovery_does_not_speak_for_a_person() -> None:
+    exchange = Exchange(DeclaredClock(0.0), lambda message: True, lambda cause: None)
+    with pytest.raises(PermissionError, match="Ada"):
+        exchange.put(PersonCommand("o1", "Ada", Role.ENGINEER, Verb.RESET, reason="looks fine"))
+
+
+def test_a_restart_that_trips_before_it_has_read_the_plant_sends_nothing_of_before() -> None:
+    from homeostat.domain.guard_events import Cause
+    from homeostat.guard.memory import Memory, OpenWrite
+
+    open_step = OpenWrite(Cause.SEQUENCE, "start", (Command("F.sp", 0.03, 0.005),), "running", (), True)
+    memory = Memory(mode=Mode.CLOSED_LOOP, state="running", waiting=(), writes=1, open={1: open_step}, last=open_step)
+    world = World(memory=memory)
+    world.vessel.values["L"] = 14.0
+    blind = replace(world.vessel.sample(), accepted={})
+    world.seen.append(world.guard.tick(blind.at_s, blind))
+    world.tick(20)
+    assert world.guard.latched is not None
+    assert (Command("F.sp", 0.03, 0.005),) not in world.sent
