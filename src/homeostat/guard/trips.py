@@ -124,7 +124,7 @@ class TripWatch:
         values = {} if readings is None else readings.values
         said, carried = _margin(limit.formula, values), self._carried(rule, readings)
         blind = _blind(limit, rule, watched, said, dt_s)
-        uncertain = readings is not None and bool(limit.formula.tags & readings.uncertain) and not math.isnan(said)
+        uncertain = not math.isnan(said) and readings is not None and bool(limit.formula.tags & readings.uncertain)
         watched.doubted_s = watched.doubted_s + dt_s if uncertain else 0.0
         doubted = math.isnan(said) or (uncertain and watched.doubted_s <= rule.grace_s)
         raw = carried if carried is not None and doubted else said
