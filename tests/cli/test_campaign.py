@@ -190,7 +190,7 @@ def test_one_job_alone_is_kept(here: Path, capsys: pytest.CaptureFixture[str]) -
     run, best = "mixing_module~pump_failure~2~do-nothing~none", "mixing_module~pump_failure~2~hindsight~none"
     status, out, err = said(capsys, "--only", run, "--only", best, "--out", "kept")
     assert (status, err) == (0, "")
-    assert out == f"{run}: not_detected, in kept/runs/{run}\n{best}: possible, nothing to keep\n"
+    assert out == f"{run}: no_action, in kept/runs/{run}\n{best}: possible, nothing to keep\n"
     assert verify(here / "kept" / "runs" / run).complete
     assert sorted(path.name for path in here.iterdir()) == ["kept", "small.toml"]
 

@@ -72,7 +72,7 @@ def test_a_broken_recording_is_refused(tmp_path: Path, text: str, where: str) ->
 
 RUN = ("run", "cstr", "--fault", "cool_stuck_closed", "--onset", "900", "--end", "1300", "--thinking-declared", "1")
 
-SHORT = tuple("930" if argument == "1300" else argument for argument in RUN)
+SHORT = tuple("1100" if argument == "1300" else argument for argument in RUN)
 
 
 @pytest.fixture(scope="module")
