@@ -28,7 +28,7 @@ from homeostat.links.misbehaving import ByHand, LostHeartbeat, Misbehaving, Misb
 from homeostat.links.scripted import PlantScript, Push, ScriptedPlant, ScriptedTag
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.virtual import Link
-from tests.guard.vessel import DRAIN, RULES, Journal
+from tests.guard.vessel import DRAIN, PATIENT, RULES, Journal
 
 HOT_S = 100.0
 """From here on the vessel is too hot [s]."""
@@ -49,7 +49,7 @@ def run(*script: Misbehaviour) -> tuple[Guard, Journal, Misbehaving]:
     """A guard on the vessel until the end of its run."""
     link = Misbehaving(SimulatedLink(ScriptedPlant(SCRIPT)), script)
     journal = Journal()
-    guard = Guard(RULES, Attachment(journal, lease=link))
+    guard = Guard(RULES, Attachment(journal, lease=link), PATIENT)
     while not link.ended:
         snapshot = sample(link)  # which lets the time go on
         guard.tick(link.now_s, snapshot)

@@ -123,6 +123,8 @@ RULES = GuardRules(
     configuration="configuration-1",
 )  # fmt: skip
 KEY = b"k" * 32
+PATIENT = GuardSettings(sync_s=5.0)
+"""A busy machine decides nothing; tests of journals that hang have settings of their own."""
 VALUES = {"T": 305.0, "Tx": 305.0, "L": 8.0}
 
 
