@@ -104,3 +104,37 @@ def test_a_restart_that_trips_before_it_has_read_the_plant_sends_nothing_of_befo
     world.tick(20)
     assert world.guard.latched is not None
     assert (Command("F.sp", 0.03, 0.005),) not in world.sent
+
+
+def test_one_leap_of_the_clock_trips_nothing_and_is_caught_up_at_once() -> None:
+    world = running()
+    sample = world.vessel.sample()
+    world.guard.tick(sample.at_s + 60.0, sample)
+    assert "clock" in world.alarms
+    seen = world.tick(30)
+    assert world.guard.latched is None and seen.now_s == world.vessel.now_s and "clock" not in world.alarms
+
+
+def test_a_clock_that_goes_on_from_where_it_leapt_to_is_believed() -> None:
+    world = running()
+    world.vessel.now_s += 600.0  # the machine slept
+    world.tick(3)
+    assert world.seen[-1].now_s == world.vessel.now_s and world.guard.latched is None
+
+
+def test_the_limits_of_start_up_end_when_the_plant_could_leave_it_whoever_keeps_it_there() -> None:
+    world = World()
+    world.tick(3, L=4.0, T=340.0)
+    assert world.guard.latched is None
+    world.order(Verb.OUT_OF_SERVICE, "F.sp", reason="maintenance")
+    world.tick(20, L=8.0)
+    assert world.seen[-1].state != "running" and world.guard.latched is not None
+
+
+def test_a_reset_needs_a_plant_that_answers() -> None:
+    world = running()
+    world.tick(5, L=14.0)
+    world.silent(20)
+    world.order(Verb.RESET, reason="all is well")
+    world.silent()
+    assert world.guard.latched is not None

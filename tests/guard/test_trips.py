@@ -46,6 +46,10 @@ def hot(t: float, tx: float = 305.0) -> dict[str, float]:
     return {"T": t, "Tx": tx, "L": 8.0}
 
 
+def filling(t: float) -> dict[str, float]:
+    return hot(t) | {"L": 4.0}
+
+
 def test_the_sum_of_violation_over_time_trips_at_what_the_table_allows() -> None:
     w = Watch()
     assert [w.judge(hot(315.0)) for _ in range(4)] == [()] * 4  # 2, 4, 6, 8 K s
@@ -277,8 +281,8 @@ START = StartUp(frozenset({"waiting"}), {"LIM-HOT": limit("LIM-HOT", LimitKind.I
 
 def test_start_up_has_limits_of_its_own_and_only_there() -> None:
     w = Watch(start_up=START)
-    assert [w.judge(hot(345.0), "waiting") for _ in range(9)] == [()] * 9
-    assert [w.judge(hot(354.0), "waiting") for _ in range(3)] == [(), (), ("LIM-HOT",)]
+    assert [w.judge(filling(345.0), "waiting") for _ in range(9)] == [()] * 9
+    assert [w.judge(filling(354.0), "waiting") for _ in range(3)] == [(), (), ("LIM-HOT",)]
     assert w.judge(hot(316.0), "running") == ()
     assert [w.judge(hot(316.0), "running") for _ in range(2)] == [(), ("LIM-HOT",)]
 
@@ -292,7 +296,7 @@ def test_start_up_forgets_no_sum_of_a_limit_that_is_the_same_in_it() -> None:
 
 def test_the_carrier_of_the_limit_does_not_carry_that_of_start_up() -> None:
     w = Watch(start_up=START)
-    assert [w.judge(hot(354.0), "waiting", uncertain="T") for _ in range(3)][-1] == ("LIM-HOT",)
+    assert [w.judge(filling(354.0), "waiting", uncertain="T") for _ in range(3)][-1] == ("LIM-HOT",)
 
 
 def test_what_is_near_forbids_a_release_and_what_is_above_delays_it() -> None:

@@ -39,6 +39,9 @@ from homeostat.guard.trips import TripWatch, Violation
 from homeostat.guard.verification import Present
 from homeostat.guard.writer import Progress, Write
 
+LEAP = 10.0
+"""Periods by which a clock may go ahead within a tick and be believed at once [1]."""
+
 
 @dataclass(frozen=True, slots=True)
 class Attachment:
@@ -75,7 +78,9 @@ class Guard:
         self._act_by_s: float | None = None
         self._violated = self._answered = frozenset[str]()
         self._unanswered: dict[str, str] = {}
-        self._now_s, self._period_s, self._began_s = -math.inf, 1.0, math.nan
+        self._now_s, self._began_s = -math.inf, math.nan
+        self._period_s: float | None = None
+        self._leapt_s: float | None = None
         self._seen: Snapshot | None = None
         self._sample: Snapshot | None = None
         self._lost, self._stopped = 0, False
@@ -139,15 +144,24 @@ class Guard:
         self._parts.recorder.close()
 
     def _advance(self, now_s: float) -> None:
-        """The guard's time never stands: where the clock does, it goes on by half a period, and can be caught up."""
-        if isinstance(now_s, int | float) and math.isfinite(now_s) and now_s > self._now_s:
-            if math.isfinite(self._now_s):
-                self._period_s = now_s - self._now_s
-            self._now_s = float(now_s)
+        """The guard's time never stands: where the clock does, it goes on by half a period, and can be caught up.
+
+        A clock that leaps ahead is believed once it has gone on from there; until then a period has passed.
+        """
+        told = now_s if isinstance(now_s, int | float) and math.isfinite(now_s) else -math.inf
+        step_s, first = told - self._now_s, not math.isfinite(self._now_s)
+        learned = self._period_s is None or step_s <= LEAP * self._period_s
+        if told > self._now_s and (first or learned or (self._leapt_s is not None and told > self._leapt_s)):
+            if not first and learned:
+                self._period_s = step_s
+            self._now_s, self._leapt_s = float(told), None
             self._parts.alarms.return_("clock", self._now_s)
             return
         text = f"the clock says {now_s!r} s after {self._now_s:g} s"
-        self._now_s = self._now_s + self._period_s / 2.0 if math.isfinite(self._now_s) else 0.0
+        period_s = self._period_s or 1.0
+        self._leapt_s = told if told > self._now_s else None
+        passed_s = period_s if self._leapt_s is not None else period_s / 2.0
+        self._now_s = 0.0 if first else self._now_s + passed_s
         self._alarm("clock", text, Priority.HIGH)
 
     def _begin(self, sample: Snapshot | None) -> None:

@@ -126,6 +126,8 @@ class Persons:
             return "nothing is latched"
         if readings is None or not (floor.latch.standing or floor.parts.alarms.lasts("shed")):
             return "the fallback is not confirmed by the plant yet; a reset would leave it half done"
+        if not readings.accepted or now_s - readings.at_s > floor.parts.settings.again_s:
+            return "the plant does not answer; nobody can say in which state it would be left"
         agreed = self._authority.agree(command, now_s)
         if not agreed:
             return f"{floor.parts.settings.persons} people must agree to a reset; {command.person} is one of them"
