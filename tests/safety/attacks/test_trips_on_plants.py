@@ -173,7 +173,7 @@ def speaking_only(bench: Workbench) -> tuple[Proposer, ...]:
 def test_while_the_model_hangs(case: Case) -> None:
     model = SilentModel()
     arrangement = Arrangement(language=Language(model), propose=speaking_only)
-    assert acts_in_time(run(case, ThinkingClock(20.0), arrangement)) and model.asked >= 1
+    assert acts_in_time(run(case, ThinkingClock(8.0), arrangement)) and model.asked >= 1
 
 
 def test_while_a_proposer_never_yields(case: Case, stop: threading.Event) -> None:
