@@ -4,7 +4,8 @@
 flipped, a constant shifted or doubled, an operand dropped, arguments swapped, a branch or a statement left out), runs
 the fast tests of the guard against each in a process of its own, and names the mutants that survived. The tests are
 collected once; a child process gives the functions of the guard the mutant's code and runs the tests until one fails,
-those of the mutant's own module first. ``--sample`` takes so many of the mutants at random.
+those of the mutant's own module first. ``--sample`` takes so many of the mutants at random. ``--area supervisor`` does
+the same with the supervisor and the tests of recovery.
 """
 
 from __future__ import annotations
@@ -27,11 +28,31 @@ import pytest
 from _pytest.runner import runtestprotocol
 
 REPO = Path(__file__).resolve().parents[2]
-SAFETY_LAYER = REPO / "src" / "homeostat" / "guard"
-TESTS = tuple(
-    f"test_{name}.py"
-    for name in ("trips", "quality", "guard", "memory", "writer", "latch", "recorder", "verification", "people")
-)
+SOURCES = REPO / "src" / "homeostat"
+SAFETY_LAYER = SOURCES / "guard"
+
+
+@dataclass(frozen=True)
+class Area:
+    """Modules that are mutated together, and the tests that must notice."""
+
+    package: str
+    """Name of the package below ``homeostat``."""
+    modules: tuple[str, ...]
+    """Names of the modules."""
+    tests: tuple[str, ...]
+    """Their fast tests, below ``tests``."""
+
+
+AREAS = {
+    "guard": Area("guard", tuple(sorted(p.stem for p in SAFETY_LAYER.glob("[!_]*.py"))), tuple(
+        f"guard/test_{name}.py"
+        for name in ("trips", "quality", "guard", "memory", "writer", "latch", "recorder", "verification", "people")
+    )),
+    "supervisor": Area("recovery", ("supervisor",), tuple(
+        f"recovery/test_{name}.py" for name in ("recovery", "departure", "thinking", "deadline", "proposers")
+    )),
+}  # fmt: skip
 NEAREST = {
     "ramp": "writer", "steps": "writer", "moves": "writer", "service": "people", "authority": "people",
     "persons": "people", "requests": "verification", "seal": "verification", "mailbox": "verification",
@@ -94,7 +115,8 @@ class Mutant:
 
     def tree(self) -> ast.Module:
         """The changed module."""
-        tree = ast.parse((SAFETY_LAYER / f"{self.module.rpartition('.')[2]}.py").read_text(encoding="utf-8"))
+        path = SOURCES.parent.joinpath(*self.module.split(".")).with_suffix(".py")
+        tree = ast.parse(path.read_text(encoding="utf-8"))
         return replaced(tree, self.place, self.new)
 
     def __str__(self) -> str:
@@ -178,7 +200,7 @@ def mutants(path: Path) -> list[Mutant]:
     for place, node in enumerate(code_of(original)):
         for change, new in changes(node):
             line = next(n.lineno for n in ast.walk(node) if hasattr(n, "lineno"))
-            module = f"homeostat.guard.{path.stem}"
+            module = f"homeostat.{path.parent.name}.{path.stem}"
             found.append(Mutant(module, line, lines[line - 1].strip(), change, place, new))
     return sorted(found, key=lambda m: m.line)
 
@@ -212,7 +234,8 @@ def _spread(module: ModuleType, changed: ModuleType) -> None:
         old = vars(module).get(name)
         if name.startswith("__") or not isinstance(value, int | float | frozenset | tuple | dict) or old == value:
             continue
-        for other in [m for n, m in sys.modules.items() if n.startswith("homeostat.guard")]:
+        package = module.__name__.rpartition(".")[0]
+        for other in [m for n, m in sys.modules.items() if n.startswith(package)]:
             if vars(other).get(name) is old:
                 vars(other)[name] = value
 
@@ -231,7 +254,7 @@ def functions(owner: ModuleType | type) -> Iterator[tuple[str, FunctionType]]:
 class Trial:
     """A pytest plugin that runs the collected tests once as they are and once per mutant."""
 
-    def __init__(self, modules: tuple[str, ...], workers: int, sample: int = 0, seed: int = 0) -> None:
+    def __init__(self, modules: tuple[Path, ...], workers: int, sample: int = 0, seed: int = 0) -> None:
         self._modules, self._workers = modules, workers
         self._sample, self._seed = sample, seed
         self.report = "no test was collected"
@@ -239,7 +262,7 @@ class Trial:
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         started = time.monotonic()
-        every = [m for name in self._modules for m in mutants(SAFETY_LAYER / f"{name}.py")]
+        every = [m for path in self._modules for m in mutants(path)]
         asked = [m for m in every if (m.source, m.change) not in EQUIVALENT]
         if self._sample:
             asked = random.Random(self._seed).sample(asked, min(self._sample, len(asked)))
@@ -300,18 +323,22 @@ def _fails(item: pytest.Item) -> bool:
 def main(arguments: list[str] | None = None) -> int:
     """Print what survived; 0 where nothing did."""
     parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("--modules", nargs="+", default=sorted(p.stem for p in SAFETY_LAYER.glob("[!_]*.py")))
-    parser.add_argument("--tests", nargs="+", default=TESTS)
+    parser.add_argument("--area", choices=sorted(AREAS), default="guard")
+    parser.add_argument("--modules", nargs="+", help="only these modules of the area")
+    parser.add_argument("--tests", nargs="+", help="these tests instead of the area's")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--sample", type=int, default=0)
     parser.add_argument("--seed", type=int, default=0)
     chosen = parser.parse_args(arguments)
+    area = AREAS[chosen.area]
     os.chdir(REPO)
-    for module in chosen.modules:
-        importlib.import_module(f"homeostat.guard.{module}")
-    trial = Trial(tuple(chosen.modules), chosen.workers, chosen.sample, chosen.seed)
+    modules, tests = chosen.modules or area.modules, chosen.tests or area.tests
+    for module in modules:
+        importlib.import_module(f"homeostat.{area.package}.{module}")
+    paths = tuple(SOURCES / area.package / f"{module}.py" for module in modules)
+    trial = Trial(paths, chosen.workers, chosen.sample, chosen.seed)
     options = ["-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:terminal"]
-    pytest.main([*options, *(str(REPO / "tests" / "guard" / name) for name in chosen.tests)], plugins=[trial])
+    pytest.main([*options, *(str(REPO / "tests" / name) for name in tests)], plugins=[trial])
     print(trial.report)
     return 0 if trial.good else 1
 

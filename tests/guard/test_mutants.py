@@ -26,13 +26,13 @@ def test_a_sample_of_mutants_is_noticed() -> None:
 
 
 def test_mutants_survive_tests_that_test_something_else() -> None:
-    done = mutate("--modules", "authority", "--tests", "test_quality.py", "--sample", "3")
+    done = mutate("--modules", "authority", "--tests", "guard/test_quality.py", "--sample", "3")
     assert done.returncode == 1
     assert "survived: homeostat.guard.authority:" in done.stdout and "\n0 of 3 " in done.stdout
 
 
 def test_nothing_is_said_where_no_test_runs() -> None:
-    done = mutate("--modules", "fallback", "--tests", "vessel.py")
+    done = mutate("--modules", "fallback", "--tests", "guard/vessel.py")
     assert done.returncode == 1 and "nothing can be said" in done.stdout
 
 

@@ -216,7 +216,7 @@ anything = st.one_of(
 mappings = st.one_of(st.dictionaries(st.sampled_from(["T", "L", "Q"]), anything), anything)
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=100)
 @given(at_s=anything, values=mappings, bad=mappings, reasons=mappings, taken=mappings, accepted=mappings)
 def test_no_sample_raises_and_the_next_good_one_counts(
     at_s: Any, values: Any, bad: Any, reasons: Any, taken: Any, accepted: Any

@@ -82,6 +82,7 @@ class Recorder:
         except queue.Full:
             return
         self._thread.join(self._wait_s * 10)
+        self._ended = True
 
     @property
     def _behind(self) -> bool:
