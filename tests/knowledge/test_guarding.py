@@ -30,6 +30,7 @@ def test_the_description_fills_the_rules_of_a_guard(name: str) -> None:
     )  # fmt: skip
     assert {limit.name for limit in rules.limits.hard} == set(rules.trips)
     assert rules.start_up.states == {rules.machine.initial.name}
+    assert rules.start_up.longest_s == {rules.machine.initial.name: {"cstr": 730.0, "mixing_module": 10.0}[name]}
     assert all(rules.trips[name].limit == name for name in rules.trips)
     assert all(rules.qualities[name].tag == name for name in rules.qualities)
 

@@ -340,12 +340,25 @@ class Armed:
 
 
 @dataclass(frozen=True, slots=True)
+class StartUpBegan:
+    """Start-up begins, with limits of its own."""
+
+    kind: ClassVar[str] = "start-up-began"
+    state: str
+    """State that the plant is in."""
+    since_s: float
+    """Process time from which its longest duration counts [s]."""
+
+
+@dataclass(frozen=True, slots=True)
 class StartUpEnded:
-    """Start-up is over; every limit counts."""
+    """The limits of start-up hold no more; every limit counts."""
 
     kind: ClassVar[str] = "start-up-ended"
     state: str
-    """State that the plant entered."""
+    """State that the plant is in."""
+    reason: str = ""
+    """Why: it was left, it could be left, or it has lasted too long."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,6 @@ from homeostat.domain.guard_events import (
     Cause,
     GuardStarted,
     ModeEntered,
-    StartUpEnded,
     StateEntered,
     Stopped,
     Tripped,
@@ -84,7 +83,6 @@ class Guard:
         self._seen: Snapshot | None = None
         self._sample: Snapshot | None = None
         self._lost, self._stopped = 0, False
-        self._starting = rules.machine.initial.name in rules.start_up.states
         self.mailbox = Mailbox()
         """Where anybody leaves requests and orders."""
 
@@ -172,7 +170,7 @@ class Guard:
         if memory is not None:
             mode = (memory.mode or mode) if self._attachment.goes_on else Mode.OBSERVE
             self._restart = Restart(parts, self._latch, self._steps, memory)
-            self._restart.take_position(self._now_s)
+            self._restart.take_position(self._now_s, self._trips.start_up)
             self._answered = memory.tripped
             self._requests.remember(memory.requests)
             self._persons.remember(memory.orders)
@@ -190,10 +188,7 @@ class Guard:
         """What the plant says, and how far it can be trusted."""
         self._seen = self._quality.assess(self._now_s, sample)
         self._sample = None if self._quality.trouble else sample
-        if self._quality.trouble:
-            self._alarm("link", self._quality.trouble, Priority.HIGH)
-        else:
-            self._parts.alarms.return_("link", self._now_s)
+        self._hold_alarm("link", self._quality.trouble)
 
     def _resume(self, sample: Snapshot | None) -> None:
         """After a restart: what was in flight is read before anything is written; a fallback waits for no reading."""
@@ -209,6 +204,7 @@ class Guard:
     def _trip(self, sample: Snapshot | None) -> None:
         """Before anything else is written, tried again or heard: is a hard limit violated?"""
         violations = self._trips.judge(self._now_s, self._seen, self._parts.sequencer.state)
+        self._hold_alarm("start-up", self._trips.start_up.overdue)
         self._note_trips(violations)
         if violations and self.latched is None:
             self._activate(violations[0].reason)
@@ -348,10 +344,7 @@ class Guard:
         parts, now_s = self._parts, self._now_s
         self._modes.settle(now_s, sending=self.latched is not None and not self._latch.standing)
         parts.tenure.beat(now_s)
-        if parts.recorder.trouble:
-            self._alarm("journal", parts.recorder.trouble, Priority.HIGH)
-        else:
-            parts.alarms.return_("journal", now_s)
+        self._hold_alarm("journal", parts.recorder.trouble)
         lost = parts.recorder.lost
         if lost > self._lost:
             self._lost = lost
@@ -365,15 +358,19 @@ class Guard:
     def _alarm(self, name: str, cause: str, priority: Priority) -> None:
         self._parts.alarms.raise_(name, cause, priority, self._now_s)
 
+    def _hold_alarm(self, name: str, cause: str) -> None:
+        """Alarm ``name`` lasts as long as there is a ``cause``."""
+        if cause:
+            self._alarm(name, cause, Priority.HIGH)
+        else:
+            self._parts.alarms.return_(name, self._now_s)
+
     def _observed(self) -> Observation:
         sequencer = self._parts.sequencer
         entered = sequencer.drain()
-        starting = self._parts.rules.start_up.states
         for state, at_s in entered:
             self._parts.note(StateEntered(state), at_s)
-            if self._starting and state not in starting:
-                self._parts.note(StartUpEnded(state), at_s)
-            self._starting = state in starting
+            self._trips.start_up.enter(state, at_s)
         return Observation(
             self._now_s, self._seen, sequencer.state, sequencer.rest(), sequencer.way(), sequencer.refused, entered,
             self.latched, self.mode, self._requests.drain(), self._sample,

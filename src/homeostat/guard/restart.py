@@ -9,6 +9,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.memory import PUT_RIGHT, Memory, OpenWrite
 from homeostat.guard.parts import Parts
+from homeostat.guard.start_up import StartUpPhase
 from homeostat.guard.steps import Steps
 from homeostat.guard.writer import Write, holds
 
@@ -27,9 +28,18 @@ class Restart:
         parts.writer.numbered = memory.writes
         parts.service.restore(memory.out)
 
-    def take_position(self, now_s: float) -> None:
-        """Take over where the sequence stood; nothing waits where the machine does not know it any more."""
-        memory, sequencer = self._memory, self._parts.sequencer
+    def take_position(self, now_s: float, start_up: StartUpPhase) -> None:
+        """Take over where the sequence stood; nothing waits where the machine does not know it any more.
+
+        A start-up that the journal does not say to have begun, because the guard died at that moment, begins now.
+        """
+        memory, sequencer, rules = self._memory, self._parts.sequencer, self._parts.rules
+        initial = rules.machine.initial.name
+        start_up.restore(
+            memory.starting_s, memory.started, (memory.state if memory.left is None else memory.left) or initial
+        )
+        if memory.left is not None:
+            start_up.enter(memory.state or initial, now_s)
         if not memory.state and memory.waiting is None:
             return
         try:

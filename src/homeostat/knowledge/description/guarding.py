@@ -18,7 +18,9 @@ from ..graph_error import Code, GraphError
 from ..store import GraphStore
 from .entry import Entry, entries, unique
 
-LONGEST_S: Final = {"stale_s": 60.0, "frozen_s": 3600.0, "grace_s": 60.0, "confirm_s": 60.0, "lift_s": 3600.0}
+LONGEST_S: Final = {
+    "stale_s": 60.0, "frozen_s": 3600.0, "grace_s": 60.0, "confirm_s": 60.0, "lift_s": 3600.0, "start_up_s": 86_400.0,
+}  # fmt: skip
 """Column -> longest time that can be meant [s]."""
 _MAY_BE_ZERO: Final = frozenset({"grace_s", "cusum", "lift", "lift_s", "tolerance"})
 
@@ -69,7 +71,7 @@ def writables(store: GraphStore, system: NamedNode) -> Mapping[str, WriteRule]:
 
 
 def start_up(store: GraphStore, system: NamedNode, tags: Iterable[Tag], limits: Limits) -> StartUp:
-    """The states of start-up, and what holds in them instead of some of ``limits``."""
+    """The states of start-up, what holds in them instead of some of ``limits``, and for how long."""
     known = {tag.name: tag for tag in tags}
     stated = {limit.name: limit for limit in limits.limits}
     states = entries(store, "plant_start_up_states", "state", system)
@@ -82,7 +84,8 @@ def start_up(store: GraphStore, system: NamedNode, tags: Iterable[Tag], limits: 
             stated[name], formula=entry.formula("formula", known), source=entry.text("source"),
             description=entry.words("description"),
         )  # fmt: skip
-    return StartUp(frozenset(entry.name for entry in states if entry.flag("start_up")), replaced)
+    longest_s = {entry.name: _number(entry, "start_up_s") for entry in states if entry.flag("start_up")}
+    return StartUp(frozenset(longest_s), replaced, longest_s)
 
 
 def _number(entry: Entry, column: str) -> float:

@@ -8,8 +8,10 @@ from pydantic import model_validator
 
 from homeostat.domain.limits import LimitKind, Owner
 
+from ..description.guarding import LONGEST_S
 from ..graph_error import Code
 from .cells import (
+    SMALL,
     CellError,
     Component,
     Condition,
@@ -23,6 +25,7 @@ from .cells import (
     Value,
     YesNo,
     in_order,
+    number,
     whole,
     words_of,
 )
@@ -37,8 +40,18 @@ class OperatingState(Row):
     recovery_target: YesNo
     risk: Annotated[int, whole(0, 1000, "a rank, 0 for the least risk")]
     start_up: YesNo
+    start_up_s: Annotated[float | None, number(SMALL, LONGEST_S["start_up_s"], "s", "no start-up takes longer")] = None
     settled_when: Condition
     description: Text | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> OperatingState:
+        if (self.start_up == "yes") != (self.start_up_s is not None):
+            needed = (
+                "must be stated: limits of start-up cannot hold for ever" if self.start_up == "yes" else "must be empty"
+            )
+            raise CellError(Code.MISSING_VALUE, f"start_up is {self.start_up}, so start_up_s {needed}")
+        return self
 
 
 class StateRequirement(Row):
