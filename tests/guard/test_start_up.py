@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import FellBack, StartUpBegan, StartUpEnded, Tripped
+from homeostat.domain.guard_events import FellBack, PersonHeard, StartUpBegan, StartUpEnded, Tripped
 from homeostat.domain.mode import Mode, Verb
 from homeostat.guard.memory import Memory
 from homeostat.trace.encode import encode_fields
@@ -160,3 +161,57 @@ def test_a_kill_at_the_moment_of_the_start_leaves_its_start_up_with_its_limits(l
         assert world.journal.of(Tripped) == []
     else:
         assert world.seen[-1].state == "shut" and len(world.journal.of(StartUpBegan)) == 1
+
+
+def ready(**values: float) -> World:
+    """After a fallback and a reset, in closed loop and at rest, ready to be started unless ``values`` forbid it."""
+    world = back_to_a_start()
+    world.tick(10)
+    world.vessel.wire.clear()
+    world.tick(1, **values)
+    return world
+
+
+def started(world: World) -> PersonHeard:
+    world.order(Verb.START, "restart")
+    world.tick(1)
+    return world.journal.of(PersonHeard)[-1]
+
+
+def test_a_start_is_refused_on_a_violated_limit_by_its_name_as_a_request_would_be() -> None:
+    ready_now = ready()
+    assert started(ready_now).done and ready_now.sent
+    above = ready()
+    above.vessel.values["L"] = 12.1  # not long enough for a trip
+    heard = started(above)
+    assert not heard.done and heard.check == "LIM-FULL" and "'L <= 12' is violated by" in heard.reason
+    assert above.sent == [] and above.guard.latched is None
+    above.vessel.values["L"] = 3.0
+    above.tick(1)
+    assert started(above).done
+
+
+def test_a_start_is_refused_while_a_limit_is_half_way_to_a_trip_or_cannot_be_judged() -> None:
+    near = ready(L=12.3)
+    near.vessel.values["L"] = 11.99
+    assert started(near).check == "LIM-FULL" and near.sent == []
+    blind = ready()
+    blind.vessel.values["T"] = math.nan
+    heard = started(blind)
+    assert heard.check == "CHK-OPEN", "what the transition reads is not known"
+    level = ready()
+    level.vessel.values["L"] = math.nan
+    assert started(level).check == "LIM-FULL" and level.sent == []
+    silent = ready()
+    silent.silent(8)
+    silent.order(Verb.START, "restart")
+    silent.silent(1)
+    assert not silent.journal.of(PersonHeard)[-1].done and silent.sent == []
+
+
+def test_a_start_names_the_check_that_it_fails() -> None:
+    hot_vessel = ready(T=311.5)
+    assert started(hot_vessel).check == "CHK-OPEN"
+    world = ready()
+    world.order(Verb.OUT_OF_SERVICE, "V.man", reason="maintenance")
+    assert started(world).check == "CHK-SERVICE" and world.sent == []

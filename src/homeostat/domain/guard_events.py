@@ -280,6 +280,8 @@ class PersonHeard:
     """Whether it was carried out."""
     reason: str = ""
     """Why, or why not."""
+    check: str = ""
+    """Name of the check that refused it; empty where none of the plant's did."""
 
 
 @dataclass(frozen=True, slots=True)

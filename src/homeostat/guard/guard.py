@@ -268,9 +268,16 @@ class Guard:
             case Trouble():
                 self._alarm(message.name[:100], message.cause[:500], Priority.HIGH)
             case PersonCommand():
-                self._persons.hear(message, now_s, self._seen)
+                self._persons.hear(message, self._present())
             case _:
                 raise ValueError(f"nobody knows what {type(message).__name__!r} asks for")
+
+    def _present(self) -> Present:
+        """What is asked or ordered at this moment is judged on this."""
+        parts, readings = self._parts, self._seen
+        near = () if readings is None else self._trips.near(readings)
+        above = () if readings is None else self._trips.above(readings)
+        return Present(self._now_s, readings, parts.sequencer.state, parts.service.tags, near, above)
 
     def _arm(self, message: Arm) -> None:
         """Rank the fallbacks, and take note of a time by which recovery must have acted."""
@@ -292,11 +299,7 @@ class Guard:
         if by_s is not None and self._now_s >= by_s and self.latched is None and not written:
             self._activate("recovery has not acted in the time that physics leaves")
         if self.latched is None and self._restart is None:
-            near = () if readings is None else self._trips.near(readings)
-            above = () if readings is None else self._trips.above(readings)
-            state = parts.sequencer.state
-            present = Present(self._now_s, readings, state, parts.service.tags, near, above)
-            if self._requests.decide(present, self.mode, self._oldest_s):
+            if self._requests.decide(self._present(), self.mode, self._oldest_s):
                 self._steps.drop()
                 if not self._requests.written:
                     self._act_by_s = None
