@@ -197,6 +197,21 @@ class FallbackSkipped:
 
 
 @dataclass(frozen=True, slots=True)
+class FallbackIneffective:
+    """A strategy stands, and a violated limit has not come nearer in the time that the tables give it."""
+
+    kind: ClassVar[str] = "fallback-ineffective"
+    strategy: str
+    """Name of the strategy."""
+    limit: str
+    """Name of the limit."""
+    reason: str
+    """One sentence."""
+    acted: bool
+    """Whether it is given up, and the next one acts; in observe and advise it is an alarm."""
+
+
+@dataclass(frozen=True, slots=True)
 class Shed:
     """The heartbeat stops, and the plant's own control goes on by itself."""
 

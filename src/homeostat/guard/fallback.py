@@ -29,6 +29,8 @@ class Fallbacks:
         self._rules = rules
         self._ranked = rules.fallbacks
         self._next = 0
+        self.spent: frozenset[str] = frozenset()
+        """Strategies that have stood and not helped; none of them is taken again."""
 
     @property
     def ranked(self) -> tuple[FallbackStrategy, ...]:
@@ -54,12 +56,17 @@ class Fallbacks:
         """Start with the first one."""
         self._next = 0
 
+    def spend(self, name: str) -> None:
+        """Strategy ``name`` has stood and not helped."""
+        self.spent |= {name}
+
     def take(self) -> FallbackStrategy | None:
-        """The next strategy; None where every one was taken."""
-        if self._next >= len(self._ranked):
-            return None
-        self._next += 1
-        return self._ranked[self._next - 1]
+        """The next strategy that has not stood in vain; None where every one was taken."""
+        while self._next < len(self._ranked):
+            self._next += 1
+            if self._ranked[self._next - 1].name not in self.spent:
+                return self._ranked[self._next - 1]
+        return None
 
     def checked(
         self, strategy: FallbackStrategy, readings: Snapshot | None, in_service: frozenset[str]

@@ -14,7 +14,6 @@ from homeostat.domain.guard_events import (
     ModeEntered,
     StateEntered,
     Stopped,
-    Tripped,
 )
 from homeostat.domain.mode import Mode, PersonCommand
 from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Trouble, Withdraw
@@ -31,10 +30,11 @@ from homeostat.guard.parts import Parts
 from homeostat.guard.persons import Floor, Persons
 from homeostat.guard.quality import QualityWatch
 from homeostat.guard.requests import Requests
+from homeostat.guard.response import Response
 from homeostat.guard.restart import Restart
 from homeostat.guard.settings import GuardSettings
 from homeostat.guard.steps import Steps
-from homeostat.guard.trips import TripWatch, Violation
+from homeostat.guard.trips import TripWatch
 from homeostat.guard.verification import Present
 from homeostat.guard.writer import Progress, Write
 
@@ -71,12 +71,11 @@ class Guard:
         self._trips = TripWatch(rules, parts.note)
         self._latch, self._modes = Latch(parts), Modes(parts.tenure)
         self._steps, self._moves = Steps(parts, self._latch), Moves(parts, self._latch)
+        self._response = Response(parts, self._latch)
         self._requests = Requests(parts, dict(attachment.keys))
         self._persons = Persons(Floor(parts, self._modes, self._latch, self._requests))
         self._restart: Restart | None = None
         self._act_by_s: float | None = None
-        self._violated = self._answered = frozenset[str]()
-        self._unanswered: dict[str, str] = {}
         self._now_s, self._began_s = -math.inf, math.nan
         self._period_s: float | None = None
         self._leapt_s: float | None = None
@@ -171,7 +170,7 @@ class Guard:
             mode = (memory.mode or mode) if self._attachment.goes_on else Mode.OBSERVE
             self._restart = Restart(parts, self._latch, self._steps, memory)
             self._restart.take_position(self._now_s, self._trips.start_up)
-            self._answered = memory.tripped
+            self._response.remember(memory.tripped)
             self._requests.remember(memory.requests)
             self._persons.remember(memory.orders)
         objection = self._modes.enter(mode)
@@ -205,7 +204,7 @@ class Guard:
         """Before anything else is written, tried again or heard: is a hard limit violated?"""
         violations = self._trips.judge(self._now_s, self._seen, self._parts.sequencer.state)
         self._hold_alarm("start-up", self._trips.start_up.overdue)
-        self._note_trips(violations)
+        self._response.take(violations, self._now_s, self._seen, self.mode.writes)
         if violations and self.latched is None:
             self._activate(violations[0].reason)
         elif not violations:
@@ -294,43 +293,17 @@ class Guard:
 
     def _decide(self, sample: Snapshot | None) -> None:
         """A request before the sequence; the trip was before both."""
-        parts, readings = self._parts, self._seen
         by_s, written = self._act_by_s, self._requests.written
         if by_s is not None and self._now_s >= by_s and self.latched is None and not written:
             self._activate("recovery has not acted in the time that physics leaves")
-        if self.latched is None and self._restart is None:
-            if self._requests.decide(self._present(), self.mode, self._oldest_s):
-                self._steps.drop()
-                if not self._requests.written:
-                    self._act_by_s = None
-                return
-        if self._restart is None:
-            self._steps.go_on(self._now_s, readings, self.mode)
-
-    def _note_trips(self, violations: tuple[Violation, ...]) -> None:
-        """Journal what is newly violated; while latched another limit has the next strategy act."""
-        names, acts = frozenset(v.limit for v in violations), self.mode.writes
-        for violation in violations:
-            if violation.limit in self._violated:
-                continue
-            event = Tripped(violation.limit, violation.margin, violation.unit, violation.reason, acts)
-            self._parts.note(event, self._now_s)
-            self._alarm(f"trip:{violation.limit}", violation.reason, Priority.CRITICAL)
-            if violation.limit not in self._answered:  # what a fallback acts against may come and go meanwhile
-                self._unanswered[violation.limit] = violation.reason
-        for name in self._violated - names:
-            self._parts.alarms.return_(f"trip:{name}", self._now_s)
-            self._unanswered.pop(name, None)
-        self._answered -= self._violated - names  # one that comes back is answered by the next strategy
-        self._violated = names
-        if self.latched is None:
-            self._answered = names
-            self._unanswered.clear()
-        elif self._unanswered and acts and self._latch.standing:
-            reason = next(iter(self._unanswered.values()))
-            self._answered |= self._unanswered.keys()
-            self._unanswered.clear()
-            self._latch.escalate(reason, self._now_s, self._seen)
+        if self._restart is not None:
+            return
+        if self.latched is None and self._requests.decide(self._present(), self.mode, self._oldest_s):
+            self._steps.drop()
+            if not self._requests.written:
+                self._act_by_s = None
+            return
+        self._steps.go_on(self._now_s, self._seen, self.mode)
 
     def _activate(self, reason: str) -> None:
         """Have the fallback act, where somebody may write; else it is an alarm."""

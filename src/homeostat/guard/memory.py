@@ -65,6 +65,8 @@ class Memory:
     """Fallback that was read to stand without the journal saying so; empty where none is."""
     acted: str = ""
     """Fallback that acted last, whether or not it stands; empty where none has since the last reset."""
+    spent: frozenset[str] = frozenset()
+    """Fallbacks that have stood and not helped since the last reset."""
     state: str = ""
     """State of the machine; empty for the initial one."""
     waiting: tuple[tuple[str, tuple[Command, ...]], ...] | None = None
@@ -205,7 +207,7 @@ def _served(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 def _reset(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     state = str(fields["state"])
     return replace(
-        memory, latched=None, tripped=frozenset(), strategy="", untold="", acted="", state=state, waiting=(),
+        memory, latched=None, tripped=frozenset(), strategy="", untold="", acted="", spent=frozenset(), state=state, waiting=(),
         aborting=False, owed=None, left=None,
     )  # fmt: skip
 
@@ -237,6 +239,7 @@ _FOLDS: Mapping[str, Any] = {
     "latched": lambda m, f: replace(m, latched=str(f["reason"])),
     "fell-back": _fell_back,
     "fallback-stands": _stands,
+    "fallback-ineffective": lambda m, f: replace(m, spent=m.spent | {str(f["strategy"])}) if f["acted"] else m,
     "latch-reset": _reset,
     "write-intended": _intended,
     "write-ended": _ended,

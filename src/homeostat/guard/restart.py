@@ -24,7 +24,7 @@ class Restart:
         self._latched = memory.latched is not None
         self._overtaken = False
         if memory.latched is not None:
-            latch.hold(memory.latched, memory.acted)
+            latch.hold(memory.latched, memory.acted, memory.spent)
         parts.writer.numbered = memory.writes
         parts.service.restore(memory.out)
 
