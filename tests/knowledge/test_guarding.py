@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 from homeostat.domain.plant_description import PlantDescription
-from homeostat.domain.recovery import Command
+from homeostat.domain.recovery import Command, Effect
 from homeostat.domain.rules import GuardRules
 from homeostat.knowledge.documents import documents
 from tests.cases.watching import described
@@ -54,6 +54,16 @@ def test_only_the_permissive_that_pumping_out_violates_is_set_aside() -> None:
     assert all(reason for s in plant("mixing_module").fallback_strategies for reason in s.waived.values())
 
 
+def test_every_hard_limit_is_brought_back_by_a_fallback_in_a_stated_time() -> None:
+    for name in PLANTS:
+        d = plant(name)
+        served = {limit: s.name for s in d.fallback_strategies for limit in s.serves}
+        assert served.keys() == {limit.name for limit in d.limits.hard}
+    close, drain, pump_out = plant("mixing_module").fallback_strategies
+    assert close.serves["LIM-B204-HIGH"] == Effect(30.0, rest=10.0)
+    assert "LIM-B201-HIGH" in pump_out.serves and "LIM-B201-HIGH" not in drain.serves
+
+
 def test_out_of_service_a_fallback_closes_and_stops_but_starts_nothing() -> None:
     for strategy in plant("mixing_module").fallback_strategies:
         forced = [c for c in strategy.actions.commands if c.tag in strategy.forced]
@@ -92,4 +102,6 @@ def test_a_start_hands_the_cooling_valve_back_to_its_loop() -> None:
 
 def test_no_agent_is_told_what_the_guard_alone_needs() -> None:
     names = [d.name for d in documents(store_of(reactor()), "urn:homeostat:cstr#")]
-    assert names and not [n for n in names if n.startswith(("quality_", "trip_", "writable_", "start_up_", "waiver_"))]
+    assert names and not [
+        n for n in names if n.startswith(("quality_", "trip_", "writable_", "start_up_", "waiver_", "effect_"))
+    ]

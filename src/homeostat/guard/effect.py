@@ -18,7 +18,7 @@ SURE = 3.0
 """Standard errors by which a margin must rise."""
 FEWEST = 3
 """Fewest readings that have a slope with an error."""
-UNSTATED = Effect(120.0)
+UNSTATED = Effect(75.0)
 """What is expected of a strategy about a limit of which its tables say nothing."""
 
 
@@ -80,7 +80,9 @@ class EffectWatch:
         """Another strategy acts, or none."""
         self._periods.clear()
 
-    def failed(self, now_s: float, strategy: FallbackStrategy, violations: Iterable[Violation]) -> tuple[str, str] | None:
+    def failed(
+        self, now_s: float, strategy: FallbackStrategy, violations: Iterable[Violation]
+    ) -> tuple[str, str] | None:
         """The first limit whose time is over and that ``strategy`` has not helped, and a sentence; None for none."""
         violated = {v.limit: v for v in violations}
         self._periods = {name: p for name, p in self._periods.items() if name in violated}

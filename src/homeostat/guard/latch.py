@@ -55,12 +55,12 @@ class Latch:
         self._act(now_s, readings)
         self._parts.note(Latched(reason), now_s)
 
-    def escalate(self, reason: str, now_s: float, readings: Snapshot | None) -> bool:
-        """Another limit is violated although a fallback stands: the next strategy that passes its checks acts.
+    def escalate(self, limit: str, reason: str, now_s: float, readings: Snapshot | None) -> bool:
+        """``limit`` is violated although a fallback stands: the next strategy that passes its checks acts.
 
         False where there is none; what stands is better than what the plant does by itself.
         """
-        chosen = self._next(now_s, readings)
+        chosen = self._next(now_s, readings, limit)
         if chosen is None:
             return False
         self._parts.writer.overtake(now_s, "another fallback acts")
@@ -68,11 +68,11 @@ class Latch:
         self._write(chosen, reason, now_s, readings)
         return True
 
-    def give_up(self, reason: str, now_s: float, readings: Snapshot | None) -> None:
+    def give_up(self, limit: str, reason: str, now_s: float, readings: Snapshot | None) -> None:
         """What stands does not help: it acts no more before a reset, but the next one, and at last the plant's shed."""
         if self.strategy is not None:
             self.fallbacks.spend(self.strategy.name)
-        if not self.escalate(reason, now_s, readings):
+        if not self.escalate(limit, reason, now_s, readings):
             self.standing = False
             self._parts.sequencer.stop()
             self._shed(now_s)
@@ -153,10 +153,10 @@ class Latch:
         else:
             self._write(chosen, self.reason or "", now_s, readings)
 
-    def _next(self, now_s: float, readings: Snapshot | None) -> Chosen | None:
-        """The next strategy that passes its checks; None where none does."""
+    def _next(self, now_s: float, readings: Snapshot | None, limit: str = "") -> Chosen | None:
+        """The next strategy that passes its checks, best one that brings ``limit`` back; None where none does."""
         parts = self._parts
-        while (strategy := self.fallbacks.take()) is not None:
+        while (strategy := self.fallbacks.take(limit)) is not None:
             chosen = self.fallbacks.checked(strategy, readings, parts.service.tags)
             if isinstance(chosen, Chosen):
                 return chosen

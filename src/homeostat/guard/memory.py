@@ -207,8 +207,8 @@ def _served(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 def _reset(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     state = str(fields["state"])
     return replace(
-        memory, latched=None, tripped=frozenset(), strategy="", untold="", acted="", spent=frozenset(), state=state, waiting=(),
-        aborting=False, owed=None, left=None,
+        memory, latched=None, tripped=frozenset(), strategy="", untold="", acted="", spent=frozenset(), state=state,
+        waiting=(), aborting=False, owed=None, left=None,
     )  # fmt: skip
 
 

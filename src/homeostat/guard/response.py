@@ -1,4 +1,4 @@
-"""Response: what follows on violated limits, as events, alarms and, under a fallback that does not help, the next one."""
+"""Response: what follows on violated limits: events, alarms and, where a fallback does not help, the next one."""
 
 from __future__ import annotations
 
@@ -73,13 +73,13 @@ class Response:
                 if acts:
                     self._answered |= self._unanswered.keys()
                     self._unanswered.clear()
-                    self._latch.give_up(failed[1], now_s, readings)
+                    self._latch.give_up(*failed, now_s, readings)
                     return
         if self._unanswered and acts:
-            reason = next(iter(self._unanswered.values()))
+            limit, reason = next(iter(self._unanswered.items()))
             self._answered |= self._unanswered.keys()
             self._unanswered.clear()
-            if not self._latch.escalate(reason, now_s, readings):
+            if not self._latch.escalate(limit, reason, now_s, readings):
                 text = f"no other fallback is left: {reason}"
                 self._parts.alarms.raise_("fallbacks", text, Priority.CRITICAL, now_s)
 

@@ -131,8 +131,8 @@ class TripWatch:
         watched.doubted_s = watched.doubted_s + dt_s if uncertain else 0.0
         doubted = math.isnan(said) or (uncertain and watched.doubted_s <= rule.grace_s)
         raw = carried if carried is not None and doubted else said
-        if math.isnan(raw):
-            return blind
+        if math.isnan(raw):  # a violated limit has not come back because nobody sees it any more
+            return blind or (_violation(limit, raw) if watched.violated else None)
         explained = self._explained(limit, values) or (raw,)
         counted_s, corrected = min(dt_s, LONGEST_S), min(explained)
         watched.raw = _cumulated(watched.raw, raw, counted_s, rule.cusum)

@@ -15,10 +15,12 @@ from .cells import (
     CellError,
     Component,
     Condition,
+    LimitName,
     Name,
     OptionalValue,
     Refers,
     Row,
+    Size,
     State,
     Tag,
     Text,
@@ -132,3 +134,13 @@ class Waiver(Row):
     strategy: Annotated[str, Refers("strategy")]
     permissive: Annotated[str, Refers("limit")]
     reason: Text
+
+
+class FallbackLimit(Row):
+    """What a fallback does about a hard limit."""
+
+    strategy: Annotated[str, Refers("strategy")]
+    limit: LimitName
+    acts_within_s: Annotated[float, number(SMALL, LONGEST_S["acts_within_s"], "s", "what helps later does not help")]
+    rest: Size
+    description: Text
