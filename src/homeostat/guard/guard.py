@@ -15,7 +15,7 @@ from homeostat.domain.guard_events import (
     StateEntered,
     Stopped,
 )
-from homeostat.domain.mode import Mode, PersonCommand
+from homeostat.domain.mode import Mode, PersonCommand, Side
 from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Trouble, Withdraw
 from homeostat.domain.ports import Lease, Record
 from homeostat.domain.request import Request
@@ -96,6 +96,12 @@ class Guard:
         return self._latch.reason
 
     @property
+    def carries(self) -> bool:
+        """Whether it writes something of its own beside a recipe of the plant's, which waits meanwhile."""
+        writer, sequencer = self._parts.writer, self._parts.sequencer
+        return self.mode.writes and (writer.flying is not None or bool(sequencer.released and sequencer.waiting))
+
+    @property
     def alarms(self) -> tuple[Alarm, ...]:
         """Standing alarms, the oldest first."""
         return self._parts.alarms.standing
@@ -114,7 +120,8 @@ class Guard:
         """Decide at process time ``now_s`` [s] with ``sample``, or with its absence; never raises, never waits long."""
         self._advance(now_s)
         stages = (
-            self._begin, self._look, self._resume, self._trip, self._write_on, self._hear, self._decide, self._end,
+            self._begin, self._look, self._resume, self._follow, self._trip, self._write_on, self._hear, self._decide,
+            self._end,
         )  # fmt: skip
         for stage in stages if not self._stopped else ():
             name = stage.__name__.strip("_")
@@ -177,8 +184,9 @@ class Guard:
         if objection:
             self._alarm("mode", objection, Priority.HIGH)
         rules = parts.rules
+        recipe = rules.recipe if self.mode.writes else Side.PLANT
         parts.note(
-            GuardStarted(rules.plant, rules.configuration, self.mode.value, rules.recipe.value, memory is not None),
+            GuardStarted(rules.plant, rules.configuration, self.mode.value, recipe.value, memory is not None),
             self._now_s,
         )
         parts.note(ModeEntered(self.mode.value, ""), self._now_s)
@@ -199,6 +207,11 @@ class Guard:
             restart.resolve(self._now_s, readings)
         elif self._now_s - self._began_s >= self._parts.settings.again_s:
             restart.act(self._now_s)
+
+    def _follow(self, sample: Snapshot | None) -> None:
+        """Where the plant's own recipe runs, its state is read."""
+        if self._restart is None:
+            self._steps.follow_plant(self._now_s, self._seen, self.mode)
 
     def _trip(self, sample: Snapshot | None) -> None:
         """Before anything else is written, tried again or heard: is a hard limit violated?"""

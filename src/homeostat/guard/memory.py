@@ -73,6 +73,8 @@ class Memory:
     """Transitions that wait, each with its commands; None for the nominal sequence."""
     aborting: bool = False
     """Whether they belong to a fallback."""
+    released: bool = False
+    """Whether they were released or belong to a fallback, and are not the nominal sequence."""
     starting_s: float | None = None
     """Process time at which the last start-up began [s]; None where none has."""
     started: bool = False
@@ -172,13 +174,15 @@ def _read_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     if write.cause is Cause.SEQUENCE:
         return _step_taken(memory, {"transition": write.source, "state": write.state})
     aborting = write.cause is Cause.FALLBACK
-    return replace(_entered(memory, {"state": write.state}), waiting=write.steps, aborting=aborting)
+    memory = _entered(memory, {"state": write.state})
+    return replace(memory, waiting=write.steps, aborting=aborting, released=True)
 
 
 def _loaded(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     memory = _marked(memory, memory.writes, _behind)
     steps, aborting = _steps(fields["steps"]), bool(fields["aborting"])
-    return replace(_entered(memory, fields), waiting=steps, aborting=aborting, owed=None)
+    memory = replace(_entered(memory, fields), waiting=steps, aborting=aborting, owed=None)
+    return replace(memory, released=bool(fields["source"]))
 
 
 def _step_taken(memory: Memory, fields: Mapping[str, Any]) -> Memory:
@@ -208,7 +212,7 @@ def _reset(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     state = str(fields["state"])
     return replace(
         memory, latched=None, tripped=frozenset(), strategy="", untold="", acted="", spent=frozenset(), state=state,
-        waiting=(), aborting=False, owed=None, left=None,
+        waiting=(), aborting=False, released=False, owed=None, left=None,
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.latch import Latch
 from homeostat.guard.memory import PUT_RIGHT
 from homeostat.guard.parts import Parts
+from homeostat.guard.recognition import admits
 from homeostat.guard.service import Moved
 from homeostat.guard.writer import Write
 
@@ -34,9 +35,16 @@ class Moves:
                 self._late[moved.tag] = Command(moved.tag, moved.before, parts.rules.tags[moved.tag].rate_limit)
                 text = f"a write that was given up has moved {moved.tag!r} after all"
                 parts.alarms.say(f"late:{moved.tag}", text, Priority.HIGH, now_s)
-            elif parts.rules.recipe is Side.GUARD or mode.writes:
+            elif not self._recipes(moved, mode):
                 self._take_out(moved, now_s)
         self._put_right(now_s, latched)
+
+    def _recipes(self, moved: Moved, mode: Mode) -> bool:
+        """Whether the plant's own recipe has moved a target: with it the plant has entered a state that admits it."""
+        parts, entered = self._parts, self._parts.sequencer.entered
+        if entered is None or (mode.writes and parts.rules.recipe is Side.GUARD):
+            return False
+        return admits(parts.rules.machine.state(entered), moved.tag, moved.now)
 
     def _pending(self, tag: str, target: float | None) -> bool:
         """Whether ``tag`` is being written and may have come to ``target`` by that."""

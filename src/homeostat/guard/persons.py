@@ -6,15 +6,15 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from homeostat.domain.guard_events import Cause, LatchReset, ModeEntered, PersonHeard
-from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
-from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
+from homeostat.domain.recovery import ActionSet
 from homeostat.guard.authority import LONGEST, LONGEST_ID, Authority
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.modes import Modes
 from homeostat.guard.parts import Parts
 from homeostat.guard.recognition import recognise
 from homeostat.guard.requests import Requests
-from homeostat.guard.sequencer import what_follows
+from homeostat.guard.sequencer import nominal_commands, what_follows
 from homeostat.guard.verification import Present, Unfit, verify_start
 from homeostat.guard.writer import Progress, Write
 
@@ -158,8 +158,9 @@ class Persons:
             return "a start needs a mode that writes, and no latch"
         if found is None:
             return f"{command.subject!r} does not leave state {present.state!r}"
-        by_state = {s.name: design(s.name, floor.parts) for s in rules.machine.states}
-        then = what_follows(rules.machine, found.target, by_state)
+        by_state = nominal_commands(rules)
+        guards = rules.recipe is Side.GUARD  # else the plant's own recipe goes on from there
+        then = what_follows(rules.machine, found.target, by_state) if guards else ()
         actions = ActionSet(by_state[found.target], found.target, then)
         verify_start(found, actions, rules, present)
         if writer.flying is not None:
@@ -171,11 +172,3 @@ class Persons:
         self._starting = (command.subject, actions)
         self.follow(write, None, now_s)
         return ""
-
-
-def design(state: str, parts: Parts) -> tuple[Command, ...]:
-    """What ``state`` is commanded by design, at the rates of the tables."""
-    return tuple(
-        Command(r.tag, r.design, None if r.design is None else parts.rules.tags[r.tag].rate_limit)
-        for r in parts.rules.machine.state(state).setpoints
-    )

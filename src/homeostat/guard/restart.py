@@ -44,7 +44,7 @@ class Restart:
             return
         try:
             state = memory.state or self._parts.rules.machine.initial.name
-            sequencer.restore(state, self._waiting(state), memory.aborting)
+            sequencer.restore(state, self._waiting(state), memory.aborting, memory.released)
         except ValueError as unknown:
             sequencer.stop()
             text = f"the sequence cannot go on where the journal says that it stood: {unknown}"
