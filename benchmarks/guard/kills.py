@@ -23,9 +23,8 @@ from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.domain.observation import FallBack
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.request import Request, Seal
-from homeostat.guard.persons import design
 from homeostat.guard.seal import Sealer
-from homeostat.guard.sequencer import what_follows
+from homeostat.guard.sequencer import nominal_commands, what_follows
 from homeostat.links.simulated import SimulatedLink
 
 Act = Callable[[Life, float], None]
@@ -177,9 +176,9 @@ def _order(now_s: float, verb: Verb, subject: str = "") -> PersonCommand:
 
 def _request(life: Life, transition: str, now_s: float) -> Request:
     """A sealed request for ``transition`` and what follows by itself, with the design commands of each state."""
-    rules, parts = life.rules, life.guard._parts
+    rules = life.rules
     decided = next(t for t in rules.machine.transitions if t.name == transition)
-    by_state = {s.name: design(s.name, parts) for s in rules.machine.states}
+    by_state = nominal_commands(rules)
     then = what_follows(rules.machine, decided.target, by_state)
     commands = tuple(c for c in by_state[decided.target] if c.value is not None and not math.isnan(c.value))
     commands = tuple(replace(c, value=308.0) if c.tag == "T1.sp" else c for c in commands)

@@ -18,8 +18,8 @@ SURE = 3.0
 """Standard errors by which a margin must rise."""
 FEWEST = 3
 """Fewest readings that have a slope with an error."""
-UNSTATED = Effect(75.0)
-"""What is expected of a strategy about a limit of which its tables say nothing."""
+UNSTATED = Effect(600.0)
+"""What is expected where the tables say of no strategy that it brings a limit back."""
 
 
 @dataclass(slots=True)
@@ -72,8 +72,13 @@ class _Period:
 class EffectWatch:
     """Follows every violated limit under the fallback that stands."""
 
-    def __init__(self) -> None:
-        """Nothing is followed yet."""
+    def __init__(self, strategies: Iterable[FallbackStrategy]) -> None:
+        """A strategy that is not said to bring a limit back has as long as those of ``strategies`` that are."""
+        stated: dict[str, float] = {}
+        for strategy in strategies:
+            for name, effect in strategy.serves.items():
+                stated[name] = max(stated.get(name, 0.0), effect.acts_within_s)
+        self._stated = {name: Effect(acts_within_s) for name, acts_within_s in stated.items()}
         self._periods: dict[str, _Period] = {}
 
     def clear(self) -> None:
@@ -88,7 +93,7 @@ class EffectWatch:
         self._periods = {name: p for name, p in self._periods.items() if name in violated}
         found = None
         for name, violation in violated.items():
-            effect = strategy.serves.get(name, UNSTATED)
+            effect = strategy.serves.get(name, self._stated.get(name, UNSTATED))
             period = self._periods.setdefault(name, _Period(now_s))
             period.add(now_s, violation.margin)
             if period.passed_s < effect.acts_within_s:

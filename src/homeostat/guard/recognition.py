@@ -37,8 +37,14 @@ def step_made(machine: StateMachine, readings: Snapshot, state: str) -> Transiti
 
 
 def holds_targets(state: State, readings: Snapshot) -> bool:
-    """Whether every target that ``state`` states is held; a plant that tells no target at all is taken at its word."""
-    return not readings.accepted or all(_held(state, r.tag, readings) for r in state.setpoints)
+    """Whether every target that ``state`` states is held; a plant that tells no target at all is taken at its word.
+
+    Local control hands manual outputs back to automatic when it takes over; the plant has left no state by that.
+    """
+    told = readings.accepted
+    return not told or all(
+        r.tag in told and (told[r.tag] is None or _held(state, r.tag, readings)) for r in state.setpoints
+    )
 
 
 def admits(state: State, tag: str, target: float | None) -> bool:

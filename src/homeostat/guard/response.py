@@ -19,7 +19,7 @@ class Response:
         self._parts, self._latch = parts, latch
         self._violated = self._answered = self._returned = self._told = frozenset[str]()
         self._unanswered: dict[str, str] = {}
-        self._effects = EffectWatch()
+        self._effects = EffectWatch(parts.rules.fallbacks)
         self._strategy: str | None = None
 
     def remember(self, tripped: frozenset[str]) -> None:
