@@ -75,6 +75,9 @@ MACHINE = StateMachine(
         _step("when_cold", "running", "reduced", "T <= 290"),
     ),
 )  # fmt: skip
+COOLS = Transition("cools", "running", "reduced", "", parse("T <= 290", TAGS), on_decision=False)
+COOLING = replace(MACHINE, transitions=(*MACHINE.transitions, COOLS))
+"""A line whose nominal route goes on when it is cold."""
 LIMITS = Limits((HOT,), (CALM,))
 VENT = FallbackStrategy("vent", feed(OFF, "still"))
 DRAIN = FallbackStrategy("drain", replace(VENT.actions, commands=(*VENT.actions.commands, Command("V.man", 1.0, 0.2))))
