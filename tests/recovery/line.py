@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -150,6 +151,9 @@ class LineTwin:
         if self.last is None or snapshot.at_s > self.last.at_s:
             self.last = snapshot
 
+    def frozen(self) -> LineTwin:
+        return copy(self)
+
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[Mapping[str, float], ...]:
         return ({},)
 
@@ -217,7 +221,7 @@ class Stage:
         try:
             Loop(self.guard, self.plant, self.exchange, self.hook).run_virtual()
         finally:
-            self.ended = worker.join(2.0)
+            self.ended = worker.join(0.5)
             self.guard.stop("the run is over")
         return self
 

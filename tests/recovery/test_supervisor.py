@@ -182,6 +182,66 @@ def test_a_diagnosis_that_takes_too_long_leaves_nothing_known() -> None:
     assert done.armed == [Arm(())] and done.kinds == ["noticed"] and done.handed_over == []
 
 
+class Late:
+    """A diagnosis that comes when the test lets it, and is at once from then on."""
+
+    def __init__(self) -> None:
+        self._let_go = threading.Event()
+
+    def __call__(self, at_s: float) -> Diagnosis:
+        self._let_go.wait(10.0)
+        return diagnosis(at_s)
+
+    def comes(self) -> None:
+        self._let_go.set()
+        for thread in threading.enumerate():
+            if thread.name.startswith("beside-"):
+                thread.join(5.0)
+
+
+def overdue(*noticed_s: float) -> tuple[Recovery, Late]:
+    """A line about whose diagnosis of 10 s nothing is known at 12 s."""
+    late = Late()
+    done = Recovery(
+        ticks(1, 10, DOOMED), watching(10.0, *noticed_s, answer=late), bounds=Bounds(Budget(diagnosis_s=0.5))
+    )
+    done.run(*ticks(11, 12, DOOMED))
+    assert done.monitoring.seen[-1] == 10.0, "monitoring is never called twice at a time"
+    return done, late
+
+
+def test_a_diagnosis_that_comes_too_late_is_acted_upon_when_it_comes() -> None:
+    """Monitoring takes what it saw for explained, so nobody would ask again."""
+    done, late = overdue()
+    late.comes()
+    done.run(*ticks(13, 20, DOOMED))
+    assert done.monitoring.diagnosed == [10.0] and done.released == [13.0] and done.when(Diagnosed) == [10.0]
+    assert done.monitoring.seen == [float(k) for k in range(1, 21)]
+
+
+def test_a_diagnosis_that_comes_too_late_is_out_of_date_where_something_new_is_seen() -> None:
+    done, late = overdue(12.0)
+    late.comes()
+    done.run(*ticks(13, 20, DOOMED))
+    assert done.monitoring.diagnosed == [10.0, 13.0] and done.released == [13.0]
+
+
+@pytest.mark.parametrize("when", ["before the fallback", "while it stands", "after its reset"])
+def test_a_diagnosis_that_comes_too_late_is_out_of_date_after_a_fallback(when: str) -> None:
+    done, late = overdue()
+    if when == "before the fallback":
+        late.comes()
+    done.run(*latched(13, 14))
+    if when == "while it stands":
+        late.comes()
+    done.run(*latched(15, 16))
+    if when == "after its reset":
+        done.run(tick(17.0, DOOMED))
+        late.comes()
+    done.run(*ticks(18, 30, DOOMED))
+    assert done.monitoring.diagnosed == [10.0] and done.released == []
+
+
 # --- leave alone, release, hand over -----------------------------------------------------------------------------
 
 

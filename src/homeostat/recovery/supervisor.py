@@ -126,6 +126,7 @@ class Supervisor:
         before, self._latched = self._latched, observation.latched is not None
         if observation.latched is not None:
             self._again = False
+            self._watch.forget()
             if not before:
                 self._monitoring.follow(HandedOver(observation.latched, observation.now_s))
         elif before:
