@@ -39,6 +39,9 @@ class ScriptedTwin:
     def observe(self, snapshot: Snapshot) -> None:
         self.at_s = snapshot.at_s
 
+    def frozen(self) -> ScriptedTwin:
+        return self
+
     def explain(
         self, candidates: Sequence[str], known: Sequence[FaultState], dense: bool = False
     ) -> tuple[Hypothesis, ...]:

@@ -172,7 +172,7 @@ class Monitoring:
         candidates = self._grounding.candidate_faults(indicated) if indicated else ()
         others = self._every if departed else ()
         ordered = list(dict.fromkeys([*candidates, *(f.fault for f in self._known), *others]))
-        return self._twin.explain(ordered, self._known, departed) if ordered else ()
+        return self._twin.frozen().explain(ordered, self._known, departed) if ordered else ()
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
         """Where one fault of one size explains everything since the release, learn the parameters from that time."""
