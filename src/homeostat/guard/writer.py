@@ -18,6 +18,7 @@ from homeostat.domain.ports import Ticket, Wire
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.rules import WriteRule
 from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.bounded import BoundedWire
 from homeostat.guard.ramp import Ramps
 from homeostat.guard.recorder import URGENT_S, Recorder
 from homeostat.guard.settings import GuardSettings
@@ -257,12 +258,13 @@ class Writer:
         if not self._recorder.commit(URGENT_S if urgent else math.inf) and write.cause in (Cause.REQUEST, Cause.PERSON):
             self._end(flight, WriteResult.GIVEN_UP, "the intention could not be journalled", now_s)
             return False
+        wire = self.wire.urgent if urgent and isinstance(self.wire, BoundedWire) else self.wire
         try:
-            if self.wire is None:
+            if wire is None:
                 raise ConnectionError("there is no lease to write with")
             first = self._ramps.first(write.commands, self._rules)
             flight.allowed_s = self._confirm_s(write)
-            flight.ticket = self.wire.send(first)
+            flight.ticket = wire.send(first)
         except Exception as broken:  # a link may break in any way; what it did is read back
             self._end(flight, WriteResult.FAILED, str(broken) or type(broken).__name__, now_s)
             return True
