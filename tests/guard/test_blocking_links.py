@@ -30,6 +30,8 @@ FALLBACK = DRAIN.actions.commands
 class Blocked(Vessel):
     """A vessel with calls that come back only when they are let go."""
 
+    never_blocks = False
+
     def __init__(self, *calls: str, most: int = 1000) -> None:
         super().__init__()
         self.blocked, self._most = set(calls), most
@@ -94,7 +96,7 @@ def test_a_tick_returns_whatever_call_of_the_link_hangs(call: str) -> None:
     began = time.monotonic()
     subject.guard.stop("enough")
     assert time.monotonic() - began < TICK_S
-    assert call in vessel.called and hanging() - before <= 3
+    assert call in vessel.called and hanging() - before <= 6
     vessel.let_go.set()
 
 
@@ -137,7 +139,7 @@ def test_a_link_in_which_everything_hangs_is_tried_for_ever_with_few_threads_and
     subject, vessel = world("send", "take", "beat", "give_back")
     before = hanging()
     timed(subject, 200, L=14.0)
-    assert hanging() - before <= bounded.MOST + 3
+    assert hanging() - before <= bounded.MOST + 6
     assert {"lease", "shed", "fallback:drain", "fallback:close"} <= subject.alarms
     assert vessel.wire == [] and not subject.guard._latch.standing
     vessel.let_go.set()

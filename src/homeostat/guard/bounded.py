@@ -76,7 +76,8 @@ class _Taking:
     def __init__(self, lease: Lease, claim_s: float) -> None:
         self._lease, self._claim_s = lease, claim_s
         self._lock, self._claimed, self._expired = threading.Lock(), threading.Event(), False
-        self.call = Call("taking the lease", lease.take, self._expire)
+        self.call = Call("taking the lease", lease.take)
+        threading.Thread(target=self._run, name="taking the lease", daemon=True).start()
 
     def claim(self) -> Wire | None:
         """The wire; None where it was given back meanwhile. NoAnswer where it has not come yet."""
@@ -87,7 +88,8 @@ class _Taking:
                     return None
         return self.call.result()
 
-    def _expire(self) -> None:
+    def _run(self) -> None:
+        self.call.run()
         self._claimed.wait(self._claim_s)
         with self._lock:
             self._expired = not self._claimed.is_set()
