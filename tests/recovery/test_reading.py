@@ -168,7 +168,7 @@ def test_a_source_that_blocks_holds_no_tick_and_its_late_sample_is_taken(what: s
         assert time.monotonic() - began < 1.0
         times.append((now_s, None if sample is None else sample.at_s))
     assert times[:4] == [(float(k), float(k)) for k in range(1, 5)]
-    assert times[-1] == (10.0, None) and threading.active_count() == threads + 1
+    assert times[-1] == (10.0, None) and threading.active_count() <= threads + 1
     assert len(told) == (2 if what == "ended" else 1) and "has not answered for" in told[0]
     source.let_go.set()
     late, fresh = subject.read(1.0), subject.read(1.0)
