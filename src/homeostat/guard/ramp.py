@@ -109,6 +109,11 @@ class Ramps:
         going = [r.followed_s for r in self._ramps.values() if not r.over]
         return min(going) if going else max((r.followed_s for r in self._ramps.values()), default=-math.inf)
 
+    @property
+    def known(self) -> bool:
+        """Whether there is a ramp, or one that was stopped."""
+        return bool(self._ramps or self._stopped)
+
     def passes(self, tag: str, value: float | None, tolerance: float) -> bool:
         """Whether the ramp of ``tag``, also one that was stopped, has led through ``value``."""
         ramp = self._ramps.get(tag) or self._stopped.get(tag)

@@ -159,10 +159,11 @@ class Writer:
 
     def ramped(self, readings: Snapshot) -> tuple[Command, ...]:
         """How far the guard's own ramps have brought the targets of what is pending."""
-        return tuple(
-            Command(tag, target, None) for tag, target in readings.accepted.items()
-            if tag in self.pending and self._ramps.passes(tag, target, self._tolerance(tag))
-        )  # fmt: skip
+        if not self._ramps.known:
+            return ()
+        pending, held = self.pending, readings.accepted
+        reached = [t for t in pending if t in held and self._ramps.passes(t, held[t], self._tolerance(t))]
+        return tuple(Command(tag, held[tag], None) for tag in reached)
 
     def leave(self, tag: str) -> None:
         """Ramp ``tag`` no further: somebody else has moved it."""
