@@ -55,7 +55,8 @@ AREAS = {
     )),
 }  # fmt: skip
 NEAREST = {
-    "ramp": "ramps", "lane": "blocking_links", "bounded": "blocking_links", "steps": "writer", "moves": "writer", "service": "people", "authority": "people",
+    "ramp": "ramps", "lane": "blocking_links", "bounded": "blocking_links", "steps": "writer", "moves": "writer",
+    "service": "people", "authority": "people",
     "persons": "people", "requests": "verification", "seal": "verification", "mailbox": "verification",
     "modes": "people", "tenure": "people", "alarms": "people", "restart": "memory", "fallback": "latch",
 }  # fmt: skip
