@@ -47,7 +47,8 @@ class Area:
 AREAS = {
     "guard": Area("guard", tuple(sorted(p.stem for p in SAFETY_LAYER.glob("[!_]*.py"))), tuple(
         f"guard/test_{name}.py"
-        for name in ("trips", "quality", "guard", "memory", "writer", "latch", "recorder", "verification", "people")
+        for name in ("trips", "quality", "guard", "memory", "writer", "latch", "recorder", "verification", "people",
+                     "ramps", "blocking_links")
     )),
     "supervisor": Area("recovery", ("supervisor", "agenda", "prospect"), tuple(
         f"recovery/test_{name}.py"
@@ -55,7 +56,8 @@ AREAS = {
     )),
 }  # fmt: skip
 NEAREST = {
-    "ramp": "writer", "steps": "writer", "moves": "writer", "service": "people", "authority": "people",
+    "ramp": "ramps", "lane": "blocking_links", "bounded": "blocking_links", "steps": "writer", "moves": "writer",
+    "service": "people", "authority": "people",
     "persons": "people", "requests": "verification", "seal": "verification", "mailbox": "verification",
     "modes": "people", "tenure": "people", "alarms": "people", "restart": "memory", "fallback": "latch",
     "agenda": "supervisor", "prospect": "supervisor",

@@ -87,6 +87,8 @@ DRAIN = FallbackStrategy("drain", replace(VENT.actions, commands=(*VENT.actions.
 class LinePlant:
     """A link over the line: one sample per second, a lease, and it remembers what arrived on its wire."""
 
+    never_blocks = True
+
     def __init__(self, end_s: float = 200.0, start: float = 300.0, heating: float = 0.1, level: float = 8.0) -> None:
         self._end_s, self._heating, self.level = end_s, heating, level
         self._hot, self._accepted = start, {"F.sp": FULL, "V.man": None}

@@ -18,7 +18,7 @@ from homeostat.domain.guard_events import (
     Tripped,
 )
 from homeostat.domain.mode import Mode, PersonCommand
-from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Trouble, Withdraw
+from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Settled, Trouble, Withdraw
 from homeostat.domain.ports import Lease, Record
 from homeostat.domain.request import Request
 from homeostat.domain.rules import GuardRules
@@ -78,6 +78,7 @@ class Guard:
         self._act_by_s: float | None = None
         self._violated = self._answered = frozenset[str]()
         self._unanswered: dict[str, str] = {}
+        self._troubles: set[str] = set()
         self._now_s, self._began_s = -math.inf, math.nan
         self._period_s: float | None = None
         self._leapt_s: float | None = None
@@ -270,7 +271,11 @@ class Guard:
             case FallBack():
                 self._activate(message.reason)
             case Trouble():
+                self._troubles.add(message.name[:100])
                 self._alarm(message.name[:100], message.cause[:500], Priority.HIGH)
+            case Settled() if message.name in self._troubles:  # nobody ends an alarm of the guard's own
+                self._troubles.remove(message.name)
+                self._parts.alarms.return_(message.name, now_s)
             case PersonCommand():
                 self._persons.hear(message, now_s, self._seen)
             case _:

@@ -28,7 +28,9 @@ class Moves:
         if not parts.tenure.held and now_s < parts.tenure.given_back_s + parts.settings.again_s:
             parts.service.track(readings)  # the plant's own control has taken over
             return
-        for moved in parts.service.moved(readings, self._pending):
+        moves = parts.service.moved(readings, self._pending)
+        parts.service.expect(parts.writer.ramped(readings))
+        for moved in moves:
             ours = latched and moved.tag in parts.service.tags
             if ours and parts.writer.late(moved.tag, moved.now):
                 self._late[moved.tag] = Command(moved.tag, moved.before, parts.rules.tags[moved.tag].rate_limit)

@@ -23,3 +23,7 @@ class GuardSettings:
     """People who must agree to a reset: one in simulation, two on a link."""
     sync_s: float = 0.1
     """Longest wait for the journal, wall-clock [s]; a fallback waits 0.1 s at most, and goes without its sync then."""
+    call_s: float = 0.2
+    """Longest wait for a link that may block to come back from a write or a heartbeat, wall-clock [s]."""
+    lease_s: float = 0.5
+    """The same for a lease: without one not even a fallback can be sent."""

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from homeostat.domain.guard_events import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
-from homeostat.domain.mode import Side
 from homeostat.domain.ports import Ticket, Wire
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.rules import WriteRule
 from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.bounded import BoundedWire
 from homeostat.guard.ramp import Ramps
 from homeostat.guard.recorder import URGENT_S, Recorder
 from homeostat.guard.settings import GuardSettings
@@ -71,7 +71,6 @@ class _Flight:
     attempt: int
     ticket: Ticket | None
     sent_s: float
-    allowed_s: float = 0.0
     accepted_s: float | None = None
     ended: bool = False
 
@@ -158,6 +157,14 @@ class Writer:
                 return True
         return False
 
+    def ramped(self, readings: Snapshot) -> tuple[Command, ...]:
+        """How far the guard's own ramps have brought the targets of what is pending."""
+        if not self._ramps.known:
+            return ()
+        pending, held = self.pending, readings.accepted
+        reached = [t for t in pending if t in held and self._ramps.passes(t, held[t], self._tolerance(t))]
+        return tuple(Command(tag, held[tag], None) for tag in reached)
+
     def leave(self, tag: str) -> None:
         """Ramp ``tag`` no further: somebody else has moved it."""
         self._ramps.drop(tag)
@@ -175,7 +182,7 @@ class Writer:
         """
         if readings is not None:
             self._ramps.present(readings.accepted)
-        self._ramp(now_s)
+        self._ramp(now_s, {} if readings is None else readings.accepted)
         flight = self._flight
         if flight is None:
             return None
@@ -185,7 +192,7 @@ class Writer:
         if not flight.ended:
             return self._answered(flight, now_s)
         if flight.accepted_s is not None:
-            waits = now_s - flight.accepted_s < flight.allowed_s
+            waits = now_s - max(flight.accepted_s, self._ramps.followed_s) < self._confirm_s(flight.write)
         else:
             waits = after is None and now_s - flight.sent_s < self._settings.write_s
         return None if waits else self._again(flight, now_s, after, objection)
@@ -257,12 +264,12 @@ class Writer:
         if not self._recorder.commit(URGENT_S if urgent else math.inf) and write.cause in (Cause.REQUEST, Cause.PERSON):
             self._end(flight, WriteResult.GIVEN_UP, "the intention could not be journalled", now_s)
             return False
+        wire = self._way(write)
         try:
-            if self.wire is None:
+            if wire is None:
                 raise ConnectionError("there is no lease to write with")
             first = self._ramps.first(write.commands, self._rules)
-            flight.allowed_s = self._confirm_s(write)
-            flight.ticket = self.wire.send(first)
+            flight.ticket = wire.send(first)
         except Exception as broken:  # a link may break in any way; what it did is read back
             self._end(flight, WriteResult.FAILED, str(broken) or type(broken).__name__, now_s)
             return True
@@ -290,13 +297,28 @@ class Writer:
         confirmed = tuple(c.tag for c in flight.write.commands if c.tag not in deviating)
         self._recorder.note(ReadBack(flight.number, confirmed, deviating), now_s)
 
-    def _ramp(self, now_s: float) -> None:
-        """Take the next step of every ramp that the guard makes."""
-        commands = self._ramps.step(now_s)
-        if commands and self.wire is not None:
+    def _way(self, write: Write) -> Wire | None:
+        """The wire; what hangs in a link that may block holds no fallback up."""
+        if write.cause is Cause.FALLBACK and isinstance(self.wire, BoundedWire):
+            return self.wire.urgent
+        return self.wire
+
+    def _ramp(self, now_s: float, told: Mapping[str, float | None]) -> None:
+        """Take the next step of every ramp that the guard makes, once the link has taken the first."""
+        flight = self._flight
+        if flight is None or not (flight.accepted_s is not None or flight.write.cause is Cause.FALLBACK):
+            return
+
+        def held(tag: str, target: float | None, value: float) -> bool:
+            return same(value, target, self._tolerance(tag))
+
+        commands = self._ramps.step(now_s, told, held, anyway=flight.write.cause is Cause.FALLBACK)
+        wire = self._way(flight.write)
+        if commands and wire is not None:
             try:
-                self.wire.send(commands)
-            except Exception as broken:  # the end of the ramp is read back like any other target
+                wire.send(commands)
+                self._ramps.took(commands, now_s, told)
+            except Exception as broken:  # whether the plant has it is read; the same step is sent again
                 self.error = str(broken) or type(broken).__name__
 
     def _deviating(self, write: Write, readings: Snapshot) -> tuple[str, ...]:
@@ -310,14 +332,8 @@ class Writer:
         return self._rules[tag].tolerance if tag in self._rules else 0.0
 
     def _confirm_s(self, write: Write) -> float:
-        """Time in which the plant must have accepted every command [s]; a guard's ramp takes its own."""
-        found = 0.0
-        for c in write.commands:
-            rule = self._rules.get(c.tag)
-            if rule is not None:
-                ramp_s = self._ramps.left_s(c.tag) if rule.ramped_by is Side.GUARD else 0.0
-                found = max(found, rule.confirm_s + ramp_s)
-        return found
+        """Time in which the plant must have accepted every command, or every step of a guard's ramp [s]."""
+        return max((self._rules[c.tag].confirm_s for c in write.commands if c.tag in self._rules), default=0.0)
 
 
 def holds(command: Command, readings: Snapshot, tolerance: float) -> bool:
