@@ -59,10 +59,9 @@ class Ramps:
         """The next values of every ramp at ``now_s`` [s]."""
         sent = []
         for tag, ramp in list(self._ramps.items()):
-            passed_s = 0.0 if math.isnan(ramp.at_s) else now_s - ramp.at_s
+            reach, left = ramp.rate * (now_s - ramp.at_s), ramp.target - ramp.now
             ramp.at_s = now_s
-            reach, left = ramp.rate * passed_s, ramp.target - ramp.now
-            if reach <= 0.0 or left == 0.0:
+            if not reach > 0.0 or left == 0.0:  # no time has passed; at the first step it is not known (NaN)
                 continue
             ramp.now = ramp.target if abs(left) <= reach else ramp.now + math.copysign(reach, left)
             sent.append(Command(tag, ramp.now, None))

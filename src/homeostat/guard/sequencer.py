@@ -85,12 +85,10 @@ class Sequencer:
         return ActionSet(self._sent, self.state, self._waiting)
 
     def way(self) -> RecoveryPath | None:
-        """The path that is left; None where nothing waits."""
-        if not self._waiting:
-            return None
+        """The path that is left; None where nothing waits, or nothing that a proposer could take."""
         try:
             return RecoveryPath(self._machine, tuple(s.transition for s in self._waiting))
-        except ValueError:  # the steps of a fallback need not make a path that a proposer could take
+        except ValueError:  # nothing waits, or steps of a fallback, which need not make a path of a proposer
             return None
 
     def drain(self) -> tuple[tuple[str, float], ...]:
