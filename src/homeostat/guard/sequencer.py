@@ -125,11 +125,12 @@ def what_follows(machine: StateMachine, start: str, commands: dict[str, tuple[Co
     """What follows from ``start`` by itself, the least risky transition first; ``commands`` by state."""
     steps: list[Step] = []
     here, been = start, {start}
-    while True:
+    for _ in machine.states:  # none is entered twice
         onward = [t for t in machine.transitions if t.source == here and not t.on_decision and t.target not in been]
         if not onward:
-            return tuple(steps)
+            break
         taken = min(onward, key=lambda t: machine.state(t.target).risk)
         steps.append(Step(taken, commands[taken.target]))
         here = taken.target
         been.add(here)
+    return tuple(steps)
