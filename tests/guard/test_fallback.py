@@ -36,7 +36,9 @@ def test_each_strategy_is_taken_once_in_its_order_until_somebody_begins_again() 
         (("nonsense", "close"), ["close", "drain"], ("there is no fallback 'nonsense'",)),
     ],
 )
-def test_who_ranks_some_strategies_loses_none(asked: tuple[str, ...], ranked: list[str], wrong: tuple[str, ...]) -> None:
+def test_who_ranks_some_strategies_loses_none(
+    asked: tuple[str, ...], ranked: list[str], wrong: tuple[str, ...]
+) -> None:
     fallbacks = Fallbacks(RULES)
     assert fallbacks.arm(asked, READY, ALL) == wrong and names(fallbacks) == ranked
     assert [s.name for s in iter(fallbacks.take, None) if s is not None] == ranked
@@ -70,7 +72,9 @@ def test_a_tag_that_is_out_of_service_is_left_out_unless_the_strategy_forces_it(
     assert [c.tag for c in chosen.actions.commands] == kept and chosen.actions.target == "shut"
 
 
-@pytest.mark.parametrize(("error", "why"), [(RuntimeError("it is void"), "it is void"), (RuntimeError(), "RuntimeError")])
+@pytest.mark.parametrize(
+    ("error", "why"), [(RuntimeError("it is void"), "it is void"), (RuntimeError(), "RuntimeError")]
+)
 def test_a_strategy_that_cannot_be_checked_says_why(error: Exception, why: str) -> None:
     class Void(dict[str, Any]):
         def __contains__(self, name: object) -> bool:

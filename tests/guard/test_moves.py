@@ -1,4 +1,4 @@
-"""Moves: what somebody else changes is respected, what of ours arrives late is put right while a fallback is latched."""
+"""Moves: what others change is respected; what of ours arrives late is put right while a fallback is latched."""
 
 from __future__ import annotations
 
@@ -99,6 +99,16 @@ def test_a_late_write_counts_as_somebody_s_where_nothing_is_latched() -> None:
     world.tick(3)
     assert world.guard.out_of_service == {"T.sp"} and "moved:T.sp" in world.alarms and world.sent == []
     assert "late:T.sp" not in {a.id for a in world.guard.alarms}
+
+
+@pytest.mark.parametrize(("target", "noticed"), [(305.0, False), (300.0, True)])
+def test_what_was_given_up_may_arrive_by_the_next_reading_and_nothing_else_may(target: float, noticed: bool) -> None:
+    world = hung()
+    order(world, Verb.MODE, Mode.APPROVE)  # overtakes it
+    world.vessel.accepted["T.sp"] = target
+    world.tick(3)
+    assert world.guard.out_of_service == ({"T.sp"} if noticed else frozenset())
+    assert world.alarms == ({"moved:T.sp"} if noticed else set())
 
 
 def test_a_late_write_to_a_tag_that_a_person_has_is_left_alone() -> None:

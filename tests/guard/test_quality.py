@@ -246,9 +246,7 @@ def test_a_time_may_lie_ahead_by_its_rounding_and_no_more(at_s: float, usable: b
 
 
 @pytest.mark.parametrize(("stale_s", "forgotten_s"), [({}, 10.0), ({"T": 5.0, "L": 20.0}, 20.0)])
-def test_targets_are_known_as_long_as_the_most_patient_rule_says(
-    stale_s: dict[str, float], forgotten_s: float
-) -> None:
+def test_targets_are_known_as_long_as_the_most_patient_rule_says(stale_s: dict[str, float], forgotten_s: float) -> None:
     rules = {tag: QualityRule(tag, s) for tag, s in stale_s.items()}
     w = QualityWatch(rules, TAGS, lambda event, at_s: None)
     w.assess(1.0, Snapshot(1.0, {"F.sp": 0.0}, accepted={"F.sp": 0.0}))

@@ -149,7 +149,9 @@ def test_what_follows_by_itself_is_decided_by_nobody() -> None:
 
 
 def test_of_several_ways_the_least_risky_one_is_followed_and_none_twice() -> None:
-    states = tuple(replace(state(name, initial=name == "a"), risk=risk) for name, risk in (("a", 0), ("b", 2), ("c", 1)))
+    states = tuple(
+        replace(state(name, initial=name == "a"), risk=risk) for name, risk in (("a", 0), ("b", 2), ("c", 1))
+    )
     machine = StateMachine(
         "loop", states,
         (

@@ -19,6 +19,7 @@ from tests.guard.vessel import (
     CLOSE,
     MACHINE,
     PATIENT,
+    POUR,
     RULES,
     Journal,
     World,
@@ -179,6 +180,17 @@ def test_a_request_that_failed_is_not_owed() -> None:
     world.vessel.ignores = False
     world.tick(30)
     assert finding(world) == "CHK-OBEYED" and len(world.sent) == 3
+
+
+def test_a_request_that_failed_does_not_hold_up_the_sequence() -> None:
+    world = running(rules=replace(RULES, nominal=(BEGIN, POUR)))
+    world.vessel.raises = True
+    world.ask()
+    world.tick(3)  # at 5, 6 and 7 s
+    world.vessel.raises = False
+    world.tick(1, L=9.5)
+    assert statuses(world)[-1] == "failed" and times(world) == [5.0, 6.0, 7.0, 8.0]
+    assert world.sent[-1] == POUR.commands and world.seen[-1].state == "emptying"
 
 
 COOLING = replace(MACHINE, transitions=(*MACHINE.transitions, awaited("cool", "shut", "emptying", "L <= 5")))

@@ -92,3 +92,10 @@ def test_where_nothing_is_leased_nothing_is_given_back() -> None:
     assert world.alarms == set()
     world.guard.stop("done")
     assert world.vessel.leases == world.vessel.given_back == 0 and world.vessel.beats == []
+
+
+def test_a_plant_that_is_only_observed_says_so_to_whoever_wants_to_write() -> None:
+    world = World(lease=None)
+    world.tick()
+    text = "this plant is only observed; attach it with a link that can write"
+    assert cause(world, "mode") == text and world.alarms == {"mode"} and world.guard.mode is Mode.OBSERVE
