@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -27,3 +28,11 @@ class GuardSettings:
     """Longest wait for a link that may block to come back from a write or a heartbeat, wall-clock [s]."""
     lease_s: float = 0.5
     """The same for a lease: without one not even a fallback can be sent."""
+
+    def __post_init__(self) -> None:
+        for name in ("write_s", "again_s", "check_age_s", "person_s", "sync_s", "call_s", "lease_s"):
+            seconds = getattr(self, name)
+            if not (math.isfinite(seconds) and seconds > 0.0):
+                raise ValueError(f"{name} is {seconds!r} s; it must be finite and more than 0 s")
+        if self.attempts < 1 or self.persons < 1:
+            raise ValueError(f"{self.attempts!r} attempts and {self.persons!r} persons; at least one of each is needed")

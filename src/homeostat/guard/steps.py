@@ -27,12 +27,12 @@ class Steps:
         self._again_s = -math.inf
 
     def owe(self, write: Write) -> None:
-        """The plant has not got ``write``, a step that counts as taken: it is sent once more."""
+        """``write``, a step that counts as taken, is owed to the plant until it holds: it is sent again if need be."""
         self._owed, self._owed_under = write, self._latch.reason
 
     def drop(self) -> None:
         """Something else was released: what was owed to the plant is void."""
-        self._step = self._owed = None
+        self._owed = None
 
     def follow(self, write: Write | None, progress: Progress | None, now_s: float) -> None:
         """Take note of how far ``write``, a step, has come: taken once the plant has got it, due again if it failed."""
@@ -42,9 +42,6 @@ class Steps:
         if step is not None and (parts.writer.accepted or progress is Progress.CONFIRMED):
             self._step = None
             self._taken(step, now_s)
-        elif step is not None and progress is Progress.FAILED:
-            self._step = None
-        elif progress is Progress.FAILED:
             self.owe(write)
         if progress is Progress.FAILED:
             self._again_s = now_s + parts.settings.again_s
@@ -56,7 +53,6 @@ class Steps:
         parts = self._parts
         if readings is None or parts.writer.flying is not None:
             return
-        self._step = None  # whatever has overtaken its write
         stands = self._latch.reason, parts.sequencer.state
         if self._owed is not None and (self._owed_under, self._owed.state) != stands:
             self._owed = None  # a fallback, a reset or a start has come between
@@ -79,8 +75,7 @@ class Steps:
         elif not commands:
             self._taken(step, now_s)
         elif now_s >= self._again_s:
-            self._step = step
-            self._begin(Write(Cause.SEQUENCE, step.transition.name, commands, step.target), now_s)
+            self._begin(Write(Cause.SEQUENCE, step.transition.name, commands, step.target), step, now_s)
 
     def objection(self, write: Write, readings: Snapshot | None) -> str:
         """Why ``write`` may not be tried again on ``readings``; empty where it may."""
@@ -112,9 +107,11 @@ class Steps:
         why = self.objection(owed, readings)
         self._parts.sequencer.refused = why or None
         if not why and now_s >= self._again_s:
-            self._begin(owed, now_s)
+            self._begin(owed, None, now_s)
 
-    def _begin(self, write: Write, now_s: float) -> None:
+    def _begin(self, write: Write, step: Step | None, now_s: float) -> None:
+        """Send ``write``; ``step`` is taken once the plant has got it, None where it counts as taken already."""
+        self._step = step
         self._parts.writer.begin(write, now_s)
         self.follow(write, None, now_s)
 

@@ -36,11 +36,12 @@ class Tenure:
 
     def give_back(self, now_s: float) -> None:
         """The heartbeat stops, and the plant's own control carries on."""
-        if self._writer.wire is None or self._lease is None:
+        lease = self._in_use
+        if lease is None:
             return
         self._writer.wire, self.given_back_s = None, now_s
         try:
-            self._lease.give_back()
+            lease.give_back()
         except Exception as broken:  # without heartbeat the plant sheds all the same
             text = f"the lease cannot be given back: {str(broken) or type(broken).__name__}"
             self._alarms.raise_("lease", text, Priority.HIGH, now_s)
@@ -49,13 +50,18 @@ class Tenure:
 
     def beat(self, now_s: float) -> None:
         """Say that the guard is alive, where it may write."""
-        if self._writer.wire is None or self._lease is None:
+        lease = self._in_use
+        if lease is None:
             self._alarms.return_("heartbeat", now_s)
             return
         try:
-            self._lease.beat()
+            lease.beat()
         except Exception as broken:  # a link may break in any way
             text = f"the heartbeat is not taken: {str(broken) or type(broken).__name__}"
             self._alarms.raise_("heartbeat", text, Priority.HIGH, now_s)
         else:
             self._alarms.return_("heartbeat", now_s)
+
+    @property
+    def _in_use(self) -> Lease | None:
+        return self._lease if self.held else None
