@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from homeostat.domain.guard_events import FallbackStands, Tripped, WriteEnded, WriteIntended, WriteResult
+from homeostat.domain.guard_events import (
+    FallbackStands,
+    LeaseLost,
+    LeaseTried,
+    Tripped,
+    WriteEnded,
+    WriteIntended,
+    WriteResult,
+)
 from homeostat.domain.mode import Mode
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.guard import Attachment, Guard
@@ -96,11 +104,12 @@ def test_an_honest_plant_is_brought_to_rest() -> None:
     assert [c for a in link.wire_log for c in a.commands][-3:] == list(DRAIN.actions.commands)
 
 
-def test_a_guard_that_lost_its_lease_without_knowing_takes_a_new_one_and_falls_back() -> None:
-    """What was sent on a void wire never arrived; the journal says so of every attempt."""
+def test_a_guard_whose_heartbeat_gets_lost_takes_the_lease_again_and_writes_on_no_lost_wire() -> None:
     guard, journal, link = run(LostHeartbeat(50.0, 125.0))
-    failed = [e for e in journal.of(WriteEnded) if e.result is WriteResult.FAILED]
-    assert len(journal.of(WriteIntended)) == len(failed) + len(link.wire_log) and failed
+    assert [at_s for e, at_s in journal.events if isinstance(e, LeaseLost)] == [55.0]
+    assert [e.given for e in journal.of(LeaseTried)] == [True]
+    assert [e.commands for e in journal.of(WriteIntended)] == [a.commands for a in link.wire_log]
+    assert [e.result for e in journal.of(WriteEnded)] == [WriteResult.ACCEPTED] * 2
     assert DRAIN.actions.commands in [a.commands for a in link.wire_log] and guard.latched is not None
 
 

@@ -43,7 +43,8 @@ class Parts:
         alarms, writer = Alarms(recorder.note), Writer(rules.writables, recorder, settings)
         sequencer = Sequencer(rules.machine, rules.limits, rules.nominal)
         service = Service(rules.writables, recorder.note)
-        return cls(rules, settings, recorder, alarms, sequencer, service, writer, Tenure(lease, writer, alarms))
+        tenure = Tenure(lease, writer, alarms, recorder.note, settings)
+        return cls(rules, settings, recorder, alarms, sequencer, service, writer, tenure)
 
     def note(self, event: GuardEvent, at_s: float) -> None:
         """Journal ``event``, which happened at process time ``at_s`` [s]."""
