@@ -47,7 +47,8 @@ class Area:
 AREAS = {
     "guard": Area("guard", tuple(sorted(p.stem for p in SAFETY_LAYER.glob("[!_]*.py"))), tuple(
         f"guard/test_{name}.py"
-        for name in ("trips", "quality", "guard", "memory", "writer", "latch", "recorder", "verification", "people")
+        for name in ("trips", "quality", "guard", "memory", "writer", "latch", "recorder", "verification", "people",
+                     "lapse", "hands", "half_sets")
     )),
     "supervisor": Area("recovery", ("supervisor",), tuple(
         f"recovery/test_{name}.py" for name in ("recovery", "departure", "thinking", "deadline", "proposers")
@@ -57,6 +58,7 @@ NEAREST = {
     "ramp": "writer", "steps": "writer", "moves": "writer", "service": "people", "authority": "people",
     "persons": "people", "requests": "verification", "seal": "verification", "mailbox": "verification",
     "modes": "people", "tenure": "people", "alarms": "people", "restart": "memory", "fallback": "latch",
+    "flight": "writer", "pace": "guard", "lapse": "lapse",
 }  # fmt: skip
 """Module of the guard -> the tests that look at it most closely, where they do not have its name."""
 LIMIT_S = 60.0

@@ -72,6 +72,15 @@ class Flight:
     """Tags that were read at their target since it was sent."""
     covered: set[str] = field(default_factory=set)
     """Tags that another write commanded since this one was given up: reading them says nothing of this one."""
+    unread: set[str] = field(default_factory=set)
+    """Those of them for which there was no reading before."""
+    read: set[str] = field(default_factory=set)
+    """Tags whose target was read since it was sent."""
+
+    def cover(self, tags: set[str]) -> None:
+        """Another write commands ``tags``."""
+        self.covered |= tags
+        self.unread |= tags - self.read
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +100,14 @@ class GivenUp:
         """What was written of it and what was not, for a person."""
         known = {c.tag for c in (*self.written, *self.missing)}
         unknown = tuple(c for c in self.write.commands if c.tag not in known)
-        text = f"{self.write.source} was carried out in part: {_shown(self.written)}; not {_shown(self.missing)}"
-        return f"{text}; overwritten unread {_shown(unknown)}" if unknown else text
+        text = f"{self.write.source} was carried out in part: {_shown(self.written)}"
+        text += f"; not {_shown(self.missing)}" if self.missing else ""
+        return text + (f"; overwritten unread {_shown(unknown)}" if unknown else "")
+
+    @property
+    def whole(self) -> bool:
+        """Whether the plant was read to hold all of it."""
+        return len(self.written) == len(self.write.commands)
 
 
 def _shown(commands: tuple[Command, ...]) -> str:
@@ -108,7 +123,7 @@ def shown(target: float | None) -> str:
 def outcome(flight: Flight) -> GivenUp:
     """What is known of a ``flight`` that was given up."""
     commands = flight.write.commands
-    missing = tuple(c for c in commands if c.tag not in flight.held | flight.covered)
+    missing = tuple(c for c in commands if c.tag not in flight.held | flight.unread)
     written = tuple(c for c in commands if c.tag in flight.held)
     return GivenUp(flight.write, written, missing, flight.accepted_s is not None)
 

@@ -68,7 +68,7 @@ class Lapse:
         """End the lapse where the plant was read since the lease is held again; what a latched fallback puts right.
 
         Whatever the plant's own control has moved is an alarm. A fallback that stands is put right. Otherwise the
-        sequence goes on from the first state on its way that admits the plant's targets; where none does, it stops:
+        sequence goes on where the plant's targets say that it stands; where no state on its way fits them, it stops:
         what was to follow was meant for another plant, and recovery or a person must act. Limits trip throughout.
         """
         tenure = self._parts.tenure
@@ -84,7 +84,7 @@ class Lapse:
             return {}
         right = self._latch.reason is not None and self._latch.standing and tenure.held
         if self._latch.reason is None:
-            text = self._fall_in(now_s, readings)
+            text = self._fall_in(moved, now_s, readings)
         elif self._latch.standing:
             text = "the fallback is put right" if right else "the fallback stands no more, and nobody writes"
         else:
@@ -99,10 +99,10 @@ class Lapse:
         now = self._parts.service.target(moved.tag)
         return same(moved.now, now, tolerance) and not same(moved.before, now, tolerance)
 
-    def _fall_in(self, now_s: float, readings: Snapshot) -> str:
+    def _fall_in(self, moved: Mapping[str, Moved], now_s: float, readings: Snapshot) -> str:
         """Have the sequence stand where the plant stands; a sentence for a person."""
         rules, sequencer = self._parts.rules, self._parts.sequencer
-        position = self._position(readings)
+        position = self._position(moved, readings)
         if position is not None and position[0] == sequencer.state:
             return f"the sequence goes on in state {sequencer.state!r}"
         state, steps = position or (recognise(rules.machine, readings, sequencer.state), ())
@@ -113,12 +113,25 @@ class Lapse:
             return f"the sequence goes on from state {state!r}"
         return f"state {left!r} does not admit that, so the sequence has stopped; recovery or a person must act"
 
-    def _position(self, readings: Snapshot) -> tuple[str, tuple[Step, ...]] | None:
-        """The first state on the way that admits every target of the tags in service, and the steps behind it."""
-        machine, sequencer, tags = self._parts.rules.machine, self._parts.sequencer, self._parts.service.tags
-        states = (sequencer.state, *(step.target for step in sequencer.waiting))
-        way = ((state, sequencer.waiting[n:]) for n, state in enumerate(states))
-        return next((here for here in way if admits(machine.state(here[0]), readings, tags)), None)
+    def _position(self, moved: Mapping[str, Moved], readings: Snapshot) -> tuple[str, tuple[Step, ...]] | None:
+        """Where the sequence stands, and the steps behind: the present state where it admits the targets in service.
+
+        Else the first later one that admits them and to which the plant's recipe has led: its steps up to there command
+        every target that was ``moved``. None where there is no such state.
+        """
+        rules, sequencer, tags = self._parts.rules, self._parts.sequencer, self._parts.service.tags
+        waiting = sequencer.waiting
+        if admits(rules.machine.state(sequencer.state), readings, tags):
+            return sequencer.state, waiting
+        led: dict[str, float | None] = {}
+        for n, step in enumerate(waiting, 1):
+            led.update({c.tag: c.value for c in step.commands})
+            by_recipe = all(
+                tag in led and same(led[tag], m.now, rules.writables[tag].tolerance) for tag, m in moved.items()
+            )
+            if by_recipe and admits(rules.machine.state(step.target), readings, tags):
+                return step.target, waiting[n:]
+        return None
 
 
 def local(rules: GuardRules, tag: str, target: float | None) -> bool:

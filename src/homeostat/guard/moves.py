@@ -82,7 +82,7 @@ class Moves:
 
     def _say_half(self, read: GivenUp, now_s: float) -> None:
         """An alarm of what was begun and has not come to its end; a fallback is sent until it stands."""
-        if read.missing and read.write.cause is not Cause.FALLBACK:
+        if not read.whole and read.write.cause is not Cause.FALLBACK:
             self._parts.alarms.say("write:half", str(read), Priority.HIGH, now_s)
 
     def _pending(self, tag: str, before: float | None, target: float | None) -> bool:

@@ -80,6 +80,7 @@ class Writer:
             new = readings.at_s > flight.sent_s
             commands = flight.write.commands if new else ()
             held = tuple(c for c in commands if holds(c, readings, self._tolerance(c.tag)))
+            flight.read |= readings.accepted.keys() if new else set()
             flight.held |= {c.tag for c in held} - flight.covered
         return held if self._flight else ()
 
@@ -120,7 +121,7 @@ class Writer:
         assert self._flight is None, "one write at a time; overtake the other one first"
         self.numbered += 1
         for given_up in self._given_up:
-            given_up.covered.update(c.tag for c in write.commands)
+            given_up.cover({c.tag for c in write.commands})
         flight = Flight(write, self.numbered, 0, None, now_s)
         if not self._send(flight, now_s):
             return False
