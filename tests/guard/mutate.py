@@ -49,7 +49,8 @@ AREAS = {
         f"guard/test_{name}.py"
         for name in (
             "trips", "quality", "guard", "memory", "writer", "latch", "recorder", "verification", "people", "reviewed",
-            "fallback", "moves", "ramp", "recognition", "sequencer", "settings", "steps", "tenure", "ramps", "blocking_links",
+            "fallback", "moves", "ramp", "recognition", "sequencer", "settings", "steps", "tenure", "ramps",
+            "blocking_links", "lapse", "hands", "half_sets",
         )
     )),
     "supervisor": Area("recovery", ("supervisor", "agenda", "prospect"), tuple(
@@ -60,7 +61,8 @@ AREAS = {
 NEAREST = {
     "lane": "blocking_links", "bounded": "blocking_links", "service": "people", "authority": "people",
     "persons": "people", "requests": "verification", "seal": "verification", "mailbox": "verification",
-    "modes": "people", "alarms": "people", "restart": "memory", "agenda": "supervisor", "prospect": "supervisor",
+    "modes": "people", "alarms": "people", "restart": "memory", "flight": "writer", "pace": "guard",
+    "agenda": "supervisor", "prospect": "supervisor",
 }  # fmt: skip
 """Module of the guard -> the tests that look at it most closely, where they do not have its name."""
 LIMIT_S = 60.0

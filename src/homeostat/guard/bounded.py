@@ -105,8 +105,15 @@ class BoundedWire:
     def __init__(self, wire: Wire, lane: Lane, urgent: BoundedWire | None = None) -> None:
         """``wire`` is called in ``lane``; ``urgent``: how a fallback is sent, past what hangs there."""
         self._wire, self._lane = wire, lane
+        self._question = lane.beside("whether the lease lasts")
         self.urgent: BoundedWire = urgent or self
         """The same wire by another lane."""
+
+    @property
+    def void(self) -> bool:
+        """Whether the plant says that the lease is over; NoAnswer where it does not say in time."""
+        wire = self._wire
+        return hasattr(type(wire), "void") and self._question.ask(lambda: bool(getattr(wire, "void", False)))
 
     def send(self, commands: tuple[Command, ...]) -> BoundedTicket:
         """Begin to write ``commands``; raises what the link raises in time, and NoAnswer while an earlier one hangs."""

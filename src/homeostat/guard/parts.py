@@ -44,7 +44,7 @@ class Parts:
         alarms, writer = Alarms(recorder.note), Writer(rules.writables, recorder, settings)
         sequencer = Sequencer(rules.machine, rules.limits, rules.nominal)
         service = Service(rules.writables, recorder.note)
-        tenure = Tenure(bounded(lease, settings), writer, alarms)
+        tenure = Tenure(bounded(lease, settings), writer, alarms, recorder.note, settings)
         return cls(rules, settings, recorder, alarms, sequencer, service, writer, tenure)
 
     def note(self, event: GuardEvent, at_s: float) -> None:

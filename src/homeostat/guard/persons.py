@@ -11,6 +11,7 @@ from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.authority import LONGEST, LONGEST_ID, Authority
+from homeostat.guard.flight import Progress, Write
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.modes import Modes
 from homeostat.guard.parts import Parts
@@ -19,7 +20,6 @@ from homeostat.guard.recognition import recognise
 from homeostat.guard.requests import Requests
 from homeostat.guard.sequencer import what_follows
 from homeostat.guard.verification import command_finding
-from homeostat.guard.writer import Progress, Write
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +111,7 @@ class Persons:
         floor, mode = self._floor, Mode(command.subject)
         if floor.latch.reason is not None and mode.writes:
             return "a fallback is latched; reset it first"
-        objection = floor.modes.enter(mode)
+        objection = floor.modes.enter(mode, now_s)
         if objection:
             return objection
         if floor.latch.reason is None:  # a fallback is sent until it stands, whatever the mode
@@ -133,7 +133,7 @@ class Persons:
             return f"{floor.parts.settings.persons} people must agree to a reset; {command.person} is one of them"
         state = recognise(floor.parts.rules.machine, readings, floor.parts.sequencer.state)
         floor.latch.reset(now_s)
-        floor.modes.enter(Mode.OBSERVE)
+        floor.modes.enter(Mode.OBSERVE, now_s)
         floor.parts.sequencer.restore(state, (), aborting=False)
         floor.parts.note(LatchReset(agreed, command.reason, state), now_s)
         floor.parts.note(ModeEntered(Mode.OBSERVE.value, command.person, "reset"), now_s)
@@ -157,6 +157,8 @@ class Persons:
         found = [t for t in leaving if t.name == command.subject]
         if not floor.modes.mode.writes or floor.latch.reason is not None:
             return "a start needs a mode that writes, and no latch"
+        if floor.parts.tenure.lost:
+            return f"the lease is lost: {floor.parts.tenure.lost}"
         if not found or readings is None:
             return f"{command.subject!r} does not leave state {sequencer.state!r}"
         commands = self._design(found[0])

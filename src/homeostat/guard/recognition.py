@@ -15,9 +15,16 @@ def recognise(machine: StateMachine, readings: Snapshot, believed: str) -> str:
 
 def _fits(state: State, readings: Snapshot) -> bool:
     """Whether every target that ``state`` states is held and its settling condition holds."""
-    if not state.setpoints:
+    if not state.setpoints or not admits(state, readings, frozenset(r.tag for r in state.setpoints)):
         return False
+    return state.settled_when.holds(usable(readings))
+
+
+def admits(state: State, readings: Snapshot, tags: frozenset[str]) -> bool:
+    """Whether ``state`` admits the accepted target of every one of ``tags`` that it states."""
     for admitted in state.setpoints:
+        if admitted.tag not in tags:
+            continue
         if admitted.tag not in readings.accepted:
             return False
         target = readings.accepted[admitted.tag]
@@ -26,4 +33,4 @@ def _fits(state: State, readings: Snapshot) -> bool:
                 return False
         elif not admitted.low - 1e-6 <= target <= admitted.high + 1e-6:
             return False
-    return state.settled_when.holds(usable(readings))
+    return True

@@ -10,11 +10,11 @@ from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.verdict import Finding
+from homeostat.guard.flight import Progress, Write
 from homeostat.guard.latch import loaded
 from homeostat.guard.parts import Parts
 from homeostat.guard.permissives import refusal
 from homeostat.guard.verification import Present, Unfit, authorise, mapped, verify
-from homeostat.guard.writer import Progress, Write
 
 MOST = 50
 """Most requests that wait."""
@@ -112,6 +112,14 @@ class Requests:
             self._answer(asked.request, RequestStatus.WITHDRAWN, now_s, finding)
         self._waiting.clear()
 
+    def fail(self, reason: str, now_s: float) -> None:
+        """The lease was lost while a request was being written: it is given up, and what it has done is read."""
+        if self._written is not None:
+            self._answer(self._written.request, RequestStatus.FAILED, now_s, refusal("CHK-LEASE", reason))
+            if self._loaded:  # nothing follows behind what the plant may not have got
+                self._parts.sequencer.stop()
+            self._written = None
+
     def agree(self, name: str, digest: str) -> str:
         """A person says yes to request ``name`` with this ``digest``; why not, or empty."""
         asked = self._waiting.get(name)
@@ -148,6 +156,9 @@ class Requests:
                 self._close(asked, RequestStatus.ADVISED, present.now_s)
             elif mode is Mode.APPROVE and not asked.agreed:
                 self._offer(asked, present.now_s)
+            elif self._parts.tenure.lost:
+                text = f"nothing can be written: {self._parts.tenure.lost}; ask again when the guard has the lease"
+                self._close(asked, RequestStatus.REFUSED, present.now_s, refusal("CHK-LEASE", text))
             elif self._parts.writer.flying is None:
                 return self._write(asked, present.now_s)
         return False

@@ -8,11 +8,11 @@ from homeostat.domain.guard_events import Cause, StepTaken
 from homeostat.domain.mode import Mode, Side
 from homeostat.domain.recovery import Command, Step
 from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.flight import Progress, Write
 from homeostat.guard.latch import Latch
 from homeostat.guard.parts import Parts
 from homeostat.guard.permissives import permissive_findings
 from homeostat.guard.verification import command_finding
-from homeostat.guard.writer import Progress, Write
 
 
 class Steps:
@@ -52,6 +52,9 @@ class Steps:
         """Begin to write the step that is due, where nothing else is under way."""
         parts = self._parts
         if readings is None or parts.writer.flying is not None:
+            return
+        if parts.tenure.lost and mode.writes:
+            parts.sequencer.refused = f"the lease is lost: {parts.tenure.lost}"
             return
         stands = self._latch.reason, parts.sequencer.state
         if self._owed is not None and (self._owed_under, self._owed.state) != stands:
