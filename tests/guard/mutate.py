@@ -47,7 +47,10 @@ class Area:
 AREAS = {
     "guard": Area("guard", tuple(sorted(p.stem for p in SAFETY_LAYER.glob("[!_]*.py"))), tuple(
         f"guard/test_{name}.py"
-        for name in ("trips", "quality", "guard", "memory", "writer", "latch", "recorder", "verification", "people")
+        for name in (
+            "trips", "quality", "guard", "memory", "writer", "latch", "recorder", "verification", "people",
+            "permissives", "sizes",
+        )
     )),
     "supervisor": Area("recovery", ("supervisor",), tuple(
         f"recovery/test_{name}.py" for name in ("recovery", "departure", "thinking", "deadline", "proposers")

@@ -6,15 +6,12 @@ import unicodedata
 from collections.abc import Iterable
 
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
+from homeostat.guard.texts import LONGEST, LONGEST_NAME, brief, fits
 
 ENGINEERING = frozenset({Verb.RESET, Verb.MODE, Verb.START})
 """What only an engineer may order."""
 NEEDS_REASON = frozenset({Verb.RESET, Verb.REJECT, Verb.OUT_OF_SERVICE, Verb.FALL_BACK})
 """What is ordered with a reason only."""
-LONGEST = 500
-"""Most characters of a reason."""
-LONGEST_ID = 200
-"""Most characters of an identifier or a name."""
 REMEMBERED = 10_000
 """Orders that are remembered as used."""
 
@@ -32,12 +29,12 @@ class Authority:
         """Why ``command`` may not be carried out whatever the plant is doing; empty where it may."""
         names: tuple[object, ...] = (command.id, command.person, command.subject)
         texts: tuple[object, ...] = (command.digest, command.reason)
-        if not (all(_fits(n, LONGEST_ID) for n in names) and all(_fits(t, LONGEST) for t in texts)):
-            return f"an order has names of at most {LONGEST_ID} characters and a reason of at most {LONGEST}"
+        if not (all(fits(n, LONGEST_NAME) for n in names) and all(fits(t, LONGEST) for t in texts)):
+            return f"an order has names of at most {LONGEST_NAME} characters and a reason of at most {LONGEST}"
         verb: object = command.verb
         role: object = command.role
         if not (isinstance(verb, Verb) and isinstance(role, Role)):
-            return f"there is no order {command.verb!s:.40} in role {command.role!s:.40}"
+            return f"there is no order {brief(verb, 40)!r} in role {brief(role, 40)!r}"
         if not (command.id and _folded(command.person)):
             return "an order needs an identifier and the name of a person"
         if command.id in self._used:
@@ -69,10 +66,6 @@ class Authority:
         agreed = tuple(person for person, _ in self._agreed.values())
         self._agreed.clear()
         return agreed
-
-
-def _fits(text: object, longest: int) -> bool:
-    return type(text) is str and len(text) <= longest
 
 
 def _folded(person: str) -> str:

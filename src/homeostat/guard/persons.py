@@ -10,7 +10,7 @@ from homeostat.domain.guard_events import Cause, LatchReset, ModeEntered, Person
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.authority import LONGEST, LONGEST_ID, Authority
+from homeostat.guard.authority import Authority
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.modes import Modes
 from homeostat.guard.parts import Parts
@@ -18,6 +18,7 @@ from homeostat.guard.permissives import permissive_findings
 from homeostat.guard.recognition import recognise
 from homeostat.guard.requests import Requests
 from homeostat.guard.sequencer import what_follows
+from homeostat.guard.texts import LONGEST_NAME, brief
 from homeostat.guard.verification import command_finding
 from homeostat.guard.writer import Progress, Write
 
@@ -65,12 +66,11 @@ class Persons:
                 objection = self._orders[command.verb](command, now_s, readings)
             except Exception as error:  # whoever orders something gets an answer
                 objection = f"the order could not be carried out: {str(error) or type(error).__name__}"
-        texts = [str(t)[:LONGEST_ID] for t in (command.id, command.person, command.subject)]
+        name, person, verb, subject = (
+            brief(given, LONGEST_NAME) for given in (command.id, command.person, command.verb, command.subject)
+        )
         role = command.role if isinstance(command.role, Role) else Role.OPERATOR
-        event = PersonHeard(
-            texts[0], texts[1], role, str(command.verb)[:LONGEST_ID], texts[2], not objection,
-            objection or str(command.reason)[:LONGEST],
-        )  # fmt: skip
+        event = PersonHeard(name, person, role, verb, subject, not objection, objection or brief(command.reason))
         self._floor.parts.note(event, now_s)
 
     def remember(self, used: Iterable[str]) -> None:

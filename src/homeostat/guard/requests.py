@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -13,11 +14,12 @@ from homeostat.domain.verdict import Finding
 from homeostat.guard.latch import loaded
 from homeostat.guard.parts import Parts
 from homeostat.guard.permissives import refusal
+from homeostat.guard.texts import LONGEST_NAME, brief
 from homeostat.guard.verification import Present, Unfit, authorise, mapped, verify
 from homeostat.guard.writer import Progress, Write
 
 MOST = 50
-"""Most requests that wait."""
+"""Most requests that wait, and most that one tick looks at."""
 REMEMBERED = 10_000
 """Requests that are remembered as used; older ones have expired long ago."""
 
@@ -41,6 +43,7 @@ class Requests:
         self._waiting: dict[str, _Asked] = {}
         self._written: _Asked | None = None
         self._loaded = False
+        self._looked, self._tick_s = 0, -math.inf
         self._used: dict[str, None] = {}
         self._nonces: dict[str, None] = {}
         self._answers: list[Answer] = []
@@ -66,6 +69,7 @@ class Requests:
         While a fallback is ``latched`` nothing waits: what was asked then is old when the latch is reset.
         """
         try:
+            self._attend(now_s)
             own, path = mapped(request, self._parts.rules)
             if own.id in self._used or own.seal.nonce in self._nonces:
                 raise Unfit(refusal("CHK-USED", f"request {own.id!r} was made before; a seal is used once"))
@@ -85,6 +89,14 @@ class Requests:
         self._waiting[own.id] = _Asked(own, path)
         self._answer(own, RequestStatus.AUTHORISED, now_s)
 
+    def _attend(self, now_s: float) -> None:
+        """Raise Unfit where this tick has looked at as many requests as it has time for."""
+        if now_s != self._tick_s:
+            self._tick_s, self._looked = now_s, 0
+        if self._looked >= MOST:
+            raise Unfit(refusal("CHK-BUSY", f"{MOST} requests came at once; this one was not read, ask again later"))
+        self._looked += 1
+
     def remember(self, used: Iterable[str]) -> None:
         """Requests that were ``used`` before a restart are not taken again."""
         self._used.update(dict.fromkeys(used))
@@ -100,7 +112,7 @@ class Requests:
         """The issuer gives up request ``name``; one that is written already stays written."""
         asked = self._waiting.pop(name, None)
         if asked is not None:
-            self._answer(asked.request, RequestStatus.WITHDRAWN, now_s, refusal("CHK-WITHDRAWN", reason))
+            self._answer(asked.request, RequestStatus.WITHDRAWN, now_s, refusal("CHK-WITHDRAWN", brief(reason)))
 
     def withdraw_all(self, reason: str, now_s: float) -> None:
         """A trip, a mode change or a person has overtaken everything that was asked."""
@@ -210,9 +222,9 @@ class Requests:
         self._parts.note(event, now_s)
 
 
-def _name(request: object) -> str:
+def _name(request: Request) -> str:
     """What somebody calls a request that may be anything."""
     try:
-        return str(getattr(request, "id", ""))[:100]
-    except Exception:
+        return brief(request.id, LONGEST_NAME)
+    except Exception:  # whatever a stranger made of it
         return ""
