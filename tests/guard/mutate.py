@@ -49,7 +49,7 @@ AREAS = {
         f"guard/test_{name}.py"
         for name in (
             "trips", "quality", "guard", "memory", "writer", "latch", "recorder", "verification", "people",
-            "permissives", "sizes",
+            "orders", "permissives", "refusals", "requests", "sizes",
         )
     )),
     "supervisor": Area("recovery", ("supervisor",), tuple(
@@ -57,8 +57,8 @@ AREAS = {
     )),
 }  # fmt: skip
 NEAREST = {
-    "ramp": "writer", "steps": "writer", "moves": "writer", "service": "people", "authority": "people",
-    "persons": "people", "requests": "verification", "seal": "verification", "mailbox": "verification",
+    "ramp": "writer", "steps": "writer", "moves": "writer", "service": "people", "authority": "orders",
+    "persons": "orders", "verification": "refusals", "seal": "verification", "mailbox": "sizes", "texts": "sizes",
     "modes": "people", "tenure": "people", "alarms": "people", "restart": "memory", "fallback": "latch",
 }  # fmt: skip
 """Module of the guard -> the tests that look at it most closely, where they do not have its name."""

@@ -176,7 +176,7 @@ def test_a_thousand_requests_at_once_are_answered_within_the_tick(made: Callable
     assert len(answers) == 1000 == len(world.journal.of(RequestAnswered))
     found = Counter(a.finding.criterion for a in answers if a.finding)
     assert found["CHK-BUSY"] == 950 and found["CHK-FORM"] + found["CHK-SEAL"] == 50
-    assert all(len(a.request) <= 200 + len("#again") for a in answers)
+    assert all(len(a.request) <= 500 for a in answers)
     world.ask()
     world.tick(2)
     assert statuses(world)[-1] == "confirmed"

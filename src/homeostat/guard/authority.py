@@ -47,10 +47,6 @@ class Authority:
             return f"there is no mode {command.subject!r}; there are {', '.join(m.value for m in Mode)}"
         return ""
 
-    def use(self, command: PersonCommand) -> None:
-        """Take note that ``command`` was answered; it is not carried out again."""
-        self.remember((command.id,))
-
     def remember(self, used: Iterable[str]) -> None:
         """Orders with these identifiers are not carried out again."""
         self._used.update(dict.fromkeys(used))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -14,7 +13,7 @@ from homeostat.domain.verdict import Finding
 from homeostat.guard.latch import loaded
 from homeostat.guard.parts import Parts
 from homeostat.guard.permissives import refusal
-from homeostat.guard.texts import LONGEST_NAME, brief
+from homeostat.guard.texts import brief
 from homeostat.guard.verification import Present, Unfit, authorise, mapped, verify
 from homeostat.guard.writer import Progress, Write
 
@@ -32,6 +31,7 @@ class _Asked:
     path: RecoveryPath
     offered: bool = False
     agreed: bool = False
+    loaded: bool = False
 
 
 class Requests:
@@ -42,8 +42,7 @@ class Requests:
         self._parts, self._keys = parts, keys
         self._waiting: dict[str, _Asked] = {}
         self._written: _Asked | None = None
-        self._loaded = False
-        self._looked, self._tick_s = 0, -math.inf
+        self._looked: dict[float, int] = {}
         self._used: dict[str, None] = {}
         self._nonces: dict[str, None] = {}
         self._answers: list[Answer] = []
@@ -52,6 +51,11 @@ class Requests:
     def written(self) -> bool:
         """Whether the write of a request is under way."""
         return self._written is not None
+
+    @property
+    def _open(self) -> tuple[_Asked, ...]:
+        """Requests that are not answered for good: the one that is being written, and those that wait."""
+        return (*([self._written] if self._written else []), *self._waiting.values())
 
     @property
     def offered(self) -> tuple[Request, ...]:
@@ -81,8 +85,7 @@ class Requests:
                 raise Unfit(refusal("CHK-BUSY", f"{MOST} requests wait already; ask again later"))
         except Unfit as unfit:
             name = _name(request)
-            written = self._written is not None and self._written.request.id == name
-            if name in self._waiting or written:  # the one of that name that is known has its own answers
+            if any(a.request.id == name for a in self._open):  # the one of that name that is known has its own answers
                 name = f"{name}#again"
             self._refuse_unknown(name, unfit.finding, now_s)
             return
@@ -91,11 +94,10 @@ class Requests:
 
     def _attend(self, now_s: float) -> None:
         """Raise Unfit where this tick has looked at as many requests as it has time for."""
-        if now_s != self._tick_s:
-            self._tick_s, self._looked = now_s, 0
-        if self._looked >= MOST:
+        looked = self._looked.get(now_s, 0)
+        if looked >= MOST:
             raise Unfit(refusal("CHK-BUSY", f"{MOST} requests came at once; this one was not read, ask again later"))
-        self._looked += 1
+        self._looked = {now_s: looked + 1}
 
     def remember(self, used: Iterable[str]) -> None:
         """Requests that were ``used`` before a restart are not taken again."""
@@ -116,12 +118,10 @@ class Requests:
 
     def withdraw_all(self, reason: str, now_s: float) -> None:
         """A trip, a mode change or a person has overtaken everything that was asked."""
-        finding = refusal("CHK-OVERTAKEN", reason)
-        if self._written is not None:
-            self._answer(self._written.request, RequestStatus.WITHDRAWN, now_s, finding)
-            self._written = None
-        for asked in list(self._waiting.values()):
+        finding = refusal("CHK-OVERTAKEN", brief(reason))
+        for asked in self._open:
             self._answer(asked.request, RequestStatus.WITHDRAWN, now_s, finding)
+        self._written = None
         self._waiting.clear()
 
     def agree(self, name: str, digest: str) -> str:
@@ -170,8 +170,8 @@ class Requests:
         if asked is None:
             return
         actions = asked.request.actions
-        if not self._loaded and (parts.writer.accepted or progress is Progress.CONFIRMED):
-            self._loaded = True
+        if not asked.loaded and (parts.writer.accepted or progress is Progress.CONFIRMED):
+            asked.loaded = True
             parts.sequencer.load(actions, now_s)
             parts.note(loaded(asked.request.id, actions, aborting=False), now_s)
         if progress is Progress.CONFIRMED:
@@ -179,7 +179,7 @@ class Requests:
             self._answer(asked.request, RequestStatus.CONFIRMED, now_s)
         elif progress is Progress.FAILED:
             self._written = None
-            if self._loaded:  # nothing follows behind what the plant did not obey
+            if asked.loaded:  # nothing follows behind what the plant did not obey
                 parts.sequencer.stop()
             reason = parts.writer.error or "the plant does not hold every target after every attempt"
             self._answer(asked.request, RequestStatus.FAILED, now_s, refusal("CHK-OBEYED", reason))
@@ -195,7 +195,7 @@ class Requests:
         self._answer(request, RequestStatus.VERIFIED, now_s)
         actions = request.actions
         write = Write.of(Cause.REQUEST, request.id, actions)
-        self._written, self._loaded = asked, False
+        self._written = asked
         self._answer(request, RequestStatus.ACCEPTED, now_s)
         if actions.commands and not parts.writer.begin(write, now_s):
             self._written = None
@@ -225,6 +225,6 @@ class Requests:
 def _name(request: Request) -> str:
     """What somebody calls a request that may be anything."""
     try:
-        return brief(request.id, LONGEST_NAME)
+        return brief(request.id)
     except Exception:  # whatever a stranger made of it
         return ""

@@ -72,7 +72,7 @@ def mapped(request: Request, rules: GuardRules) -> tuple[Request, RecoveryPath]:
         path = RecoveryPath(rules.machine, tuple(_transition(_text(name), rules) for name in names))
         if [_text(s.transition.name) for s in then] != [t.name for t in path.awaited]:
             raise ValueError("the later steps are not those that the path waits for")
-        steps = tuple(Step(t, _commands_of(c)) for t, c in zip(path.awaited, later, strict=True))
+        steps = tuple(map(Step, path.awaited, map(_commands_of, later)))
         actions = ActionSet(_commands_of(first), _text(request.actions.target), steps)
         if actions.target != path.now:
             raise ValueError(f"the commands lead to {actions.target!r}, the path to {path.now!r}")
@@ -132,8 +132,8 @@ def command_finding(command: Command, admitted: SetpointRange | None, state: str
     if not admitted.low - slack <= command.value <= admitted.high + slack:
         text = f"{command.tag!r} = {command.value:.6g} {tag.unit} in state {state!r}; admitted are"
         text = f"{text} {admitted.low:.6g} to {admitted.high:.6g} {tag.unit}"
-        excess = max(admitted.low - command.value, command.value - admitted.high)
-        return Finding("CHK-RANGE", Owner.ACTION, -excess, tag.unit, 0.0, 0, text)
+        margin = min(command.value - admitted.low, admitted.high - command.value)
+        return Finding("CHK-RANGE", Owner.ACTION, margin, tag.unit, 0.0, 0, text)
     if tag.rate_limit is not None and not (command.rate is not None and command.rate <= tag.rate_limit):
         rate = math.inf if command.rate is None else command.rate
         text = f"{command.tag!r} ramps at {rate:.6g} {tag.unit}/s; limit {tag.rate_limit:.6g} {tag.unit}/s"
@@ -157,7 +157,7 @@ def _state(request: Request, path: RecoveryPath, rules: GuardRules, present: Pre
     if request.state == path.states[0] == present.state:
         return None
     text = f"the plant is in {present.state!r}, and the request starts in {request.state!r}"
-    return Finding(OVERTAKEN, Owner.PLANNING, -math.inf, "1", 0.0, 0, text)
+    return refusal(OVERTAKEN, text, Owner.PLANNING)
 
 
 OVERTAKEN = "CHK-STATE"
@@ -171,7 +171,7 @@ def _way(request: Request, path: RecoveryPath, rules: GuardRules, present: Prese
     for transition in path.decisions:
         if not transition.guard.holds(values):
             text = f"{transition.guard.text!r} does not hold, so {transition.target!r} is not open ({transition.name})"
-            return Finding("CHK-OPEN", Owner.PLANNING, -math.inf, "1", 0.0, 0, text)
+            return refusal("CHK-OPEN", text, Owner.PLANNING)
     return None
 
 
