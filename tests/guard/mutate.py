@@ -65,7 +65,21 @@ NEAREST = {
 LIMIT_S = 60.0
 """A mutant that keeps the tests busy for longer counts as noticed [s]."""
 
-EQUIVALENT: dict[tuple[str, str], str] = {}
+EQUIVALENT: dict[tuple[str, str], str] = {
+    # persons
+    ("floor.parts.sequencer.restore(state, (), aborting=False)", "False -> True"):
+        "nothing waits after a reset, and whatever is loaded next says by itself whether it belongs to a fallback",
+    # seal
+    (
+        'return hmac.compare_digest(code(request, key).encode(), request.seal.mac.encode(errors="replace"))',
+        "arguments -> swapped",
+    ): "two codes are equal in either order",
+    # verification
+    ("slack = 1e-9 * max(abs(admitted.low), abs(admitted.high), 1.0)", "arguments -> swapped"):
+        "the largest of three is the same in any order",
+    ("margin = min(command.value - admitted.low, admitted.high - command.value)", "arguments -> swapped"):
+        "the smaller of two is the same in either order",
+}  # fmt: skip
 """(line of source, change) -> why nobody can tell the difference."""
 
 COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {

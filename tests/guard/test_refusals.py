@@ -16,10 +16,11 @@ from homeostat.domain.rules import GuardRules, WriteRule
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding
 from homeostat.guard.permissives import refusal
-from homeostat.guard.seal import Sealer
+from homeostat.guard.seal import Sealer, genuine
 from homeostat.guard.trips import Violation
 from homeostat.guard.verification import Present, Unfit, authorise, command_finding, mapped, verify
-from tests.guard.adversary import forged
+from tests.guard.adversary import KEY as KEY_OF_ADVERSARY
+from tests.guard.adversary import forged, sealed
 from tests.guard.vessel import ADJUSTED, KEY, MACHINE, POUR, ROUTE, RULES, VALUES, running, statuses
 
 WIDE = SetpointRange("T.sp", 298.0, 312.0, 310.0)
@@ -191,7 +192,12 @@ def test_a_seal_lasts_half_a_minute_unless_somebody_says_otherwise_and_no_two_ar
     first, second = (Sealer("check", KEY).seal(PLAIN, 100.0).seal for _ in range(2))
     assert (first.issuer, first.checked_s, first.expires_s) == ("check", 100.0, 130.0)
     assert first.nonce != second.nonce and first.mac != second.mac
-    assert len(bytes.fromhex(first.nonce)) >= 16, "so many that nobody guesses one"
+    assert len(bytes.fromhex(first.nonce)) == 16, "so many bytes that nobody guesses one"
+
+
+def test_a_seal_is_what_anybody_makes_who_has_the_key_and_the_standard() -> None:
+    by_hand = sealed(PLAIN, 100.0)
+    assert genuine(by_hand, KEY_OF_ADVERSARY) and not genuine(by_hand, KEY)
 
 
 def test_what_has_no_form_says_what_is_missing() -> None:

@@ -344,3 +344,20 @@ def test_a_seal_is_judged_again_when_it_is_written(mode: Mode) -> None:
     world.tick(1, L=12.08)
     world.tick(1, L=8.0)
     assert statuses(world)[1] == ("offered" if mode is Mode.APPROVE else "verified")
+
+
+def test_a_request_that_was_not_written_does_not_put_off_the_deadline() -> None:
+    world = running(record=Full())
+    world.guard.mailbox.put(Arm((), 7.0))
+    world.ask()
+    world.tick(3)
+    assert statuses(world)[-1] == "failed"
+    assert world.guard.latched == "recovery has not acted in the time that physics leaves"
+
+
+def test_a_request_that_writes_nothing_now_is_released_before_the_deadline_all_the_same() -> None:
+    world = running()
+    world.guard.mailbox.put(Arm((), 7.0))
+    world.ask(actions=ActionSet((), "running", (POUR,)), path=("adjust", "empty"))
+    world.tick(5)
+    assert statuses(world)[-1] == "confirmed" and world.guard.latched is None

@@ -220,16 +220,18 @@ def test_an_order_of_any_size_is_answered_and_its_journal_line_is_short() -> Non
         world.guard.mailbox.put(forged(plain, **{name: LONG}))
         world.guard.mailbox.put(forged(plain, **{name: OBJECT}))
     world.guard.mailbox.put(forged(plain, verb=LONG))
+    world.guard.mailbox.put(forged(plain, role=LONG))
     world.guard.mailbox.put(forged(plain, role=OBJECT))
     world.tick()
     heard = world.journal.of(PersonHeard)
-    assert len(heard) == 12 and not any(h.done for h in heard) and world.guard.latched is None
+    assert len(heard) == 13 and not any(h.done for h in heard) and world.guard.latched is None
     assert {h.command for h in heard} == {"o1", "x" * 200, "list"} and {h.verb for h in heard} == {
         "fall-back",
         "x" * 200,
     }
     assert all(len(h.subject) <= 200 and len(h.reason) <= 500 for h in heard)
-    assert heard[-2].reason == f"there is no order '{'x' * 40}' in role 'operator'"
+    assert heard[-3].reason == f"there is no order '{'x' * 40}' in role 'operator'"
+    assert heard[-2].reason == f"there is no order 'fall-back' in role '{'x' * 40}'"
     assert heard[-1].reason == "there is no order 'fall-back' in role 'list'" and heard[-1].role is Role.OPERATOR
 
 

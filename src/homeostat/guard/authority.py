@@ -55,7 +55,9 @@ class Authority:
 
     def agree(self, command: PersonCommand, now_s: float) -> tuple[str, ...]:
         """Everybody who has agreed to a reset, once they are enough; empty while somebody is missing."""
-        self._agreed = {key: said for key, said in self._agreed.items() if now_s - said[1] <= self._lasts_s}
+        for key, (_, at_s) in list(self._agreed.items()):
+            if now_s - at_s > self._lasts_s:
+                del self._agreed[key]
         self._agreed[_folded(command.person)] = (command.person, now_s)
         if len(self._agreed) < self._persons:
             return ()
