@@ -50,7 +50,7 @@ AREAS = {
         for name in (
             "trips", "quality", "guard", "memory", "writer", "latch", "recorder", "verification", "people", "reviewed",
             "fallback", "moves", "ramp", "recognition", "sequencer", "settings", "steps", "tenure", "ramps",
-            "blocking_links", "lapse", "hands", "half_sets",
+            "blocking_links", "lapse", "hands", "half_sets", "orders", "permissives", "refusals", "requests", "sizes",
         )
     )),
     "supervisor": Area("recovery", ("supervisor", "agenda", "prospect"), tuple(
@@ -59,8 +59,8 @@ AREAS = {
     )),
 }  # fmt: skip
 NEAREST = {
-    "lane": "blocking_links", "bounded": "blocking_links", "service": "people", "authority": "people",
-    "persons": "people", "requests": "verification", "seal": "verification", "mailbox": "verification",
+    "lane": "blocking_links", "bounded": "blocking_links", "service": "people", "authority": "orders",
+    "persons": "orders", "verification": "refusals", "seal": "verification", "mailbox": "sizes", "texts": "sizes",
     "modes": "people", "alarms": "people", "restart": "memory", "flight": "writer", "pace": "guard",
     "agenda": "supervisor", "prospect": "supervisor",
 }  # fmt: skip
@@ -71,7 +71,20 @@ LIMIT_S = 60.0
 EQUIVALENT: dict[tuple[str, str], str] = {
     # recorder
     ("if job.done.wait(min(wait_s, self._wait_s)):", "arguments -> swapped"): "the lesser of two times is the same",
-}
+    # persons
+    ("floor.parts.sequencer.restore(state, (), aborting=False)", "False -> True"):
+        "nothing waits after a reset, and whatever is loaded next says by itself whether it belongs to a fallback",
+    # seal
+    (
+        'return hmac.compare_digest(code(request, key).encode(), request.seal.mac.encode(errors="replace"))',
+        "arguments -> swapped",
+    ): "two codes are equal in either order",
+    # verification
+    ("slack = 1e-9 * max(abs(admitted.low), abs(admitted.high), 1.0)", "arguments -> swapped"):
+        "the largest of three is the same in any order",
+    ("margin = min(command.value - admitted.low, admitted.high - command.value)", "arguments -> swapped"):
+        "the smaller of two is the same in either order",
+}  # fmt: skip
 """(line of source, change) -> why nobody can tell the difference."""
 
 COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {

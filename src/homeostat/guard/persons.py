@@ -10,7 +10,7 @@ from homeostat.domain.guard_events import Cause, LatchReset, ModeEntered, Person
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.authority import LONGEST, LONGEST_ID, Authority
+from homeostat.guard.authority import Authority
 from homeostat.guard.flight import Progress, Write
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.modes import Modes
@@ -19,6 +19,7 @@ from homeostat.guard.permissives import permissive_findings
 from homeostat.guard.recognition import recognise
 from homeostat.guard.requests import Requests
 from homeostat.guard.sequencer import what_follows
+from homeostat.guard.texts import LONGEST_NAME, brief
 from homeostat.guard.verification import command_finding
 
 
@@ -43,7 +44,7 @@ class Persons:
         """``floor``: what orders act on."""
         self._floor = floor
         self._authority = Authority(floor.parts.settings.persons, floor.parts.settings.person_s)
-        self._starting: tuple[str, ActionSet] | None = None
+        self._starting: tuple[Write, str, ActionSet] | None = None
         self._orders: dict[Verb, Callable[[PersonCommand, float, Snapshot | None], str]] = {
             Verb.APPROVE: self._approve,
             Verb.REJECT: self._reject,
@@ -60,17 +61,16 @@ class Persons:
         """Carry out ``command`` if nothing is against it, and journal what came of it."""
         objection = self._authority.objection(command)
         if not objection:
-            self._authority.use(command)
+            self._authority.remember((command.id,))
             try:
                 objection = self._orders[command.verb](command, now_s, readings)
             except Exception as error:  # whoever orders something gets an answer
                 objection = f"the order could not be carried out: {str(error) or type(error).__name__}"
-        texts = [str(t)[:LONGEST_ID] for t in (command.id, command.person, command.subject)]
+        name, person, verb, subject = (
+            brief(given, LONGEST_NAME) for given in (command.id, command.person, command.verb, command.subject)
+        )
         role = command.role if isinstance(command.role, Role) else Role.OPERATOR
-        event = PersonHeard(
-            texts[0], texts[1], role, str(command.verb)[:LONGEST_ID], texts[2], not objection,
-            objection or str(command.reason)[:LONGEST],
-        )  # fmt: skip
+        event = PersonHeard(name, person, role, verb, subject, not objection, objection or brief(command.reason))
         self._floor.parts.note(event, now_s)
 
     def remember(self, used: Iterable[str]) -> None:
@@ -80,14 +80,12 @@ class Persons:
     def follow(self, write: Write | None, progress: Progress | None, now_s: float) -> None:
         """Take note of how far ``write`` has come: a start is made once the plant has got its commands."""
         starting, parts = self._starting, self._floor.parts
-        if starting is None:
+        if starting is None or write is not starting[0]:
             return
-        if write is None or write.cause is not Cause.PERSON or progress is Progress.FAILED:
+        if parts.writer.accepted or progress is Progress.CONFIRMED:
             self._starting = None
-        elif parts.writer.accepted or progress is Progress.CONFIRMED:
-            self._starting = None
-            parts.sequencer.load(starting[1], now_s)
-            parts.note(loaded(*starting, aborting=False), now_s)
+            parts.sequencer.load(starting[2], now_s)
+            parts.note(loaded(starting[1], starting[2], aborting=False), now_s)
 
     def _approve(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
         return self._floor.requests.agree(command.subject, command.digest)
@@ -153,31 +151,30 @@ class Persons:
         """Take a transition that leads back to a start, with the design commands of its target state."""
         floor = self._floor
         rules, sequencer, writer = floor.parts.rules, floor.parts.sequencer, floor.parts.writer
-        leaving = [t for t in rules.machine.transitions if t.source == sequencer.state and t.on_decision]
-        found = [t for t in leaving if t.name == command.subject]
+        leaving = (t for t in rules.machine.transitions if t.source == sequencer.state and t.on_decision)
+        found = next((t for t in leaving if t.name == command.subject), None)
         if not floor.modes.mode.writes or floor.latch.reason is not None:
             return "a start needs a mode that writes, and no latch"
         if floor.parts.tenure.lost:
             return f"the lease is lost: {floor.parts.tenure.lost}"
-        if not found or readings is None:
+        if found is None:
             return f"{command.subject!r} does not leave state {sequencer.state!r}"
-        commands = self._design(found[0])
-        objection = self._unfit(found[0], commands, readings)
+        if readings is None:
+            return "there is no reading to decide on"
+        commands = design(found.target, floor.parts)
+        objection = self._unfit(found, commands, readings)
         if objection or writer.flying is not None:
             return objection or "another write is under way; order it again"
-        state = rules.machine.state(found[0].target)
+        state = rules.machine.state(found.target)
         by_state = {s.name: design(s.name, floor.parts) for s in rules.machine.states}
         actions = ActionSet(commands, state.name, what_follows(rules.machine, state.name, by_state))
         write = Write.of(Cause.PERSON, command.person, actions)
         if not writer.begin(write, now_s):
             return f"the intention could not be journalled: {floor.parts.recorder.trouble}"
         floor.requests.withdraw_all(f"{command.person} ordered a start", now_s)
-        self._starting = (command.subject, actions)
+        self._starting = (write, command.subject, actions)
         self.follow(write, None, now_s)
         return ""
-
-    def _design(self, transition: Transition) -> tuple[Command, ...]:
-        return design(transition.target, self._floor.parts)
 
     def _unfit(self, transition: Transition, commands: tuple[Command, ...], readings: Snapshot) -> str:
         """The first check that a start fails; empty where it passes."""
