@@ -47,8 +47,8 @@ HOT_S = 100.0
 T = frozenset({"T"})
 SCRIPT = PlantScript(
     (
-        ScriptedTag("T", 305.0, {"T.sp": 1.0}, lag_s=30.0, noise=0.3),
-        ScriptedTag("Tx", 305.0, {"T.sp": 1.0}, lag_s=30.0, noise=0.3),
+        ScriptedTag("T", 305.0, {"T.sp": 1.0, "X.cmd": 20.0}, lag_s=30.0, noise=0.3),
+        ScriptedTag("Tx", 305.0, {"T.sp": 1.0, "X.cmd": 20.0}, lag_s=30.0, noise=0.3),
         ScriptedTag("L", 8.0, noise=0.02),
     ),
     {"T.sp": 310.0, "F.sp": 0.0, "V.man": None, "X.cmd": 1.0},

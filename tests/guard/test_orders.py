@@ -338,4 +338,4 @@ def test_a_start_by_wrong_tables_is_refused(ranges: tuple[SetpointRange, ...], w
 def test_a_start_commands_nothing_that_is_out_of_service() -> None:
     world = reset()
     assert tell(world, Verb.OUT_OF_SERVICE, "T.sp", reason="hand").done
-    assert reason(world, Verb.START, "restart") == "'T.sp' is out of service"
+    assert reason(world, Verb.START, "restart") == "'T.sp' is out of service; a person must bring it back"

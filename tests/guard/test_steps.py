@@ -8,7 +8,7 @@ import pytest
 
 from homeostat.domain.guard_events import Cause, StateEntered, StepTaken
 from homeostat.domain.mode import Mode, Side, Verb
-from homeostat.domain.recovery import ActionSet, Command, Step
+from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
 from homeostat.guard.latch import Latch
 from homeostat.guard.parts import Parts
 from homeostat.guard.steps import Steps
@@ -83,11 +83,15 @@ def test_without_a_sample_nothing_is_due_and_nothing_breaks() -> None:
 
 
 @pytest.mark.parametrize("mode", [Mode.OBSERVE, Mode.ADVISE])
-def test_where_nobody_writes_the_sequence_of_the_guard_stands_and_says_why(mode: Mode) -> None:
-    world = World(mode=mode)
-    assert world.tick(L=4.0).refused is None
-    assert world.tick(3, L=8.0).refused == f"in mode '{mode}' nobody writes"
-    assert world.sent == [] and taken(world) == [] and world.seen[-1].state == "waiting"
+def test_where_nobody_writes_a_fallback_s_later_step_stands_and_says_why(mode: Mode) -> None:
+    slow = FallbackStrategy("slow", ActionSet((Command("F.sp", 0.0, 0.005),), "running", (POUR,)))
+    world = running(rules=replace(RULES, fallbacks=(slow,)))
+    world.tick(12, T=325.0, L=8.0)
+    assert world.guard.latched is not None
+    world.order(Verb.MODE, mode.value)
+    sent = len(world.sent)
+    assert world.tick(3, L=9.5).refused == f"in mode '{mode}' nobody writes"
+    assert len(world.sent) == sent and world.seen[-1].state == "running"
 
 
 def test_where_nobody_writes_the_recipe_of_the_plant_is_followed() -> None:

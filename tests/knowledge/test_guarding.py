@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 from homeostat.domain.plant_description import PlantDescription
-from homeostat.domain.recovery import Command
+from homeostat.domain.recovery import Command, Effect
 from homeostat.domain.rules import GuardRules
 from homeostat.knowledge.documents import documents
 from tests.cases.watching import described
@@ -30,6 +30,7 @@ def test_the_description_fills_the_rules_of_a_guard(name: str) -> None:
     )  # fmt: skip
     assert {limit.name for limit in rules.limits.hard} == set(rules.trips)
     assert rules.start_up.states == {rules.machine.initial.name}
+    assert rules.start_up.longest_s == {rules.machine.initial.name: {"cstr": 730.0, "mixing_module": 10.0}[name]}
     assert all(rules.trips[name].limit == name for name in rules.trips)
     assert all(rules.qualities[name].tag == name for name in rules.qualities)
 
@@ -51,6 +52,16 @@ def test_only_the_permissive_that_pumping_out_violates_is_set_aside() -> None:
     waived = {s.name: set(s.waived) for name in PLANTS for s in plant(name).fallback_strategies if s.waived}
     assert waived == {"pump_out": {"PRM-DRAIN"}}
     assert all(reason for s in plant("mixing_module").fallback_strategies for reason in s.waived.values())
+
+
+def test_every_hard_limit_is_brought_back_by_a_fallback_in_a_stated_time() -> None:
+    for name in PLANTS:
+        d = plant(name)
+        served = {limit: s.name for s in d.fallback_strategies for limit in s.serves}
+        assert served.keys() == {limit.name for limit in d.limits.hard}
+    close, drain, pump_out = plant("mixing_module").fallback_strategies
+    assert close.serves["LIM-B204-HIGH"] == Effect(30.0, rest=10.0)
+    assert "LIM-B201-HIGH" in pump_out.serves and "LIM-B201-HIGH" not in drain.serves
 
 
 def test_out_of_service_a_fallback_closes_and_stops_but_starts_nothing() -> None:
@@ -91,4 +102,6 @@ def test_a_start_hands_the_cooling_valve_back_to_its_loop() -> None:
 
 def test_no_agent_is_told_what_the_guard_alone_needs() -> None:
     names = [d.name for d in documents(store_of(reactor()), "urn:homeostat:cstr#")]
-    assert names and not [n for n in names if n.startswith(("quality_", "trip_", "writable_", "start_up_", "waiver_"))]
+    assert names and not [
+        n for n in names if n.startswith(("quality_", "trip_", "writable_", "start_up_", "waiver_", "effect_"))
+    ]

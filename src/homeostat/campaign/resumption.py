@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from homeostat.campaign.local_control import LocalControl, Told
 from homeostat.campaign.recall import recall
 from homeostat.campaign.scenario import Scenario
 from homeostat.cases.case import Case
@@ -13,8 +14,12 @@ from homeostat.domain.guard_events import (
     FellBack,
     LatchReset,
     ModeEntered,
+    ReadBack,
+    RequestAnswered,
+    SequenceLoaded,
     Shed,
     StateEntered,
+    StepTaken,
     WriteEnded,
     WriteIntended,
     WriteResult,
@@ -82,12 +87,16 @@ class Past:
         except (KeyError, ValueError) as error:
             raise ResumptionError(f"its first event does not say {error}") from None
 
-    def retrace(self, link: SimulatedLink) -> tuple[Observation, ...]:
-        """Let ``link`` do again what it did until the last line, and what was seen of it; nobody decides anything."""
-        results, seen, again = self._results(), _Seen(), Retracing(link)
+    def retrace(self, link: SimulatedLink, local: LocalControl) -> tuple[Observation, ...]:
+        """Let ``link`` do again what it did until the last line, and what was seen of it; nobody decides anything.
+
+        ``local`` runs its recipe again, told what it was told then.
+        """
+        results, seen, again = self._results(), _Seen(local.told.state), Retracing(link)
         observations: list[Observation] = []
         for event, at_s in self.events:
             while link.now_s < at_s and not link.ended:
+                local.told = seen.told
                 observations.append(seen.observed(link))
             seen.take(event)
             match event:
@@ -97,6 +106,7 @@ class Past:
                     again.give_back()
                 case WriteIntended() if results[event.write, event.attempt] not in (None, WriteResult.FAILED):
                     again.write(event.commands)
+        local.told = seen.told
         return tuple(observations)
 
     def _results(self) -> dict[tuple[int, int], WriteResult | None]:
@@ -114,12 +124,31 @@ class Past:
 class _Seen:
     """Follows the events and says how each tick looked to recovery."""
 
-    def __init__(self) -> None:
-        self._last = Observation(0.0, None, "", ActionSet((), ""), None, None, (), None, Mode.OBSERVE, ())
+    def __init__(self, initial: str) -> None:
+        self._last = Observation(0.0, None, initial, ActionSet((), ""), None, None, (), None, Mode.OBSERVE, ())
+        self._flying: int | None = None
+        self._waiting = 0
+
+    @property
+    def told(self) -> Told:
+        """What the plant's own control was told of it."""
+        last = self._last
+        carries = last.mode.writes and (self._flying is not None or self._waiting > 0)
+        return Told(last.state, last.latched is not None, carries)
 
     def take(self, event: Event) -> None:
         """Take note of one event."""
         match event:
+            case WriteIntended():
+                self._flying = event.write
+            case ReadBack() if event.write == self._flying and not event.deviating:
+                self._flying = None
+            case RequestAnswered() if event.status in ("failed", "withdrawn"):
+                self._flying = None
+            case SequenceLoaded():
+                self._waiting = len(event.steps) if event.source else 0
+            case StepTaken():
+                self._waiting = max(self._waiting - 1, 0)
             case StateEntered():
                 self._last = replace(self._last, state=event.state, rest=ActionSet((), event.state))
             case ModeEntered():

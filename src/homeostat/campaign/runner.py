@@ -13,6 +13,7 @@ from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.facts import completion_s, facts_of
 from homeostat.campaign.label_given import LabelGiven
 from homeostat.campaign.listening import ListeningModel, Said
+from homeostat.campaign.local_control import LocalControl, Told
 from homeostat.campaign.most_probable import MostProbable, without_ensemble
 from homeostat.campaign.operation import Operation
 from homeostat.campaign.outcome import OutcomeKind, outcome
@@ -34,7 +35,6 @@ from homeostat.cases.wiring import (
 )
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.guard_events import FellBack, StateEntered, Tripped
-from homeostat.domain.mode import Side
 from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
@@ -216,29 +216,31 @@ def run(
             protocol=conditions.protocol, given=_informed(case, scenario, conditions),
             propose=_once(propose, conditions),
         )  # fmt: skip
-        link = _attach(case, process, operation)
+        link, local = _attach(case, process, operation)
         lease = link if operation.mode.writes else None
         assembly = wire(_known(known or case, conditions), lease, clock, trace, scenario.seed, arrangement)
         if operation.past is not None:
             for event, at_s in operation.past.events:
                 recorder(event, at_s)
-            assembly.exchange.remember(operation.past.retrace(link))
-        assembly.run(link.source, _hook(shown, assembly, operation), operation.pace)
+            assembly.exchange.remember(operation.past.retrace(link, local))
+        assembly.run(link.source, _hook(shown, assembly, operation, local), operation.pace)
     result = _score(case, scenario, recorder, process, clock.total_s, time.monotonic() - begin)
     return replace(result, said=tuple(listening.said)) if listening else result
 
 
-def _attach(case: Case, process: TrueProcess, operation: Operation) -> SimulatedLink:
-    """The simulated plant; where nobody else writes, it runs its own recipe."""
-    if operation.mode.writes:
-        return SimulatedLink(process)
-    return SimulatedLink(process, LinkConfiguration(recipe_by=Side.PLANT), new_sequencer(case).sample)
+def _attach(case: Case, process: TrueProcess, operation: Operation) -> tuple[SimulatedLink, LocalControl]:
+    """The simulated plant, and its own control, which runs the recipe where the guard does not."""
+    local = LocalControl(case, operation.mode.writes)
+    link = SimulatedLink(process, LinkConfiguration(recipe_by=case.recipe), local.sample)
+    local.leased = lambda: link.leased
+    return link, local
 
 
-def _hook(shown: Shown, assembly: Assembly, operation: Operation) -> Callable[[Observation], None]:
-    """Shows every tick, and takes to the guard what people have ordered meanwhile."""
+def _hook(shown: Shown, assembly: Assembly, operation: Operation, local: LocalControl) -> Callable[[Observation], None]:
+    """Shows every tick, tells the plant's own control of it, and takes to the guard what people have ordered."""
 
     def hook(seen: Observation) -> None:
+        local.told = Told(seen.state, seen.latched is not None, assembly.guard.carries)
         shown(seen)
         for order in operation.orders():
             assembly.guard.mailbox.put(order)

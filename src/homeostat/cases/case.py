@@ -21,6 +21,7 @@ from homeostat.cases.settings_check import refuse_misfit
 from homeostat.cases.settings_file import read_settings
 from homeostat.domain.baseline import Baseline
 from homeostat.domain.behaviour import StateMachine
+from homeostat.domain.mode import Side
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.production import Production
 from homeostat.domain.recovery import open_setpoints
@@ -75,6 +76,8 @@ class Case:
     """Default onset of a fault [s]."""
     panels: tuple[Panel, ...]
     """Panels of a run's figure."""
+    recipe: Side = Side.GUARD
+    """Who runs the nominal sequence in modes that write; in the others the plant does."""
     remade: tuple[str, ...] = ()
     """Generated files that were older than their sources, and were made again when the case was loaded."""
 
@@ -136,6 +139,7 @@ def _case(
         totals=dict(settings.objective.totals),
         started=next(t.guard for t in description.machine.transitions if t.name == settings.run.started_by),
         start=_start(settings.start, description, model),
+        recipe=Side(settings.recipe),
         end_s=settings.run.end_s,
         onset_s=settings.run.onset_s,
         panels=tuple(read_panel(table.model_dump(exclude_none=True), description) for table in settings.figure),

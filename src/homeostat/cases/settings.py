@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final, TypeAlias
+from typing import Annotated, Any, Final, Literal, TypeAlias
 
 from annotated_types import Len
 from pydantic import BaseModel, ConfigDict, StringConstraints, model_validator
@@ -187,6 +187,8 @@ class Settings(Table):
     """The process model, as ``module:class``."""
     system: Annotated[str, StringConstraints(pattern=r'^[a-z][a-z0-9+.-]*:[^\s<>"{}|^`\\#]+#[\w.-]+$', max_length=200)]
     """IRI of the plant in its graph."""
+    recipe: Literal["guard", "plant"] = "guard"
+    """Who runs the nominal sequence in modes that write; in the others the plant does."""
     run: RunTable
     """How long a run is."""
     start: dict[Name, Finite]

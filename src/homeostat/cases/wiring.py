@@ -23,7 +23,7 @@ from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.cases.case import Case
 from homeostat.cases.error import CaseError
-from homeostat.domain.mode import Mode, Side
+from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Trouble
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.ports import Clock, Lease, Source
@@ -221,13 +221,13 @@ class Assembly:
             raise self.worker.left
 
 
-def guard_rules(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE, recipe: Side = Side.GUARD) -> GuardRules:
-    """What the guard knows of ``case``: all of it from the tables; ``recipe``: who runs the nominal sequence."""
+def guard_rules(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> GuardRules:
+    """What the guard knows of ``case``: all of it from tables and settings."""
     d = case.description
     return GuardRules(
         plant=case.name, tags=d.tags_by_name, machine=d.machine, limits=d.limits, trips=d.trips,
         qualities=d.qualities, writables=d.writables, fallbacks=fallbacks(case), nominal=nominal(case, protocol),
-        start_up=d.start_up, recipe=recipe, configuration=case.configuration,
+        start_up=d.start_up, recipe=case.recipe, configuration=case.configuration,
     )  # fmt: skip
 
 
@@ -236,7 +236,7 @@ def wire(
 ) -> Assembly:
     """A guard for the plant behind ``lease``, and recovery beside it; ``seed`` seeds the twin's draws, as the run's."""
     mode, patience, key = arrangement.mode, arrangement.guard, new_key()
-    rules = guard_rules(case, arrangement.protocol, Side.GUARD if mode.writes else Side.PLANT)
+    rules = guard_rules(case, arrangement.protocol)
     guard = Guard(rules, Attachment(trace, lease, mode, {ISSUER: key}, arrangement.memory), patience)
 
     def lost(cause: str) -> None:

@@ -198,6 +198,21 @@ class FallbackSkipped:
 
 
 @dataclass(frozen=True, slots=True)
+class FallbackIneffective:
+    """A strategy stands, and a violated limit has not come nearer in the time that the tables give it."""
+
+    kind: ClassVar[str] = "fallback-ineffective"
+    strategy: str
+    """Name of the strategy."""
+    limit: str
+    """Name of the limit."""
+    reason: str
+    """One sentence."""
+    acted: bool
+    """Whether it is given up, and the next one acts; in observe and advise it is an alarm."""
+
+
+@dataclass(frozen=True, slots=True)
 class Shed:
     """The heartbeat stops, and the plant's own control goes on by itself."""
 
@@ -281,6 +296,8 @@ class PersonHeard:
     """Whether it was carried out."""
     reason: str = ""
     """Why, or why not."""
+    check: str = ""
+    """Name of the check that refused it; empty where none of the plant's did."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -341,12 +358,25 @@ class Armed:
 
 
 @dataclass(frozen=True, slots=True)
+class StartUpBegan:
+    """Start-up begins, with limits of its own."""
+
+    kind: ClassVar[str] = "start-up-began"
+    state: str
+    """State that the plant is in."""
+    since_s: float
+    """Process time from which its longest duration counts [s]."""
+
+
+@dataclass(frozen=True, slots=True)
 class StartUpEnded:
-    """Start-up is over; every limit counts."""
+    """The limits of start-up hold no more; every limit counts."""
 
     kind: ClassVar[str] = "start-up-ended"
     state: str
-    """State that the plant entered."""
+    """State that the plant is in."""
+    reason: str = ""
+    """Why: it was left, it could be left, or it has lasted too long."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -206,6 +206,16 @@ def _texts(commands: tuple[Command, ...]) -> list[list[object]]:
 
 
 @dataclass(frozen=True, slots=True)
+class Effect:
+    """What a fallback strategy does about one hard limit."""
+
+    acts_within_s: float
+    """Time in which a violated limit comes back or nearer [s]."""
+    rest: float = 0.0
+    """Violation at which the strategy may keep it for good, in the unit of its margin; 0 where it has to come back."""
+
+
+@dataclass(frozen=True, slots=True)
 class FallbackStrategy:
     """One way to a safe state: commands by the engineering tables, never by a proposer."""
 
@@ -217,3 +227,5 @@ class FallbackStrategy:
     """Permissive that it sets aside -> why."""
     forced: frozenset[str] = frozenset()
     """Tags that it writes even where they are out of service."""
+    serves: Mapping[str, Effect] = field(default_factory=dict)
+    """Hard limit that it brings back -> how; another one that is violated under it calls for the next strategy."""

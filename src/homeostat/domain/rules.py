@@ -73,6 +73,8 @@ class StartUp:
     """States that belong to it."""
     limits: Mapping[str, Limit] = field(default_factory=dict)
     """Name of a hard limit -> what holds instead of it during start-up."""
+    longest_s: Mapping[str, float] = field(default_factory=dict)
+    """State of start-up -> how long after the begin of start-up its limits hold there at most [s]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,7 +28,9 @@ class Fallbacks:
         """In the order of the tables until somebody ranks them."""
         self._rules = rules
         self._ranked = rules.fallbacks
-        self._next = 0
+        self._taken = frozenset[str]()
+        self.spent: frozenset[str] = frozenset()
+        """Strategies that have stood and not helped; none of them is taken again."""
 
     @property
     def ranked(self) -> tuple[FallbackStrategy, ...]:
@@ -52,14 +54,23 @@ class Fallbacks:
 
     def begin(self) -> None:
         """Start with the first one."""
-        self._next = 0
+        self._taken = frozenset()
 
-    def take(self) -> FallbackStrategy | None:
-        """The next strategy; None where every one was taken."""
-        if self._next >= len(self._ranked):
+    def spend(self, name: str) -> None:
+        """Strategy ``name`` has stood and not helped."""
+        self.spent |= {name}
+
+    def take(self, limit: str = "") -> FallbackStrategy | None:
+        """The next strategy that has not stood in vain; None where every one was taken.
+
+        One that brings ``limit`` back is taken before those that do not.
+        """
+        left = [s for s in self._ranked if s.name not in self._taken | self.spent]
+        if not left:
             return None
-        self._next += 1
-        return self._ranked[self._next - 1]
+        strategy = next((s for s in left if limit in s.serves), left[0])
+        self._taken |= {strategy.name}
+        return strategy
 
     def checked(
         self, strategy: FallbackStrategy, readings: Snapshot | None, in_service: frozenset[str]

@@ -12,11 +12,9 @@ from homeostat.domain.guard_events import (
     Cause,
     GuardStarted,
     ModeEntered,
-    StartUpEnded,
     StateEntered,
     Stopped,
     TargetsHeld,
-    Tripped,
 )
 from homeostat.domain.mode import Mode, PersonCommand, Side
 from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Settled, Trouble, Withdraw
@@ -36,10 +34,11 @@ from homeostat.guard.parts import Parts
 from homeostat.guard.persons import Floor, Persons
 from homeostat.guard.quality import QualityWatch
 from homeostat.guard.requests import Requests
+from homeostat.guard.response import Response
 from homeostat.guard.restart import Restart
 from homeostat.guard.settings import GuardSettings
 from homeostat.guard.steps import Steps
-from homeostat.guard.trips import TripWatch, Violation
+from homeostat.guard.trips import TripWatch
 from homeostat.guard.verification import Present
 
 
@@ -73,19 +72,17 @@ class Guard:
         self._latch, self._modes = Latch(parts), Modes(parts.tenure)
         self._lapse = Lapse(parts, self._latch)
         self._steps, self._moves = Steps(parts, self._latch), Moves(parts, self._latch, self._lapse)
+        self._response = Response(parts, self._latch)
         self._requests = Requests(parts, dict(attachment.keys))
         self._persons = Persons(Floor(parts, self._modes, self._latch, self._requests))
         self._restart: Restart | None = None
         self._act_by_s: float | None = None
-        self._violated = self._answered = frozenset[str]()
-        self._unanswered: dict[str, str] = {}
         self._troubles: set[str] = set()
         self._pace = Pace()
         self._now_s, self._began_s = self._pace.now_s, math.nan
         self._seen: Snapshot | None = None
         self._sample: Snapshot | None = None
         self._lost, self._stopped = 0, False
-        self._starting = rules.machine.initial.name in rules.start_up.states
         self.mailbox = Mailbox()
         """Where anybody leaves requests and orders."""
 
@@ -98,6 +95,12 @@ class Guard:
     def latched(self) -> str | None:
         """Why a fallback acted; None while none has."""
         return self._latch.reason
+
+    @property
+    def carries(self) -> bool:
+        """Whether it writes something of its own beside a recipe of the plant's, which waits meanwhile."""
+        writer, sequencer = self._parts.writer, self._parts.sequencer
+        return self.mode.writes and (writer.flying is not None or bool(sequencer.released and sequencer.waiting))
 
     @property
     def alarms(self) -> tuple[Alarm, ...]:
@@ -118,8 +121,8 @@ class Guard:
         """Decide at process time ``now_s`` [s] with ``sample``, or with its absence; never raises, never waits long."""
         self._advance(now_s)
         stages = (
-            self._begin, self._look, self._hold, self._resume, self._trip, self._write_on, self._hear, self._decide,
-            self._end,
+            self._begin, self._look, self._hold, self._resume, self._follow, self._trip, self._write_on, self._hear,
+            self._decide, self._end,
         )  # fmt: skip
         for stage in stages if not self._stopped else ():
             name = stage.__name__.strip("_")
@@ -162,8 +165,8 @@ class Guard:
         if memory is not None:
             mode = (memory.mode or mode) if self._attachment.goes_on else Mode.OBSERVE
             self._restart = Restart(parts, self._latch, self._steps, memory)
-            self._restart.take_position(self._now_s)
-            self._answered = memory.tripped
+            self._restart.take_position(self._now_s, self._trips.start_up)
+            self._response.remember(memory.tripped)
             self._requests.remember(memory.requests)
             self._persons.remember(memory.orders)
         objection = self._modes.enter(mode, self._now_s)
@@ -172,8 +175,9 @@ class Guard:
         if memory is not None and (parts.rules.recipe is Side.GUARD or self.mode.writes):
             self._lapse.restart()
         rules = parts.rules
+        recipe = rules.recipe if self.mode.writes else Side.PLANT
         parts.note(
-            GuardStarted(rules.plant, rules.configuration, self.mode.value, rules.recipe.value, memory is not None),
+            GuardStarted(rules.plant, rules.configuration, self.mode.value, recipe.value, memory is not None),
             self._now_s,
         )
         parts.note(ModeEntered(self.mode.value, ""), self._now_s)
@@ -182,10 +186,7 @@ class Guard:
         """What the plant says, and how far it can be trusted."""
         self._seen = self._quality.assess(self._now_s, sample)
         self._sample = None if self._quality.trouble else sample
-        if self._quality.trouble:
-            self._alarm("link", self._quality.trouble, Priority.HIGH)
-        else:
-            self._parts.alarms.return_("link", self._now_s)
+        self._hold_alarm("link", self._quality.trouble)
         if self._seen is not None:
             self._parts.service.expect(self._parts.writer.see(self._seen))
 
@@ -213,10 +214,16 @@ class Guard:
         elif self._now_s - self._began_s >= self._parts.settings.again_s:
             restart.act(self._now_s)
 
+    def _follow(self, sample: Snapshot | None) -> None:
+        """Where the plant's own recipe runs, its state is read."""
+        if self._restart is None:
+            self._steps.follow_plant(self._now_s, self._seen, self.mode)
+
     def _trip(self, sample: Snapshot | None) -> None:
         """Before anything else is written, tried again or heard: is a hard limit violated?"""
         violations = self._trips.judge(self._now_s, self._seen, self._parts.sequencer.state)
-        self._note_trips(violations)
+        self._hold_alarm("start-up", self._trips.start_up.overdue)
+        self._response.take(violations, self._now_s, self._seen, self.mode.writes)
         if violations and self.latched is None:
             self._activate(violations[0].reason)
         elif not violations:
@@ -226,7 +233,7 @@ class Guard:
         """What somebody else has moved, and how far the write under way has come."""
         parts, now_s, readings = self._parts, self._now_s, self._seen
         if readings is not None:
-            self._moves.notice(now_s, readings, self.mode, violated=bool(self._violated))
+            self._moves.notice(now_s, readings, self.mode, violated=self._response.violated)
         write = parts.writer.flying
         progress = parts.writer.follow(now_s, readings, self._objection)
         if progress is Progress.FAILED and write is not None:
@@ -278,9 +285,16 @@ class Guard:
                 self._troubles.remove(message.name)
                 self._parts.alarms.return_(message.name, now_s)
             case PersonCommand():
-                self._persons.hear(message, now_s, self._seen)
+                self._persons.hear(message, self._present())
             case _:
                 raise ValueError(f"nobody knows what {type(message).__name__!r} asks for")
+
+    def _present(self) -> Present:
+        """What is asked or ordered at this moment is judged on this."""
+        parts, readings = self._parts, self._seen
+        near = () if readings is None else self._trips.near(readings)
+        above = () if readings is None else self._trips.above(readings)
+        return Present(self._now_s, readings, parts.sequencer.state, parts.service.tags, near, above)
 
     def _arm(self, message: Arm) -> None:
         """Rank the fallbacks, and take note of a time by which recovery must have acted."""
@@ -297,47 +311,17 @@ class Guard:
 
     def _decide(self, sample: Snapshot | None) -> None:
         """A request before the sequence; the trip was before both."""
-        parts, readings = self._parts, self._seen
         by_s, written = self._act_by_s, self._requests.written
         if by_s is not None and self._now_s >= by_s and self.latched is None and not written:
             self._activate("recovery has not acted in the time that physics leaves")
-        if self.latched is None and self._restart is None:
-            near = () if readings is None else self._trips.near(readings)
-            above = () if readings is None else self._trips.above(readings)
-            state = parts.sequencer.state
-            present = Present(self._now_s, readings, state, parts.service.tags, near, above)
-            if self._requests.decide(present, self.mode, self._oldest_s):
-                self._steps.drop()
-                if not self._requests.written:
-                    self._act_by_s = None
-                return
-        if self._restart is None:
-            self._steps.go_on(self._now_s, readings, self.mode)
-
-    def _note_trips(self, violations: tuple[Violation, ...]) -> None:
-        """Journal what is newly violated; while latched another limit has the next strategy act."""
-        names, acts = frozenset(v.limit for v in violations), self.mode.writes
-        for violation in violations:
-            if violation.limit in self._violated:
-                continue
-            event = Tripped(violation.limit, violation.margin, violation.unit, violation.reason, acts)
-            self._parts.note(event, self._now_s)
-            self._alarm(f"trip:{violation.limit}", violation.reason, Priority.CRITICAL)
-            if violation.limit not in self._answered:  # what a fallback acts against may come and go meanwhile
-                self._unanswered[violation.limit] = violation.reason
-        for name in self._violated - names:
-            self._parts.alarms.return_(f"trip:{name}", self._now_s)
-            self._unanswered.pop(name, None)
-        self._answered -= self._violated - names  # one that comes back is answered by the next strategy
-        self._violated = names
-        if self.latched is None:
-            self._answered = names
-            self._unanswered.clear()
-        elif self._unanswered and acts and self._latch.standing:
-            reason = next(iter(self._unanswered.values()))
-            self._answered |= self._unanswered.keys()
-            self._unanswered.clear()
-            self._latch.escalate(reason, self._now_s, self._seen)
+        if self._restart is not None:
+            return
+        if self.latched is None and self._requests.decide(self._present(), self.mode, self._oldest_s):
+            self._steps.drop()
+            if not self._requests.written:
+                self._act_by_s = None
+            return
+        self._steps.go_on(self._now_s, self._seen, self.mode)
 
     def _activate(self, reason: str) -> None:
         """Have the fallback act, where somebody may write; else it is an alarm."""
@@ -358,10 +342,7 @@ class Guard:
         targets = parts.service.news()
         if targets:
             parts.note(TargetsHeld(targets), now_s)
-        if parts.recorder.trouble:
-            self._alarm("journal", parts.recorder.trouble, Priority.HIGH)
-        else:
-            parts.alarms.return_("journal", now_s)
+        self._hold_alarm("journal", parts.recorder.trouble)
         lost = parts.recorder.lost
         if lost > self._lost:
             self._lost = lost
@@ -380,15 +361,19 @@ class Guard:
     def _alarm(self, name: str, cause: str, priority: Priority) -> None:
         self._parts.alarms.raise_(name, cause, priority, self._now_s)
 
+    def _hold_alarm(self, name: str, cause: str) -> None:
+        """Alarm ``name`` lasts as long as there is a ``cause``."""
+        if cause:
+            self._alarm(name, cause, Priority.HIGH)
+        else:
+            self._parts.alarms.return_(name, self._now_s)
+
     def _observed(self) -> Observation:
         sequencer = self._parts.sequencer
         entered = sequencer.drain()
-        starting = self._parts.rules.start_up.states
         for state, at_s in entered:
             self._parts.note(StateEntered(state), at_s)
-            if self._starting and state not in starting:
-                self._parts.note(StartUpEnded(state), at_s)
-            self._starting = state in starting
+            self._trips.start_up.enter(state, at_s)
         return Observation(
             self._now_s, self._seen, sequencer.state, sequencer.rest(), sequencer.way(), sequencer.refused, entered,
             self.latched, self.mode, self._requests.drain(), self._sample,

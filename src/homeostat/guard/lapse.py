@@ -12,7 +12,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.flight import same, shown
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.parts import Parts
-from homeostat.guard.recognition import admits, recognise
+from homeostat.guard.recognition import admits_all, recognise
 from homeostat.guard.service import Moved
 
 LOCAL = "local control"
@@ -121,7 +121,7 @@ class Lapse:
         """
         rules, sequencer, tags = self._parts.rules, self._parts.sequencer, self._parts.service.tags
         waiting = sequencer.waiting
-        if admits(rules.machine.state(sequencer.state), readings, tags):
+        if admits_all(rules.machine.state(sequencer.state), readings, tags):
             return sequencer.state, waiting
         led: dict[str, float | None] = {}
         for n, step in enumerate(waiting, 1):
@@ -129,7 +129,7 @@ class Lapse:
             by_recipe = all(
                 tag in led and same(led[tag], m.now, rules.writables[tag].tolerance) for tag, m in moved.items()
             )
-            if by_recipe and admits(rules.machine.state(step.target), readings, tags):
+            if by_recipe and admits_all(rules.machine.state(step.target), readings, tags):
                 return step.target, waiting[n:]
         return None
 

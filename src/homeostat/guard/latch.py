@@ -13,7 +13,7 @@ from homeostat.domain.guard_events import (
     Shed,
     StepLoaded,
 )
-from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.fallback import Chosen, Fallbacks
 from homeostat.guard.flight import Progress, Write
@@ -32,11 +32,16 @@ class Latch:
         """Why a fallback acted; None while none has."""
         self.standing = False
         """Whether the plant was read back and holds every target of the fallback."""
-        self.forced: frozenset[str] = frozenset()
-        """Tags that the fallback writes even where they are out of service."""
+        self.strategy: FallbackStrategy | None = None
+        """The strategy that acted last; None while none has."""
         self._acting: Chosen | None = None
         self._loaded = self._held = False
         self._again_s: float | None = None
+
+    @property
+    def forced(self) -> frozenset[str]:
+        """Tags that the fallback writes even where they are out of service."""
+        return frozenset() if self.strategy is None else self.strategy.forced
 
     def activate(self, reason: str, now_s: float, readings: Snapshot | None) -> None:
         """Latch and have the first strategy act now, whatever is under way."""
@@ -50,12 +55,12 @@ class Latch:
         self._act(now_s, readings)
         self._parts.note(Latched(reason), now_s)
 
-    def escalate(self, reason: str, now_s: float, readings: Snapshot | None) -> bool:
-        """Another limit is violated although a fallback stands: the next strategy that passes its checks acts.
+    def escalate(self, limit: str, reason: str, now_s: float, readings: Snapshot | None) -> bool:
+        """``limit`` is violated although a fallback stands: the next strategy that passes its checks acts.
 
         False where there is none; what stands is better than what the plant does by itself.
         """
-        chosen = self._next(now_s, readings)
+        chosen = self._next(now_s, readings, limit)
         if chosen is None:
             return False
         self._parts.writer.overtake(now_s, "another fallback acts")
@@ -95,10 +100,24 @@ class Latch:
             self._parts.writer.overtake(now_s, "the fallback begins again")
             self._acting, self._again_s = None, None
 
-    def hold(self, reason: str, strategy: str) -> None:
-        """Be latched again after a restart, before the plant was read; ``strategy`` had acted last."""
+    def give_up(self, limit: str, reason: str, now_s: float, readings: Snapshot | None) -> None:
+        """What stands does not help: it acts no more before a reset, but the next one, and at last the plant's shed."""
+        if self.strategy is not None:
+            self.fallbacks.spend(self.strategy.name)
+        if not self.escalate(limit, reason, now_s, readings):
+            self.standing = False
+            self._parts.sequencer.stop()
+            self._shed(now_s)
+
+    def hold(self, reason: str, strategy: str, spent: frozenset[str]) -> None:
+        """Be latched again after a restart, before the plant was read; ``strategy`` had acted last.
+
+        ``spent`` are the strategies that do not help.
+        """
         self.reason = reason
-        self.forced = next((s.forced for s in self._parts.rules.fallbacks if s.name == strategy), frozenset())
+        self.strategy = next((s for s in self._parts.rules.fallbacks if s.name == strategy), None)
+        for name in spent:
+            self.fallbacks.spend(name)
         self.standing = self._held = True
 
     def restore(self, strategy: str, now_s: float, readings: Snapshot | None) -> None:
@@ -106,22 +125,25 @@ class Latch:
         self._parts.alarms.raise_("latched", self.reason or "", Priority.CRITICAL, now_s)
         if not self._held:
             return  # another limit was violated before the plant was read, and a fallback is being sent
-        self._held, self.standing = False, not strategy
-        if strategy:
-            self.fallbacks.arm((strategy,), readings, self._parts.service.tags)
-            self.fallbacks.begin()
+        acted = self.strategy.name if self.strategy is not None else ""
+        vain = acted in self.fallbacks.spent
+        self._held, self.standing = False, not strategy and not vain
+        self.fallbacks.arm((strategy or acted,) if strategy or acted else (), readings, self._parts.service.tags)
+        self.fallbacks.begin()
+        if self.standing:
+            self.fallbacks.take()  # what stands is not the next one
+        else:
             self._act(now_s, readings)
 
     def reset(self, now_s: float) -> None:
         """Forget what was activated, and the alarms of it."""
         parts = self._parts
-        self.reason, self._acting, self._again_s = None, None, None
+        self.reason, self.strategy, self._acting, self._again_s = None, None, None, None
         self._loaded = self.standing = False
-        self.forced = frozenset()
         self.fallbacks = Fallbacks(parts.rules)
         parts.writer.overtake(now_s, "the latch was reset")
         parts.writer.forget()
-        for name in ("latched", "shed", *(f"fallback:{s.name}" for s in parts.rules.fallbacks)):
+        for name in ("latched", "shed", "fallbacks", *(f"fallback:{s.name}" for s in parts.rules.fallbacks)):
             parts.alarms.return_(name, now_s)
 
     def allowed(self, commands: tuple[Command, ...]) -> tuple[Command, ...]:
@@ -163,10 +185,10 @@ class Latch:
         else:
             self._write(chosen, self.reason or "", now_s, readings)
 
-    def _next(self, now_s: float, readings: Snapshot | None) -> Chosen | None:
-        """The next strategy that passes its checks; None where none does."""
+    def _next(self, now_s: float, readings: Snapshot | None, limit: str = "") -> Chosen | None:
+        """The next strategy that passes its checks, best one that brings ``limit`` back; None where none does."""
         parts = self._parts
-        while (strategy := self.fallbacks.take()) is not None:
+        while (strategy := self.fallbacks.take(limit)) is not None:
             chosen = self.fallbacks.checked(strategy, readings, parts.service.tags)
             if isinstance(chosen, Chosen):
                 return chosen
@@ -183,7 +205,7 @@ class Latch:
         if parts.writer.flying is not None:
             parts.writer.overtake(now_s, "a fallback acts")
         self._acting, self._loaded, self.standing, self._held = chosen, False, False, False
-        self.forced = strategy.forced
+        self.strategy = strategy
         write = Write.of(Cause.FALLBACK, strategy.name, actions)
         parts.writer.begin(write, now_s)
         if parts.writer.broken and not parts.tenure.take(now_s):  # a lease that was lost without a word costs no tick
@@ -223,7 +245,7 @@ class Latch:
         """Stop the heartbeat; strategies are tried again after a while, because the plant may obey again."""
         parts = self._parts
         self._acting, self._again_s = None, now_s + parts.settings.again_s
-        reason = "no fallback passes its checks and is obeyed"
+        reason = "no fallback passes its checks, is obeyed and helps"
         if not parts.alarms.lasts("shed"):
             parts.note(Shed(reason), now_s)
         parts.alarms.raise_("shed", f"{reason}; the plant's own control goes on", Priority.CRITICAL, now_s)

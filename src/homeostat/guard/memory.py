@@ -65,12 +65,22 @@ class Memory:
     """Fallback that was read to stand without the journal saying so; empty where none is."""
     acted: str = ""
     """Fallback that acted last, whether or not it stands; empty where none has since the last reset."""
+    spent: frozenset[str] = frozenset()
+    """Fallbacks that have stood and not helped since the last reset."""
     state: str = ""
     """State of the machine; empty for the initial one."""
     waiting: tuple[tuple[str, tuple[Command, ...]], ...] | None = None
     """Transitions that wait, each with its commands; None for the nominal sequence."""
     aborting: bool = False
     """Whether they belong to a fallback."""
+    released: bool = False
+    """Whether they were released or belong to a fallback, and are not the nominal sequence."""
+    starting_s: float | None = None
+    """Process time at which the last start-up began [s]; None where none has."""
+    started: bool = False
+    """Whether its limits hold no more."""
+    left: str | None = None
+    """State that was left for the present one; None where it is known whether start-up began with that."""
     tripped: frozenset[str] = frozenset()
     """Limits that were violated since the last reset: what a latched fallback acts against."""
     out: frozenset[str] = frozenset()
@@ -168,13 +178,15 @@ def _read_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     if write.cause is Cause.SEQUENCE:
         return _step_taken(memory, {"transition": write.source, "state": write.state})
     aborting = write.cause is Cause.FALLBACK
-    return replace(memory, state=write.state, waiting=write.steps, aborting=aborting)
+    memory = _entered(memory, {"state": write.state})
+    return replace(memory, waiting=write.steps, aborting=aborting, released=True)
 
 
 def _loaded(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     memory = _marked(memory, memory.writes, _behind)
     steps, aborting = _steps(fields["steps"]), bool(fields["aborting"])
-    return replace(memory, state=str(fields["state"]), waiting=steps, aborting=aborting, owed=None)
+    memory = replace(_entered(memory, fields), waiting=steps, aborting=aborting, owed=None)
+    return replace(memory, released=bool(fields["source"]))
 
 
 def _step_taken(memory: Memory, fields: Mapping[str, Any]) -> Memory:
@@ -183,7 +195,16 @@ def _step_taken(memory: Memory, fields: Mapping[str, Any]) -> Memory:
         memory = replace(memory, waiting=memory.waiting[1:])
     if memory.last is not None and memory.last.cause is Cause.SEQUENCE and memory.last.source == name:
         memory = _marked(memory, memory.writes, _behind)
-    return replace(memory, state=str(fields["state"]))
+    return _entered(memory, fields)
+
+
+def _entered(memory: Memory, fields: Mapping[str, Any]) -> Memory:
+    state = str(fields["state"])
+    return memory if state == memory.state else replace(memory, state=state, left=memory.state)
+
+
+def _start_up_began(memory: Memory, fields: Mapping[str, Any]) -> Memory:
+    return replace(memory, starting_s=float(fields["since_s"]), started=False, left=None)
 
 
 def _served(memory: Memory, fields: Mapping[str, Any]) -> Memory:
@@ -194,8 +215,8 @@ def _served(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 def _reset(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     state = str(fields["state"])
     return replace(
-        memory, latched=None, tripped=frozenset(), strategy="", untold="", acted="", state=state, waiting=(),
-        aborting=False, owed=None,
+        memory, latched=None, tripped=frozenset(), strategy="", untold="", acted="", spent=frozenset(), state=state,
+        waiting=(), aborting=False, released=False, owed=None, left=None,
     )  # fmt: skip
 
 
@@ -226,12 +247,15 @@ _FOLDS: Mapping[str, Any] = {
     "latched": lambda m, f: replace(m, latched=str(f["reason"])),
     "fell-back": _fell_back,
     "fallback-stands": _stands,
+    "fallback-ineffective": lambda m, f: replace(m, spent=m.spent | {str(f["strategy"])}) if f["acted"] else m,
     "latch-reset": _reset,
     "write-intended": _intended,
     "write-ended": _ended,
     "read-back": _read_back,
     "targets-held": lambda m, f: replace(m, targets={**m.targets, **f["targets"]}),
-    "state-entered": lambda m, f: replace(m, state=str(f["state"])),
+    "state-entered": _entered,
+    "start-up-began": _start_up_began,
+    "start-up-ended": lambda m, f: replace(m, started=True),
     "sequence-loaded": _loaded,
     "step-taken": _step_taken,
     "service-changed": _served,

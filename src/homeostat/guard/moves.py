@@ -12,6 +12,7 @@ from homeostat.guard.lapse import Lapse
 from homeostat.guard.latch import Latch
 from homeostat.guard.memory import PUT_RIGHT
 from homeostat.guard.parts import Parts
+from homeostat.guard.recognition import admits
 from homeostat.guard.service import Moved
 
 
@@ -50,9 +51,16 @@ class Moves:
                 self._wrong[moved.tag] = moved
                 text = f"a write that was given up has moved {moved.tag!r} after all"
                 parts.alarms.say(f"late:{moved.tag}", text, Priority.HIGH, now_s)
-            elif parts.rules.recipe is Side.GUARD or mode.writes:
+            elif not self._recipes(moved, mode):
                 self._take_out(moved, now_s)
                 self._latch.give_way(moved.tag, now_s, readings, violated)
+
+    def _recipes(self, moved: Moved, mode: Mode) -> bool:
+        """Whether the plant's own recipe has moved a target: with it the plant has entered a state that admits it."""
+        parts, entered = self._parts, self._parts.sequencer.entered
+        if entered is None or (mode.writes and parts.rules.recipe is Side.GUARD):
+            return False
+        return admits(parts.rules.machine.state(entered), moved.tag, moved.now)
 
     def excuse(self, now_s: float) -> None:
         """The lease was lost before this tick's heartbeat: what the plant's own control moved since was no person."""

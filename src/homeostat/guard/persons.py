@@ -5,22 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from homeostat.domain.behaviour import Transition
 from homeostat.domain.guard_events import Cause, LatchReset, ModeEntered, PersonHeard
-from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
-from homeostat.domain.recovery import ActionSet, Command
-from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
+from homeostat.domain.recovery import ActionSet
 from homeostat.guard.authority import Authority
 from homeostat.guard.flight import Progress, Write
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.modes import Modes
 from homeostat.guard.parts import Parts
-from homeostat.guard.permissives import permissive_findings
 from homeostat.guard.recognition import recognise
 from homeostat.guard.requests import Requests
-from homeostat.guard.sequencer import what_follows
+from homeostat.guard.sequencer import nominal_commands, what_follows
 from homeostat.guard.texts import LONGEST_NAME, brief
-from homeostat.guard.verification import command_finding
+from homeostat.guard.verification import Present, Unfit, verify_start
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +42,7 @@ class Persons:
         self._floor = floor
         self._authority = Authority(floor.parts.settings.persons, floor.parts.settings.person_s)
         self._starting: tuple[Write, str, ActionSet] | None = None
-        self._orders: dict[Verb, Callable[[PersonCommand, float, Snapshot | None], str]] = {
+        self._orders: dict[Verb, Callable[[PersonCommand, Present], str]] = {
             Verb.APPROVE: self._approve,
             Verb.REJECT: self._reject,
             Verb.RESET: self._reset,
@@ -57,21 +54,25 @@ class Persons:
             Verb.START: self._start,
         }
 
-    def hear(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> None:
+    def hear(self, command: PersonCommand, present: Present) -> None:
         """Carry out ``command`` if nothing is against it, and journal what came of it."""
-        objection = self._authority.objection(command)
+        objection, check = self._authority.objection(command), ""
         if not objection:
             self._authority.remember((command.id,))
             try:
-                objection = self._orders[command.verb](command, now_s, readings)
+                objection = self._orders[command.verb](command, present)
+            except Unfit as unfit:
+                objection, check = unfit.finding.message, unfit.finding.criterion
             except Exception as error:  # whoever orders something gets an answer
                 objection = f"the order could not be carried out: {str(error) or type(error).__name__}"
         name, person, verb, subject = (
             brief(given, LONGEST_NAME) for given in (command.id, command.person, command.verb, command.subject)
         )
         role = command.role if isinstance(command.role, Role) else Role.OPERATOR
-        event = PersonHeard(name, person, role, verb, subject, not objection, objection or brief(command.reason))
-        self._floor.parts.note(event, now_s)
+        event = PersonHeard(
+            name, person, role, verb, subject, not objection, objection or brief(command.reason), check
+        )  # fmt: skip
+        self._floor.parts.note(event, present.now_s)
 
     def remember(self, used: Iterable[str]) -> None:
         """Orders that were answered before a restart are not carried out again."""
@@ -87,26 +88,26 @@ class Persons:
             parts.sequencer.load(starting[2], now_s)
             parts.note(loaded(starting[1], starting[2], aborting=False), now_s)
 
-    def _approve(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
+    def _approve(self, command: PersonCommand, present: Present) -> str:
         return self._floor.requests.agree(command.subject, command.digest)
 
-    def _reject(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
-        return self._floor.requests.reject(command.subject, f"{command.person}: {command.reason}", now_s)
+    def _reject(self, command: PersonCommand, present: Present) -> str:
+        return self._floor.requests.reject(command.subject, f"{command.person}: {command.reason}", present.now_s)
 
-    def _acknowledge(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
-        known = self._floor.parts.alarms.acknowledge(command.subject, command.person, now_s)
+    def _acknowledge(self, command: PersonCommand, present: Present) -> str:
+        known = self._floor.parts.alarms.acknowledge(command.subject, command.person, present.now_s)
         return "" if known else f"there is no alarm {command.subject!r}"
 
-    def _service(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
+    def _service(self, command: PersonCommand, present: Present) -> str:
         service, into = self._floor.parts.service, command.verb is Verb.IN_SERVICE
-        if service.change(command.subject, into, command.person, command.reason, now_s):
+        if service.change(command.subject, into, command.person, command.reason, present.now_s):
             if into:
-                self._floor.parts.alarms.return_(f"moved:{command.subject}", now_s)
+                self._floor.parts.alarms.return_(f"moved:{command.subject}", present.now_s)
             return ""
         return f"{command.subject!r} is not writable, or it is {command.verb.value} already"
 
-    def _mode(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
-        floor, mode = self._floor, Mode(command.subject)
+    def _mode(self, command: PersonCommand, present: Present) -> str:
+        floor, mode, now_s = self._floor, Mode(command.subject), present.now_s
         if floor.latch.reason is not None and mode.writes:
             return "a fallback is latched; reset it first"
         objection = floor.modes.enter(mode, now_s)
@@ -118,8 +119,8 @@ class Persons:
         floor.parts.note(ModeEntered(mode.value, command.person, command.reason), now_s)
         return ""
 
-    def _reset(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
-        floor = self._floor
+    def _reset(self, command: PersonCommand, present: Present) -> str:
+        floor, now_s, readings = self._floor, present.now_s, present.readings
         if floor.latch.reason is None:
             return "nothing is latched"
         if readings is None or not (floor.latch.standing or floor.parts.alarms.lasts("shed")):
@@ -137,37 +138,37 @@ class Persons:
         floor.parts.note(ModeEntered(Mode.OBSERVE.value, command.person, "reset"), now_s)
         return ""
 
-    def _fall_back(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
+    def _fall_back(self, command: PersonCommand, present: Present) -> str:
         floor = self._floor
         if not floor.modes.mode.writes:
             return f"in mode {floor.modes.mode.value!r} nobody writes"
         if floor.latch.reason is not None:
             return "a fallback has acted already"
-        floor.requests.withdraw_all("a person ordered the fallback", now_s)
-        floor.latch.activate(f"ordered by {command.person}: {command.reason}", now_s, readings)
+        floor.requests.withdraw_all("a person ordered the fallback", present.now_s)
+        floor.latch.activate(f"ordered by {command.person}: {command.reason}", present.now_s, present.readings)
         return ""
 
-    def _start(self, command: PersonCommand, now_s: float, readings: Snapshot | None) -> str:
+    def _start(self, command: PersonCommand, present: Present) -> str:
         """Take a transition that leads back to a start, with the design commands of its target state."""
         floor = self._floor
-        rules, sequencer, writer = floor.parts.rules, floor.parts.sequencer, floor.parts.writer
-        leaving = (t for t in rules.machine.transitions if t.source == sequencer.state and t.on_decision)
+        rules, writer, now_s = floor.parts.rules, floor.parts.writer, present.now_s
+        leaving = (t for t in rules.machine.transitions if t.source == present.state and t.on_decision)
         found = next((t for t in leaving if t.name == command.subject), None)
         if not floor.modes.mode.writes or floor.latch.reason is not None:
             return "a start needs a mode that writes, and no latch"
         if floor.parts.tenure.lost:
             return f"the lease is lost: {floor.parts.tenure.lost}"
         if found is None:
-            return f"{command.subject!r} does not leave state {sequencer.state!r}"
-        if readings is None:
+            return f"{command.subject!r} does not leave state {present.state!r}"
+        if present.readings is None:
             return "there is no reading to decide on"
-        commands = design(found.target, floor.parts)
-        objection = self._unfit(found, commands, readings)
-        if objection or writer.flying is not None:
-            return objection or "another write is under way; order it again"
-        state = rules.machine.state(found.target)
-        by_state = {s.name: design(s.name, floor.parts) for s in rules.machine.states}
-        actions = ActionSet(commands, state.name, what_follows(rules.machine, state.name, by_state))
+        by_state = nominal_commands(rules)
+        guards = rules.recipe is Side.GUARD  # else the plant's own recipe goes on from there
+        then = what_follows(rules.machine, found.target, by_state) if guards else ()
+        actions = ActionSet(by_state[found.target], found.target, then)
+        verify_start(found, actions, rules, present)
+        if writer.flying is not None:
+            return "another write is under way; order it again"
         write = Write.of(Cause.PERSON, command.person, actions)
         if not writer.begin(write, now_s):
             return f"the intention could not be journalled: {floor.parts.recorder.trouble}"
@@ -175,26 +176,3 @@ class Persons:
         self._starting = (write, command.subject, actions)
         self.follow(write, None, now_s)
         return ""
-
-    def _unfit(self, transition: Transition, commands: tuple[Command, ...], readings: Snapshot) -> str:
-        """The first check that a start fails; empty where it passes."""
-        parts = self._floor.parts
-        if not transition.guard.holds(readings.values):
-            return f"{transition.guard.text!r} does not hold ({transition.name})"
-        state = parts.rules.machine.state(transition.target)
-        for command in commands:
-            found = command_finding(command, state.setpoint(command.tag), state.name, parts.rules)
-            if found is not None:
-                return found.message
-            if command.tag not in parts.service.tags:
-                return f"{command.tag!r} is out of service"
-        found_all = permissive_findings(readings, commands, parts.rules.limits)
-        return next((f.message for f in found_all if not f.satisfied), "")
-
-
-def design(state: str, parts: Parts) -> tuple[Command, ...]:
-    """What ``state`` is commanded by design, at the rates of the tables."""
-    return tuple(
-        Command(r.tag, r.design, None if r.design is None else parts.rules.tags[r.tag].rate_limit)
-        for r in parts.rules.machine.state(state).setpoints
-    )

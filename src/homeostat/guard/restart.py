@@ -13,6 +13,7 @@ from homeostat.guard.flight import Write, between, holds
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.memory import PUT_RIGHT, Memory, OpenWrite
 from homeostat.guard.parts import Parts
+from homeostat.guard.start_up import StartUpPhase
 from homeostat.guard.steps import Steps
 
 
@@ -26,19 +27,28 @@ class Restart:
         self._latched = memory.latched is not None
         self._overtaken = False
         if memory.latched is not None:
-            latch.hold(memory.latched, memory.acted)
+            latch.hold(memory.latched, memory.acted, memory.spent)
         parts.writer.numbered = memory.writes
         parts.service.restore(memory.out)
         parts.service.recall(memory.targets)
 
-    def take_position(self, now_s: float) -> None:
-        """Take over where the sequence stood; nothing waits where the machine does not know it any more."""
-        memory, sequencer = self._memory, self._parts.sequencer
+    def take_position(self, now_s: float, start_up: StartUpPhase) -> None:
+        """Take over where the sequence stood; nothing waits where the machine does not know it any more.
+
+        A start-up that the journal does not say to have begun, because the guard died at that moment, begins now.
+        """
+        memory, sequencer, rules = self._memory, self._parts.sequencer, self._parts.rules
+        initial = rules.machine.initial.name
+        start_up.restore(
+            memory.starting_s, memory.started, (memory.state if memory.left is None else memory.left) or initial
+        )
+        if memory.left is not None:
+            start_up.enter(memory.state or initial, now_s)
         if not memory.state and memory.waiting is None:
             return
         try:
             state = memory.state or self._parts.rules.machine.initial.name
-            sequencer.restore(state, self._waiting(state), memory.aborting)
+            sequencer.restore(state, self._waiting(state), memory.aborting, memory.released)
         except ValueError as unknown:
             sequencer.stop()
             text = f"the sequence cannot go on where the journal says that it stood: {unknown}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from homeostat.domain.behaviour import StateMachine
 from homeostat.domain.limits import Limits
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
+from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.permissives import permissive_findings, usable
 
@@ -24,6 +25,8 @@ class Sequencer:
         self._sent: tuple[Command, ...] = ()
         self._seen: Snapshot | None = None
         self._aborting = False
+        self.released = False
+        """Whether what waits was released or belongs to a fallback, and is not the nominal sequence."""
         self.state = machine.initial.name
         """State that the plant is in."""
         self.refused: str | None = None
@@ -31,8 +34,7 @@ class Sequencer:
 
     def due(self, snapshot: Snapshot) -> Step | None:
         """Look at the plant; the next step if its guard holds and no permissive forbids it."""
-        self.refused = None
-        self._sent, self._seen = under_way(self._sent, snapshot, self._seen), snapshot
+        self.look(snapshot)
         if not self._waiting:
             return None
         step, values = self._waiting[0], usable(snapshot)
@@ -42,6 +44,11 @@ class Sequencer:
             found = permissive_findings(snapshot, step.commands, self._limits)
             self.refused = next((f.message for f in found if not f.satisfied), None)
         return step if self.refused is None else None
+
+    def look(self, snapshot: Snapshot) -> None:
+        """Look at the plant: what was sent and is not there yet is under way."""
+        self.refused = None
+        self._sent, self._seen = under_way(self._sent, snapshot, self._seen), snapshot
 
     def take(self, step: Step, at_s: float) -> None:
         """The plant has got the commands of ``step``, which was due, at process time ``at_s`` [s]."""
@@ -66,14 +73,25 @@ class Sequencer:
     def load(self, actions: ActionSet, at_s: float, aborting: bool = False) -> None:
         """Go on with what was written at ``at_s`` [s]; no permissive forbids a step of a fallback (``aborting``)."""
         self._waiting, self._sent, self.refused = actions.then, actions.commands, None
-        self._aborting = aborting
+        self._aborting, self.released = aborting, True
         if actions.target != self.state:
             self._enter(actions.target, at_s)
 
-    def restore(self, state: str, waiting: tuple[Step, ...], aborting: bool) -> None:
+    def follow(self, state: str, waiting: tuple[Step, ...], at_s: float) -> None:
+        """The plant has gone into ``state`` by itself, as was found at ``at_s`` [s]; ``waiting`` is nominal."""
+        self._waiting, self._sent, self.refused = waiting, (), None
+        self._aborting = self.released = False
+        self._enter(state, at_s)
+
+    def restore(self, state: str, waiting: tuple[Step, ...], aborting: bool, released: bool = False) -> None:
         """Stand where a journal says that the sequence stood."""
         self._machine.state(state)
-        self.state, self._waiting, self._aborting = state, waiting, aborting
+        self.state, self._waiting, self._aborting, self.released = state, waiting, aborting, released
+
+    @property
+    def entered(self) -> str | None:
+        """State that was entered last since the last :meth:`drain`; None where none was."""
+        return self._entered[-1][0] if self._entered else None
 
     @property
     def waiting(self) -> tuple[Step, ...]:
@@ -99,6 +117,16 @@ class Sequencer:
     def _enter(self, state: str, at_s: float) -> None:
         self.state = state
         self._entered.append((state, at_s))
+
+
+def nominal_commands(rules: GuardRules) -> dict[str, tuple[Command, ...]]:
+    """State -> what it is commanded by design, at the rates of the tables."""
+    return {
+        s.name: tuple(
+            Command(r.tag, r.design, None if r.design is None else rules.tags[r.tag].rate_limit) for r in s.setpoints
+        )
+        for s in rules.machine.states
+    }
 
 
 def under_way(sent: tuple[Command, ...], now: Snapshot, before: Snapshot | None) -> tuple[Command, ...]:

@@ -6,12 +6,14 @@ import math
 
 from homeostat.domain.guard_events import Cause, StepTaken
 from homeostat.domain.mode import Mode, Side
-from homeostat.domain.recovery import Command, Step
+from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.flight import Progress, Write
-from homeostat.guard.latch import Latch
+from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.parts import Parts
 from homeostat.guard.permissives import permissive_findings
+from homeostat.guard.recognition import followed, step_made
+from homeostat.guard.sequencer import nominal_commands, what_follows
 from homeostat.guard.verification import command_finding
 
 
@@ -48,10 +50,37 @@ class Steps:
         elif progress is Progress.CONFIRMED:
             self._owed = None
 
+    def plants(self, mode: Mode) -> bool:
+        """Whether the plant's own recipe runs: where nobody writes, or where it is to and nothing released waits."""
+        sequencer, recipe = self._parts.sequencer, self._parts.rules.recipe
+        if self._latch.reason is not None:
+            return False
+        return not mode.writes or (recipe is Side.PLANT and not (sequencer.released and sequencer.waiting))
+
+    def follow_plant(self, now_s: float, readings: Snapshot | None, mode: Mode) -> None:
+        """Stand where the plant stands whose own recipe runs, by its targets and readings."""
+        parts, sequencer = self._parts, self._parts.sequencer
+        if readings is None or not self.plants(mode) or parts.writer.flying is not None:
+            return
+        sequencer.look(readings)
+        machine, next_one = parts.rules.machine, sequencer.waiting[:1]
+        made = step_made(machine, readings, sequencer.state)
+        if next_one and made is not None and next_one[0].target == made.target and not sequencer.released:
+            self._taken(next_one[0], now_s)
+            return
+        state = made.target if made is not None else followed(machine, readings, sequencer.state)
+        if state is not None and state != sequencer.state:
+            actions = ActionSet((), state, what_follows(machine, state, nominal_commands(parts.rules)))
+            sequencer.follow(state, actions.then, now_s)
+            parts.note(loaded("", actions, aborting=False), now_s)
+
     def go_on(self, now_s: float, readings: Snapshot | None, mode: Mode) -> None:
         """Begin to write the step that is due, where nothing else is under way."""
         parts = self._parts
         if readings is None or parts.writer.flying is not None:
+            return
+        if self.plants(mode):
+            self._owed = None  # what the plant does by itself, nobody sends once more
             return
         if parts.tenure.lost and mode.writes:
             parts.sequencer.refused = f"the lease is lost: {parts.tenure.lost}"
@@ -66,10 +95,7 @@ class Steps:
         if step is None:
             return
         if not mode.writes:
-            if parts.rules.recipe is Side.PLANT:
-                self._taken(step, now_s)
-            else:
-                parts.sequencer.refused = f"in mode {mode.value!r} nobody writes"
+            parts.sequencer.refused = f"in mode {mode.value!r} nobody writes"
             return
         commands = self._latch.allowed(step.commands)
         why = self._objection(commands, step.target)

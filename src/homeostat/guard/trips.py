@@ -16,6 +16,7 @@ from homeostat.domain.limits import Limit
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.rules import GuardRules, TripRule
 from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.start_up import StartUpPhase
 from homeostat.stl.formula import Formula
 
 NEAR = 0.5
@@ -67,7 +68,9 @@ class TripWatch:
         self._watched = {name: _Watched() for name in self._limits}
         self._errors: tuple[Errors, ...] = ({},)
         self._at_s: float | None = None
-        self._starting = self._left = False
+        self._starting = False
+        self.start_up = StartUpPhase(rules.start_up, rules.machine, note)
+        """The phase in which some limits are others."""
 
     def correct(self, errors: tuple[Errors, ...]) -> None:
         """Take note of instrument errors, one mapping per plausible explanation; what is not finite is none.
@@ -83,23 +86,9 @@ class TripWatch:
         """Every violated hard limit at ``now_s`` [s] in ``state``; ``readings`` are judged for quality already."""
         dt_s = 0.0 if self._at_s is None else max(now_s - self._at_s, 0.0)
         self._at_s = now_s
-        self._change(self._starts(state, readings))
+        self._change(self.start_up.holds(now_s, readings, state))
         found = [self._judge(name, readings, now_s, dt_s or 1.0) for name in self._limits]
         return tuple(v for v in found if v is not None)
-
-    def _starts(self, state: str, readings: Snapshot | None) -> bool:
-        """Whether the limits of start-up hold: in its states, until the plant has come so far that it could leave them.
-
-        Whether the step that leaves them can be written is another matter: wider limits must not wait for it.
-        """
-        states = self._rules.start_up.states
-        if state not in states:
-            self._left = False
-            return False
-        if readings is not None:
-            ways = (t for t in self._rules.machine.transitions if t.source == state and not t.on_decision)
-            self._left = self._left or any(t.target not in states and _holds(t.guard, readings.values) for t in ways)
-        return not self._left
 
     def near(self, readings: Snapshot) -> tuple[Violation, ...]:
         """Hard limits that forbid a release on these ``readings``: undecided, or half way to a trip."""
@@ -142,8 +131,8 @@ class TripWatch:
         watched.doubted_s = watched.doubted_s + dt_s if uncertain else 0.0
         doubted = math.isnan(said) or (uncertain and watched.doubted_s <= rule.grace_s)
         raw = carried if carried is not None and doubted else said
-        if math.isnan(raw):
-            return blind
+        if math.isnan(raw):  # a violated limit has not come back because nobody sees it any more
+            return blind or (_violation(limit, raw) if watched.violated else None)
         explained = self._explained(limit, values) or (raw,)
         counted_s, corrected = min(dt_s, LONGEST_S), min(explained)
         watched.raw = _cumulated(watched.raw, raw, counted_s, rule.cusum)
@@ -210,11 +199,6 @@ def _margin(formula: Formula, values: Mapping[str, float]) -> float:
         return formula.margin_at(values)
     except Exception:  # one broken rule must not keep the others from being watched
         return math.nan
-
-
-def _holds(guard: Formula, values: Mapping[str, float]) -> bool:
-    """Whether ``guard`` is known to hold at ``values``."""
-    return _margin(guard, values) >= 0.0
 
 
 def _corrected(values: Mapping[str, float], errors: Errors) -> dict[str, float]:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from homeostat.domain.behaviour import SetpointRange, Transition
+from homeostat.domain.behaviour import SetpointRange, State, Transition
 from homeostat.domain.limits import Owner
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
 from homeostat.domain.request import Request, Seal
@@ -117,6 +117,28 @@ def verify(request: Request, path: RecoveryPath, rules: GuardRules, present: Pre
             raise Unfit(finding)
 
 
+def verify_start(transition: Transition, actions: ActionSet, rules: GuardRules, present: Present) -> None:
+    """Raise Unfit at the first check that a person's start does not pass on the present reading.
+
+    It is judged as a request is: ``actions`` take ``transition`` and what follows from there. A reading that violates
+    a limit by no more than noise refuses it, because nobody waits: a person can order it again.
+    """
+    if transition.source != present.state:
+        text = f"{transition.name!r} does not leave state {present.state!r}"
+        raise Unfit(Finding(OVERTAKEN, Owner.PLANNING, -math.inf, "1", 0.0, 0, text))
+    states = tuple(map(rules.machine.state, actions.states))
+    parts = (actions.commands, *(s.commands for s in actions.then))
+    found = (
+        _open(transition, present)
+        or next((f for p, s in zip(parts, states, strict=True) if (f := _admitted(p, s, rules, present))), None)
+        or _safe(actions.commands, rules, present)
+    )
+    if found is None and present.above:
+        found = refusal(present.above[0].limit, f"hard limit at release: {present.above[0].reason}")
+    if found is not None:
+        raise Unfit(found)
+
+
 def command_finding(command: Command, admitted: SetpointRange | None, state: str, rules: GuardRules) -> Finding | None:
     """Why ``command`` may not be written in ``state`` whatever the plant reads; None where it may."""
     tag, rule = rules.tags.get(command.tag), rules.writables.get(command.tag)
@@ -167,32 +189,47 @@ OVERTAKEN = "CHK-STATE"
 def _way(request: Request, path: RecoveryPath, rules: GuardRules, present: Present) -> Finding | None:
     if not rules.machine.state(path.target).recovery_target:
         return refusal("CHK-TARGET", f"{path.target!r} is no state in which a recovery may end")
+    return next((found for transition in path.decisions if (found := _open(transition, present))), None)
+
+
+def _open(transition: Transition, present: Present) -> Finding | None:
     values = {} if present.readings is None else present.readings.values
-    for transition in path.decisions:
-        if not transition.guard.holds(values):
-            text = f"{transition.guard.text!r} does not hold, so {transition.target!r} is not open ({transition.name})"
-            return refusal("CHK-OPEN", text, Owner.PLANNING)
-    return None
+    if transition.guard.holds(values):
+        return None
+    text = f"{transition.guard.text!r} does not hold, so {transition.target!r} is not open ({transition.name})"
+    return refusal("CHK-OPEN", text, Owner.PLANNING)
 
 
 def _commands(request: Request, path: RecoveryPath, rules: GuardRules, present: Present) -> Finding | None:
     parts = (request.actions.commands, *(s.commands for s in request.actions.then))
     for commands, state in zip(parts, path.commanded_states, strict=True):
-        for command in commands:
-            found = command_finding(command, state.setpoint(command.tag), state.name, rules)
-            if found is None and command.tag not in present.in_service:
-                found = refusal("CHK-SERVICE", f"{command.tag!r} is out of service; a person must bring it back")
-            if found is not None:
-                return found
+        found = _admitted(commands, state, rules, present)
+        if found is not None:
+            return found
+    return None
+
+
+def _admitted(commands: tuple[Command, ...], state: State, rules: GuardRules, present: Present) -> Finding | None:
+    for command in commands:
+        found = command_finding(command, state.setpoint(command.tag), state.name, rules)
+        if found is None and command.tag not in present.in_service:
+            found = refusal("CHK-SERVICE", f"{command.tag!r} is out of service; a person must bring it back")
+        if found is not None:
+            return found
     return None
 
 
 def _readings(request: Request, path: RecoveryPath, rules: GuardRules, present: Present) -> Finding | None:
+    return _safe(request.actions.commands, rules, present)
+
+
+def _safe(commands: tuple[Command, ...], rules: GuardRules, present: Present) -> Finding | None:
+    """No hard limit and no permissive forbids ``commands`` on the present reading."""
     if present.readings is None:
         return refusal("CHK-READING", "there is no reading to decide on")
     if present.near:
         return refusal(present.near[0].limit, f"hard limit at release: {present.near[0].reason}")
-    found = permissive_findings(present.readings, request.actions.commands, rules.limits)
+    found = permissive_findings(present.readings, commands, rules.limits)
     return next((replace(f, message=f"permissive at release: {f.message}") for f in found if not f.satisfied), None)
 
 

@@ -62,6 +62,7 @@ def inconsistencies(plant: PlantDescription, model: ModelInterface) -> tuple[Inc
         *consistency_guard.trips(plant),
         *consistency_guard.readings(plant),
         *consistency_guard.start_up(plant),
+        *consistency_guard.effects(plant),
     ]
     return tuple(Inconsistency(code, thing, message) for code, thing, message in found)
 

@@ -85,3 +85,16 @@ def start_up(plant: PlantDescription) -> Found:
         yield from momentary(thing, "start-up limit", limit.formula)
         yield from judged(plant, thing, limit.formula, ranges)
         yield from breakable(thing, limit.formula, ranges)
+
+
+def effects(plant: PlantDescription) -> Found:
+    """Every hard limit is brought back by some fallback, and nothing else is."""
+    hard = {limit.name for limit in plant.limits.hard}
+    served = {name for strategy in plant.fallback_strategies for name in strategy.serves}
+    for strategy in plant.fallback_strategies:
+        for name in sorted(strategy.serves.keys() - hard):
+            message = f"serves {name!r}, which is not a hard limit; remove the row or make the limit hard"
+            yield Code.UNKNOWN_LIMIT, f"fallback {strategy.name!r}", message
+    for name in sorted(hard - served) if plant.fallback_strategies else ():
+        message = "is hard, but no row of the table of fallback limits says which fallback brings it back; add one"
+        yield Code.LIMIT_NOT_SERVED, f"limit {name!r}", message

@@ -23,6 +23,7 @@ _UNTOLD: Final = frozenset(
     {
         HS.SourceTable, DINEN61360.Type_Description, DINEN61360.Instance_Description,
         HS.QualityRule, HS.TripRule, HS.WriteRule, HS.StartUpLimit, HS.Waiver,
+        HS.FallbackEffect,
     }
 )  # fmt: skip
 """Types of things without a document."""

@@ -84,6 +84,8 @@ class Code(StrEnum):
     """A limit is used that the limit table does not have, or that is of another kind than is needed."""
     LIMIT_NOT_WATCHED = "limit-not-watched"
     """A hard limit has no row that says how it is watched."""
+    LIMIT_NOT_SERVED = "limit-not-served"
+    """No fallback is stated to bring a hard limit back."""
     CARRIER_READS_LIMIT = "carrier-reads-limit"
     """What should carry a limit reads a tag that the limit reads, so it fails with it."""
     LIFT_WITHOUT_CARRIER = "lift-without-carrier"

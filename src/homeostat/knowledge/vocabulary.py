@@ -338,6 +338,9 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     Waiver: NamedNode
     ofStrategy: NamedNode
     waives: NamedNode
+    FallbackEffect: NamedNode
+    effectTime: NamedNode
+    largestRest: NamedNode
     # the guard
     QualityRule: NamedNode
     TripRule: NamedNode
@@ -358,6 +361,7 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     hasAutomatic: NamedNode
     startUpFormula: NamedNode
     isStartUpState: NamedNode
+    startUpTime: NamedNode
     # physics
     ModelParameter: NamedNode
     symbol: NamedNode

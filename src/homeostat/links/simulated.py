@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import final
 
@@ -91,6 +91,11 @@ class SimulatedLink:
         """Whether local control has taken over because the guard is gone; a new lease ends it."""
         return self._shed
 
+    @property
+    def leased(self) -> bool:
+        """Whether a guard holds the lease."""
+        return self._leased
+
     def advance(self) -> Snapshot:
         """The sample one second later; PlantEnded after the end, and whatever the plant raises where it breaks."""
         if self.ended:
@@ -107,7 +112,7 @@ class SimulatedLink:
             commands = self._recipe(snapshot)  # it follows the plant also while the guard's recipe counts
             if commands and (not self._leased or self._configuration.recipe_by is Side.PLANT):
                 self._plant.command(commands)
-        return snapshot
+        return replace(snapshot, accepted=self._plant.accepted)
 
     def take(self) -> SimulatedWire:
         """Take the lease; the wire of whoever held it is void from now on."""

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import groupby
 
 from pyoxigraph import NamedNode
 
-from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
+from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy
 
 from ..graph_error import Code, GraphError
 from ..store import GraphStore
 from .entry import Entry, entries
+from .guarding import bounded_number
 
 
 def fallback_strategies(store: GraphStore, system: NamedNode) -> tuple[FallbackStrategy, ...]:
@@ -20,9 +22,9 @@ def fallback_strategies(store: GraphStore, system: NamedNode) -> tuple[FallbackS
     A command ramps at the rate limit of its tag. One without a value hands a manual output back to automatic.
     """
     rows = entries(store, "plant_fallbacks", "fallback", system)
-    waived = _waivers(store, system)
+    waived, served = _waivers(store, system), _effects(store, system)
     found = (_strategy(tuple(group), waived) for _, group in groupby(rows, key=lambda entry: entry.name))
-    return tuple(found)
+    return tuple(replace(strategy, serves=served.get(strategy.name, {})) for strategy in found)
 
 
 def _waivers(store: GraphStore, system: NamedNode) -> dict[str, dict[str, str]]:
@@ -34,6 +36,18 @@ def _waivers(store: GraphStore, system: NamedNode) -> dict[str, dict[str, str]]:
         if permissive in found.setdefault(strategy, {}):
             raise GraphError(Code.DUPLICATE_ID, row.thing, f"sets {permissive!r} aside more than once; keep one row")
         found[strategy][permissive] = row.text("reason")
+    return found
+
+
+def _effects(store: GraphStore, system: NamedNode) -> dict[str, dict[str, Effect]]:
+    """Strategy -> hard limit -> what it does about it."""
+    found: dict[str, dict[str, Effect]] = {}
+    for row in entries(store, "plant_fallback_limits", "limit of fallback", system):
+        strategy = row.reference("strategy", Code.UNKNOWN_FALLBACK)
+        limit = row.reference("limit", Code.UNKNOWN_LIMIT)
+        if limit in found.setdefault(strategy, {}):
+            raise GraphError(Code.DUPLICATE_ID, row.thing, f"serves {limit!r} more than once; keep one row")
+        found[strategy][limit] = Effect(bounded_number(row, "acts_within_s"), bounded_number(row, "rest"))
     return found
 
 

@@ -18,9 +18,12 @@ from ..graph_error import Code, GraphError
 from ..store import GraphStore
 from .entry import Entry, entries, unique
 
-LONGEST_S: Final = {"stale_s": 60.0, "frozen_s": 3600.0, "grace_s": 60.0, "confirm_s": 60.0, "lift_s": 3600.0}
+LONGEST_S: Final = {
+    "stale_s": 60.0, "frozen_s": 3600.0, "grace_s": 60.0, "confirm_s": 60.0, "lift_s": 3600.0, "start_up_s": 86_400.0,
+    "acts_within_s": 3600.0,
+}  # fmt: skip
 """Column -> longest time that can be meant [s]."""
-_MAY_BE_ZERO: Final = frozenset({"grace_s", "cusum", "lift", "lift_s", "tolerance"})
+_MAY_BE_ZERO: Final = frozenset({"grace_s", "cusum", "lift", "lift_s", "tolerance", "rest"})
 
 
 def qualities(store: GraphStore, system: NamedNode) -> Mapping[str, QualityRule]:
@@ -28,11 +31,11 @@ def qualities(store: GraphStore, system: NamedNode) -> Mapping[str, QualityRule]
     return {
         (tag := entry.reference("tag", Code.UNKNOWN_TAG)): QualityRule(
             tag=tag,
-            stale_s=_number(entry, "stale_s"),
-            noise=_optional_number(entry, "noise"),
-            frozen_s=_optional_number(entry, "frozen_s"),
-            fastest=_optional_number(entry, "fastest"),
-            grace_s=_number(entry, "grace_s"),
+            stale_s=bounded_number(entry, "stale_s"),
+            noise=_optionalbounded_number(entry, "noise"),
+            frozen_s=_optionalbounded_number(entry, "frozen_s"),
+            fastest=_optionalbounded_number(entry, "fastest"),
+            grace_s=bounded_number(entry, "grace_s"),
         )
         for entry in unique(entries(store, "plant_qualities", "quality of tag", system))
     }
@@ -44,11 +47,11 @@ def trips(store: GraphStore, system: NamedNode, tags: Iterable[Tag]) -> Mapping[
     return {
         (limit := entry.reference("limit", Code.UNKNOWN_LIMIT)): TripRule(
             limit=limit,
-            cusum=_number(entry, "cusum"),
-            grace_s=_number(entry, "grace_s"),
+            cusum=bounded_number(entry, "cusum"),
+            grace_s=bounded_number(entry, "grace_s"),
             carrier=entry.optional_formula("carrier", known),
-            lift=_number(entry, "lift"),
-            lift_s=_number(entry, "lift_s"),
+            lift=bounded_number(entry, "lift"),
+            lift_s=bounded_number(entry, "lift_s"),
         )
         for entry in unique(entries(store, "plant_trips", "trip of limit", system))
     }
@@ -59,8 +62,8 @@ def writables(store: GraphStore, system: NamedNode) -> Mapping[str, WriteRule]:
     return {
         (tag := entry.reference("tag", Code.UNKNOWN_TAG)): WriteRule(
             tag=tag,
-            tolerance=_number(entry, "tolerance"),
-            confirm_s=_number(entry, "confirm_s"),
+            tolerance=bounded_number(entry, "tolerance"),
+            confirm_s=bounded_number(entry, "confirm_s"),
             ramped_by=entry.word("ramped_by", Side),
             automatic=entry.flag("automatic"),
         )
@@ -69,7 +72,7 @@ def writables(store: GraphStore, system: NamedNode) -> Mapping[str, WriteRule]:
 
 
 def start_up(store: GraphStore, system: NamedNode, tags: Iterable[Tag], limits: Limits) -> StartUp:
-    """The states of start-up, and what holds in them instead of some of ``limits``."""
+    """The states of start-up, what holds in them instead of some of ``limits``, and for how long."""
     known = {tag.name: tag for tag in tags}
     stated = {limit.name: limit for limit in limits.limits}
     states = entries(store, "plant_start_up_states", "state", system)
@@ -82,15 +85,16 @@ def start_up(store: GraphStore, system: NamedNode, tags: Iterable[Tag], limits: 
             stated[name], formula=entry.formula("formula", known), source=entry.text("source"),
             description=entry.words("description"),
         )  # fmt: skip
-    return StartUp(frozenset(entry.name for entry in states if entry.flag("start_up")), replaced)
+    longest_s = {entry.name: bounded_number(entry, "start_up_s") for entry in states if entry.flag("start_up")}
+    return StartUp(frozenset(longest_s), replaced, longest_s)
 
 
-def _number(entry: Entry, column: str) -> float:
-    """A number that must be there, inside its bounds."""
+def bounded_number(entry: Entry, column: str) -> float:
+    """A number that must be there, inside the bounds of its column."""
     return _bounded(entry, column, entry.number(column))
 
 
-def _optional_number(entry: Entry, column: str) -> float | None:
+def _optionalbounded_number(entry: Entry, column: str) -> float | None:
     """A number inside its bounds, or None."""
     value = entry.optional_number(column)
     return None if value is None else _bounded(entry, column, value)

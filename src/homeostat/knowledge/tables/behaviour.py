@@ -8,21 +8,26 @@ from pydantic import model_validator
 
 from homeostat.domain.limits import LimitKind, Owner
 
+from ..description.guarding import LONGEST_S
 from ..graph_error import Code
 from .cells import (
+    SMALL,
     CellError,
     Component,
     Condition,
+    LimitName,
     Name,
     OptionalValue,
     Refers,
     Row,
+    Size,
     State,
     Tag,
     Text,
     Value,
     YesNo,
     in_order,
+    number,
     whole,
     words_of,
 )
@@ -37,8 +42,18 @@ class OperatingState(Row):
     recovery_target: YesNo
     risk: Annotated[int, whole(0, 1000, "a rank, 0 for the least risk")]
     start_up: YesNo
+    start_up_s: Annotated[float | None, number(SMALL, LONGEST_S["start_up_s"], "s", "no start-up takes longer")] = None
     settled_when: Condition
     description: Text | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> OperatingState:
+        if (self.start_up == "yes") != (self.start_up_s is not None):
+            needed = (
+                "must be stated: limits of start-up cannot hold for ever" if self.start_up == "yes" else "must be empty"
+            )
+            raise CellError(Code.MISSING_VALUE, f"start_up is {self.start_up}, so start_up_s {needed}")
+        return self
 
 
 class StateRequirement(Row):
@@ -119,3 +134,13 @@ class Waiver(Row):
     strategy: Annotated[str, Refers("strategy")]
     permissive: Annotated[str, Refers("limit")]
     reason: Text
+
+
+class FallbackLimit(Row):
+    """What a fallback does about a hard limit."""
+
+    strategy: Annotated[str, Refers("strategy")]
+    limit: LimitName
+    acts_within_s: Annotated[float, number(SMALL, LONGEST_S["acts_within_s"], "s", "what helps later does not help")]
+    rest: Size
+    description: Text

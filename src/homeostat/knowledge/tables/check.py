@@ -35,6 +35,7 @@ SCHEMAS: Final[Mapping[str, tuple[type[Row], tuple[str, ...]]]] = {
     "criteria": (behaviour.Criterion, ("id",)),
     "fallbacks": (behaviour.FallbackStep, ("strategy", "step")),
     "fallback_waivers": (behaviour.Waiver, ("strategy", "permissive")),
+    "fallback_limits": (behaviour.FallbackLimit, ("strategy", "limit")),
     "quality": (guarding.Quality, ("tag",)),
     "trips": (guarding.Trip, ("limit",)),
     "start_up": (guarding.StartUpLimit, ("limit",)),

@@ -1,0 +1,95 @@
+"""Response: what follows on violated limits: events, alarms and, where a fallback does not help, the next one."""
+
+from __future__ import annotations
+
+from homeostat.domain.alarm import Priority
+from homeostat.domain.guard_events import FallbackIneffective, Tripped
+from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.effect import EffectWatch
+from homeostat.guard.latch import Latch
+from homeostat.guard.parts import Parts
+from homeostat.guard.trips import Violation
+
+
+class Response:
+    """Knows which violated limits the fallback that acts answers, and whether it helps."""
+
+    def __init__(self, parts: Parts, latch: Latch) -> None:
+        """``latch``: the fallback."""
+        self._parts, self._latch = parts, latch
+        self._violated = self._answered = self._returned = self._told = frozenset[str]()
+        self._unanswered: dict[str, str] = {}
+        self._effects = EffectWatch()
+        self._strategy: str | None = None
+
+    @property
+    def violated(self) -> bool:
+        """Whether a hard limit is violated at present."""
+        return bool(self._violated)
+
+    def remember(self, tripped: frozenset[str]) -> None:
+        """A fallback that was latched before a restart answers the limits that had ``tripped``."""
+        self._answered = tripped
+
+    def take(self, violations: tuple[Violation, ...], now_s: float, readings: Snapshot | None, acts: bool) -> None:
+        """Journal what is newly violated; ``acts``: whether somebody may write, so that a fallback may follow."""
+        names = frozenset(v.limit for v in violations)
+        for violation in violations:
+            if violation.limit not in self._violated:
+                self._begin(violation, now_s, acts)
+        for name in self._violated - names:
+            self._parts.alarms.return_(f"trip:{name}", now_s)
+            self._unanswered.pop(name, None)
+        ended = self._violated - names
+        self._answered -= ended  # one that comes back is answered by the next strategy
+        self._violated = names
+        strategy = self._latch.strategy
+        if (strategy.name if strategy else None) != self._strategy or not self._latch.standing:
+            self._strategy = strategy.name if strategy else None
+            self._returned, self._told = frozenset(), frozenset()
+            self._effects.clear()
+        if self._latch.reason is None:
+            self._answered = names
+            self._unanswered.clear()
+        elif self._latch.standing:
+            self._returned |= ended
+            self._under_fallback(violations, now_s, readings, acts)
+
+    def _begin(self, violation: Violation, now_s: float, acts: bool) -> None:
+        event = Tripped(violation.limit, violation.margin, violation.unit, violation.reason, acts)
+        self._parts.note(event, now_s)
+        self._parts.alarms.raise_(f"trip:{violation.limit}", violation.reason, Priority.CRITICAL, now_s)
+        if violation.limit not in self._answered:  # what a fallback acts against may come and go meanwhile
+            self._unanswered[violation.limit] = violation.reason
+
+    def _under_fallback(
+        self, violations: tuple[Violation, ...], now_s: float, readings: Snapshot | None, acts: bool
+    ) -> None:
+        """A fallback stands: another limit, or one that it does not help, has the next strategy act."""
+        strategy = self._latch.strategy
+        if strategy is not None:
+            served = (self._unanswered.keys() & strategy.serves.keys()) - self._returned
+            self._answered |= served
+            for name in served:
+                del self._unanswered[name]
+            failed = self._effects.failed(now_s, strategy, violations)
+            if failed is not None:
+                self._ineffective(strategy.name, *failed, now_s, acts)
+                if acts:
+                    self._answered |= self._unanswered.keys()
+                    self._unanswered.clear()
+                    self._latch.give_up(*failed, now_s, readings)
+                    return
+        if self._unanswered and acts:
+            limit, reason = next(iter(self._unanswered.items()))
+            self._answered |= self._unanswered.keys()
+            self._unanswered.clear()
+            if not self._latch.escalate(limit, reason, now_s, readings):
+                text = f"no other fallback is left: {reason}"
+                self._parts.alarms.raise_("fallbacks", text, Priority.CRITICAL, now_s)
+
+    def _ineffective(self, strategy: str, limit: str, reason: str, now_s: float, acts: bool) -> None:
+        if limit not in self._told:
+            self._told |= {limit}
+            self._parts.note(FallbackIneffective(strategy, limit, reason, acts), now_s)
+        self._parts.alarms.raise_(f"fallback:{strategy}", reason, Priority.CRITICAL, now_s)
