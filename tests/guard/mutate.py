@@ -51,14 +51,13 @@ AREAS = {
     )),
     "supervisor": Area("recovery", ("supervisor", "agenda", "prospect"), tuple(
         f"recovery/test_{name}.py"
-        for name in ("supervisor", "recovery", "departure", "thinking", "deadline", "proposers")
+        for name in ("supervisor", "agenda", "prospect", "recovery", "departure", "thinking", "deadline", "proposers")
     )),
 }  # fmt: skip
 NEAREST = {
     "ramp": "writer", "steps": "writer", "moves": "writer", "service": "people", "authority": "people",
     "persons": "people", "requests": "verification", "seal": "verification", "mailbox": "verification",
     "modes": "people", "tenure": "people", "alarms": "people", "restart": "memory", "fallback": "latch",
-    "agenda": "supervisor", "prospect": "supervisor",
 }  # fmt: skip
 """Module of the guard -> the tests that look at it most closely, where they do not have its name."""
 LIMIT_S = 60.0
