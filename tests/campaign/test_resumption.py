@@ -105,6 +105,19 @@ def test_latch_mode_and_service_survive(tmp_path: Path) -> None:
     assert writes(tmp_path / "run") == writes(tmp_path / "first")
 
 
+def test_killed_in_observe_the_plants_recipe_has_the_same_past_and_goes_on(tmp_path: Path) -> None:
+    ticks = iter(range(1, 1000))
+    look = PersonCommand("order-001", "Ada", Role.ENGINEER, Verb.MODE, "observe", reason="a look")
+    operation = Operation(orders=lambda: (look,) if next(ticks) == 20 else ())
+    first = recorded(RunDirectory(tmp_path / "first"), operation, "none")
+    past = killed(tmp_path / "first", tmp_path / "run", "state-entered", 90.0)
+    again = recorded(RunDirectory.resume(tmp_path / "run"), Operation(past=past), "none")
+    assert past.memory.mode is Mode.OBSERVE and first.run.state == again.run.state != "filling_B201"
+    for name, values in first.run.truth.signals.items():
+        assert np.array_equal(values, again.run.truth.signals[name], equal_nan=True), name
+    assert writes(tmp_path / "run") == writes(tmp_path / "first")
+
+
 def test_a_run_that_still_goes_on_is_not_gone_on_with(tmp_path: Path) -> None:
     with RunDirectory(tmp_path / "run"), pytest.raises(RunDirectoryError, match="still goes on"):
         RunDirectory.resume(tmp_path / "run")

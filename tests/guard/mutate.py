@@ -44,25 +44,41 @@ class Area:
     """Their fast tests, below ``tests``."""
 
 
+SLOW = {"kills", "mutants", "on_links", "random_requests"}
+"""Tests of the guard that take too long to be run for every mutant."""
 AREAS = {
-    "guard": Area("guard", tuple(sorted(p.stem for p in SAFETY_LAYER.glob("[!_]*.py"))), tuple(
-        f"guard/test_{name}.py"
-        for name in (
-            "trips", "quality", "guard", "memory", "writer", "latch", "recorder", "verification", "people", "reviewed",
-            "fallback", "moves", "ramp", "recognition", "sequencer", "settings", "steps", "tenure", "ramps",
-            "blocking_links", "lapse", "hands", "half_sets", "orders", "permissives", "refusals", "requests", "sizes",
-        )
-    )),
-    "supervisor": Area("recovery", ("supervisor", "agenda", "prospect"), tuple(
-        f"recovery/test_{name}.py"
-        for name in ("supervisor", "recovery", "departure", "thinking", "deadline", "proposers")
-    )),
-}  # fmt: skip
+    "guard": Area(
+        "guard",
+        tuple(sorted(p.stem for p in SAFETY_LAYER.glob("[!_]*.py"))),
+        tuple(
+            f"guard/{p.name}"
+            for p in sorted((REPO / "tests" / "guard").glob("test_*.py"))
+            if p.stem.removeprefix("test_") not in SLOW
+        ),
+    ),
+    "supervisor": Area(
+        "recovery",
+        ("supervisor", "agenda", "prospect"),
+        tuple(
+            f"recovery/test_{name}.py"
+            for name in (
+                "supervisor",
+                "agenda",
+                "prospect",
+                "recovery",
+                "departure",
+                "thinking",
+                "deadline",
+                "proposers",
+            )
+        ),
+    ),
+}
 NEAREST = {
     "lane": "blocking_links", "bounded": "blocking_links", "service": "people", "authority": "orders",
     "persons": "orders", "verification": "refusals", "seal": "verification", "mailbox": "sizes", "texts": "sizes",
     "modes": "people", "alarms": "people", "restart": "memory", "flight": "writer", "pace": "guard",
-    "agenda": "supervisor", "prospect": "supervisor",
+    "response": "effect",
 }  # fmt: skip
 """Module of the guard -> the tests that look at it most closely, where they do not have its name."""
 LIMIT_S = 60.0

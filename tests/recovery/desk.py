@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import math
+import threading
 from collections.abc import Callable, Coroutine, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
+from homeostat.agents.bounds import Patience
 from homeostat.agents.crew import Crew, Proposer, Situation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
@@ -36,8 +38,8 @@ from tests.agents.scripted import (
     ScriptedReprompting,
     diagnosis,
 )
-from tests.recovery.line import COOLING, DRAIN, FULL, GOOD, KEY, LIMITS, VENT, LineTwin
-from tests.safety.world import TAGS
+from tests.recovery.line import COOLING, COOLS, DRAIN, FULL, GOOD, KEY, LIMITS, VENT, LineTwin, feed
+from tests.safety.world import CALM, HOT, TAGS, criterion
 
 M = TypeVar("M")
 T = TypeVar("T")
@@ -240,3 +242,51 @@ class Recovery:
     def when(self, kind: type) -> list[float]:
         """When events of one kind were recorded [s]."""
         return [e.at_s for e in self.trace.entries if isinstance(e.event, kind)]
+
+
+SOFT = Limits((HOT,), (CALM, criterion("ACC-SOFT", "always (T <= 306)")))
+"""Limits with a wish; it may be missed by 0.6 K once the plant was recovered."""
+FINE, DOOMED = 300.0, 305.0
+"""At full feed the line heats by 10 K within the horizon: from 305 K through the limit of 313 K [K]."""
+NEXT = (Step(COOLS, ()),)
+"""What is left of the sequence: the line goes on when it is cold."""
+
+
+def nothing(at_s: float) -> Diagnosis:
+    """The diagnosis of a healthy plant."""
+    return Diagnosis(at_s, (), ())
+
+
+def at_first(answer: Callable[[float], Diagnosis], then: Callable[[float], Diagnosis]) -> Callable[[float], Diagnosis]:
+    """One diagnosis before 20 s, another one from then on."""
+    return lambda at_s: answer(at_s) if at_s < 20.0 else then(at_s)
+
+
+def watching(*noticed_s: float, answer: Callable[[float], Diagnosis] = diagnosis) -> Watching:
+    return Watching(*noticed_s, answer=answer)
+
+
+def hanging(let_go: threading.Event) -> Callable[[ActionSet], None]:
+    """A twin that does not come back before it is let go."""
+
+    def wait(actions: ActionSet) -> None:
+        let_go.wait(5.0)
+
+    return wait
+
+
+def latched(first: int, last: int) -> tuple[Observation, ...]:
+    return ticks(first, last, DOOMED, latched="'T <= 313' is violated")
+
+
+MORE = feed(0.02, "reduced")
+CALM_20 = Bounds(patience=Patience(calm_s=20.0))
+
+
+SLACK = Bounds(patience=Patience(slack_s=5.0, repeat_s=10.0))
+
+
+def late(hot: float = FINE, last: int = 20, **changed: Any) -> Recovery:
+    """A line that should have gone on by 10 s, and about which nobody notices anything."""
+    made = {"monitoring": watching(answer=nothing), "bounds": SLACK, "band": StepBand(8.0, 10.0), **changed}
+    return Recovery(ticks(1, last, hot, then=NEXT), **made)
