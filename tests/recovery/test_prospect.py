@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from homeostat.agents.bounds import Budget
 from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.observation import Trouble
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.verdict import LeftAlone, Released
 from homeostat.trace.decisions import Departed
@@ -75,3 +76,14 @@ def test_where_the_prediction_is_late_a_person_is_told_and_no_step_is_expected()
         let_go.set()
     text = "the prediction took longer than 0.01 s; no step is expected at any time"
     assert done.alarms == [("recovery:prediction", text)] and done.kinds == []
+
+
+def test_a_twin_that_is_late_is_asked_again_after_a_while_and_not_at_every_tick() -> None:
+    let_go = threading.Event()
+    done = late(last=26, bounds=replace(SLACK, budget=Budget(arming_s=0.01)))
+    done.twin.bug = hanging(let_go)
+    try:
+        done.run()
+    finally:
+        let_go.set()
+    assert [at_s for at_s, _ in done.sent(Trouble)] == [5.0, 15.0, 25.0]

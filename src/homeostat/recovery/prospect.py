@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.observation import Observation
 from homeostat.domain.verdict import Departure, Rollout, Verdict
@@ -15,18 +17,24 @@ class Prospect:
     def __init__(self, scene: Scene, rules: PlantRules, bounds: Bounds) -> None:
         """``bounds`` say how long the twin may take."""
         self._scene, self._machine = scene, rules.machine
-        self._limit_s = bounds.budget.arming_s
+        self._limit_s, self._repeat_s = bounds.budget.arming_s, bounds.patience.repeat_s
+        self._again_s = -math.inf
 
     async def departure(self, observation: Observation) -> Departure | None:
-        """How the batch departs from what was predicted; a route of which nothing is predicted yet is rolled out."""
+        """How the batch departs from what was predicted; a route of which nothing is predicted yet is rolled out.
+
+        Where the twin is late, it is asked again after a while.
+        """
         scene, rest = self._scene, observation.rest
-        if scene.progress.lacks(rest.then) and len(scene.recent) >= FIRST_LOOK:  # the nominal route
+        due = observation.now_s >= self._again_s and len(scene.recent) >= FIRST_LOOK
+        if due and scene.progress.lacks(rest.then):  # the nominal route
             scene.crew.simulation.observe(scene.recent)
             healthy = Diagnosis(observation.now_s, (), ())
             try:
                 await scene.within("the prediction", self._limit_s, self._roll_out(healthy))
             except TimeoutError as late:
                 scene.alarm("prediction", f"{late}; no step is expected at any time")
+                self._again_s = observation.now_s + self._repeat_s
                 return None
         return scene.progress.departs(observation)
 
