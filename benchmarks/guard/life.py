@@ -73,6 +73,8 @@ class DeadlyJournal:
 class DeadlyLease:
     """The way to the plant; the guard may die before, inside and after each use of it."""
 
+    never_blocks = True
+
     def __init__(self, link: SimulatedLink, death: Death) -> None:
         self._link, self._death = link, death
         self._wire: SimulatedWire | None = None

@@ -11,6 +11,7 @@ from homeostat.agents.monitoring import Monitoring, MonitoringSettings
 from homeostat.domain.baseline import Baseline
 from homeostat.domain.diagnosis import Diagnosis, Direction, FaultState, Feature, Hypothesis, SymptomRule
 from homeostat.domain.recovery import ActionSet
+from homeostat.domain.rules import QualityRule
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import HandedOver, LeftAlone, Released
 from homeostat.stl.formula import parse, parse_expression
@@ -38,6 +39,9 @@ class ScriptedTwin:
 
     def observe(self, snapshot: Snapshot) -> None:
         self.at_s = snapshot.at_s
+
+    def frozen(self) -> ScriptedTwin:
+        return self
 
     def explain(
         self, candidates: Sequence[str], known: Sequence[FaultState], dense: bool = False
@@ -278,3 +282,15 @@ def test_nothing_must_be_more_likely_than_not(probability: float) -> None:
     assert not scene.monitoring.diagnose().faulty, "evidence is gathered first"
     scene.until_attention(20, x=2.0)
     assert scene.monitoring.diagnose().faulty is (probability <= 0.5)
+
+
+def test_a_picture_that_repeats_to_the_last_digit_says_nothing_and_one_reading_that_does_says_something() -> None:
+    scene = healthy()
+    qualities = {n: QualityRule(n, 5.0, noise=0.1, frozen_s=10.0) for n in ("x", "y")}
+    description = replace(reactor().description, features=(), symptom_rules=(), qualities=qualities)
+    monitoring = Monitoring(scene.twin, NoGraph(), description, {}, parse("on >= 1"), SETTINGS)  # type: ignore[arg-type]
+    seen = []
+    for at_s, x, y in ((1.0, 0.1, 0.2), (2.0, 0.1, 0.3), (3.0, 0.1, 0.3), (4.0, 0.1, 0.3), (5.0, 0.2, 0.3)):
+        monitoring.notices(Snapshot(at_s, {"x": x, "y": y, "on": 1.0}))
+        seen.append(scene.twin.at_s)
+    assert seen == [1.0, 2.0, 2.0, 2.0, 5.0]

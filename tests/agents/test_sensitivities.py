@@ -57,6 +57,9 @@ class Line:
             start_s=0.0, states=np.zeros((len(self.heating), 1)), weights=np.full(len(self.heating), 1.0)
         )
 
+    def frozen(self) -> Line:
+        return self
+
     def schedule(self, actions: ActionSet, steps: int) -> np.ndarray:
         values = [c.value if c else None for c in (actions.command("F.sp"), actions.command("T.sp"))]
         return np.tile([np.nan if v is None else v for v in values], (steps, 1))

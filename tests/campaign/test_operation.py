@@ -18,6 +18,8 @@ from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import Arrangement, new_sequencer, wire
 from homeostat.domain.guard_events import (
     LatchReset,
+    LeaseLost,
+    LeaseTried,
     ModeEntered,
     PersonHeard,
     RequestAnswered,
@@ -28,6 +30,7 @@ from homeostat.domain.guard_events import (
 )
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.links.clock import DeclaredClock
+from homeostat.links.misbehaving import LostHeartbeat, Misbehaving, NoLease
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink, SimulatedWire
 from homeostat.trace import Event, MemoryTrace
 
@@ -187,6 +190,26 @@ def test_what_only_observes_has_no_way_to_write() -> None:
     ]
     writing = wire(case(), link, DeclaredClock(0.0), MemoryTrace(), 1)
     assert [thing for thing in reached(writing) if thing is link]
+
+
+@pytest.mark.parametrize("refused", [(), (NoLease(28.0, 80.0),)], ids=["at once", "later"])
+def test_a_batch_goes_on_where_the_plant_stands_after_the_lease_was_lost(refused: tuple[NoLease, ...]) -> None:
+    """The plant's own recipe takes the step that is due meanwhile; the guard takes the ones that follow."""
+    process = open_process(case(), scenario(case(), "none", 1, end_s=300.0))
+    beneath = SimulatedLink(process, recipe=new_sequencer(case()).sample)
+    link = Misbehaving(beneath, (LostHeartbeat(23.0, 29.0), *refused))
+    person, trace = Person(), MemoryTrace()
+    trace.subscribe(person)
+    batch = wire(case(), link, DeclaredClock(0.0), trace, 1)
+    batch.run(link.source)
+    assert len(person.of(LeaseLost)) == 1 and person.of(LeaseTried)[-1].given
+    assert [e for e in person.of(ServiceChanged) if not e.in_service] == [] and person.of(Tripped) == []
+    alone = [state for state, _ in fault_free(case(), 1, 300.0).states]
+    entered = [e.state for e in person.of(StateEntered)]
+    assert entered == [state for state in alone if state in entered] and entered[-1] == alone[-1]
+    assert len(entered) == (len(alone) if not refused else len(alone) - 1)
+    attempts = [e.commands for e in person.of(WriteIntended)]
+    assert attempts == [a.commands for a in link.wire_log] and len(attempts) >= 3
 
 
 def reached(root: object) -> Iterator[object]:

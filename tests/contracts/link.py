@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -76,7 +78,23 @@ class LinkContract:
         sample = source.advance()
         assert sample is not None and sample.at_s == source.now_s == link.now_s == 1.0
         assert source.end_s == link.end_s and not source.ended
-        assert {name for name in dir(source) if not name.startswith("_")} == {"advance", "end_s", "ended", "now_s"}
+        assert {name for name in dir(source) if not name.startswith("_")} == {
+            "advance", "end_s", "ended", "never_blocks", "now_s",
+        }  # fmt: skip
+
+    def test_what_says_that_it_never_blocks_waits_for_nothing(self, opened: Open, handles: Handles) -> None:
+        """Nobody bounds its calls: each takes computing time only, and little of it."""
+        link = opened()
+        assert link.never_blocks and link.source.never_blocks
+        read(link)  # whatever is compiled or loaded the first time
+        commands = (Command(handles.manual, 0.4, None),)
+        calls: list[Callable[[], object]] = []
+        calls += [link.take, lambda: link.take().send(commands).done, link.beat, link.advance, link.give_back]
+        for call in calls:
+            wall_s, cpu_s, threads = time.monotonic(), time.process_time(), threading.active_count()
+            call()
+            assert time.monotonic() - wall_s < 1.0 and time.process_time() - cpu_s < 0.1
+            assert threading.active_count() <= threads
 
     def test_without_commands_nothing_is_accepted_and_nothing_arrives(self, opened: Open, handles: Handles) -> None:
         link = opened()

@@ -52,6 +52,8 @@ class Done:
 class Obedient:
     """A plant that takes every command as it comes."""
 
+    never_blocks = True
+
     def __init__(self, accepted: Mapping[str, float | None]) -> None:
         self.accepted = dict(accepted)
         self.sent: list[tuple[Command, ...]] = []

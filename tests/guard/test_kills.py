@@ -103,6 +103,8 @@ class DeadlyRecord:
 class DeadlyPlant:
     """The way to a plant that outlives the guard; the guard may die before, inside and after a write."""
 
+    never_blocks = True
+
     def __init__(self, vessel: Vessel, death: Death) -> None:
         self._vessel, self._death = vessel, death
 

@@ -4,10 +4,20 @@ from __future__ import annotations
 
 import pytest
 
-from homeostat.domain.guard_events import FallbackStands, Tripped, WriteEnded, WriteIntended, WriteResult
-from homeostat.domain.mode import Mode
+from homeostat.domain.guard_events import (
+    FallbackStands,
+    LeaseLost,
+    LeaseTried,
+    Tripped,
+    WriteEnded,
+    WriteIntended,
+    WriteResult,
+)
+from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
+from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.memory import Memory
 from homeostat.links.bad_readings import (
     ALL,
     BrokenReading,
@@ -28,6 +38,8 @@ from homeostat.links.misbehaving import ByHand, LostHeartbeat, Misbehaving, Misb
 from homeostat.links.scripted import PlantScript, Push, ScriptedPlant, ScriptedTag
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.virtual import Link
+from homeostat.trace.encode import encode_fields
+from tests.guard.test_memory import Line
 from tests.guard.vessel import DRAIN, PATIENT, RULES, Journal
 
 HOT_S = 100.0
@@ -35,8 +47,8 @@ HOT_S = 100.0
 T = frozenset({"T"})
 SCRIPT = PlantScript(
     (
-        ScriptedTag("T", 305.0, {"T.sp": 1.0}, lag_s=30.0, noise=0.3),
-        ScriptedTag("Tx", 305.0, {"T.sp": 1.0}, lag_s=30.0, noise=0.3),
+        ScriptedTag("T", 305.0, {"T.sp": 1.0, "X.cmd": 20.0}, lag_s=30.0, noise=0.3),
+        ScriptedTag("Tx", 305.0, {"T.sp": 1.0, "X.cmd": 20.0}, lag_s=30.0, noise=0.3),
         ScriptedTag("L", 8.0, noise=0.02),
     ),
     {"T.sp": 310.0, "F.sp": 0.0, "V.man": None, "X.cmd": 1.0},
@@ -96,14 +108,58 @@ def test_an_honest_plant_is_brought_to_rest() -> None:
     assert [c for a in link.wire_log for c in a.commands][-3:] == list(DRAIN.actions.commands)
 
 
-def test_a_guard_that_lost_its_lease_without_knowing_takes_a_new_one_and_falls_back() -> None:
-    """What was sent on a void wire never arrived; the journal says so of every attempt."""
+def test_a_guard_whose_heartbeat_gets_lost_takes_the_lease_again_and_writes_on_no_lost_wire() -> None:
     guard, journal, link = run(LostHeartbeat(50.0, 125.0))
-    failed = [e for e in journal.of(WriteEnded) if e.result is WriteResult.FAILED]
-    assert len(journal.of(WriteIntended)) == len(failed) + len(link.wire_log) and failed
+    assert [at_s for e, at_s in journal.events if isinstance(e, LeaseLost)] == [55.0]
+    assert [e.given for e in journal.of(LeaseTried)] == [True]
+    assert [e.commands for e in journal.of(WriteIntended)] == [a.commands for a in link.wire_log]
+    assert [e.result for e in journal.of(WriteEnded)] == [WriteResult.ACCEPTED] * 2
     assert DRAIN.actions.commands in [a.commands for a in link.wire_log] and guard.latched is not None
 
 
 def test_a_plant_that_gives_no_lease_is_observed() -> None:
     guard, _, link = run(NoLease(0.0))
     assert guard.mode is Mode.OBSERVE and link.wire_log == () and "mode" in {a.id for a in guard.alarms}
+
+
+def test_a_fallback_that_stood_when_the_plant_shed_is_put_right_on_a_new_lease() -> None:
+    guard, journal, link = run(LostHeartbeat(150.0, 155.5))
+    assert [at_s for e, at_s in journal.events if isinstance(e, LeaseLost)] == [155.0]
+    assert link.wire_log[-1].commands == (Command("V.man", 1.0, 0.2),)
+    assert guard.out_of_service == frozenset() and {"latched"} <= {a.id for a in guard.alarms if a.returned_s is None}
+
+
+def test_a_lease_that_is_refused_for_a_while_is_had_again_with_nobody_s_help() -> None:
+    guard, journal, _ = run(LostHeartbeat(20.0, 25.5), NoLease(25.0, 60.0))
+    assert [e.given for e in journal.of(LeaseTried)] == [False] * 5 + [True]
+    assert guard.out_of_service == frozenset() and len(journal.of(FallbackStands)) == 1
+
+
+def test_a_hand_during_a_fallback_stays_where_it_is() -> None:
+    guard, _, link = run(Disobedient(frozenset({"F.sp"}), 50.0, 127.0), ByHand("V.man", 0.2, 123.0))
+    assert guard.out_of_service == {"V.man"} and guard.latched is not None
+    held = {c.tag: c.value for a in link.wire_log if a.at_s > 123.0 for c in a.commands}
+    assert held == {"X.cmd": 0.0, "F.sp": 0.0}
+
+
+def test_a_hand_while_the_guard_is_dead_is_a_person_and_the_plant_s_shed_is_not() -> None:
+    link = Misbehaving(SimulatedLink(ScriptedPlant(SCRIPT)), (ByHand("V.man", 0.4, 2.0), ByHand("T.sp", 309.0, 70.0)))
+    journal = Journal()
+    guard = Guard(RULES, Attachment(journal, lease=link), PATIENT)
+    while link.now_s < 60.0:
+        snapshot = sample(link)
+        guard.tick(link.now_s, snapshot)
+    assert guard.out_of_service == {"V.man"}
+    guard.mailbox.put(PersonCommand("o1", "Ada", Role.ENGINEER, Verb.IN_SERVICE, "V.man"))
+    snapshot = sample(link)
+    guard.tick(link.now_s, snapshot)
+    while link.now_s < 75.0:
+        sample(link)  # nobody beats
+    assert link.shed
+    memory = Memory.of(Line(e.kind, encode_fields(e, e.kind)) for e, _ in journal.events)
+    after = Journal()
+    again = Guard(RULES, Attachment(after, lease=link, memory=memory), PATIENT)
+    while link.now_s < 80.0:
+        snapshot = sample(link)
+        again.tick(link.now_s, snapshot)
+    assert again.out_of_service == {"T.sp"} and {"moved:T.sp", "local"} <= {a.id for a in again.alarms}

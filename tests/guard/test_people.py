@@ -357,6 +357,8 @@ def test_an_alarm_is_raised_acknowledged_and_returned() -> None:
     assert alarms.standing == () and noted[-1] == "alarm-returned" and noted.count("alarm-returned") == 1
     alarms.say("b", "over", Priority.LOW, 6.0)
     assert not alarms.lasts("b") and alarms.standing[0].returned_s == 6.0
+    alarms.return_("b", 6.5)
+    assert noted.count("alarm-returned") == 2 and alarms.standing[0].returned_s == 6.0
     alarms.raise_("b", "again", Priority.LOW, 7.0)
     assert alarms.lasts("b") and alarms.standing[0].raised_s == 7.0
     alarms.return_("b", 8.0)

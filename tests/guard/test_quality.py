@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from homeostat.domain.rules import QualityRule
 from homeostat.domain.snapshot import Quality, Snapshot
+from homeostat.domain.tag import Range, Role, Tag
 from homeostat.guard.quality import SIGMAS, QualityWatch
 from tests.guard.vessel import TAGS
 
@@ -207,6 +208,129 @@ def test_a_target_that_is_no_number_is_not_told() -> None:
     told = {"F.sp": math.nan, "T.sp": "310", "V.man": None, "X.cmd": 1}
     seen = w.assess(1.0, sample(1.0, accepted=told))
     assert seen is not None and seen.accepted == {"V.man": None, "X.cmd": 1.0}
+
+
+MICROSECOND_S = 1e-6
+
+
+def test_before_the_first_sample_there_is_no_reading_and_nothing_is_wrong_yet() -> None:
+    w, _ = watch()
+    assert w.trouble == ""
+    assert w.assess(1.0, None) is None and w.trouble == "no sample came"
+
+
+@pytest.mark.parametrize(("error", "why"), [(ValueError("half a frame"), "half a frame"), (OSError(), "OSError")])
+def test_a_sample_that_cannot_be_read_says_why(error: Exception, why: str) -> None:
+    class Broken:
+        at_s = 1.0
+
+        @property
+        def accepted(self) -> Any:
+            raise error
+
+    w, _ = watch()
+    assert w.assess(1.0, Broken()) is None  # type: ignore[arg-type]
+    assert w.trouble == f"the sample cannot be read: {why}"
+
+
+@pytest.mark.parametrize(
+    ("at_s", "usable"), [(0.0, True), (MICROSECOND_S, True), (1.5 * MICROSECOND_S, False), (-MICROSECOND_S, False)]
+)
+def test_a_time_may_lie_ahead_by_its_rounding_and_no_more(at_s: float, usable: bool) -> None:
+    w, _ = watch()
+    seen = w.assess(0.0, sample(at_s))
+    assert (seen is not None) is usable is (w.trouble == "")
+    w, _ = watch()
+    seen = w.assess(0.0, sample(0.0, taken_s={"T": at_s}))
+    assert (quality(seen) is Quality.GOOD) is (usable or at_s < 0.0)  # an instrument may have been read earlier
+
+
+@pytest.mark.parametrize(("stale_s", "forgotten_s"), [({}, 10.0), ({"T": 5.0, "L": 20.0}, 20.0)])
+def test_targets_are_known_as_long_as_the_most_patient_rule_says(stale_s: dict[str, float], forgotten_s: float) -> None:
+    rules = {tag: QualityRule(tag, s) for tag, s in stale_s.items()}
+    w = QualityWatch(rules, TAGS, lambda event, at_s: None)
+    w.assess(1.0, Snapshot(1.0, {"F.sp": 0.0}, accepted={"F.sp": 0.0}))
+    seen = w.assess(1.0 + forgotten_s, None)
+    assert seen is not None and seen.accepted == {"F.sp": 0.0} and seen.values["F.sp"] == 0.0
+    seen = w.assess(1.1 + forgotten_s, None)
+    assert seen is not None and seen.accepted == {} and "F.sp" in seen.bad
+
+
+def test_a_bad_reading_stays_bad_until_a_better_one_comes() -> None:
+    w, noted = watch()
+    wiggled(w, 5)
+    w.assess(6.0, sample(6.0, 350.0, bad=frozenset({"T"}), reasons={"T": "wire break"}))
+    seen = w.assess(7.0, None)
+    assert quality(seen) is Quality.BAD and "wire break" in reason(seen)
+    seen = w.assess(8.0, sample(8.0, 305.1, taken_s={"T": 5.5}))
+    assert seen is not None and quality(seen) is Quality.GOOD and seen.values["T"] == 305.1
+    assert [e.quality for e in noted] == ["bad", "good"]
+
+
+def test_a_value_that_came_marked_bad_is_never_used_later() -> None:
+    w, _ = watch()
+    wiggled(w, 5)
+    w.assess(6.0, sample(6.0, 350.0, bad=frozenset({"T"})))
+    seen = w.assess(7.0, sample(7.0, 306.0, taken_s={"T": 4.0}))  # its last good value comes once more
+    assert seen is not None and quality(seen) is Quality.GOOD and seen.values["T"] == pytest.approx(305.1)
+
+
+def test_a_reading_that_is_newer_than_its_sample_outlives_it() -> None:
+    w, _ = watch()
+    w.assess(6.0, sample(1.0, taken_s={"T": 6.0}))
+    seen = w.assess(6.5, None)
+    assert seen is not None and seen.values["T"] == 305.0 and seen.bad == frozenset()
+
+
+def test_a_reading_is_bad_or_uncertain_never_both_and_a_good_one_needs_no_reason() -> None:
+    w, _ = watch()
+    seen = w.assess(1.0, sample(1.0, 400.0, uncertain=frozenset({"T"}), reasons={"T": "maintenance"}))
+    assert seen is not None and seen.bad == {"T"} and seen.uncertain == frozenset()
+    w, _ = watch()
+    seen = w.assess(2.0, sample(2.0, 305.0, reasons={"T": "all is well", "L": "no rule looks at it"}))
+    assert seen is not None and seen.reasons == {"L": "no rule looks at it"}
+
+
+@pytest.mark.parametrize("noise", [None, 0.0])
+def test_without_noise_a_step_is_judged_by_the_process_alone(noise: float | None) -> None:
+    rule = QualityRule("T", 5.0, noise=noise, fastest=0.5, grace_s=5.0)
+    for value, expected in ((305.5, Quality.GOOD), (305.51, Quality.UNCERTAIN)):
+        w, _ = watch(rule)
+        w.assess(1.0, sample(1.0, 305.0))
+        seen = w.assess(2.0, sample(2.0, value))
+        assert quality(seen) is expected
+    assert reason(seen) == "'T' moved faster than 0.5 K/s"
+
+
+@pytest.mark.parametrize(("again_s", "expected"), [(15.0, Quality.GOOD), (16.0, Quality.UNCERTAIN)])
+def test_another_step_is_excused_once_the_raw_reading_has_counted_for_a_grace_time(
+    again_s: float, expected: Quality
+) -> None:
+    w, _ = watch()
+    wiggled(w, 5)
+    value = 305.0
+    for n in range(6, 17):  # uncertain from 6 to 11 s, raw from 11 to 16 s
+        value += 20.0 if n in (6.0, again_s) else 0.1
+        seen = w.assess(float(n), sample(float(n), value))
+        if n == again_s:
+            assert quality(seen) is expected
+            return
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [(-52.0, Quality.GOOD), (52.0, Quality.GOOD), (-52.001, Quality.BAD), (52.001, Quality.BAD)],
+)
+def test_an_instrument_is_believed_to_the_very_end_of_its_slack(value: float, expected: Quality) -> None:
+    tags = {"T": Tag("T", Role.PV, "K", Range(-50.0, 50.0), 1.0)}
+    w = QualityWatch({"T": QualityRule("T", 5.0)}, tags, lambda event, at_s: None)
+    assert quality(w.assess(1.0, sample(1.0, value))) is expected
+
+
+def test_a_reason_without_end_is_cut() -> None:
+    w, _ = watch()
+    seen = w.assess(1.0, sample(1.0, bad=frozenset({"T"}), reasons={"T": "x" * 10_000}))
+    assert reason(seen) == "'T' is marked bad: " + "x" * 200
 
 
 anything = st.one_of(

@@ -143,6 +143,106 @@ def test_the_end_of_the_process_holds_up_nobody() -> None:
     assert not recorder.commit()
 
 
+def test_a_record_that_fails_without_a_word_is_named_by_its_error() -> None:
+    recorder = Recorder(Journal(error=OSError()), 5.0)
+    recorder.note(Stopped("a"), 1.0)
+    assert not recorder.commit() and recorder.trouble == "the journal failed: OSError"
+    recorder.close()
+
+
+def test_after_the_end_nobody_waits() -> None:
+    """Neither once the recorder was closed nor once its thread has ended, whatever was handed over before or after."""
+
+    class Ends(Hanging):
+        def record(self, event: GuardEvent, at_s: float) -> None:
+            self.gate.wait()
+            raise SystemExit
+
+    started = time.monotonic()
+    recorder = Recorder(Journal(), 5.0)
+    recorder.close()
+    assert recorder.trouble == ""
+    recorder.note(Stopped("late"), 1.0)
+    recorder.settle()
+    assert not recorder.commit() and recorder.trouble == ""
+    journal = Ends()
+    journal.gate.clear()
+    recorder = Recorder(journal, 5.0)
+    recorder.note(Stopped("a"), 1.0)
+    recorder.note(Stopped("b"), 1.0)
+    threading.Timer(0.1, journal.gate.set).start()
+    assert not recorder.commit()  # waits when the thread ends
+    recorder.note(Stopped("c"), 1.0)
+    recorder.settle()
+    assert not recorder.commit() and recorder.trouble == "the journal has ended: SystemExit"
+    assert time.monotonic() - started < 2.5
+
+
+def test_ten_thousand_events_wait_and_no_more() -> None:
+    class Entered(Hanging):
+        def __init__(self) -> None:
+            super().__init__()
+            self.gate.clear()
+            self.entered = threading.Event()
+
+        def record(self, event: GuardEvent, at_s: float) -> None:
+            self.entered.set()
+            super().record(event, at_s)
+
+    journal = Entered()
+    recorder = Recorder(journal, 5.0)
+    recorder.note(Stopped("in hand"), 1.0)
+    assert journal.entered.wait(5.0)
+    for event in events(10_000):
+        recorder.note(event, 1.0)
+    assert recorder.lost == 0
+    recorder.note(Stopped("too many"), 1.0)
+    assert recorder.lost == 1
+    started = time.monotonic()
+    assert not recorder.commit() and recorder.lost == 2  # there is no room, and nothing to wait for
+    assert time.monotonic() - started < 2.5
+    journal.gate.set()
+
+
+def test_a_recorder_keeps_no_process_alive() -> None:
+    before = set(threading.enumerate())
+    recorder = Recorder(Journal(), 5.0)
+    started = set(threading.enumerate()) - before
+    assert started and all(thread.daemon for thread in started)
+    recorder.close()
+
+
+def test_closing_waits_ten_times_as_long_as_anything_else() -> None:
+    for _ in range(10):  # a busy machine may be late, not ten times in a row
+        journal = Hanging()
+        journal.gate.clear()
+        recorder = Recorder(journal, 0.03)
+        recorder.note(Stopped("a"), 1.0)
+        started = time.monotonic()
+        recorder.close()
+        waited_s = time.monotonic() - started
+        journal.gate.set()
+        assert waited_s >= 0.3
+        if waited_s < 0.325:
+            return
+    raise AssertionError("it waits for longer")
+
+
+def test_a_fallback_waits_a_tenth_of_a_second_for_its_sync_however_patient_the_guard_is() -> None:
+    for _ in range(10):  # a busy machine may be late, not ten times in a row
+        journal = Hanging()
+        world = running(record=journal, settings=GuardSettings(sync_s=5.0))
+        journal.gate.clear()
+        started = time.monotonic()
+        world.tick(1, L=14.0)
+        waited_s = time.monotonic() - started
+        journal.gate.set()
+        assert world.sent == [DRAIN.actions.commands] and waited_s >= 0.1
+        if waited_s < 0.18:
+            return
+    raise AssertionError("it waits for longer")
+
+
 def test_while_the_journal_fails_nothing_new_is_released_and_the_sequence_goes_on() -> None:
     world = World()
     world.tick(1, L=4.0)

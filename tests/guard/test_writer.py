@@ -10,7 +10,7 @@ import pytest
 from homeostat.domain.guard_events import Cause, FellBack, ReadBack, StepTaken, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command
-from homeostat.guard.writer import same
+from homeostat.guard.flight import same
 from tests.guard.vessel import ADJUSTED, DRAIN, ROUTE, RULES, World, finding, running, statuses
 
 

@@ -139,6 +139,8 @@ class Answer:
 class Vessel:
     """The vessel's link: a lease, a wire, targets that it accepts, and every way of not doing so."""
 
+    never_blocks = True
+
     def __init__(self, **accepted: float | None) -> None:
         self.accepted: dict[str, float | None] = {"T.sp": 310.0, "F.sp": 0.0, "V.man": None, "X.cmd": 1.0}
         self.accepted.update({name.replace("_", "."): value for name, value in accepted.items()})

@@ -48,6 +48,8 @@ class Scripted:
 class Seconds:
     """A source that samples once per second up to its end."""
 
+    never_blocks = True
+
     def __init__(self, end_s: float, error: Exception | None = None, error_at_s: float = 0.0) -> None:
         self.now_s, self._end_s, self._error, self._error_at_s = 0.0, end_s, error, error_at_s
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -75,6 +76,9 @@ MACHINE = StateMachine(
         _step("when_cold", "running", "reduced", "T <= 290"),
     ),
 )  # fmt: skip
+COOLS = Transition("cools", "running", "reduced", "", parse("T <= 290", TAGS), on_decision=False)
+COOLING = replace(MACHINE, transitions=(*MACHINE.transitions, COOLS))
+"""A line whose nominal route goes on when it is cold."""
 LIMITS = Limits((HOT,), (CALM,))
 VENT = FallbackStrategy("vent", feed(OFF, "still"))
 DRAIN = FallbackStrategy("drain", replace(VENT.actions, commands=(*VENT.actions.commands, Command("V.man", 1.0, 0.2))))
@@ -82,6 +86,8 @@ DRAIN = FallbackStrategy("drain", replace(VENT.actions, commands=(*VENT.actions.
 
 class LinePlant:
     """A link over the line: one sample per second, a lease, and it remembers what arrived on its wire."""
+
+    never_blocks = True
 
     def __init__(self, end_s: float = 200.0, start: float = 300.0, heating: float = 0.1, level: float = 8.0) -> None:
         self._end_s, self._heating, self.level = end_s, heating, level
@@ -146,6 +152,9 @@ class LineTwin:
     def observe(self, snapshot: Snapshot) -> None:
         if self.last is None or snapshot.at_s > self.last.at_s:
             self.last = snapshot
+
+    def frozen(self) -> LineTwin:
+        return copy(self)
 
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[Mapping[str, float], ...]:
         return ({},)
@@ -214,7 +223,7 @@ class Stage:
         try:
             Loop(self.guard, self.plant, self.exchange, self.hook).run_virtual()
         finally:
-            self.ended = worker.join(2.0)
+            self.ended = worker.join(0.5)
             self.guard.stop("the run is over")
         return self
 

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from homeostat.agents.bounds import Patience
-from homeostat.domain.behaviour import Transition
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.guard_events import StateEntered
 from homeostat.domain.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.verdict import StepBand
 from homeostat.recovery.plant_rules import Bounds
-from homeostat.stl.formula import parse
 from homeostat.trace.decisions import Departed, LeftAsIs, Noticed, ReleasedActions
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
-from tests.recovery.line import GOOD, MACHINE, Stage, monitoring, run
-from tests.safety.world import CALM, HOT, TAGS, rule
+from tests.recovery.line import COOLING, GOOD, Stage, monitoring, run
+from tests.safety.world import CALM, HOT, rule
 
 PATIENCE = Patience(slack_s=5.0, repeat_s=30.0)
-COOLS = Transition("cools", "running", "reduced", "", parse("T <= 290", TAGS), on_decision=False)
-COOLING = replace(MACHINE, transitions=(*MACHINE.transitions, COOLS))
-"""A line whose nominal route goes on when it is cold."""
 BAND = StepBand(30.0, 40.0)
 """When the twin says that it is cold [s]."""
 

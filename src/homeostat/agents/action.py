@@ -69,40 +69,41 @@ class SearchAction:
 
     def _judged_on(self, ensemble: Ensemble) -> dict[tuple[Command, ...], NDArray[np.float64]]:
         """Commands -> what they came to on ``ensemble``: attempts differ in what they require, not in what happens."""
-        for known, judged in self._judged:
+        before = self._judged
+        for known, judged in before:
             if known is ensemble:
                 return judged
-        self._judged = [(e, j) for e, j in self._judged if e.start_s == ensemble.start_s]
-        self._judged.append((ensemble, {}))
-        return self._judged[-1][1]
+        mine: dict[tuple[Command, ...], NDArray[np.float64]] = {}
+        self._judged = [*((e, j) for e, j in before if e.start_s == ensemble.start_s), (ensemble, mine)]
+        return mine
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet:
         """The best action set found for the path's target state; validation says whether it will do."""
         if path.awaited:
-            routes = RouteSearch(self._twin, self._cost, self._tags, self._settings.least_probability)
+            routes = RouteSearch(self._twin.frozen(), self._cost, self._tags, self._settings.least_probability)
             return await asyncio.to_thread(routes.best, path, situation, dict(advice.required))
         space = SearchSpace(path.machine.state(path.target), self._tags)
-        return await asyncio.to_thread(self._search, space, situation, dict(advice.required))
+        return await asyncio.to_thread(self._search, self._twin.frozen(), space, situation, dict(advice.required))
 
-    def _search(self, space: SearchSpace, situation: Situation, required: Mapping[str, float]) -> ActionSet:
-        likely = plausible(situation.diagnosis, self._settings.least_probability, most=6)
-        settings, twin = self._settings, self._twin.settings
-        few = self._twin.ensemble(likely, twin.search_draws)
+    def _search(self, twin: Twin, space: SearchSpace, situation: Situation, required: Mapping[str, float]) -> ActionSet:
+        settings = self._settings
+        likely = plausible(situation.diagnosis, settings.least_probability, most=6)
+        few = twin.ensemble(likely, twin.settings.search_draws)
         tried: dict[Point, float] = {}
         present = present_point(space.state, situation.snapshot.values)
-        self._evaluate(space.first(present), space, few, required, tried)
+        self._evaluate(twin, space.first(present), space, few, required, tried)
         for fraction in settings.coarse:
             bases = self._apart(tried, space, settings.bases)
             before = tried[bases[0]]
-            self._evaluate([p for b in bases for p in space.around(b, fraction)], space, few, required, tried)
+            self._evaluate(twin, [p for b in bases for p in space.around(b, fraction)], space, few, required, tried)
             if before > HOPELESS and min(tried.values()) > 0.9 * before:
                 return space.actions(self._best(tried, space, 1)[0])
-        many = self._twin.ensemble(likely, twin.draws, Purpose.REFINE)
+        many = twin.ensemble(likely, twin.settings.draws, Purpose.REFINE)
         sure: dict[Point, float] = {}
-        self._evaluate(self._best(tried, space, settings.finalists), space, many, required, sure)
+        self._evaluate(twin, self._best(tried, space, settings.finalists), space, many, required, sure)
         for fraction in settings.fine:
             (base,) = self._best(sure, space, 1)
-            self._evaluate(space.around(base, fraction), space, many, required, sure)
+            self._evaluate(twin, space.around(base, fraction), space, many, required, sure)
         return space.actions(self._best(sure, space, 1)[0])
 
     def _apart(self, tried: Mapping[Point, float], space: SearchSpace, count: int) -> list[Point]:
@@ -120,6 +121,7 @@ class SearchAction:
 
     def _evaluate(
         self,
+        twin: Twin,
         points: Sequence[Point],
         space: SearchSpace,
         ensemble: Ensemble,
@@ -134,8 +136,8 @@ class SearchAction:
         judged = self._judged_on(ensemble)
         untried = [a for a in actions if a.commands not in judged]
         if untried:
-            schedules = np.stack([self._twin.schedule(a, self._twin.settings.horizon_s) for a in untried])
-            rows = self._cost.judge(*self._twin.try_many(ensemble, schedules), len(untried))
+            schedules = np.stack([twin.schedule(a, twin.settings.horizon_s) for a in untried])
+            rows = self._cost.judge(*twin.try_many(ensemble, schedules), len(untried))
             judged.update(zip((a.commands for a in untried), rows, strict=True))
         cost = self._cost.total(np.stack([judged[a.commands] for a in actions]), required)
         for point, value in zip(fresh, cost.tolist(), strict=True):

@@ -57,6 +57,9 @@ class Monitoring:
         self._grounding = grounding
         self._started_formula = started
         self._settings = settings or MonitoringSettings()
+        rules = description.qualities.values()
+        self._noisy = tuple(r.tag for r in rules if r.noise and r.frozen_s is not None)
+        self._before: tuple[float, ...] = ()
         self._filters = [FeatureFilter(f) for f in description.features]
         self._watches = [SymptomWatch(r, baselines[r.feature]) for r in description.symptom_rules]
         self._every = tuple(fault.name for fault in description.faults)
@@ -76,13 +79,22 @@ class Monitoring:
         self._symptoms: tuple[Symptom, ...] = ()
 
     def notices(self, snapshot: Snapshot) -> bool:
-        """Take one more snapshot; whether something needs to be explained now. One that is not newer says nothing."""
-        if snapshot.at_s <= self._at_s:
+        """Take one more snapshot; whether something needs to be explained now. One without news says nothing."""
+        if snapshot.at_s <= self._at_s or self._repeats(snapshot):
             return False
         self._twin.observe(snapshot)
         self._at_s = snapshot.at_s
         self._symptoms = self._update(snapshot)
         return not self._stopped and self._attention(snapshot.at_s)
+
+    def _repeats(self, snapshot: Snapshot) -> bool:
+        """Whether every reading that has noise comes again to the last digit: an old picture with a new time.
+
+        Some that do are evidence of stuck instruments; all of them say nothing about the plant.
+        """
+        values, before = snapshot.values, self._before
+        self._before = tuple(values[tag] for tag in self._noisy if tag in values)
+        return bool(self._before) and self._before == before
 
     @property
     def symptoms(self) -> tuple[Symptom, ...]:
@@ -172,7 +184,7 @@ class Monitoring:
         candidates = self._grounding.candidate_faults(indicated) if indicated else ()
         others = self._every if departed else ()
         ordered = list(dict.fromkeys([*candidates, *(f.fault for f in self._known), *others]))
-        return self._twin.explain(ordered, self._known, departed) if ordered else ()
+        return self._twin.frozen().explain(ordered, self._known, departed) if ordered else ()
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
         """Where one fault of one size explains everything since the release, learn the parameters from that time."""

@@ -59,7 +59,7 @@ class TwinSimulation:
 
     async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet) -> Rollout:
         """What ``actions`` would do; runs beside the event loop, so that deadlines are kept."""
-        return await asyncio.to_thread(self._twin.roll_out, actions, plausible(diagnosis))
+        return await asyncio.to_thread(self._twin.frozen().roll_out, actions, plausible(diagnosis))
 
     async def sensitivities(
         self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]
@@ -69,10 +69,10 @@ class TwinSimulation:
         Over the same hypotheses and draws as a rollout, and, without later steps, without sensor noise and sampled as
         in a search. None where the twin breaks down beside ``actions``.
         """
-        return await asyncio.to_thread(self._differences, diagnosis, actions, states, criteria)
+        return await asyncio.to_thread(self._differences, self._twin.frozen(), diagnosis, actions, states, criteria)
 
     def _differences(
-        self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]
+        self, twin: Twin, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]
     ) -> tuple[Sensitivity, ...]:
         chosen = actions.choices(states)
         pairs = [
@@ -82,7 +82,7 @@ class TwinSimulation:
             return ()
         varied = [actions.changed(states, r.tag, value) for r, low, high in pairs for value in (low, high)]
         try:
-            rollouts = self._roll_out_varied(plausible(diagnosis), varied)
+            rollouts = _roll_out_varied(twin, plausible(diagnosis), varied)
             judged = [self._margins(a, r, states[-1], criteria) for a, r in zip(varied, rollouts, strict=True)]
         except ProcessError:
             return ()
@@ -91,24 +91,6 @@ class TwinSimulation:
             for name in judged[0]
             for (r, low, high), below, above in zip(pairs, judged[::2], judged[1::2], strict=True)
         )
-
-    def _roll_out_varied(self, hypotheses: tuple[Hypothesis, ...], varied: Sequence[ActionSet]) -> list[Rollout]:
-        """A rollout of each action set, all over the same members; ProcessError where one leaves the physical world."""
-        ensemble = self._twin.ensemble(hypotheses, self._twin.settings.judged_draws, Purpose.JUDGE)
-        if varied[0].then:
-            signals, dt_s = self._twin.follow_many(ensemble, varied)
-        else:
-            schedules = np.stack([self._twin.schedule(a, self._twin.settings.horizon_s) for a in varied])
-            signals, dt_s = self._twin.try_many(ensemble, schedules)
-        count, weights = len(ensemble.states), tuple(ensemble.weights.tolist())
-        return [
-            Rollout(
-                actions.digest,
-                Trajectory(ensemble.start_s, dt_s, {t: v[k * count : (k + 1) * count] for t, v in signals.items()}),
-                hypotheses, weights, RolloutResult.COMPLETED,
-            )
-            for k, actions in enumerate(varied)
-        ]  # fmt: skip
 
     def _margins(self, actions: ActionSet, rollout: Rollout, target: State, wanted: Sequence[str]) -> dict[str, float]:
         """Margins of those of the ``wanted`` criteria that a rollout is judged by."""
@@ -125,3 +107,22 @@ def _neighbours(value: float, admitted: SetpointRange) -> tuple[float, float]:
     step = STEP * (admitted.high - admitted.low)
     inside = min(max(value, admitted.low), admitted.high)
     return max(inside - step, admitted.low), min(inside + step, admitted.high)
+
+
+def _roll_out_varied(twin: Twin, hypotheses: tuple[Hypothesis, ...], varied: Sequence[ActionSet]) -> list[Rollout]:
+    """A rollout of each action set, all over the same members; ProcessError where one leaves the physical world."""
+    ensemble = twin.ensemble(hypotheses, twin.settings.judged_draws, Purpose.JUDGE)
+    if varied[0].then:
+        signals, dt_s = twin.follow_many(ensemble, varied)
+    else:
+        schedules = np.stack([twin.schedule(a, twin.settings.horizon_s) for a in varied])
+        signals, dt_s = twin.try_many(ensemble, schedules)
+    count, weights = len(ensemble.states), tuple(ensemble.weights.tolist())
+    return [
+        Rollout(
+            actions.digest,
+            Trajectory(ensemble.start_s, dt_s, {t: v[k * count : (k + 1) * count] for t, v in signals.items()}),
+            hypotheses, weights, RolloutResult.COMPLETED,
+        )
+        for k, actions in enumerate(varied)
+    ]  # fmt: skip

@@ -60,8 +60,6 @@ def configure(commands: Commands) -> None:
 
 def carry_out(options: argparse.Namespace) -> int:
     """Read, expand, run what is not there yet, report; 1 where a run could not be carried out."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is loaded; a worker has one core
-
     from homeostat.campaign.study.expansion import jobs_of
     from homeostat.campaign.study.plan_file import read_plan
 

@@ -27,9 +27,3 @@ class Baseline:
     """Ninety-fifth percentile."""
     p99: float
     """Ninety-ninth percentile."""
-
-    @property
-    def three_sigma(self) -> tuple[float, float]:
-        """Shewhart limits for a plant whose own mean is not known yet: mean -+ 3 total deviations."""
-        total = (self.within_sd**2 + self.between_sd**2) ** 0.5
-        return self.mean - 3.0 * total, self.mean + 3.0 * total

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import ClassVar
@@ -376,6 +377,37 @@ class StartUpEnded:
     """State that the plant is in."""
     reason: str = ""
     """Why: it was left, it could be left, or it has lasted too long."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeaseLost:
+    """The plant does not take the guard's commands any more; its own control may have taken over."""
+
+    kind: ClassVar[str] = "lease-lost"
+    reason: str
+    """How that was noticed."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeaseTried:
+    """The guard has tried to have a lost lease again."""
+
+    kind: ClassVar[str] = "lease-tried"
+    attempt: int
+    """Number of the attempt, from 1; it goes on counting where the lease is lost again soon."""
+    given: bool
+    """Whether the plant has given it."""
+    reason: str = ""
+    """Why not."""
+
+
+@dataclass(frozen=True, slots=True)
+class TargetsHeld:
+    """Targets that the plant holds from now on without a write that says so: as found, or moved by somebody else."""
+
+    kind: ClassVar[str] = "targets-held"
+    targets: Mapping[str, float | None]
+    """Writable tag -> its target in the tag's unit; None for automatic."""
 
 
 @dataclass(frozen=True, slots=True)

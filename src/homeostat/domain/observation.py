@@ -86,4 +86,12 @@ class Trouble:
     """One sentence."""
 
 
-Message: TypeAlias = Request | Withdraw | Arm | Correction | FallBack | Trouble | PersonCommand
+@dataclass(frozen=True, slots=True)
+class Settled:
+    """A trouble is over."""
+
+    name: str
+    """Identifier of the alarm."""
+
+
+Message: TypeAlias = Request | Withdraw | Arm | Correction | FallBack | Trouble | Settled | PersonCommand

@@ -71,12 +71,25 @@ class Wire(Protocol):
     """The writing side of a link: held by the guard's one writer, and only in modes that write."""
 
     def send(self, commands: tuple[Command, ...]) -> Ticket:
-        """Begin to write ``commands``, in order; returns at once, and may raise."""
+        """Begin to write ``commands``, in order; returns at once where the lease says so, and may raise.
+
+        Where a lease may block, a fallback is sent from another thread while an earlier call still hangs.
+        """
         ...
 
 
 class Lease(Protocol):
-    """The right to write to a plant."""
+    """The right to write to a plant; any call may raise."""
+
+    @property
+    def never_blocks(self) -> bool:
+        """Whether every call, also those of its wires and their tickets, returns at once, whatever the plant does.
+
+        Only what computes in this process may say so, as a plant in virtual time does: the guard calls it directly.
+        Whatever waits for a network must not: it is called from threads that are left behind where it hangs, at
+        most one call of a kind at a time.
+        """
+        ...
 
     def take(self) -> Wire:
         """Take the lease; raises where the plant does not give it."""
@@ -92,7 +105,12 @@ class Lease(Protocol):
 
 
 class Source(Protocol):
-    """The reading side of a link: one sample per tick, or none."""
+    """The reading side of a link: one sample per tick, or none; anything in it may raise, and the guard goes on."""
+
+    @property
+    def never_blocks(self) -> bool:
+        """As :attr:`Lease.never_blocks`; where it may block, a tick waits for it for a bounded time only."""
+        ...
 
     @property
     def now_s(self) -> float:

@@ -6,15 +6,12 @@ import unicodedata
 from collections.abc import Iterable
 
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
+from homeostat.guard.texts import LONGEST, LONGEST_NAME, brief, fits
 
 ENGINEERING = frozenset({Verb.RESET, Verb.MODE, Verb.START})
 """What only an engineer may order."""
 NEEDS_REASON = frozenset({Verb.RESET, Verb.REJECT, Verb.OUT_OF_SERVICE, Verb.FALL_BACK})
 """What is ordered with a reason only."""
-LONGEST = 500
-"""Most characters of a reason."""
-LONGEST_ID = 200
-"""Most characters of an identifier or a name."""
 REMEMBERED = 10_000
 """Orders that are remembered as used."""
 
@@ -32,12 +29,12 @@ class Authority:
         """Why ``command`` may not be carried out whatever the plant is doing; empty where it may."""
         names: tuple[object, ...] = (command.id, command.person, command.subject)
         texts: tuple[object, ...] = (command.digest, command.reason)
-        if not (all(_fits(n, LONGEST_ID) for n in names) and all(_fits(t, LONGEST) for t in texts)):
-            return f"an order has names of at most {LONGEST_ID} characters and a reason of at most {LONGEST}"
+        if not (all(fits(n, LONGEST_NAME) for n in names) and all(fits(t, LONGEST) for t in texts)):
+            return f"an order has names of at most {LONGEST_NAME} characters and a reason of at most {LONGEST}"
         verb: object = command.verb
         role: object = command.role
         if not (isinstance(verb, Verb) and isinstance(role, Role)):
-            return f"there is no order {command.verb!s:.40} in role {command.role!s:.40}"
+            return f"there is no order {brief(verb, 40)!r} in role {brief(role, 40)!r}"
         if not (command.id and _folded(command.person)):
             return "an order needs an identifier and the name of a person"
         if command.id in self._used:
@@ -50,10 +47,6 @@ class Authority:
             return f"there is no mode {command.subject!r}; there are {', '.join(m.value for m in Mode)}"
         return ""
 
-    def use(self, command: PersonCommand) -> None:
-        """Take note that ``command`` was answered; it is not carried out again."""
-        self.remember((command.id,))
-
     def remember(self, used: Iterable[str]) -> None:
         """Orders with these identifiers are not carried out again."""
         self._used.update(dict.fromkeys(used))
@@ -62,17 +55,15 @@ class Authority:
 
     def agree(self, command: PersonCommand, now_s: float) -> tuple[str, ...]:
         """Everybody who has agreed to a reset, once they are enough; empty while somebody is missing."""
-        self._agreed = {key: said for key, said in self._agreed.items() if now_s - said[1] <= self._lasts_s}
+        for key, (_, at_s) in list(self._agreed.items()):
+            if now_s - at_s > self._lasts_s:
+                del self._agreed[key]
         self._agreed[_folded(command.person)] = (command.person, now_s)
         if len(self._agreed) < self._persons:
             return ()
         agreed = tuple(person for person, _ in self._agreed.values())
         self._agreed.clear()
         return agreed
-
-
-def _fits(text: object, longest: int) -> bool:
-    return type(text) is str and len(text) <= longest
 
 
 def _folded(person: str) -> str:

@@ -14,18 +14,22 @@ from homeostat.domain.guard_events import (
     ModeEntered,
     StateEntered,
     Stopped,
+    TargetsHeld,
 )
 from homeostat.domain.mode import Mode, PersonCommand, Side
-from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Trouble, Withdraw
+from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Settled, Trouble, Withdraw
 from homeostat.domain.ports import Lease, Record
 from homeostat.domain.request import Request
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.flight import Progress, Write
+from homeostat.guard.lapse import Lapse
 from homeostat.guard.latch import Latch
 from homeostat.guard.mailbox import Mailbox
 from homeostat.guard.memory import Memory
 from homeostat.guard.modes import Modes
 from homeostat.guard.moves import Moves
+from homeostat.guard.pace import Pace
 from homeostat.guard.parts import Parts
 from homeostat.guard.persons import Floor, Persons
 from homeostat.guard.quality import QualityWatch
@@ -36,10 +40,6 @@ from homeostat.guard.settings import GuardSettings
 from homeostat.guard.steps import Steps
 from homeostat.guard.trips import TripWatch
 from homeostat.guard.verification import Present
-from homeostat.guard.writer import Progress, Write
-
-LEAP = 10.0
-"""Periods by which a clock may go ahead within a tick and be believed at once [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,15 +70,16 @@ class Guard:
         self._quality = QualityWatch(rules.qualities, rules.tags, parts.note)
         self._trips = TripWatch(rules, parts.note)
         self._latch, self._modes = Latch(parts), Modes(parts.tenure)
-        self._steps, self._moves = Steps(parts, self._latch), Moves(parts, self._latch)
+        self._lapse = Lapse(parts, self._latch)
+        self._steps, self._moves = Steps(parts, self._latch), Moves(parts, self._latch, self._lapse)
         self._response = Response(parts, self._latch)
         self._requests = Requests(parts, dict(attachment.keys))
         self._persons = Persons(Floor(parts, self._modes, self._latch, self._requests))
         self._restart: Restart | None = None
         self._act_by_s: float | None = None
-        self._now_s, self._began_s = -math.inf, math.nan
-        self._period_s: float | None = None
-        self._leapt_s: float | None = None
+        self._troubles: set[str] = set()
+        self._pace = Pace()
+        self._now_s, self._began_s = self._pace.now_s, math.nan
         self._seen: Snapshot | None = None
         self._sample: Snapshot | None = None
         self._lost, self._stopped = 0, False
@@ -120,8 +121,8 @@ class Guard:
         """Decide at process time ``now_s`` [s] with ``sample``, or with its absence; never raises, never waits long."""
         self._advance(now_s)
         stages = (
-            self._begin, self._look, self._resume, self._follow, self._trip, self._write_on, self._hear, self._decide,
-            self._end,
+            self._begin, self._look, self._hold, self._resume, self._follow, self._trip, self._write_on, self._hear,
+            self._decide, self._end,
         )  # fmt: skip
         for stage in stages if not self._stopped else ():
             name = stage.__name__.strip("_")
@@ -148,25 +149,13 @@ class Guard:
         self._parts.recorder.close()
 
     def _advance(self, now_s: float) -> None:
-        """The guard's time never stands: where the clock does, it goes on by half a period, and can be caught up.
-
-        A clock that leaps ahead is believed once it has gone on from there; until then a period has passed.
-        """
-        told = now_s if isinstance(now_s, int | float) and math.isfinite(now_s) else -math.inf
-        step_s, first = told - self._now_s, not math.isfinite(self._now_s)
-        learned = self._period_s is None or step_s <= LEAP * self._period_s
-        if told > self._now_s and (first or learned or (self._leapt_s is not None and told > self._leapt_s)):
-            if not first and learned:
-                self._period_s = step_s
-            self._now_s, self._leapt_s = float(told), None
+        """The guard's time goes on, also where the clock does not."""
+        wrong = self._pace.advance(now_s)
+        self._now_s = self._pace.now_s
+        if wrong:
+            self._alarm("clock", wrong, Priority.HIGH)
+        else:
             self._parts.alarms.return_("clock", self._now_s)
-            return
-        text = f"the clock says {now_s!r} s after {self._now_s:g} s"
-        period_s = self._period_s or 1.0
-        self._leapt_s = told if told > self._now_s else None
-        passed_s = period_s if self._leapt_s is not None else period_s / 2.0
-        self._now_s = 0.0 if first else self._now_s + passed_s
-        self._alarm("clock", text, Priority.HIGH)
 
     def _begin(self, sample: Snapshot | None) -> None:
         if not math.isnan(self._began_s):
@@ -180,9 +169,11 @@ class Guard:
             self._response.remember(memory.tripped)
             self._requests.remember(memory.requests)
             self._persons.remember(memory.orders)
-        objection = self._modes.enter(mode)
+        objection = self._modes.enter(mode, self._now_s)
         if objection:
             self._alarm("mode", objection, Priority.HIGH)
+        if memory is not None and (parts.rules.recipe is Side.GUARD or self.mode.writes):
+            self._lapse.restart()
         rules = parts.rules
         recipe = rules.recipe if self.mode.writes else Side.PLANT
         parts.note(
@@ -196,6 +187,19 @@ class Guard:
         self._seen = self._quality.assess(self._now_s, sample)
         self._sample = None if self._quality.trouble else sample
         self._hold_alarm("link", self._quality.trouble)
+        if self._seen is not None:
+            self._parts.service.expect(self._parts.writer.see(self._seen))
+
+    def _hold(self, sample: Snapshot | None) -> None:
+        """Is the lease still the guard's? What was lost is taken again before anything is decided."""
+        self._parts.tenure.check(self._now_s)
+        self._follow_lease()
+
+    def _follow_lease(self) -> None:
+        wanted = self.mode.writes or self._sending
+        if self._lapse.follow(self._now_s, wanted):
+            self._moves.excuse(self._now_s)
+            self._requests.fail(f"the lease was lost: {self._parts.tenure.lost}", self._now_s)
 
     def _resume(self, sample: Snapshot | None) -> None:
         """After a restart: what was in flight is read before anything is written; a fallback waits for no reading."""
@@ -204,6 +208,8 @@ class Guard:
             return
         if readings is not None and readings.accepted:
             self._restart = None
+            restart.explain(readings)
+            self._moves.judge(self._now_s, readings, self.mode)
             restart.resolve(self._now_s, readings)
         elif self._now_s - self._began_s >= self._parts.settings.again_s:
             restart.act(self._now_s)
@@ -227,14 +233,11 @@ class Guard:
         """What somebody else has moved, and how far the write under way has come."""
         parts, now_s, readings = self._parts, self._now_s, self._seen
         if readings is not None:
-            self._moves.notice(now_s, readings, self.mode)
+            self._moves.notice(now_s, readings, self.mode, violated=self._response.violated)
         write = parts.writer.flying
         progress = parts.writer.follow(now_s, readings, self._objection)
         if progress is Progress.FAILED and write is not None:
-            unread = parts.writer.pending
-            parts.service.adopt(tuple(c for c in write.commands if c.tag not in unread), readings)
-            text = f"{write.source}: {parts.writer.error or 'the plant does not hold every target'}"
-            self._alarm(f"write:{write.cause.value}", text, Priority.HIGH)
+            self._moves.fail(write, now_s, readings)
         elif progress is Progress.CONFIRMED and write is not None:
             parts.service.expect(write.commands)
             parts.alarms.return_(f"write:{write.cause.value}", now_s)
@@ -244,9 +247,7 @@ class Guard:
         self._steps.follow(write, progress, now_s)
         if write is not None and write.cause is Cause.REQUEST and progress is Progress.CONFIRMED:
             self._act_by_s = None
-        for read in parts.writer.read_given_up(now_s, readings):
-            if self.latched is None:
-                parts.service.adopt(read.commands, readings)
+        self._moves.read(now_s, readings)
 
     def _objection(self, write: Write) -> str:
         """Why ``write`` may not be tried again on the present reading; empty where it may."""
@@ -278,7 +279,11 @@ class Guard:
             case FallBack():
                 self._activate(message.reason)
             case Trouble():
+                self._troubles.add(message.name[:100])
                 self._alarm(message.name[:100], message.cause[:500], Priority.HIGH)
+            case Settled() if message.name in self._troubles:  # nobody ends an alarm of the guard's own
+                self._troubles.remove(message.name)
+                self._parts.alarms.return_(message.name, now_s)
             case PersonCommand():
                 self._persons.hear(message, self._present())
             case _:
@@ -331,13 +336,22 @@ class Guard:
     def _end(self, sample: Snapshot | None) -> None:
         """Heartbeat and journal; the lease goes back where only a fallback was left to be sent."""
         parts, now_s = self._parts, self._now_s
-        self._modes.settle(now_s, sending=self.latched is not None and not self._latch.standing)
+        self._modes.settle(now_s, sending=self._sending)
         parts.tenure.beat(now_s)
+        self._follow_lease()
+        targets = parts.service.news()
+        if targets:
+            parts.note(TargetsHeld(targets), now_s)
         self._hold_alarm("journal", parts.recorder.trouble)
         lost = parts.recorder.lost
         if lost > self._lost:
             self._lost = lost
             parts.alarms.say("journal:lost", f"{lost} events could not be journalled", Priority.HIGH, now_s)
+
+    @property
+    def _sending(self) -> bool:
+        """Whether a fallback has not come to stand yet: it is sent whatever the mode."""
+        return self.latched is not None and not self._latch.standing
 
     @property
     def _oldest_s(self) -> float:

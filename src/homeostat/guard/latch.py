@@ -16,8 +16,8 @@ from homeostat.domain.guard_events import (
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.fallback import Chosen, Fallbacks
+from homeostat.guard.flight import Progress, Write
 from homeostat.guard.parts import Parts
-from homeostat.guard.writer import Progress, Write
 
 
 class Latch:
@@ -67,6 +67,38 @@ class Latch:
         self._parts.sequencer.stop()
         self._write(chosen, reason, now_s, readings)
         return True
+
+    def give_way(self, tag: str, now_s: float, readings: Snapshot | None, violated: bool) -> None:
+        """Somebody has moved ``tag``, to which a fallback is being sent: it is theirs, unless the row says otherwise.
+
+        What else the strategy writes is still sent. Where a hard limit is ``violated`` all the same, or nothing is
+        left to send, the strategy has failed, and the next one that passes its checks acts. Where there is none, what
+        is left of this one is better than what the plant does by itself.
+        """
+        writer, acting = self._parts.writer, self._acting
+        flying = writer.flying
+        if flying is None or flying.cause is not Cause.FALLBACK or tag in self.forced:
+            return
+        if tag not in {c.tag for c in flying.commands}:
+            return
+        left, reason = writer.without(tag), f"somebody has moved {tag!r} meanwhile"
+        following = self._next(now_s, readings) if acting is not None and (violated or not left) else None
+        if left and following is None:
+            return
+        writer.overtake(now_s, reason)
+        if acting is not None:
+            self._failed(acting, reason, now_s)
+        if following is not None:
+            self._parts.sequencer.stop()
+            self._write(following, self.reason or "", now_s, readings)
+        elif acting is not None:
+            self._shed(now_s)
+
+    def again(self, now_s: float) -> None:
+        """Send everything once more: what was being sent has left something out for no reason."""
+        if self.reason is not None and not self.standing:
+            self._parts.writer.overtake(now_s, "the fallback begins again")
+            self._acting, self._again_s = None, None
 
     def give_up(self, limit: str, reason: str, now_s: float, readings: Snapshot | None) -> None:
         """What stands does not help: it acts no more before a reset, but the next one, and at last the plant's shed."""
@@ -133,7 +165,7 @@ class Latch:
         elif ours and progress is Progress.FAILED:
             self._disobeyed(now_s, readings)
         elif ours and parts.writer.broken:
-            parts.tenure.take()  # perhaps the lease was lost; the next attempt has a new one
+            parts.tenure.take(now_s)  # perhaps the lease was lost; the next attempt has a new one
         elif self._due(now_s):
             self.fallbacks.begin()
             self._act(now_s, readings)
@@ -167,7 +199,7 @@ class Latch:
     def _write(self, chosen: Chosen, reason: str, now_s: float, readings: Snapshot | None) -> None:
         parts, strategy, actions = self._parts, chosen.strategy, chosen.actions
         if not parts.tenure.held:
-            objection = parts.tenure.take()
+            objection = parts.tenure.take(now_s)
             if objection:
                 parts.alarms.raise_("lease", objection, Priority.HIGH, now_s)
         if parts.writer.flying is not None:
@@ -176,7 +208,7 @@ class Latch:
         self.strategy = strategy
         write = Write.of(Cause.FALLBACK, strategy.name, actions)
         parts.writer.begin(write, now_s)
-        if parts.writer.broken and not parts.tenure.take():  # a lease that was lost without a word costs no tick
+        if parts.writer.broken and not parts.tenure.take(now_s):  # a lease that was lost without a word costs no tick
             parts.writer.repeat(now_s)
         parts.note(FellBack(strategy.name, actions.commands, reason), now_s)
         if parts.writer.accepted:
@@ -201,10 +233,13 @@ class Latch:
         if acting is None:
             self.fallbacks.begin()
         else:
-            name = acting.strategy.name
-            self._parts.note(FallbackSkipped(name, reason), now_s)
-            self._parts.alarms.raise_(f"fallback:{name}", f"not obeyed: {reason}", Priority.CRITICAL, now_s)
+            self._failed(acting, reason, now_s)
         self._act(now_s, readings)
+
+    def _failed(self, acting: Chosen, reason: str, now_s: float) -> None:
+        name = acting.strategy.name
+        self._parts.note(FallbackSkipped(name, reason), now_s)
+        self._parts.alarms.raise_(f"fallback:{name}", f"not obeyed: {reason}", Priority.CRITICAL, now_s)
 
     def _shed(self, now_s: float) -> None:
         """Stop the heartbeat; strategies are tried again after a while, because the plant may obey again."""

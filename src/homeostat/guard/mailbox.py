@@ -5,25 +5,29 @@ from __future__ import annotations
 import threading
 from collections import deque
 
+from homeostat.domain.mode import PersonCommand
 from homeostat.domain.observation import Message
 
 MOST = 1000
 """Most messages that wait; what comes when it is full is turned away."""
+ORDERS = 100
+"""Places beyond those, which only people's orders get: whoever asks too much keeps no person from being heard."""
 
 
 class Mailbox:
     """A bounded queue between any number of threads that ask and the one that decides."""
 
     def __init__(self, most: int = MOST) -> None:
-        """``most``: messages that may wait."""
+        """``most``: messages that may wait, people's orders apart."""
         self._waiting: deque[Message] = deque()
         self._most = most
         self._lock = threading.Lock()
 
     def put(self, message: Message) -> bool:
         """Leave ``message``; False where the mailbox is full, and nothing was taken."""
+        most = self._most + (ORDERS if isinstance(message, PersonCommand) else 0)
         with self._lock:
-            if len(self._waiting) >= self._most:
+            if len(self._waiting) >= most:
                 return False
             self._waiting.append(message)
             return True

@@ -85,6 +85,8 @@ class Memory:
     """Limits that were violated since the last reset: what a latched fallback acts against."""
     out: frozenset[str] = frozenset()
     """Tags that were out of service."""
+    targets: Mapping[str, float | None] = field(default_factory=dict)
+    """Writable tag -> the target that the plant was last read to hold, in its unit; None for automatic."""
     writes: int = 0
     """Writes that were numbered."""
     open: Mapping[int, OpenWrite] = field(default_factory=dict)
@@ -163,6 +165,8 @@ def _read_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     memory = replace(memory, open={n: w for n, w in memory.open.items() if n != number})
     if write is None:
         return memory
+    confirmed = {c.tag: c.value for c in write.commands if c.tag in fields["confirmed"]}
+    memory = replace(memory, targets={**memory.targets, **confirmed})
     if not held:
         owes = write.cause is Cause.SEQUENCE and write.taken and not write.given_up
         return replace(memory, owed=write) if owes else memory
@@ -248,6 +252,7 @@ _FOLDS: Mapping[str, Any] = {
     "write-intended": _intended,
     "write-ended": _ended,
     "read-back": _read_back,
+    "targets-held": lambda m, f: replace(m, targets={**m.targets, **f["targets"]}),
     "state-entered": _entered,
     "start-up-began": _start_up_began,
     "start-up-ended": lambda m, f: replace(m, started=True),

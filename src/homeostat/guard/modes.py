@@ -15,9 +15,12 @@ class Modes:
         self.mode = Mode.OBSERVE
         """The mode."""
 
-    def enter(self, mode: Mode) -> str:
-        """Go over to ``mode``; why not, or empty. Where it does not write, :meth:`settle` gives the lease back."""
-        objection = self._tenure.take() if mode.writes and not self._tenure.held else ""
+    def enter(self, mode: Mode, now_s: float) -> str:
+        """Go over to ``mode``; why not, or empty. Where it does not write, :meth:`settle` gives the lease back.
+
+        One that writes takes the lease also where it seems to be held: it may have been lost without a word.
+        """
+        objection = self._tenure.take(now_s) if mode.writes else ""
         if not objection:
             self.mode = mode
         return objection

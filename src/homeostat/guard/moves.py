@@ -7,37 +7,53 @@ from homeostat.domain.guard_events import Cause
 from homeostat.domain.mode import Mode, Side
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.flight import GivenUp, Write, same, shown
+from homeostat.guard.lapse import Lapse
 from homeostat.guard.latch import Latch
 from homeostat.guard.memory import PUT_RIGHT
 from homeostat.guard.parts import Parts
 from homeostat.guard.recognition import admits
 from homeostat.guard.service import Moved
-from homeostat.guard.writer import Write
 
 
 class Moves:
     """Notices within one tick that a target is not the guard's any more."""
 
-    def __init__(self, parts: Parts, latch: Latch) -> None:
-        """``latch``: what arrives late is put right only while a fallback is latched."""
-        self._parts, self._latch = parts, latch
-        self._late: dict[str, Command] = {}
+    def __init__(self, parts: Parts, latch: Latch, lapse: Lapse) -> None:
+        """``latch``: what arrives late is put right only while a fallback is latched; ``lapse``: what the plant did."""
+        self._parts, self._latch, self._lapse = parts, latch, lapse
+        self._wrong: dict[str, Moved] = {}
+        self._hands: list[tuple[Moved, float]] = []
 
-    def notice(self, now_s: float, readings: Snapshot, mode: Mode) -> None:
-        """Judge every target that the plant tells."""
+    def notice(self, now_s: float, readings: Snapshot, mode: Mode, violated: bool) -> None:
+        """Judge every target that the plant tells, and put right what a latched fallback needs.
+
+        ``violated``: whether a hard limit is, so that a fallback of which a person took something is not enough.
+        """
+        self.judge(now_s, readings, mode, violated)
+        self._wrong.update(self._lapse.settle(now_s, readings))
+        self._put_right(now_s)
+
+    def judge(self, now_s: float, readings: Snapshot, mode: Mode, violated: bool = False) -> None:
+        """Judge every target that the plant tells: the guard's, a late one of its own, the plant's, or a person's."""
         parts, latched = self._parts, self._latch.reason is not None
-        if not parts.tenure.held and now_s < parts.tenure.given_back_s + parts.settings.again_s:
+        tenure = parts.tenure
+        if not (tenure.held or tenure.lost) and now_s < tenure.given_back_s + parts.settings.again_s:
             parts.service.track(readings)  # the plant's own control has taken over
             return
-        for moved in parts.service.moved(readings, self._pending):
-            ours = latched and moved.tag in parts.service.tags
-            if ours and parts.writer.late(moved.tag, moved.now):
-                self._late[moved.tag] = Command(moved.tag, moved.before, parts.rules.tags[moved.tag].rate_limit)
+        self._hands.clear()
+        moves = parts.service.moved(readings, self._pending)
+        parts.service.expect(parts.writer.ramped(readings))
+        for moved in moves:
+            if self._lapse.excuses(moved):
+                continue
+            if latched and moved.tag in parts.service.tags and parts.writer.late(moved.tag, moved.now):
+                self._wrong[moved.tag] = moved
                 text = f"a write that was given up has moved {moved.tag!r} after all"
                 parts.alarms.say(f"late:{moved.tag}", text, Priority.HIGH, now_s)
             elif not self._recipes(moved, mode):
                 self._take_out(moved, now_s)
-        self._put_right(now_s, latched)
+                self._latch.give_way(moved.tag, now_s, readings, violated)
 
     def _recipes(self, moved: Moved, mode: Mode) -> bool:
         """Whether the plant's own recipe has moved a target: with it the plant has entered a state that admits it."""
@@ -46,29 +62,71 @@ class Moves:
             return False
         return admits(parts.rules.machine.state(entered), moved.tag, moved.now)
 
-    def _pending(self, tag: str, target: float | None) -> bool:
-        """Whether ``tag`` is being written and may have come to ``target`` by that."""
+    def excuse(self, now_s: float) -> None:
+        """The lease was lost before this tick's heartbeat: what the plant's own control moved since was no person."""
+        for moved, at_s in self._hands:
+            if at_s == now_s and self._lapse.excuses(moved):
+                text = f"the plant's own control has moved {moved.tag!r}: the lease was lost"
+                self._parts.service.change(moved.tag, True, "", text, now_s)
+                self._parts.alarms.return_(f"moved:{moved.tag}", now_s)
+                self._latch.again(now_s)
+
+    def fail(self, write: Write, now_s: float, readings: Snapshot | None) -> None:
+        """Every attempt at ``write`` was made: what became of it is what the plant says, and an alarm."""
+        parts = self._parts
+        unread = parts.writer.pending
+        parts.service.adopt(tuple(c for c in write.commands if c.tag not in unread), readings)
+        text = f"{write.source}: {parts.writer.error or 'the plant does not hold every target'}"
+        parts.alarms.raise_(f"write:{write.cause.value}", text, Priority.HIGH, now_s)
+        failed = parts.writer.failed
+        if failed is not None and failed.written:
+            self._say_half(failed, now_s)
+
+    def read(self, now_s: float, readings: Snapshot | None) -> None:
+        """What became of writes that were given up, once the plant was read after them."""
+        for read in self._parts.writer.read_given_up(now_s, readings):
+            if read.written or read.taken:
+                self._say_half(read, now_s)
+            if self._latch.reason is None:
+                self._parts.service.adopt(read.write.commands, readings)
+
+    def _say_half(self, read: GivenUp, now_s: float) -> None:
+        """An alarm of what was begun and has not come to its end; a fallback is sent until it stands."""
+        if not read.whole and read.write.cause is not Cause.FALLBACK:
+            self._parts.alarms.say("write:half", str(read), Priority.HIGH, now_s)
+
+    def _pending(self, tag: str, before: float | None, target: float | None) -> bool:
+        """Whether ``tag`` is being written and may have come from ``before`` to ``target`` by that.
+
+        A fallback is taken to be late, clamped or not obeyed, and is sent again, where it is not clearly a person who
+        has moved the tag (`Writer.by_hand`).
+        """
         writer = self._parts.writer
         if tag not in writer.pending:
             return False
+        if writer.expects(tag, target):
+            return True
         flying = writer.flying
-        return (flying is not None and flying.cause is Cause.FALLBACK) or writer.expects(tag, target)
+        return flying is not None and flying.cause is Cause.FALLBACK and not writer.by_hand(tag, before, target)
 
     def _take_out(self, moved: Moved, now_s: float) -> None:
-        text = f"somebody changed {moved.tag!r} from {_shown(moved.before)} to {_shown(moved.now)}"
+        text = f"somebody changed {moved.tag!r} from {shown(moved.before)} to {shown(moved.now)}"
         self._parts.writer.leave(moved.tag)
         if self._parts.service.change(moved.tag, False, "", text, now_s):
+            self._hands.append((moved, now_s))
             self._parts.alarms.raise_(f"moved:{moved.tag}", text, Priority.MEDIUM, now_s)
 
-    def _put_right(self, now_s: float, latched: bool) -> None:
-        if not latched:
-            self._late.clear()
-        elif self._late and self._parts.writer.flying is None:
-            commands, self._late = tuple(self._late.values()), {}
-            self._parts.writer.begin(
-                Write(Cause.FALLBACK, PUT_RIGHT, commands, self._parts.sequencer.state), now_s
-            )  # fmt: skip
-
-
-def _shown(target: float | None) -> str:
-    return "automatic" if target is None else f"{target:g}"
+    def _put_right(self, now_s: float) -> None:
+        """Bring back what came late or by the plant's own control, unless the tag was written or moved since."""
+        parts = self._parts
+        if self._latch.reason is None:
+            self._wrong.clear()
+        elif self._wrong and parts.writer.flying is None:
+            wrong, self._wrong = self._wrong, {}
+            commands = tuple(
+                Command(m.tag, m.before, None if m.before is None else parts.rules.tags[m.tag].rate_limit)
+                for m in wrong.values()
+                if same(m.now, parts.service.target(m.tag), parts.rules.writables[m.tag].tolerance)
+            )
+            if commands:
+                parts.writer.begin(Write(Cause.FALLBACK, PUT_RIGHT, commands, parts.sequencer.state), now_s)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from homeostat.domain.ports import GuardEvent, Lease, Record
 from homeostat.domain.rules import GuardRules
 from homeostat.guard.alarms import Alarms
+from homeostat.guard.bounded import bounded
 from homeostat.guard.recorder import Recorder
 from homeostat.guard.sequencer import Sequencer
 from homeostat.guard.service import Service
@@ -43,7 +44,8 @@ class Parts:
         alarms, writer = Alarms(recorder.note), Writer(rules.writables, recorder, settings)
         sequencer = Sequencer(rules.machine, rules.limits, rules.nominal)
         service = Service(rules.writables, recorder.note)
-        return cls(rules, settings, recorder, alarms, sequencer, service, writer, Tenure(lease, writer, alarms))
+        tenure = Tenure(bounded(lease, settings), writer, alarms, recorder.note, settings)
+        return cls(rules, settings, recorder, alarms, sequencer, service, writer, tenure)
 
     def note(self, event: GuardEvent, at_s: float) -> None:
         """Journal ``event``, which happened at process time ``at_s`` [s]."""

@@ -56,6 +56,6 @@ def finding(
     return Finding(name, owner, margin, formula.unit, at_s, member, message)
 
 
-def refusal(name: str, message: str) -> Finding:
-    """What no margin can cure: the check ``name`` refuses."""
-    return Finding(name, Owner.ACTION, -math.inf, "1", 0.0, 0, message)
+def refusal(name: str, message: str, owner: Owner = Owner.ACTION) -> Finding:
+    """What no margin can cure: the check ``name`` refuses; ``owner`` can propose something else."""
+    return Finding(name, owner, -math.inf, "1", 0.0, 0, message)

@@ -8,15 +8,16 @@ from dataclasses import dataclass
 from homeostat.domain.guard_events import Cause, LatchReset, ModeEntered, PersonHeard
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.domain.recovery import ActionSet
-from homeostat.guard.authority import LONGEST, LONGEST_ID, Authority
+from homeostat.guard.authority import Authority
+from homeostat.guard.flight import Progress, Write
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.modes import Modes
 from homeostat.guard.parts import Parts
 from homeostat.guard.recognition import recognise
 from homeostat.guard.requests import Requests
 from homeostat.guard.sequencer import nominal_commands, what_follows
+from homeostat.guard.texts import LONGEST_NAME, brief
 from homeostat.guard.verification import Present, Unfit, verify_start
-from homeostat.guard.writer import Progress, Write
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +41,7 @@ class Persons:
         """``floor``: what orders act on."""
         self._floor = floor
         self._authority = Authority(floor.parts.settings.persons, floor.parts.settings.person_s)
-        self._starting: tuple[str, ActionSet] | None = None
+        self._starting: tuple[Write, str, ActionSet] | None = None
         self._orders: dict[Verb, Callable[[PersonCommand, Present], str]] = {
             Verb.APPROVE: self._approve,
             Verb.REJECT: self._reject,
@@ -57,18 +58,19 @@ class Persons:
         """Carry out ``command`` if nothing is against it, and journal what came of it."""
         objection, check = self._authority.objection(command), ""
         if not objection:
-            self._authority.use(command)
+            self._authority.remember((command.id,))
             try:
                 objection = self._orders[command.verb](command, present)
             except Unfit as unfit:
                 objection, check = unfit.finding.message, unfit.finding.criterion
             except Exception as error:  # whoever orders something gets an answer
                 objection = f"the order could not be carried out: {str(error) or type(error).__name__}"
-        texts = [str(t)[:LONGEST_ID] for t in (command.id, command.person, command.subject)]
+        name, person, verb, subject = (
+            brief(given, LONGEST_NAME) for given in (command.id, command.person, command.verb, command.subject)
+        )
         role = command.role if isinstance(command.role, Role) else Role.OPERATOR
         event = PersonHeard(
-            texts[0], texts[1], role, str(command.verb)[:LONGEST_ID], texts[2], not objection,
-            objection or str(command.reason)[:LONGEST], check,
+            name, person, role, verb, subject, not objection, objection or brief(command.reason), check
         )  # fmt: skip
         self._floor.parts.note(event, present.now_s)
 
@@ -79,14 +81,12 @@ class Persons:
     def follow(self, write: Write | None, progress: Progress | None, now_s: float) -> None:
         """Take note of how far ``write`` has come: a start is made once the plant has got its commands."""
         starting, parts = self._starting, self._floor.parts
-        if starting is None:
+        if starting is None or write is not starting[0]:
             return
-        if write is None or write.cause is not Cause.PERSON or progress is Progress.FAILED:
+        if parts.writer.accepted or progress is Progress.CONFIRMED:
             self._starting = None
-        elif parts.writer.accepted or progress is Progress.CONFIRMED:
-            self._starting = None
-            parts.sequencer.load(starting[1], now_s)
-            parts.note(loaded(*starting, aborting=False), now_s)
+            parts.sequencer.load(starting[2], now_s)
+            parts.note(loaded(starting[1], starting[2], aborting=False), now_s)
 
     def _approve(self, command: PersonCommand, present: Present) -> str:
         return self._floor.requests.agree(command.subject, command.digest)
@@ -110,7 +110,7 @@ class Persons:
         floor, mode, now_s = self._floor, Mode(command.subject), present.now_s
         if floor.latch.reason is not None and mode.writes:
             return "a fallback is latched; reset it first"
-        objection = floor.modes.enter(mode)
+        objection = floor.modes.enter(mode, now_s)
         if objection:
             return objection
         if floor.latch.reason is None:  # a fallback is sent until it stands, whatever the mode
@@ -132,7 +132,7 @@ class Persons:
             return f"{floor.parts.settings.persons} people must agree to a reset; {command.person} is one of them"
         state = recognise(floor.parts.rules.machine, readings, floor.parts.sequencer.state)
         floor.latch.reset(now_s)
-        floor.modes.enter(Mode.OBSERVE)
+        floor.modes.enter(Mode.OBSERVE, now_s)
         floor.parts.sequencer.restore(state, (), aborting=False)
         floor.parts.note(LatchReset(agreed, command.reason, state), now_s)
         floor.parts.note(ModeEntered(Mode.OBSERVE.value, command.person, "reset"), now_s)
@@ -156,8 +156,12 @@ class Persons:
         found = next((t for t in leaving if t.name == command.subject), None)
         if not floor.modes.mode.writes or floor.latch.reason is not None:
             return "a start needs a mode that writes, and no latch"
+        if floor.parts.tenure.lost:
+            return f"the lease is lost: {floor.parts.tenure.lost}"
         if found is None:
             return f"{command.subject!r} does not leave state {present.state!r}"
+        if present.readings is None:
+            return "there is no reading to decide on"
         by_state = nominal_commands(rules)
         guards = rules.recipe is Side.GUARD  # else the plant's own recipe goes on from there
         then = what_follows(rules.machine, found.target, by_state) if guards else ()
@@ -169,6 +173,6 @@ class Persons:
         if not writer.begin(write, now_s):
             return f"the intention could not be journalled: {floor.parts.recorder.trouble}"
         floor.requests.withdraw_all(f"{command.person} ordered a start", now_s)
-        self._starting = (command.subject, actions)
+        self._starting = (write, command.subject, actions)
         self.follow(write, None, now_s)
         return ""

@@ -29,7 +29,7 @@ class _Seen:
 
     value: float = math.nan
     taken_s: float = -math.inf
-    changed_s: float = -math.inf
+    changed_s: float = math.nan
     uncertain_until_s: float = -math.inf
     quality: Quality = Quality.GOOD
 
@@ -61,7 +61,7 @@ class QualityWatch:
                 self._take(tag, own, now_s)
         if self._last is None:
             return None
-        return self._judged(now_s, self._last, fresh=own is not None)
+        return self._judged(now_s, self._last)
 
     def _usable(self, now_s: float, sample: Snapshot | None) -> Snapshot | None:
         """A copy of ``sample`` that nobody else holds; None, and :attr:`trouble` says why, where it is of no use."""
@@ -77,8 +77,6 @@ class QualityWatch:
         return None if self._trouble else own
 
     def _untimely(self, now_s: float, at_s: float) -> str:
-        if not math.isfinite(at_s):
-            return f"the sample's time is {at_s!r} s"
         if not 0.0 <= at_s <= now_s + AHEAD_S:
             return f"the sample is of {at_s:g} s; it is {now_s:g} s now"
         if self._last is not None and at_s <= self._last.at_s:
@@ -95,21 +93,21 @@ class QualityWatch:
             return
         if value != seen.value:
             seen.changed_s = taken_s
-        if rule.fastest is not None and math.isfinite(seen.value):
+        if rule.fastest is not None:
             possible = rule.fastest * (taken_s - seen.taken_s) + SIGMAS * (rule.noise or 0.0)
             # A reading that steps again and again is no excuse for ever: between two grace times the raw one counts.
             if abs(value - seen.value) > possible and now_s >= seen.uncertain_until_s + rule.grace_s:
                 seen.uncertain_until_s = now_s + rule.grace_s
         seen.value, seen.taken_s = value, taken_s
 
-    def _judged(self, now_s: float, sample: Snapshot, fresh: bool) -> Snapshot:
+    def _judged(self, now_s: float, sample: Snapshot) -> Snapshot:
         old = now_s - sample.at_s > self._stale_s
         values, reasons = dict(sample.values), dict(sample.reasons)
         bad = set(sample.values if old else sample.bad) - self._rules.keys()
         uncertain = set(sample.uncertain) - self._rules.keys()
         values.update(dict.fromkeys(bad, math.nan))
         for tag, rule in self._rules.items():
-            quality, reason = self._quality(tag, rule, now_s, sample, fresh)
+            quality, reason = self._quality(tag, rule, now_s, sample)
             seen = self._seen[tag]
             values[tag] = math.nan if quality is Quality.BAD else seen.value
             reasons.pop(tag, None)
@@ -124,17 +122,17 @@ class QualityWatch:
             sample.at_s, values, frozenset(bad), frozenset(uncertain), reasons, dict(sample.taken_s), accepted
         )
 
-    def _quality(self, tag: str, rule: QualityRule, now_s: float, sample: Snapshot, fresh: bool) -> tuple[Quality, str]:
+    def _quality(self, tag: str, rule: QualityRule, now_s: float, sample: Snapshot) -> tuple[Quality, str]:
         """How far the reading of ``tag`` can be trusted, and why not further."""
         seen, unit = self._seen[tag], self._tags[tag].unit
-        if fresh and tag not in sample.values:
+        if tag not in sample.values:
             return Quality.BAD, f"{tag!r} is missing from the sample"
-        if fresh and tag in sample.bad:
+        if tag in sample.bad:
             return Quality.BAD, f"{tag!r} is marked bad: {sample.reasons.get(tag, 'no reason is given')}"
-        if fresh and not math.isfinite(sample.values[tag]):
+        if not math.isfinite(sample.values[tag]):
             return Quality.BAD, f"{tag!r} is not a number"
         age_s = now_s - seen.taken_s
-        if not -AHEAD_S <= age_s <= rule.stale_s:
+        if age_s > rule.stale_s:
             return Quality.BAD, f"{tag!r} is {age_s:g} s old; at most {rule.stale_s:g} s are allowed"
         within = self._tags[tag].range
         slack = SLACK * within.span
@@ -166,8 +164,6 @@ def _copied(sample: Snapshot) -> Snapshot:
 
 def _number(value: object) -> float:
     """``value`` as a float; NaN where it is none, or is too large for one."""
-    if type(value) is float:
-        return value
     if type(value) is bool or not isinstance(value, Real):
         return math.nan
     try:

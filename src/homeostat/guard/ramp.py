@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 from homeostat.domain.mode import Side
 from homeostat.domain.recovery import Command
 from homeostat.domain.rules import WriteRule
+
+Same: TypeAlias = Callable[[str, float | None, float], bool]
+"""Whether the target of a tag that the plant tells is the one that was sent, within the tolerance of its table."""
 
 
 @dataclass(slots=True)
@@ -19,14 +23,26 @@ class _Ramp:
     rate: float
     start: float
     now: float
-    at_s: float
+    at_s: float = math.nan
+    seen: float | None = None
+    follows: bool = False
+    followed_s: float = math.nan
+
+    @property
+    def over(self) -> bool:
+        """Whether the last step was sent."""
+        return self.now == self.target
 
 
 class Ramps:
-    """At most one ramp per tag; every one stops at once when it is told to."""
+    """At most one ramp per tag; every one stops at once when it is told to.
+
+    The next step is sent when the plant is seen to hold the last one: a ramp that cannot be confirmed stands.
+    """
 
     def __init__(self) -> None:
         self._ramps: dict[str, _Ramp] = {}
+        self._stopped: dict[str, _Ramp] = {}
         self._last: dict[str, float] = {}
 
     def first(self, commands: tuple[Command, ...], rules: Mapping[str, WriteRule]) -> tuple[Command, ...]:
@@ -34,10 +50,11 @@ class Ramps:
         sent = []
         for c in commands:
             self._ramps.pop(c.tag, None)
+            self._stopped.pop(c.tag, None)
             owned = c.tag in rules and rules[c.tag].ramped_by is Side.GUARD
             start = self._last.get(c.tag)
             if owned and c.value is not None and c.rate is not None and start is not None:
-                self._ramps[c.tag] = _Ramp(c.value, c.rate, start, start, math.nan)
+                self._ramps[c.tag] = _Ramp(c.value, c.rate, start, start)
                 sent.append(replace(c, value=start, rate=None))
             else:
                 sent.append(c)
@@ -52,31 +69,54 @@ class Ramps:
         for tag, target in accepted.items():
             if target is None:
                 self._last.pop(tag, None)
-            elif tag not in self._ramps:
+            else:
                 self._last[tag] = target
 
-    def step(self, now_s: float) -> tuple[Command, ...]:
-        """The next values of every ramp at ``now_s`` [s]."""
+    def step(
+        self, now_s: float, accepted: Mapping[str, float | None], same: Same, anyway: bool = False
+    ) -> tuple[Command, ...]:
+        """The next values of every ramp at ``now_s`` [s], given the targets that the plant is known to hold.
+
+        ``anyway``: also of those that the plant is not seen to follow, as to a fallback standing still is no help.
+        """
         sent = []
-        for tag, ramp in list(self._ramps.items()):
+        for tag, ramp in self._ramps.items():
             passed_s = 0.0 if math.isnan(ramp.at_s) else now_s - ramp.at_s
-            ramp.at_s = now_s
+            target, told = accepted.get(tag), tag in accepted
+            held = told and same(tag, target, ramp.now)
+            ramp.follows = held or (told and target != ramp.seen) or (anyway and not told)
+            ramp.followed_s = now_s if math.isnan(ramp.at_s) else ramp.followed_s
+            ramp.at_s, ramp.seen = now_s, target
             reach, left = ramp.rate * passed_s, ramp.target - ramp.now
-            if reach <= 0.0 or left == 0.0:
-                continue
-            ramp.now = ramp.target if abs(left) <= reach else ramp.now + math.copysign(reach, left)
-            sent.append(Command(tag, ramp.now, None))
-            self._last[tag] = ramp.now
+            if (held or anyway) and reach > 0.0 and left != 0.0:
+                value = ramp.target if abs(left) <= reach else ramp.now + math.copysign(reach, left)
+                sent.append(Command(tag, value, None))
         return tuple(sent)
 
-    def left_s(self, tag: str) -> float:
-        """Time that the ramp of ``tag`` takes from here [s]; 0 where there is none."""
-        ramp = self._ramps.get(tag)
-        return 0.0 if ramp is None else abs(ramp.target - ramp.now) / ramp.rate
+    def took(self, commands: tuple[Command, ...], now_s: float, told: Mapping[str, float | None]) -> None:
+        """The link has taken these steps; ``told``: targets that the plant tells, so that nobody has to guess them."""
+        for c in commands:
+            ramp = self._ramps[c.tag]
+            assert c.value is not None, "a step is a value"
+            ramp.now = c.value
+            ramp.followed_s = now_s if ramp.follows else ramp.followed_s
+            if c.tag not in told:
+                self._last[c.tag] = c.value
+
+    @property
+    def followed_s(self) -> float:
+        """When the last step was sent of the ramp that is followed worst, while any is under way [s]."""
+        going = [r.followed_s for r in self._ramps.values() if not r.over]
+        return min(going) if going else max((r.followed_s for r in self._ramps.values()), default=-math.inf)
+
+    @property
+    def known(self) -> bool:
+        """Whether there is a ramp, or one that was stopped."""
+        return bool(self._ramps or self._stopped)
 
     def passes(self, tag: str, value: float | None, tolerance: float) -> bool:
-        """Whether the ramp of ``tag`` has led through ``value``."""
-        ramp = self._ramps.get(tag)
+        """Whether the ramp of ``tag``, also one that was stopped, has led through ``value``."""
+        ramp = self._ramps.get(tag) or self._stopped.get(tag)
         if ramp is None or value is None:
             return False
         low, high = sorted((ramp.start, ramp.now))
@@ -85,7 +125,9 @@ class Ramps:
     def drop(self, tag: str) -> None:
         """Stop the ramp of ``tag``: somebody else has moved it."""
         self._ramps.pop(tag, None)
+        self._stopped.pop(tag, None)
 
     def stop(self) -> None:
         """Stop every ramp where it is; one that has come to its end is over as well."""
+        self._stopped.update(self._ramps)
         self._ramps.clear()

@@ -65,3 +65,8 @@ def _fits(state: State, readings: Snapshot) -> bool:
     """Whether every target that ``state`` states is held and its settling condition holds."""
     held = bool(state.setpoints) and all(_held(state, r.tag, readings) for r in state.setpoints)
     return held and state.settled_when.holds(usable(readings))
+
+
+def admits_all(state: State, readings: Snapshot, tags: frozenset[str]) -> bool:
+    """Whether ``state`` admits the accepted target of every one of ``tags`` that it states."""
+    return all(_held(state, r.tag, readings) for r in state.setpoints if r.tag in tags)

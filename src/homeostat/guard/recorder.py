@@ -20,8 +20,8 @@ BACKLOG = 10_000
 class _Job:
     """One event to append, or a sync where there is none."""
 
-    event: GuardEvent | None
-    at_s: float
+    event: GuardEvent | None = None
+    at_s: float = math.nan
     done: threading.Event = field(default_factory=threading.Event)
     error: str = ""
 
@@ -64,7 +64,7 @@ class Recorder:
         """
         if self._behind:
             return False
-        job = _Job(None, 0.0)
+        job = _Job()
         return self._hand_over(job) and self._answered(job, wait_s) and not job.error
 
     def settle(self) -> None:
@@ -73,7 +73,6 @@ class Recorder:
             self.commit()
         elif self._last is not None and not self._behind:
             self._answered(self._last)
-        self._last = None
 
     def close(self) -> None:
         """Let the thread end once it has appended what waits; a record that hangs is left behind."""

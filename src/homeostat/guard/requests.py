@@ -10,14 +10,15 @@ from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.verdict import Finding
+from homeostat.guard.flight import Progress, Write
 from homeostat.guard.latch import loaded
 from homeostat.guard.parts import Parts
 from homeostat.guard.permissives import refusal
+from homeostat.guard.texts import brief
 from homeostat.guard.verification import Present, Unfit, authorise, mapped, verify
-from homeostat.guard.writer import Progress, Write
 
 MOST = 50
-"""Most requests that wait."""
+"""Most requests that wait, and most that one tick looks at."""
 REMEMBERED = 10_000
 """Requests that are remembered as used; older ones have expired long ago."""
 
@@ -30,6 +31,7 @@ class _Asked:
     path: RecoveryPath
     offered: bool = False
     agreed: bool = False
+    loaded: bool = False
 
 
 class Requests:
@@ -40,7 +42,7 @@ class Requests:
         self._parts, self._keys = parts, keys
         self._waiting: dict[str, _Asked] = {}
         self._written: _Asked | None = None
-        self._loaded = False
+        self._looked: dict[float, int] = {}
         self._used: dict[str, None] = {}
         self._nonces: dict[str, None] = {}
         self._answers: list[Answer] = []
@@ -49,6 +51,11 @@ class Requests:
     def written(self) -> bool:
         """Whether the write of a request is under way."""
         return self._written is not None
+
+    @property
+    def _open(self) -> tuple[_Asked, ...]:
+        """Requests that are not answered for good: the one that is being written, and those that wait."""
+        return (*([self._written] if self._written else []), *self._waiting.values())
 
     @property
     def offered(self) -> tuple[Request, ...]:
@@ -66,6 +73,7 @@ class Requests:
         While a fallback is ``latched`` nothing waits: what was asked then is old when the latch is reset.
         """
         try:
+            self._attend(now_s)
             own, path = mapped(request, self._parts.rules)
             if own.id in self._used or own.seal.nonce in self._nonces:
                 raise Unfit(refusal("CHK-USED", f"request {own.id!r} was made before; a seal is used once"))
@@ -77,13 +85,19 @@ class Requests:
                 raise Unfit(refusal("CHK-BUSY", f"{MOST} requests wait already; ask again later"))
         except Unfit as unfit:
             name = _name(request)
-            written = self._written is not None and self._written.request.id == name
-            if name in self._waiting or written:  # the one of that name that is known has its own answers
+            if any(a.request.id == name for a in self._open):  # the one of that name that is known has its own answers
                 name = f"{name}#again"
             self._refuse_unknown(name, unfit.finding, now_s)
             return
         self._waiting[own.id] = _Asked(own, path)
         self._answer(own, RequestStatus.AUTHORISED, now_s)
+
+    def _attend(self, now_s: float) -> None:
+        """Raise Unfit where this tick has looked at as many requests as it has time for."""
+        looked = self._looked.get(now_s, 0)
+        if looked >= MOST:
+            raise Unfit(refusal("CHK-BUSY", f"{MOST} requests came at once; this one was not read, ask again later"))
+        self._looked = {now_s: looked + 1}
 
     def remember(self, used: Iterable[str]) -> None:
         """Requests that were ``used`` before a restart are not taken again."""
@@ -100,17 +114,23 @@ class Requests:
         """The issuer gives up request ``name``; one that is written already stays written."""
         asked = self._waiting.pop(name, None)
         if asked is not None:
-            self._answer(asked.request, RequestStatus.WITHDRAWN, now_s, refusal("CHK-WITHDRAWN", reason))
+            self._answer(asked.request, RequestStatus.WITHDRAWN, now_s, refusal("CHK-WITHDRAWN", brief(reason)))
 
     def withdraw_all(self, reason: str, now_s: float) -> None:
         """A trip, a mode change or a person has overtaken everything that was asked."""
-        finding = refusal("CHK-OVERTAKEN", reason)
-        if self._written is not None:
-            self._answer(self._written.request, RequestStatus.WITHDRAWN, now_s, finding)
-            self._written = None
-        for asked in list(self._waiting.values()):
+        finding = refusal("CHK-OVERTAKEN", brief(reason))
+        for asked in self._open:
             self._answer(asked.request, RequestStatus.WITHDRAWN, now_s, finding)
+        self._written = None
         self._waiting.clear()
+
+    def fail(self, reason: str, now_s: float) -> None:
+        """The lease was lost while a request was being written: it is given up, and what it has done is read."""
+        if self._written is not None:
+            self._answer(self._written.request, RequestStatus.FAILED, now_s, refusal("CHK-LEASE", reason))
+            if self._written.loaded:  # nothing follows behind what the plant may not have got
+                self._parts.sequencer.stop()
+            self._written = None
 
     def agree(self, name: str, digest: str) -> str:
         """A person says yes to request ``name`` with this ``digest``; why not, or empty."""
@@ -148,6 +168,9 @@ class Requests:
                 self._close(asked, RequestStatus.ADVISED, present.now_s)
             elif mode is Mode.APPROVE and not asked.agreed:
                 self._offer(asked, present.now_s)
+            elif self._parts.tenure.lost:
+                text = f"nothing can be written: {self._parts.tenure.lost}; ask again when the guard has the lease"
+                self._close(asked, RequestStatus.REFUSED, present.now_s, refusal("CHK-LEASE", text))
             elif self._parts.writer.flying is None:
                 return self._write(asked, present.now_s)
         return False
@@ -158,8 +181,8 @@ class Requests:
         if asked is None:
             return
         actions = asked.request.actions
-        if not self._loaded and (parts.writer.accepted or progress is Progress.CONFIRMED):
-            self._loaded = True
+        if not asked.loaded and (parts.writer.accepted or progress is Progress.CONFIRMED):
+            asked.loaded = True
             parts.sequencer.load(actions, now_s)
             parts.note(loaded(asked.request.id, actions, aborting=False), now_s)
         if progress is Progress.CONFIRMED:
@@ -167,7 +190,7 @@ class Requests:
             self._answer(asked.request, RequestStatus.CONFIRMED, now_s)
         elif progress is Progress.FAILED:
             self._written = None
-            if self._loaded:  # nothing follows behind what the plant did not obey
+            if asked.loaded:  # nothing follows behind what the plant did not obey
                 parts.sequencer.stop()
             reason = parts.writer.error or "the plant does not hold every target after every attempt"
             self._answer(asked.request, RequestStatus.FAILED, now_s, refusal("CHK-OBEYED", reason))
@@ -183,7 +206,7 @@ class Requests:
         self._answer(request, RequestStatus.VERIFIED, now_s)
         actions = request.actions
         write = Write.of(Cause.REQUEST, request.id, actions)
-        self._written, self._loaded = asked, False
+        self._written = asked
         self._answer(request, RequestStatus.ACCEPTED, now_s)
         if actions.commands and not parts.writer.begin(write, now_s):
             self._written = None
@@ -210,9 +233,9 @@ class Requests:
         self._parts.note(event, now_s)
 
 
-def _name(request: object) -> str:
+def _name(request: Request) -> str:
     """What somebody calls a request that may be anything."""
     try:
-        return str(getattr(request, "id", ""))[:100]
-    except Exception:
+        return brief(request.id)
+    except Exception:  # whatever a stranger made of it
         return ""

@@ -22,6 +22,11 @@ class Response:
         self._effects = EffectWatch(parts.rules.fallbacks)
         self._strategy: str | None = None
 
+    @property
+    def violated(self) -> bool:
+        """Whether a hard limit is violated at present."""
+        return bool(self._violated)
+
     def remember(self, tripped: frozenset[str]) -> None:
         """A fallback that was latched before a restart answers the limits that had ``tripped``."""
         self._answered = tripped

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 from homeostat.domain.alarm import Priority
 from homeostat.domain.guard_events import Cause, FallbackStands, ReadBack, StepTaken
+from homeostat.domain.mode import Side
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
 from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.flight import Write, between, holds
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.memory import PUT_RIGHT, Memory, OpenWrite
 from homeostat.guard.parts import Parts
 from homeostat.guard.start_up import StartUpPhase
 from homeostat.guard.steps import Steps
-from homeostat.guard.writer import Write, holds
 
 
 class Restart:
@@ -27,6 +30,7 @@ class Restart:
             latch.hold(memory.latched, memory.acted, memory.spent)
         parts.writer.numbered = memory.writes
         parts.service.restore(memory.out)
+        parts.service.recall(memory.targets)
 
     def take_position(self, now_s: float, start_up: StartUpPhase) -> None:
         """Take over where the sequence stood; nothing waits where the machine does not know it any more.
@@ -49,6 +53,17 @@ class Restart:
             sequencer.stop()
             text = f"the sequence cannot go on where the journal says that it stood: {unknown}"
             self._parts.alarms.raise_("sequence", text, Priority.HIGH, now_s)
+
+    def explain(self, readings: Snapshot) -> None:
+        """What an open write may have brought about is nobody else's doing, be it half of a ramp of the guard."""
+        parts = self._parts
+        for command in (c for write in self._memory.open.values() for c in write.commands):
+            rule, before = parts.rules.writables.get(command.tag), parts.service.target(command.tag)
+            target = readings.accepted.get(command.tag, math.nan)
+            ramped = rule is not None and rule.ramped_by is Side.GUARD
+            on_ramp = ramped and between(target, before, command.value, self._tolerance(command.tag))
+            if on_ramp or holds(command, readings, self._tolerance(command.tag)):
+                parts.service.adopt((command,), readings)
 
     def act(self, now_s: float) -> None:
         """The plant says nothing: a fallback that is not known to stand is sent all the same."""

@@ -103,12 +103,10 @@ class Sequencer:
         return ActionSet(self._sent, self.state, self._waiting)
 
     def way(self) -> RecoveryPath | None:
-        """The path that is left; None where nothing waits."""
-        if not self._waiting:
-            return None
+        """The path that is left; None where nothing waits, or nothing that a proposer could take."""
         try:
             return RecoveryPath(self._machine, tuple(s.transition for s in self._waiting))
-        except ValueError:  # the steps of a fallback need not make a path that a proposer could take
+        except ValueError:  # nothing waits, or steps of a fallback, which need not make a path of a proposer
             return None
 
     def drain(self) -> tuple[tuple[str, float], ...]:
@@ -155,11 +153,12 @@ def what_follows(machine: StateMachine, start: str, commands: dict[str, tuple[Co
     """What follows from ``start`` by itself, the least risky transition first; ``commands`` by state."""
     steps: list[Step] = []
     here, been = start, {start}
-    while True:
+    for _ in machine.states:  # none is entered twice
         onward = [t for t in machine.transitions if t.source == here and not t.on_decision and t.target not in been]
         if not onward:
-            return tuple(steps)
+            break
         taken = min(onward, key=lambda t: machine.state(t.target).risk)
         steps.append(Step(taken, commands[taken.target]))
         here = taken.target
         been.add(here)
+    return tuple(steps)

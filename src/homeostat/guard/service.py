@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command
 from homeostat.domain.rules import WriteRule
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.writer import same
+from homeostat.guard.flight import same
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,7 @@ class Service:
         self._rules, self._note = rules, note
         self._out: set[str] = set()
         self._expected: dict[str, float | None] = {}
+        self._told: dict[str, float | None] = {}
 
     @property
     def tags(self) -> frozenset[str]:
@@ -45,12 +47,32 @@ class Service:
         return frozenset(self._out)
 
     def restore(self, out: frozenset[str]) -> None:
-        """Take over what a journal says."""
+        """Take over from a journal what is out of service."""
         self._out = set(out) & set(self._rules)
 
+    def recall(self, targets: Mapping[str, float | None]) -> None:
+        """The plant held ``targets`` when the journal ended: what is different now was moved since."""
+        self._expected.update({tag: target for tag, target in targets.items() if tag in self._rules})
+        self._told.update(targets)
+
     def expect(self, commands: tuple[Command, ...]) -> None:
-        """The plant holds ``commands`` now."""
-        self._expected.update({c.tag: c.value for c in commands})
+        """The plant was read to hold ``commands``."""
+        held = {c.tag: c.value for c in commands}
+        self._expected.update(held)
+        self._told.update(held)
+
+    def target(self, tag: str) -> float | None:
+        """The target that ``tag`` held when it was read last, in its unit; NaN where it never was."""
+        return self._expected.get(tag, math.nan)
+
+    def news(self) -> dict[str, float | None]:
+        """Targets that the plant holds and no write says so, since the last call."""
+        found = {
+            tag: target for tag, target in self._expected.items()
+            if (tag not in self._told or target != self._told[tag]) and (target is None or math.isfinite(target))
+        }  # fmt: skip
+        self._told.update(found)
+        return found
 
     def adopt(self, commands: tuple[Command, ...], readings: Snapshot | None) -> None:
         """What became of ``commands`` is what the plant says; it was no stranger."""
@@ -58,10 +80,12 @@ class Service:
             held = {c.tag: readings.accepted[c.tag] for c in commands if c.tag in readings.accepted}
             self._expected.update(held)
 
-    def moved(self, readings: Snapshot, pending: Callable[[str, float | None], bool]) -> tuple[Moved, ...]:
+    def moved(
+        self, readings: Snapshot, pending: Callable[[str, float | None, float | None], bool]
+    ) -> tuple[Moved, ...]:
         """Targets that somebody else has changed since the last tick.
 
-        ``pending`` says whether what is being written may have brought a tag to a target.
+        ``pending`` says whether what is being written may have brought a tag from a target to another.
         """
         found = []
         for tag, rule in self._rules.items():
@@ -69,7 +93,7 @@ class Service:
                 continue
             target = readings.accepted[tag]
             before = self._expected.setdefault(tag, target)
-            if not same(before, target, rule.tolerance) and not pending(tag, target):
+            if not same(before, target, rule.tolerance) and not pending(tag, before, target):
                 self._expected[tag] = target
                 found.append(Moved(tag, before, target))
         return tuple(found)

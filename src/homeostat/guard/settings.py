@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -23,3 +24,15 @@ class GuardSettings:
     """People who must agree to a reset: one in simulation, two on a link."""
     sync_s: float = 0.1
     """Longest wait for the journal, wall-clock [s]; a fallback waits 0.1 s at most, and goes without its sync then."""
+    call_s: float = 0.2
+    """Longest wait for a link that may block to come back from a write or a heartbeat, wall-clock [s]."""
+    lease_s: float = 0.5
+    """The same for a lease: without one not even a fallback can be sent."""
+
+    def __post_init__(self) -> None:
+        for name in ("write_s", "again_s", "check_age_s", "person_s", "sync_s", "call_s", "lease_s"):
+            seconds = getattr(self, name)
+            if not (math.isfinite(seconds) and seconds > 0.0):
+                raise ValueError(f"{name} is {seconds!r} s; it must be finite and more than 0 s")
+        if self.attempts < 1 or self.persons < 1:
+            raise ValueError(f"{self.attempts!r} attempts and {self.persons!r} persons; at least one of each is needed")

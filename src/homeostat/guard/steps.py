@@ -8,13 +8,13 @@ from homeostat.domain.guard_events import Cause, StepTaken
 from homeostat.domain.mode import Mode, Side
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.flight import Progress, Write
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.parts import Parts
 from homeostat.guard.permissives import permissive_findings
 from homeostat.guard.recognition import followed, step_made
 from homeostat.guard.sequencer import nominal_commands, what_follows
 from homeostat.guard.verification import command_finding
-from homeostat.guard.writer import Progress, Write
 
 
 class Steps:
@@ -29,12 +29,12 @@ class Steps:
         self._again_s = -math.inf
 
     def owe(self, write: Write) -> None:
-        """The plant has not got ``write``, a step that counts as taken: it is sent once more."""
+        """``write``, a step that counts as taken, is owed to the plant until it holds: it is sent again if need be."""
         self._owed, self._owed_under = write, self._latch.reason
 
     def drop(self) -> None:
         """Something else was released: what was owed to the plant is void."""
-        self._step = self._owed = None
+        self._owed = None
 
     def follow(self, write: Write | None, progress: Progress | None, now_s: float) -> None:
         """Take note of how far ``write``, a step, has come: taken once the plant has got it, due again if it failed."""
@@ -44,9 +44,6 @@ class Steps:
         if step is not None and (parts.writer.accepted or progress is Progress.CONFIRMED):
             self._step = None
             self._taken(step, now_s)
-        elif step is not None and progress is Progress.FAILED:
-            self._step = None
-        elif progress is Progress.FAILED:
             self.owe(write)
         if progress is Progress.FAILED:
             self._again_s = now_s + parts.settings.again_s
@@ -82,9 +79,11 @@ class Steps:
         parts = self._parts
         if readings is None or parts.writer.flying is not None:
             return
-        self._step = None  # whatever has overtaken its write
         if self.plants(mode):
             self._owed = None  # what the plant does by itself, nobody sends once more
+            return
+        if parts.tenure.lost and mode.writes:
+            parts.sequencer.refused = f"the lease is lost: {parts.tenure.lost}"
             return
         stands = self._latch.reason, parts.sequencer.state
         if self._owed is not None and (self._owed_under, self._owed.state) != stands:
@@ -105,8 +104,7 @@ class Steps:
         elif not commands:
             self._taken(step, now_s)
         elif now_s >= self._again_s:
-            self._step = step
-            self._begin(Write(Cause.SEQUENCE, step.transition.name, commands, step.target), now_s)
+            self._begin(Write(Cause.SEQUENCE, step.transition.name, commands, step.target), step, now_s)
 
     def objection(self, write: Write, readings: Snapshot | None) -> str:
         """Why ``write`` may not be tried again on ``readings``; empty where it may."""
@@ -138,9 +136,11 @@ class Steps:
         why = self.objection(owed, readings)
         self._parts.sequencer.refused = why or None
         if not why and now_s >= self._again_s:
-            self._begin(owed, now_s)
+            self._begin(owed, None, now_s)
 
-    def _begin(self, write: Write, now_s: float) -> None:
+    def _begin(self, write: Write, step: Step | None, now_s: float) -> None:
+        """Send ``write``; ``step`` is taken once the plant has got it, None where it counts as taken already."""
+        self._step = step
         self._parts.writer.begin(write, now_s)
         self.follow(write, None, now_s)
 

@@ -20,12 +20,13 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding
 from homeostat.guard.permissives import permissive_findings, refusal
 from homeostat.guard.seal import genuine
+from homeostat.guard.texts import LONGEST, LONGEST_NAME, brief, fits
 from homeostat.guard.trips import Violation
 
 MOST = 100
 """Most commands, steps or transitions that one part of a request may have."""
-LONGEST = 500
-"""Most characters of a text in a request, and of what is said of it."""
+MOST_COMMANDS = 200
+"""Most commands that all parts of a request may have together; a batch has 80."""
 ROUNDING_S = 1e-6
 """Rounding of times that are added and subtracted [s]."""
 
@@ -59,15 +60,20 @@ class Present:
 def mapped(request: Request, rules: GuardRules) -> tuple[Request, RecoveryPath]:
     """A copy of ``request`` that nobody else holds, its transitions taken from the tables, and its path.
 
-    Raises Unfit for whatever does not have the form of a request, and for a path that the machine does not have.
+    Raises Unfit for whatever does not have the form of a request, and for a path that the machine does not have. What
+    is too large is refused by its size: nothing in it is copied, compared or hashed.
     """
     try:
-        path = RecoveryPath(rules.machine, tuple(_transition(name, rules) for name in _items(request.path)))
-        then = _items(request.actions.then)
-        if tuple(s.transition.name for s in then) != tuple(t.name for t in path.awaited):
+        names, then = _items(request.path), _items(request.actions.then)
+        first, *later = (_items(part.commands) for part in (request.actions, *then))
+        count = len(first) + sum(map(len, later))
+        if count > MOST_COMMANDS:
+            raise ValueError(f"it has {count} commands; at most {MOST_COMMANDS} are looked at")
+        path = RecoveryPath(rules.machine, tuple(_transition(_text(name), rules) for name in names))
+        if [_text(s.transition.name) for s in then] != [t.name for t in path.awaited]:
             raise ValueError("the later steps are not those that the path waits for")
-        steps = tuple(Step(t, _commands_of(s)) for t, s in zip(path.awaited, then, strict=True))
-        actions = ActionSet(_commands_of(request.actions), _text(request.actions.target), steps)
+        steps = tuple(map(Step, path.awaited, map(_commands_of, later)))
+        actions = ActionSet(_commands_of(first), _text(request.actions.target), steps)
         if actions.target != path.now:
             raise ValueError(f"the commands lead to {actions.target!r}, the path to {path.now!r}")
         seal = request.seal
@@ -77,7 +83,7 @@ def mapped(request: Request, rules: GuardRules) -> tuple[Request, RecoveryPath]:
         texts = {n: _text(getattr(request, n)) for n in ("id", "proposer", "state", "diagnosis", "configuration")}
         return Request(actions=actions, path=tuple(t.name for t in path.transitions), seal=own, **texts), path
     except Exception as error:  # whatever a stranger made of it
-        text = f"this is no request that the plant could take: {error}"[:LONGEST]
+        text = f"this is no request that the plant could take: {brief(str(error))}"
         raise Unfit(refusal("CHK-FORM", text)) from None
 
 
@@ -148,8 +154,8 @@ def command_finding(command: Command, admitted: SetpointRange | None, state: str
     if not admitted.low - slack <= command.value <= admitted.high + slack:
         text = f"{command.tag!r} = {command.value:.6g} {tag.unit} in state {state!r}; admitted are"
         text = f"{text} {admitted.low:.6g} to {admitted.high:.6g} {tag.unit}"
-        excess = max(admitted.low - command.value, command.value - admitted.high)
-        return Finding("CHK-RANGE", Owner.ACTION, -excess, tag.unit, 0.0, 0, text)
+        margin = min(command.value - admitted.low, admitted.high - command.value)
+        return Finding("CHK-RANGE", Owner.ACTION, margin, tag.unit, 0.0, 0, text)
     if tag.rate_limit is not None and not (command.rate is not None and command.rate <= tag.rate_limit):
         rate = math.inf if command.rate is None else command.rate
         text = f"{command.tag!r} ramps at {rate:.6g} {tag.unit}/s; limit {tag.rate_limit:.6g} {tag.unit}/s"
@@ -173,7 +179,7 @@ def _state(request: Request, path: RecoveryPath, rules: GuardRules, present: Pre
     if request.state == path.states[0] == present.state:
         return None
     text = f"the plant is in {present.state!r}, and the request starts in {request.state!r}"
-    return Finding(OVERTAKEN, Owner.PLANNING, -math.inf, "1", 0.0, 0, text)
+    return refusal(OVERTAKEN, text, Owner.PLANNING)
 
 
 OVERTAKEN = "CHK-STATE"
@@ -191,7 +197,7 @@ def _open(transition: Transition, present: Present) -> Finding | None:
     if transition.guard.holds(values):
         return None
     text = f"{transition.guard.text!r} does not hold, so {transition.target!r} is not open ({transition.name})"
-    return Finding("CHK-OPEN", Owner.PLANNING, -math.inf, "1", 0.0, 0, text)
+    return refusal("CHK-OPEN", text, Owner.PLANNING)
 
 
 def _commands(request: Request, path: RecoveryPath, rules: GuardRules, present: Present) -> Finding | None:
@@ -232,7 +238,7 @@ _CHECKS: tuple[Callable[[Request, RecoveryPath, GuardRules, Present], Finding | 
 )  # fmt: skip
 
 
-def _transition(name: object, rules: GuardRules) -> Transition:
+def _transition(name: str, rules: GuardRules) -> Transition:
     for transition in rules.machine.transitions:
         if transition.name == name:
             return transition
@@ -241,30 +247,33 @@ def _transition(name: object, rules: GuardRules) -> Transition:
 
 def _items(given: Any) -> tuple[Any, ...]:
     """``given`` where it is a plain tuple that can be walked through within a tick."""
-    if type(given) is not tuple or len(given) > MOST:
-        raise ValueError(f"a tuple of at most {MOST} items is needed, not {type(given).__name__}")
+    if type(given) is not tuple:
+        raise ValueError(f"a tuple is needed, not {type(given).__name__}")
+    if len(given) > MOST:
+        raise ValueError(f"a tuple has {len(given)} items; at most {MOST} are looked at")
     return given
 
 
-def _text(given: object) -> str:
-    if type(given) is not str or len(given) > LONGEST:
-        raise ValueError(f"a text of at most {LONGEST} characters is needed, not {type(given).__name__}")
-    return given
+def _text(given: Any, most: int = LONGEST) -> str:
+    if not fits(given, most):
+        raise ValueError(f"a text of at most {most} characters is needed, not {brief(given, 20)!r}")
+    return str(given)
 
 
 def _number(given: object) -> float:
     """``given`` as it is: an integer and the equal float do not have the same digest."""
     if isinstance(given, bool) or not isinstance(given, int | float):
         raise ValueError(f"a number is needed, not {type(given).__name__}")
-    return given if type(given) is int else float(given)
+    number = float(given)  # raises for an integer that is too large to calculate with
+    return given if type(given) is int else number
 
 
-def _commands_of(part: ActionSet | Step) -> tuple[Command, ...]:
+def _commands_of(given: tuple[Any, ...]) -> tuple[Command, ...]:
     return tuple(
         Command(
-            _text(c.tag),
+            _text(c.tag, LONGEST_NAME),
             None if c.value is None else _number(c.value),
             None if c.rate is None else _number(c.rate),
         )
-        for c in _items(part.commands)
+        for c in given
     )  # fmt: skip

@@ -9,71 +9,21 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from enum import StrEnum
+from dataclasses import replace
 
 from homeostat.domain.guard_events import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
-from homeostat.domain.mode import Side
-from homeostat.domain.ports import Ticket, Wire
-from homeostat.domain.recovery import ActionSet, Command, Step
+from homeostat.domain.ports import Wire
+from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.rules import WriteRule
 from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.bounded import BoundedWire
+from homeostat.guard.flight import Flight, GivenUp, Progress, Write, between, holds, outcome, same
 from homeostat.guard.ramp import Ramps
 from homeostat.guard.recorder import URGENT_S, Recorder
 from homeostat.guard.settings import GuardSettings
 
-ROUNDING = 1e-9
-"""Rounding of a target that is sent and read back, in any unit."""
 REMEMBERED = 100
 """Writes that were given up and not read yet, and commands that may still arrive, each."""
-
-
-@dataclass(frozen=True, slots=True)
-class Write:
-    """Commands that belong together, and on whose behalf they are sent."""
-
-    cause: Cause
-    """On whose behalf."""
-    source: str
-    """Name of the request, strategy, transition or person."""
-    commands: tuple[Command, ...]
-    """What is sent, in order."""
-    state: str
-    """State of the machine that they lead to."""
-    digest: str = ""
-    """Digest of the action set that they begin; empty where there is none."""
-    then: tuple[Step, ...] = ()
-    """What follows once the plant has taken them."""
-
-    @classmethod
-    def of(cls, cause: Cause, source: str, actions: ActionSet) -> Write:
-        """The write that begins ``actions``."""
-        return cls(cause, source, actions.commands, actions.target, actions.digest, actions.then)
-
-
-class Progress(StrEnum):
-    """How far a write has come."""
-
-    ACCEPTED = "accepted"
-    """The link has just taken it; its effect is not read yet."""
-    CONFIRMED = "confirmed"
-    """The plant holds every target."""
-    FAILED = "failed"
-    """Every attempt was made, and the plant does not hold every target."""
-
-
-@dataclass(slots=True)
-class _Flight:
-    """The write that is under way."""
-
-    write: Write
-    number: int
-    attempt: int
-    ticket: Ticket | None
-    sent_s: float
-    allowed_s: float = 0.0
-    accepted_s: float | None = None
-    ended: bool = False
 
 
 class Writer:
@@ -82,8 +32,8 @@ class Writer:
     def __init__(self, rules: Mapping[str, WriteRule], recorder: Recorder, settings: GuardSettings) -> None:
         """``rules``: writable tag -> how it is read back."""
         self._rules, self._recorder, self._settings = rules, recorder, settings
-        self._flight: _Flight | None = None
-        self._given_up: deque[_Flight] = deque(maxlen=REMEMBERED)
+        self._flight: Flight | None = None
+        self._given_up: deque[Flight] = deque(maxlen=REMEMBERED)
         self._may_arrive: deque[Command] = deque(maxlen=REMEMBERED)
         self._ramps = Ramps()
         self.numbered = 0
@@ -92,6 +42,8 @@ class Writer:
         """The writing side of the link; None in modes that do not write."""
         self.error = ""
         """What the link said last when it failed."""
+        self.failed: GivenUp | None = None
+        """What was read of the write that failed last; None where the plant was not read after it."""
 
     @property
     def flying(self) -> Write | None:
@@ -121,6 +73,45 @@ class Writer:
         sent = (c.value for f in flights for c in f.write.commands if c.tag == tag)
         return any(same(v, target, tolerance) for v in sent) or self._ramps.passes(tag, target, tolerance)
 
+    def see(self, readings: Snapshot) -> tuple[Command, ...]:
+        """Take note of what the plant holds now of what was sent; what it holds of the write under way."""
+        held: tuple[Command, ...] = ()
+        for flight in [*self._given_up, *([self._flight] if self._flight else [])]:
+            new = readings.at_s > flight.sent_s
+            commands = flight.write.commands if new else ()
+            held = tuple(c for c in commands if holds(c, readings, self._tolerance(c.tag)))
+            flight.read |= readings.accepted.keys() if new else set()
+            flight.held |= {c.tag for c in held} - flight.covered
+        return held if self._flight else ()
+
+    def by_hand(self, tag: str, before: float | None, target: float | None) -> bool:
+        """Whether it was a person who moved ``tag`` from ``before`` to ``target`` while it is being written.
+
+        It was where the plant had come to what was sent and has left it again, or where ``target`` is off the way from
+        ``before`` to what was sent. What is still at ``before``, or on the way, is late, clamped or not obeyed yet, and
+        is sent again; from automatic every target is on the way, because nobody knows where the plant held it.
+        """
+        sent = next((c for c in self._flight.write.commands if c.tag == tag), None) if self._flight else None
+        if self._flight is None or sent is None or tag in self._flight.held:
+            return True
+        return before is not None and not between(target, before, sent.value, self._tolerance(tag))
+
+    def without(self, tag: str) -> bool:
+        """Send no more to ``tag`` with the write under way; False where nothing is left to send."""
+        self._ramps.drop(tag)
+        if self._flight is None:
+            return False
+        write = self._flight.write
+        kept = tuple(c for c in write.commands if c.tag != tag)
+        digest = ActionSet(kept, write.state, write.then).digest if write.digest else ""
+        self._flight.write = replace(write, commands=kept, digest=digest)
+        return bool(kept)
+
+    def cut(self) -> None:
+        """The wire is lost: nothing is sent any more, ramps stand where they are."""
+        self.wire = None
+        self._ramps.stop()
+
     def begin(self, write: Write, now_s: float) -> bool:
         """Send ``write`` now; False, and nothing is sent, where its intention cannot be journalled.
 
@@ -129,16 +120,21 @@ class Writer:
         """
         assert self._flight is None, "one write at a time; overtake the other one first"
         self.numbered += 1
-        flight = _Flight(write, self.numbered, 0, None, now_s)
+        for given_up in self._given_up:
+            given_up.cover({c.tag for c in write.commands})
+        flight = Flight(write, self.numbered, 0, None, now_s)
         if not self._send(flight, now_s):
             return False
         self._flight = flight
         return True
 
     def repeat(self, now_s: float) -> None:
-        """The next attempt at once, because the last one was refused on the spot and the reason is gone."""
-        if self._flight is not None and self._flight.attempt < self._settings.attempts:
-            self._send(self._flight, now_s)
+        """The next attempt at once: there is a new wire, and what went over the last one may be lost with it."""
+        flight = self._flight
+        if flight is not None and flight.attempt < self._settings.attempts:
+            if not flight.ended:
+                self._end(flight, WriteResult.GIVEN_UP, "the wire was lost", now_s)
+            self._send(flight, now_s)
 
     def overtake(self, now_s: float, reason: str) -> None:
         """Give up what is under way, ramps included; what was on the wire is read back later."""
@@ -158,6 +154,14 @@ class Writer:
                 return True
         return False
 
+    def ramped(self, readings: Snapshot) -> tuple[Command, ...]:
+        """How far the guard's own ramps have brought the targets of what is pending."""
+        if not self._ramps.known:
+            return ()
+        pending, held = self.pending, readings.accepted
+        reached = [t for t in pending if t in held and self._ramps.passes(t, held[t], self._tolerance(t))]
+        return tuple(Command(tag, held[tag], None) for tag in reached)
+
     def leave(self, tag: str) -> None:
         """Ramp ``tag`` no further: somebody else has moved it."""
         self._ramps.drop(tag)
@@ -175,7 +179,7 @@ class Writer:
         """
         if readings is not None:
             self._ramps.present(readings.accepted)
-        self._ramp(now_s)
+        self._ramp(now_s, {} if readings is None else readings.accepted)
         flight = self._flight
         if flight is None:
             return None
@@ -185,12 +189,12 @@ class Writer:
         if not flight.ended:
             return self._answered(flight, now_s)
         if flight.accepted_s is not None:
-            waits = now_s - flight.accepted_s < flight.allowed_s
+            waits = now_s - max(flight.accepted_s, self._ramps.followed_s) < self._confirm_s(flight.write)
         else:
             waits = after is None and now_s - flight.sent_s < self._settings.write_s
         return None if waits else self._again(flight, now_s, after, objection)
 
-    def read_given_up(self, now_s: float, readings: Snapshot | None) -> tuple[Write, ...]:
+    def read_given_up(self, now_s: float, readings: Snapshot | None) -> tuple[GivenUp, ...]:
         """Say what became of writes that were given up, once the plant was read after them; those that were read."""
         if readings is None or self._flight is not None:
             return ()
@@ -198,14 +202,14 @@ class Writer:
         for flight in read:
             self._read_back(flight, readings, now_s)
             self._given_up.remove(flight)
-        return tuple(flight.write for flight in read)
+        return tuple(outcome(flight) for flight in read)
 
-    def _give_up(self, flight: _Flight) -> None:
+    def _give_up(self, flight: Flight) -> None:
         """What was sent is read later, and may arrive later still, once per attempt."""
         self._given_up.append(flight)
         self._may_arrive.extend(flight.write.commands * flight.attempt)
 
-    def _answered(self, flight: _Flight, now_s: float) -> Progress | None:
+    def _answered(self, flight: Flight, now_s: float) -> Progress | None:
         """Whether the link has said something of the attempt."""
         try:
             assert flight.ticket is not None, "the link gave no ticket"
@@ -223,7 +227,7 @@ class Writer:
         return None
 
     def _again(
-        self, flight: _Flight, now_s: float, after: Snapshot | None, objection: Callable[[Write], str]
+        self, flight: Flight, now_s: float, after: Snapshot | None, objection: Callable[[Write], str]
     ) -> Progress | None:
         """The next attempt, where nothing is against it; ``after``: the plant as it was read after the last one."""
         if after is not None:
@@ -237,13 +241,14 @@ class Writer:
             return None
         self._flight = None
         self._ramps.stop()
+        self.failed = None if after is None else outcome(flight)
         if after is None:
             self._give_up(flight)
         else:
             self._may_arrive.extend(flight.write.commands * flight.attempt)
         return Progress.FAILED
 
-    def _send(self, flight: _Flight, now_s: float) -> bool:
+    def _send(self, flight: Flight, now_s: float) -> bool:
         """One attempt with an intention of its own; False where its intention cannot be journalled."""
         write = flight.write
         flight.attempt += 1
@@ -257,24 +262,24 @@ class Writer:
         if not self._recorder.commit(URGENT_S if urgent else math.inf) and write.cause in (Cause.REQUEST, Cause.PERSON):
             self._end(flight, WriteResult.GIVEN_UP, "the intention could not be journalled", now_s)
             return False
+        wire = self._way(write)
         try:
-            if self.wire is None:
+            if wire is None:
                 raise ConnectionError("there is no lease to write with")
             first = self._ramps.first(write.commands, self._rules)
-            flight.allowed_s = self._confirm_s(write)
-            flight.ticket = self.wire.send(first)
+            flight.ticket = wire.send(first)
         except Exception as broken:  # a link may break in any way; what it did is read back
             self._end(flight, WriteResult.FAILED, str(broken) or type(broken).__name__, now_s)
             return True
         self._answered(flight, now_s)
         return True
 
-    def _end(self, flight: _Flight, result: WriteResult, detail: str, now_s: float) -> None:
+    def _end(self, flight: Flight, result: WriteResult, detail: str, now_s: float) -> None:
         flight.ended = True
         self.error = detail
         self._recorder.note(WriteEnded(flight.number, flight.attempt, result, detail), now_s)
 
-    def _confirm(self, flight: _Flight, now_s: float) -> Progress:
+    def _confirm(self, flight: Flight, now_s: float) -> Progress:
         if not flight.ended:
             flight.accepted_s = now_s
             self._end(flight, WriteResult.ACCEPTED, "", now_s)
@@ -285,18 +290,33 @@ class Writer:
         self._ramps.stop()
         return Progress.CONFIRMED
 
-    def _read_back(self, flight: _Flight, readings: Snapshot, now_s: float) -> None:
+    def _read_back(self, flight: Flight, readings: Snapshot, now_s: float) -> None:
         deviating = self._deviating(flight.write, readings)
         confirmed = tuple(c.tag for c in flight.write.commands if c.tag not in deviating)
         self._recorder.note(ReadBack(flight.number, confirmed, deviating), now_s)
 
-    def _ramp(self, now_s: float) -> None:
-        """Take the next step of every ramp that the guard makes."""
-        commands = self._ramps.step(now_s)
-        if commands and self.wire is not None:
+    def _way(self, write: Write) -> Wire | None:
+        """The wire; what hangs in a link that may block holds no fallback up."""
+        if write.cause is Cause.FALLBACK and isinstance(self.wire, BoundedWire):
+            return self.wire.urgent
+        return self.wire
+
+    def _ramp(self, now_s: float, told: Mapping[str, float | None]) -> None:
+        """Take the next step of every ramp that the guard makes, once the link has taken the first."""
+        flight = self._flight
+        if flight is None or not (flight.accepted_s is not None or flight.write.cause is Cause.FALLBACK):
+            return
+
+        def held(tag: str, target: float | None, value: float) -> bool:
+            return same(value, target, self._tolerance(tag))
+
+        commands = self._ramps.step(now_s, told, held, anyway=flight.write.cause is Cause.FALLBACK)
+        wire = self._way(flight.write)
+        if commands and wire is not None:
             try:
-                self.wire.send(commands)
-            except Exception as broken:  # the end of the ramp is read back like any other target
+                wire.send(commands)
+                self._ramps.took(commands, now_s, told)
+            except Exception as broken:  # whether the plant has it is read; the same step is sent again
                 self.error = str(broken) or type(broken).__name__
 
     def _deviating(self, write: Write, readings: Snapshot) -> tuple[str, ...]:
@@ -310,25 +330,5 @@ class Writer:
         return self._rules[tag].tolerance if tag in self._rules else 0.0
 
     def _confirm_s(self, write: Write) -> float:
-        """Time in which the plant must have accepted every command [s]; a guard's ramp takes its own."""
-        found = 0.0
-        for c in write.commands:
-            rule = self._rules.get(c.tag)
-            if rule is not None:
-                ramp_s = self._ramps.left_s(c.tag) if rule.ramped_by is Side.GUARD else 0.0
-                found = max(found, rule.confirm_s + ramp_s)
-        return found
-
-
-def holds(command: Command, readings: Snapshot, tolerance: float) -> bool:
-    """Whether the plant has accepted the target of ``command``; a target that it does not tell is not known to hold."""
-    if command.tag not in readings.accepted:
-        return False
-    return same(command.value, readings.accepted[command.tag], tolerance)
-
-
-def same(one: float | None, other: float | None, tolerance: float) -> bool:
-    """Whether two targets are the same within ``tolerance``; None, automatic, is the same as None only."""
-    if one is None or other is None:
-        return one is None and other is None
-    return abs(one - other) <= tolerance + ROUNDING
+        """Time in which the plant must have accepted every command, or every step of a guard's ramp [s]."""
+        return max((self._rules[c.tag].confirm_s for c in write.commands if c.tag in self._rules), default=0.0)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import dataclass
-from typing import TypeAlias, final
+from typing import Literal, TypeAlias, final
 
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
@@ -60,7 +61,21 @@ class LostHeartbeat:
     """Process time until which [s]."""
 
 
-Misbehaviour: TypeAlias = BadReading | BadWrite | ByHand | NoLease | LostHeartbeat
+@dataclass(frozen=True, slots=True)
+class Blocking:
+    """A call does not come back for a while, as in a network stack; then it goes on as if nothing had been."""
+
+    call: Literal["advance", "take", "beat", "give_back", "send"]
+    """Which."""
+    from_s: float
+    """Process time from which [s]."""
+    to_s: float = math.inf
+    """Process time until which [s]."""
+    wall_s: float = 60.0
+    """How long each call takes, wall-clock [s]."""
+
+
+Misbehaviour: TypeAlias = BadReading | BadWrite | ByHand | NoLease | LostHeartbeat | Blocking
 """A sentence of a script."""
 
 
@@ -75,14 +90,22 @@ class Misbehaving:
         """``script`` in any order; of write misbehaviours that hold together, the first decides."""
         self._link = link
         self._readings = Timetable(m for m in script if isinstance(m, BadReading))
-        self._writes = WriteSide(link, tuple(m for m in script if isinstance(m, BadWrite)))
+        writes = tuple(m for m in script if isinstance(m, BadWrite))
+        self._writes = WriteSide(link, writes, lambda: self._block("send"))
         self._hands = Timetable(m for m in script if isinstance(m, ByHand))
         self._refusals = Timetable(m for m in script if isinstance(m, NoLease))
         self._deaf = Timetable(m for m in script if isinstance(m, LostHeartbeat))
+        self._blocks = Timetable(m for m in script if isinstance(m, Blocking))
+        self._may_block = any(isinstance(m, Blocking) for m in script)
         self._held: dict[BadReading, Snapshot] = {}
         self._last: Snapshot | None = None
         self.source: Source = SourceView(self)
         """The reading side alone."""
+
+    @property
+    def never_blocks(self) -> bool:
+        """Whether the script has nothing that blocks."""
+        return self._link.never_blocks and not self._may_block
 
     @property
     def now_s(self) -> float:
@@ -111,6 +134,7 @@ class Misbehaving:
 
     def advance(self) -> Snapshot | None:
         """The sample one second later, as the script lets it through; it raises where the script says so."""
+        self._block("advance")
         for hand in self._hands.move(self.now_s):
             self.operate(hand.tag, hand.value, hand.rate)
         self._writes.deliver_late()
@@ -128,6 +152,7 @@ class Misbehaving:
 
     def take(self) -> MisbehavingWire:
         """Take the lease; LinkError where the script does not give it."""
+        self._block("take")
         self._refusals.move(self.now_s)
         if self._refusals.active:
             raise LinkError(f"the plant does not give the lease at t = {self.now_s:.0f} s")
@@ -135,15 +160,23 @@ class Misbehaving:
 
     def beat(self) -> None:
         """The guard is alive, unless that gets lost."""
+        self._block("beat")
         self._deaf.move(self.now_s)
         if not self._deaf.active:
             self._link.beat()
 
     def give_back(self) -> None:
         """The heartbeat stops; local control takes over."""
+        self._block("give_back")
         self._link.give_back()
 
     def operate(self, tag: str, value: float | None, rate: float | None = None) -> None:
         """Somebody at the plant moves ``tag``."""
         self._link.operate(tag, value, rate)
         self._writes.obeyed((Command(tag, value, rate),))
+
+    def _block(self, call: str) -> None:
+        self._blocks.move(self.now_s)
+        for blocking in self._blocks.active:
+            if blocking.call == call:
+                time.sleep(blocking.wall_s)

@@ -40,9 +40,9 @@ class _LateTicket:
 class WriteSide:
     """What all wires of one misbehaving link share."""
 
-    def __init__(self, link: Link, script: tuple[BadWrite, ...]) -> None:
-        """``link`` is the one beneath."""
-        self._link = link
+    def __init__(self, link: Link, script: tuple[BadWrite, ...], block: Callable[[], None]) -> None:
+        """``link`` is the one beneath; ``block`` returns when a write may begin."""
+        self._link, self.block = link, block
         self._script = Timetable(script)
         self._late: list[tuple[float, tuple[Command, ...], LeasedWire]] = []
         self._pretended: dict[str, float | None] = {}
@@ -105,6 +105,7 @@ class MisbehavingWire:
         """Write ``commands``, or whatever the script makes of it; LeaseVoid where the lease is over."""
         if self.void:
             return self._wire.send(commands)  # which raises
+        self._side.block()
         bad, error = self._side.decides(), ""
         try:
             ticket = self.deliver(commands) if bad is None else bad.write(commands, self)

@@ -62,6 +62,11 @@ class SimulatedLink:
         """The reading side alone."""
 
     @property
+    def never_blocks(self) -> bool:
+        """It computes in this process, and waits for nothing outside it."""
+        return True
+
+    @property
     def now_s(self) -> float:
         """Process time [s]."""
         return self._plant.now_s

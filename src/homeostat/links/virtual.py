@@ -50,6 +50,11 @@ class Source(Protocol):
     """The reading side of a link: nothing in it can command the plant."""
 
     @property
+    def never_blocks(self) -> bool:
+        """Whether every call returns at once, also those of the link's other side."""
+        ...
+
+    @property
     def now_s(self) -> float:
         """Process time [s]."""
         ...
@@ -136,6 +141,11 @@ class SourceView:
     def __init__(self, source: Source) -> None:
         """The reading side of ``source``."""
         self._source = source
+
+    @property
+    def never_blocks(self) -> bool:
+        """Whether every call returns at once."""
+        return self._source.never_blocks
 
     @property
     def now_s(self) -> float:

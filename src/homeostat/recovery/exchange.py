@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from homeostat.domain.mode import PersonCommand
-from homeostat.domain.observation import Message, Observation, Trouble, Withdraw
+from homeostat.domain.observation import Message, Observation, Settled, Trouble, Withdraw
 from homeostat.domain.ports import Clock
 from homeostat.domain.request import Answer, Request
 
@@ -223,6 +223,10 @@ class Exchange:
     def report(self, name: str, cause: str) -> None:
         """Have the guard call a person: ``cause`` is one sentence about ``name``."""
         self._send(Trouble(name, cause))
+
+    def settle(self, name: str) -> None:
+        """What was reported as ``name`` is over."""
+        self._send(Settled(name))
 
     def give_up(self, reason: str) -> None:
         """Go on without recovery, which is lost."""

@@ -9,8 +9,8 @@ from typing import Protocol
 from homeostat.domain.observation import Observation
 from homeostat.domain.ports import Source
 from homeostat.domain.snapshot import Snapshot
-from homeostat.process.batch import ProcessError
 from homeostat.recovery.exchange import Exchange
+from homeostat.recovery.reading import Reader
 
 Hook = Callable[[Observation], None]
 """Called with every observation before recovery sees it."""
@@ -29,17 +29,19 @@ class Loop:
 
     def __init__(self, guard: Decides, source: Source, exchange: Exchange, hook: Hook = lambda seen: None) -> None:
         """``hook`` is shown every tick, and may put messages into the guard's mailbox."""
-        self._guard, self._source, self._exchange, self._hook = guard, source, exchange, hook
+        self._guard, self._exchange, self._hook = guard, exchange, hook
+        self._reader = Reader(source, exchange.report, exchange.settle)
         self._before: Observation | None = None
 
-    def run_virtual(self) -> None:
+    def run_virtual(self, tick_s: float = 1.0) -> None:
         """Tick until the source ends, as fast as recovery's charged thinking lets the plant go on.
 
-        Raises ProcessError where a simulated plant leaves the physical world.
+        A source that has lost its clock is taken to go on by ``tick_s`` at a tick [s]. Raises ProcessError where a
+        simulated plant leaves the physical world.
         """
         try:
-            while not self._source.ended:
-                self._tick()
+            while not self._reader.ended:
+                self._tick(tick_s)
                 self._exchange.hold()
         finally:
             self._exchange.close()
@@ -51,22 +53,17 @@ class Loop:
         """
         due = time.monotonic()
         try:
-            while not self._source.ended:
-                self._tick()
+            while not self._reader.ended:
+                self._tick(tick_s)
                 due += tick_s / scale
                 time.sleep(max(due - time.monotonic(), 0.0))
         finally:
             self._exchange.close()
 
-    def _tick(self) -> None:
+    def _tick(self, tick_s: float) -> None:
         """One tick: a sample or its absence, one decision, and whoever thinks is told or overtaken."""
-        try:
-            sample = self._source.advance()
-        except ProcessError:
-            raise  # there is no plant any more
-        except Exception:  # whatever a link raises, the guard decides without a sample
-            sample = None
-        seen = self._guard.tick(self._source.now_s, sample)
+        now_s, sample = self._reader.read(tick_s)
+        seen = self._guard.tick(now_s, sample)
         before, self._before = self._before, seen
         try:
             self._hook(seen)

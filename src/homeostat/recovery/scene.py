@@ -14,6 +14,8 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.recovery.progress import ProgressMonitor
 from homeostat.trace.events import Event, Trace
 
+FIRST_LOOK = 5
+"""Snapshots that the twin needs before it predicts anything."""
 RECENT = 300
 """Snapshots that proposers may look back on."""
 

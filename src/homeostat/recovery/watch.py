@@ -23,24 +23,46 @@ class Watch:
         self._monitoring = monitoring
         self._waiting: deque[Snapshot] = deque(maxlen=BACKLOG)
         self._thinking: Future[Diagnosis] | None = None
+        self._out_of_date = False
 
     def notices(self, snapshot: Snapshot | None) -> bool:
-        """Take one more snapshot, if there is one; whether something needs to be explained now."""
+        """Take one more snapshot, if there is one; whether something needs to be explained now.
+
+        A diagnosis that came when nobody waited for it any more is to be asked for: monitoring takes what it saw for
+        explained. Where it has seen something new meanwhile, that diagnosis is out of date.
+        """
         if snapshot is not None:
             self._waiting.append(snapshot)
         if self._thinking is not None and not self._thinking.done():
             return False
+        if self._out_of_date:
+            self._thinking, self._out_of_date = None, False
         noticed = False
         while self._waiting:
             noticed = self._monitoring.notices(self._waiting.popleft()) or noticed
-        return noticed
+        if noticed:
+            self._thinking = None
+        return noticed or self._thinking is not None
+
+    def forget(self) -> None:
+        """Nobody wants to know any more what was asked before."""
+        self._out_of_date = self._thinking is not None
 
     async def diagnose(self, departed: bool, wall_s: float) -> Diagnosis:
         """What is believed now; TimeoutError where it takes longer than ``wall_s``, and it goes on all the same [s].
 
-        Where an earlier diagnosis still goes on, that one is waited for.
+        Where an earlier diagnosis still goes on, or has come too late, it is that one.
         """
-        if self._thinking is None or self._thinking.done():
-            self._thinking = start(self._monitoring.diagnose, departed)
         async with asyncio.timeout(wall_s):
-            return await asyncio.shield(asyncio.wrap_future(self._thinking))
+            if self._thinking is not None and self._out_of_date:
+                await self._end(self._thinking)
+            if self._thinking is None:
+                self._thinking = start(self._monitoring.diagnose, departed)
+            return (await self._end(self._thinking)).result()
+
+    async def _end(self, thinking: Future[Diagnosis]) -> asyncio.Future[Diagnosis]:
+        """Wait until monitoring has done ``thinking``, and is free for the next question."""
+        found = asyncio.wrap_future(thinking)
+        await asyncio.wait({found})
+        self._thinking, self._out_of_date = None, False
+        return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, field
 from itertools import islice
 
@@ -94,6 +95,12 @@ class History:
     def _lacks(self, tag: str, values: Mapping[str, float]) -> bool:
         """Whether ``values`` says nothing of ``tag``; an input that is not a number is on automatic."""
         return tag not in values or (not math.isfinite(values[tag]) and self._variables[tag] not in self._inputs)
+
+    def copy(self) -> History:
+        """The same readings; what either takes from now on the other does not have."""
+        other = copy(self)
+        other._rows, other._windows = self._rows.copy(), self._windows.copy()
+        return other
 
     @property
     def length(self) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -102,6 +103,18 @@ class Twin:
         """Take one more snapshot of the plant."""
         self._history.append(snapshot)
 
+    def frozen(self) -> Twin:
+        """This twin as it is now: who computes for long beside the event loop computes on that.
+
+        What is observed or learned meanwhile does not reach it, and work that was given up and goes on changes nothing
+        for others. Ensembles that are drawn for this moment are shared: they are the same for everybody.
+        """
+        if self._history.length:
+            self._at_present()
+        still = copy(self)
+        still._history = self._history.copy()
+        return still
+
     def calibrate(self, seconds: int) -> None:
         """Learn the parameters from the last ``seconds``, in which the plant was healthy."""
         self._belief = calibrate(
@@ -146,12 +159,17 @@ class Twin:
 
         Asked again before the next snapshot, the same object: what was tried on it holds on.
         """
-        drawn, end_s, key = self._drawn, self._history.window(1).end_s, (tuple(hypotheses), draws, purpose)
-        if drawn.end_s != end_s or drawn.belief is not self._belief:
-            drawn = self._drawn = _Drawn(end_s, self._belief, {})
-        if key not in drawn.ensembles:
-            drawn.ensembles[key] = self._draw(hypotheses, draws, purpose)
-        return drawn.ensembles[key]
+        ensembles, key = self._at_present().ensembles, (tuple(hypotheses), draws, purpose)
+        if key not in ensembles:
+            ensembles[key] = self._draw(hypotheses, draws, purpose)
+        return ensembles[key]
+
+    def _at_present(self) -> _Drawn:
+        """What was drawn since the last snapshot under the present belief."""
+        end_s = self._history.window(1).end_s
+        if self._drawn.end_s != end_s or self._drawn.belief is not self._belief:
+            self._drawn = _Drawn(end_s, self._belief, {})
+        return self._drawn
 
     def _draw(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose) -> Ensemble:
         parameters = self._belief.draws(draws, generator(self._seed, purpose))

@@ -37,6 +37,9 @@ class Counted:
     def ensemble(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose) -> Any:
         return self._twin.ensemble(hypotheses, draws, purpose)
 
+    def frozen(self) -> Counted:
+        return self
+
     def schedule(self, actions: ActionSet, steps: int) -> Any:
         return self._twin.schedule(actions, steps)
 

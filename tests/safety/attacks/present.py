@@ -107,6 +107,8 @@ class Answer:
 class Link:
     """Lease and source of the attacked plant."""
 
+    never_blocks = True
+
     def __init__(self, plant: AttackedPlant, trace: MemoryTrace, until_s: float) -> None:
         self.plant, self._trace, self._until_s = plant, trace, until_s
 

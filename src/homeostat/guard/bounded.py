@@ -1,0 +1,165 @@
+"""A lease that may block, made into one that answers in a bounded time whatever the link does."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from typing import TypeAlias
+
+from homeostat.domain.ports import Lease, Ticket, Wire
+from homeostat.domain.recovery import Command
+from homeostat.guard.lane import Call, Lane, NoAnswer
+from homeostat.guard.settings import GuardSettings
+
+MOST = 8
+"""Most writes that may hang in a link before nobody takes another lease to get round them."""
+
+State: TypeAlias = tuple[Ticket, bool, str]
+"""A link's ticket, whether the link has answered, and what went wrong."""
+
+
+def bounded(lease: Lease | None, settings: GuardSettings) -> Lease | None:
+    """``lease`` as the guard may use it: by itself where it says that it never blocks, else in bounded time."""
+    return lease if lease is None or getattr(lease, "never_blocks", False) else BoundedLease(lease, settings)
+
+
+class BoundedLease:
+    """Implements :class:`homeostat.domain.ports.Lease` over one that may block.
+
+    What is late is NoAnswer. A late heartbeat was not sent, as far as anybody knows.
+    """
+
+    never_blocks = True
+    """Every call returns in bounded time."""
+
+    def __init__(self, lease: Lease, settings: GuardSettings) -> None:
+        """``lease`` is called in threads of its own."""
+        self._lease, self._settings = lease, settings
+        self._heartbeat = Lane("the heartbeat", settings.call_s)
+        self._return = Lane("giving back the lease", settings.call_s)
+        self._taking: _Taking | None = None
+        self._lanes: list[Lane] = []
+
+    def take(self) -> BoundedWire:
+        """Take the lease, or claim one that was asked for before and came too late; raises as the link does."""
+        self._lanes = [lane for lane in self._lanes if lane.busy]
+        if len(self._lanes) >= MOST:
+            raise NoAnswer(f"{len(self._lanes)} writes hang in the link")
+        late, self._taking = self._taking, None
+        taking = late or _Taking(self._lease, self._settings.again_s)
+        if not taking.call.wait(0.0 if late else self._settings.lease_s):
+            self._taking = taking
+        wire = taking.claim()
+        return self.take() if wire is None else self._path(wire)
+
+    def beat(self) -> None:
+        """Say that the guard is alive."""
+        self._heartbeat.ask(self._lease.beat)
+
+    def give_back(self) -> None:
+        """Stop the heartbeat."""
+        self._return.ask(self._lease.give_back)
+
+    def _path(self, wire: Wire) -> BoundedWire:
+        """A fresh way to the plant: what hangs on an older one does not hold it up."""
+        lanes = [Lane(what, self._settings.call_s) for what in ("an earlier write", "an earlier write of a fallback")]
+        self._lanes += lanes
+        return BoundedWire(wire, lanes[0], BoundedWire(wire, lanes[1]))
+
+
+class _Taking:
+    """A lease that is asked for. One that comes late is given back unless somebody claims it soon.
+
+    Otherwise the plant would wait for a guard that does not know of its lease.
+    """
+
+    def __init__(self, lease: Lease, claim_s: float) -> None:
+        self._lease, self._claim_s = lease, claim_s
+        self._lock, self._claimed, self._expired = threading.Lock(), threading.Event(), False
+        self.call = Call("taking the lease", lease.take)
+        threading.Thread(target=self._run, name="taking the lease", daemon=True).start()
+
+    def claim(self) -> Wire | None:
+        """The wire; None where it was given back meanwhile. NoAnswer where it has not come yet."""
+        if self.call.answered:
+            with self._lock:
+                self._claimed.set()
+                if self._expired:
+                    return None
+        return self.call.result()
+
+    def _run(self) -> None:
+        self.call.run()
+        self._claimed.wait(self._claim_s)
+        with self._lock:
+            self._expired = not self._claimed.is_set()
+        if self._expired:
+            with contextlib.suppress(Exception):  # what the link did not give, it need not take back
+                self.call.result()
+                self._lease.give_back()
+
+
+class BoundedWire:
+    """Implements :class:`homeostat.domain.ports.Wire`: a write that hangs is one that has no answer yet."""
+
+    def __init__(self, wire: Wire, lane: Lane, urgent: BoundedWire | None = None) -> None:
+        """``wire`` is called in ``lane``; ``urgent``: how a fallback is sent, past what hangs there."""
+        self._wire, self._lane = wire, lane
+        self._question = lane.beside("whether the lease lasts")
+        self.urgent: BoundedWire = urgent or self
+        """The same wire by another lane."""
+
+    @property
+    def void(self) -> bool:
+        """Whether the plant says that the lease is over; NoAnswer where it does not say in time."""
+        wire = self._wire
+        return hasattr(type(wire), "void") and self._question.ask(lambda: bool(getattr(wire, "void", False)))
+
+    def send(self, commands: tuple[Command, ...]) -> BoundedTicket:
+        """Begin to write ``commands``; raises what the link raises in time, and NoAnswer while an earlier one hangs."""
+
+        def write() -> State:
+            return _state(self._wire.send(commands))
+
+        call = self._lane.begin(write)
+        if call.answered:
+            call.result()
+        return BoundedTicket(self._lane, call)
+
+
+class BoundedTicket:
+    """Implements :class:`homeostat.domain.ports.Ticket`: the link is asked again as long as it has not answered."""
+
+    def __init__(self, lane: Lane, call: Call[State]) -> None:
+        """``call``: the write, or the last question after it."""
+        self._lane, self._call = lane, call
+        self._done, self._error = False, ""
+
+    @property
+    def done(self) -> bool:
+        """Whether the link has answered."""
+        if not self._take() and self._call.answered and not self._lane.busy:
+            ticket = self._call.result()[0]
+            self._call = self._lane.begin(lambda: _state(ticket))
+            self._take()
+        return self._done
+
+    @property
+    def error(self) -> str:
+        """What went wrong; empty where nothing did."""
+        return self._error
+
+    def _take(self) -> bool:
+        """Take note of what the link has said; whether it has answered."""
+        if not self._done and self._call.answered:
+            try:
+                _, self._done, self._error = self._call.result()
+            except Exception as broken:  # a link may break in any way, and late
+                self._done, self._error = True, str(broken) or type(broken).__name__
+        return self._done
+
+
+def _state(ticket: Ticket) -> State:
+    """What ``ticket`` says now."""
+    done = bool(ticket.done)
+    return ticket, done, str(ticket.error) if done else ""

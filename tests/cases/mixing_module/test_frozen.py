@@ -1,0 +1,34 @@
+"""Every reading of the batch plant freezes: recovery has no news, and the guard trips when its grace time is over."""
+
+from __future__ import annotations
+
+import pytest
+
+from homeostat.campaign.scenario import scenario
+from homeostat.campaign.unattended import open_process
+from homeostat.cases.case import load_case
+from homeostat.cases.wiring import wire
+from homeostat.domain.guard_events import Cause, Tripped, WriteIntended
+from homeostat.links.bad_readings import ALL, Freeze
+from homeostat.links.clock import DeclaredClock
+from homeostat.links.misbehaving import Misbehaving
+from homeostat.links.simulated import SimulatedLink
+from homeostat.trace import MemoryTrace
+from homeostat.trace.decisions import Noticed, ReleasedActions
+
+FROZEN_AFTER_S = 10.0
+GRACE_S = 4.0
+
+
+@pytest.mark.parametrize("from_s", [60.0, 150.0])
+def test_recovery_does_not_act_on_an_old_picture_and_the_guard_trips_by_blindness(from_s: float) -> None:
+    case, trace = load_case("mixing_module"), MemoryTrace()
+    process = open_process(case, scenario(case, "none", 3, end_s=from_s + 30.0))
+    link = Misbehaving(SimulatedLink(process), (Freeze(ALL, from_s),))
+    wire(case, link, DeclaredClock(1.0), trace, seed=3).run(link.source)
+    events = [(e.at_s, e.event) for e in trace.entries if e.at_s >= from_s]
+    assert not [e for _, e in events if isinstance(e, Noticed | ReleasedActions)]
+    tripped = [at_s for at_s, e in events if isinstance(e, Tripped)]
+    assert from_s + FROZEN_AFTER_S <= tripped[0] <= from_s + FROZEN_AFTER_S + GRACE_S
+    acted = [(at_s, e.cause) for at_s, e in events if isinstance(e, WriteIntended) and e.cause is not Cause.SEQUENCE]
+    assert acted[0] == (tripped[0], Cause.FALLBACK)

@@ -1,0 +1,157 @@
+"""Ramps that the guard makes: where they start, how fast they go, where they end, and what stops them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from weakref import WeakKeyDictionary
+
+import pytest
+
+from homeostat.domain.mode import Side
+from homeostat.domain.recovery import Command
+from homeostat.domain.rules import WriteRule
+from homeostat.guard.ramp import Ramps
+
+RULES = {
+    "T.sp": WriteRule("T.sp", 0.05, 2.0, ramped_by=Side.GUARD),
+    "F.sp": WriteRule("F.sp", 0.05, 2.0, ramped_by=Side.PLANT),
+}
+
+
+def same(tag: str, target: float | None, sent: float) -> bool:
+    return target == sent
+
+
+def step(ramps: Ramps, at_s: float) -> tuple[Command, ...]:
+    """The steps at ``at_s`` [s] of ramps that the plant follows: it holds each before the next one is due."""
+    held = HOLDS.setdefault(ramps, {})
+    sent = ramps.step(at_s, held, same)
+    ramps.took(sent, at_s, {})
+    held.update({c.tag: c.value for c in sent})
+    return sent
+
+
+HOLDS: WeakKeyDictionary[Ramps, dict[str, float | None]] = WeakKeyDictionary()
+"""Targets that a plant with these ramps holds."""
+
+
+def ramping(start: float = 300.0, target: float = 310.0, rate: float = 0.5) -> Ramps:
+    """Ramps with one under way, at 10 s."""
+    ramps = Ramps()
+    HOLDS[ramps] = {"T.sp": start}
+    ramps.present({"T.sp": start})
+    assert ramps.first((Command("T.sp", target, rate),), RULES) == (Command("T.sp", start, None),)
+    assert step(ramps, 10.0) == ()  # it begins here
+    return ramps
+
+
+def values(ramps: Ramps, *times_s: float) -> list[float | None]:
+    return [c.value for at_s in times_s for c in step(ramps, at_s)]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        Command("T.sp", 310.0, None), Command("T.sp", None, None), Command("T.sp", None, 0.5),
+        Command("F.sp", 310.0, 0.5), Command("V.man", 310.0, 0.5),
+    ],
+    ids=["a step", "automatic", "automatic with a rate", "the plant ramps it", "a tag without a rule"],
+)  # fmt: skip
+def test_what_is_no_ramp_of_the_guard_is_sent_as_it_is(command: Command) -> None:
+    ramps = Ramps()
+    ramps.present({"T.sp": 300.0, "F.sp": 300.0, "V.man": 300.0})
+    assert ramps.first((command,), RULES) == (command,)
+    assert values(ramps, 1.0, 2.0) == []
+    assert not ramps.passes(command.tag, 300.0, 1.0)
+
+
+def test_a_target_that_nobody_knows_is_the_start_of_no_ramp() -> None:
+    command = Command("T.sp", 310.0, 0.5)
+    ramps = Ramps()
+    assert ramps.first((command,), RULES) == (command,)
+    ramps.present({"T.sp": None})
+    assert ramps.first((command,), RULES)[0].value == 310.0
+    ramps = Ramps()
+    ramps.present({"T.sp": 300.0})
+    ramps.present({"T.sp": None})  # handed back to automatic meanwhile
+    assert ramps.first((command,), RULES) == (command,)
+    ramps = Ramps()
+    ramps.present({"T.sp": 300.0})
+    ramps.first((Command("T.sp", None, None),), RULES)
+    assert ramps.first((command,), RULES) == (command,)
+
+
+def test_a_ramp_goes_as_fast_as_its_rate_however_long_a_tick_is_and_ends_on_its_target() -> None:
+    ramps = ramping()
+    assert values(ramps, 12.0, 12.0) == [301.0]  # a clock that stands moves nothing
+    assert values(ramps, 12.5, 21.0, 40.0, 41.0) == [301.25, 305.5, 310.0]
+    assert values(ramping(target=299.0), 11.0, 12.0, 13.0) == [299.5, 299.0]
+
+
+def test_the_end_of_a_ramp_is_its_target_to_the_last_bit() -> None:
+    assert 0.2 + 0.7 != 0.9
+    assert values(ramping(0.2, 0.9, 0.7), 11.0, 12.0) == [0.9]
+
+
+def test_a_ramp_of_the_guard_is_a_row_of_steps() -> None:
+    assert step(ramping(), 11.0) == (Command("T.sp", 300.5, None),)
+
+
+def test_what_the_plant_tells_of_a_tag_under_way_does_not_move_the_ramp() -> None:
+    ramps = ramping()
+    step(ramps, 12.0)
+    ramps.present({"T.sp": 300.0})  # it lags behind
+    assert values(ramps, 13.0) == [301.5]
+
+
+@pytest.mark.parametrize("target", [None, 305.0])
+def test_another_command_ends_a_ramp(target: float | None) -> None:
+    ramps = ramping()
+    ramps.first((Command("T.sp", target, None),), RULES)
+    assert values(ramps, 11.0, 12.0) == []
+
+
+@pytest.mark.parametrize("stop", [lambda ramps: ramps.stop(), lambda ramps: ramps.drop("T.sp")], ids=["all", "one"])
+def test_a_ramp_that_was_stopped_stays_where_it_got_to_and_the_next_one_starts_there(
+    stop: Callable[[Ramps], None],
+) -> None:
+    ramps = ramping()
+    step(ramps, 12.0)
+    stop(ramps)
+    assert values(ramps, 13.0) == []
+    assert ramps.first((Command("T.sp", 290.0, 0.5),), RULES) == (Command("T.sp", 301.0, None),)
+    assert values(ramps, 14.0, 15.0) == [300.5]
+
+
+def test_a_ramp_is_turned_round_where_it_is() -> None:
+    ramps = ramping()
+    step(ramps, 12.0)
+    assert ramps.first((Command("T.sp", 290.0, 0.5),), RULES) == (Command("T.sp", 301.0, None),)
+    assert values(ramps, 13.0, 14.0) == [300.5]
+
+
+def test_a_ramp_that_is_turned_round_before_its_first_step_starts_where_it_was() -> None:
+    ramps = ramping()
+    assert ramps.first((Command("T.sp", 290.0, 0.5),), RULES) == (Command("T.sp", 300.0, None),)
+
+
+def test_a_ramp_starts_at_the_last_step_that_was_commanded() -> None:
+    ramps = Ramps()
+    ramps.first((Command("T.sp", 305.0, None),), RULES)
+    assert ramps.first((Command("T.sp", 310.0, 0.5),), RULES) == (Command("T.sp", 305.0, None),)
+
+
+@pytest.mark.parametrize(
+    ("value", "passed"),
+    [(299.5, True), (299.49, False), (301.0, True), (302.5, True), (302.51, False), (None, False)],
+)
+def test_a_ramp_has_led_through_what_lies_behind_it(value: float | None, passed: bool) -> None:
+    up, down = ramping(), ramping(302.0, 290.0)
+    step(up, 14.0)
+    step(down, 14.0)
+    for ramps in (up, down):  # both between 300 and 302
+        assert ramps.passes("T.sp", value, 0.5) is passed
+        assert not ramps.passes("F.sp", value, 0.5)
+    up.drop("F.sp")
+    up.drop("T.sp")
+    assert not up.passes("T.sp", value, 0.5)
