@@ -231,7 +231,8 @@ def test_a_strategy_that_was_given_up_stays_so_over_a_death_in_a_lapse() -> None
 
 def test_a_strategy_that_gave_way_to_the_plant_s_own_control_is_sent_again() -> None:
     vessel = Sheds()
-    world = running(rules=BOTH, vessel=vessel)
+    waived = replace(BOTH.fallbacks[1], waived={"PRM-FEED": "something must be closed", "PRM-OPEN": "it is short"})
+    world = running(rules=replace(BOTH, fallbacks=(BOTH.fallbacks[0], waived)), vessel=vessel)
     vessel.accepts_first = 2  # not the valve
     world.tick(2, L=14.0)
     vessel.shed(F_sp=0.03)  # it looks like a hand, until the heartbeat is not taken
