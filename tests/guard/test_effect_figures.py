@@ -96,6 +96,10 @@ def test_a_margin_without_noise_rises_by_however_little(slope: float, far: float
     assert (follow([far + step * n for n in range(21)], Effect(20.0))[-1] is None) is helps
 
 
+def test_readings_within_a_second_rise_as_well() -> None:
+    assert follow([-3.0, -2.0, -1.0], Effect(1.0), [0.0, 0.5, 1.0])[-1] is None
+
+
 def test_a_margin_rises_by_three_standard_errors_of_its_least_squares_slope() -> None:
     rng = np.random.default_rng(3)
     verdicts = []
