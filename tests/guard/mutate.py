@@ -100,6 +100,9 @@ EQUIVALENT: dict[tuple[str, str], str] = {
         "the largest of three is the same in any order",
     ("margin = min(command.value - admitted.low, admitted.high - command.value)", "arguments -> swapped"):
         "the smaller of two is the same in either order",
+    # start_up
+    ('way = "" if self._over or readings is None else self._way_out(readings, state)', "operand 1 -> nothing"):
+        "a guard that has no readings cannot be judged, and what cannot be judged does not hold",
     # effect
     ("self.passed_s += min(max(now_s - self.now_s, 0.0), LONGEST_S)", "arguments -> swapped"):
         "the lesser, or the larger, of two times is the same in either order",

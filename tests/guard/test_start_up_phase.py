@@ -33,6 +33,16 @@ def test_it_begins_with_the_first_look_and_ends_where_it_could_be_left() -> None
     assert noted == [(StartUpBegan("waiting", 3.0), 3.0), (ended, 6.0)]
 
 
+def test_it_begins_by_entering_its_state_and_nothing_ends_that_has_not_begun() -> None:
+    start_up, noted = phase()
+    assert start_up.overdue == "" and not start_up.holds(0.0, LOW, "running")
+    start_up.enter("running", 1.0)
+    assert noted == []
+    start_up, noted = phase()
+    start_up.enter("waiting", 1.0)
+    assert noted == [(StartUpBegan("waiting", 1.0), 1.0)]
+
+
 def test_its_longest_time_is_allowed_to_the_second_and_is_said_once() -> None:
     start_up, noted = phase()
     assert start_up.holds(3.0, LOW, "waiting") and start_up.holds(23.0, LOW, "waiting") and start_up.overdue == ""
