@@ -77,7 +77,8 @@ AREAS = {
 NEAREST = {
     "lane": "blocking_links", "bounded": "blocking_links", "service": "people", "authority": "orders",
     "persons": "orders", "verification": "refusals", "seal": "verification", "mailbox": "sizes", "texts": "sizes",
-    "modes": "people", "effect": "effect_figures", "start_up": "start_up_phase", "restart": "memory", "flight": "writer", "pace": "guard",
+    "modes": "people", "effect": "effect_figures",
+    "start_up": "start_up_phase", "restart": "memory", "flight": "writer", "pace": "guard",
     "response": "effect", "latch": "gives_way",
 }  # fmt: skip
 """Module of the guard -> the tests that look at it most closely, where they do not have its name."""
