@@ -77,8 +77,9 @@ AREAS = {
 NEAREST = {
     "lane": "blocking_links", "bounded": "blocking_links", "service": "people", "authority": "orders",
     "persons": "orders", "verification": "refusals", "seal": "verification", "mailbox": "sizes", "texts": "sizes",
-    "modes": "people", "alarms": "people", "restart": "memory", "flight": "writer", "pace": "guard",
-    "response": "effect",
+    "modes": "people", "effect": "effect_figures",
+    "start_up": "start_up_phase", "restart": "memory", "flight": "writer", "pace": "guard",
+    "response": "effect", "latch": "gives_way",
 }  # fmt: skip
 """Module of the guard -> the tests that look at it most closely, where they do not have its name."""
 LIMIT_S = 60.0
@@ -100,6 +101,14 @@ EQUIVALENT: dict[tuple[str, str], str] = {
         "the largest of three is the same in any order",
     ("margin = min(command.value - admitted.low, admitted.high - command.value)", "arguments -> swapped"):
         "the smaller of two is the same in either order",
+    # start_up
+    ('way = "" if self._over or readings is None else self._way_out(readings, state)', "operand 1 -> nothing"):
+        "a guard that has no readings cannot be judged, and what cannot be judged does not hold",
+    # effect
+    ("self.passed_s += min(max(now_s - self.now_s, 0.0), LONGEST_S)", "arguments -> swapped"):
+        "the lesser, or the larger, of two times is the same in either order",
+    ("scatter = max(self.mm - self.m * self.m / n - slope * slope * spread, 0.0)", "arguments -> swapped"):
+        "the larger of two is the same in either order",
 }  # fmt: skip
 """(line of source, change) -> why nobody can tell the difference."""
 

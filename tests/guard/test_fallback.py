@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from homeostat.domain.recovery import Effect
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.fallback import Chosen, Fallbacks
 from tests.guard.vessel import CLOSE, DRAIN, RULES
@@ -84,3 +85,30 @@ def test_a_strategy_that_cannot_be_checked_says_why(error: Exception, why: str) 
     fed = Snapshot(1.0, {"L": 8.0, "F.sp": 0.03, "X.cmd": 1.0})
     chosen = Fallbacks(RULES).checked(odd, fed, frozenset({"X.cmd"}))  # PRM-OPEN: the feed would go on
     assert chosen == f"it cannot be checked: {why}"
+
+
+def test_a_strategy_that_is_named_begins_and_the_others_follow_in_their_order() -> None:
+    third = replace(CLOSE, name="third")
+    fallbacks = Fallbacks(replace(RULES, fallbacks=(DRAIN, CLOSE, third)))
+    fallbacks.take()
+    fallbacks.begin("third")
+    assert names(fallbacks) == ["third", "drain", "close"] and fallbacks.take() == third
+    fallbacks.begin("nonsense")
+    assert names(fallbacks) == ["third", "drain", "close"]
+
+
+def test_what_brings_most_of_the_limits_back_is_taken_first_and_what_was_spent_never() -> None:
+    hot, both = {"LIM-HOT": Effect(5.0)}, {"LIM-HOT": Effect(5.0), "LIM-FULL": Effect(5.0)}
+    rules = replace(RULES, fallbacks=(DRAIN, replace(CLOSE, serves=hot), replace(CLOSE, name="third", serves=both)))
+    fallbacks = Fallbacks(rules)
+
+    def taken(*limits: str) -> list[str]:
+        fallbacks.begin()
+        return [s.name for s in iter(lambda: fallbacks.take(frozenset(limits)), None) if s is not None]
+
+    assert taken() == ["drain", "close", "third"] and taken("LIM-OTHER") == ["drain", "close", "third"]
+    assert taken("LIM-HOT") == ["close", "third", "drain"]
+    assert taken("LIM-HOT", "LIM-FULL") == ["third", "close", "drain"]
+    fallbacks.spend("third")
+    fallbacks.spend("drain")
+    assert taken("LIM-HOT", "LIM-FULL") == ["close"] and fallbacks.spent == {"drain", "third"}

@@ -52,23 +52,24 @@ class Fallbacks:
                 wrong.append(f"{strategy.name}: {chosen}")
         return tuple(wrong)
 
-    def begin(self) -> None:
-        """Start with the first one."""
+    def begin(self, name: str = "") -> None:
+        """Start again with strategy ``name``; where there is none of that name, with the first one."""
         self._taken = frozenset()
+        self._ranked = tuple(sorted(self._ranked, key=lambda s: s.name != name))
 
     def spend(self, name: str) -> None:
         """Strategy ``name`` has stood and not helped."""
         self.spent |= {name}
 
-    def take(self, limit: str = "") -> FallbackStrategy | None:
+    def take(self, limits: frozenset[str] = frozenset()) -> FallbackStrategy | None:
         """The next strategy that has not stood in vain; None where every one was taken.
 
-        One that brings ``limit`` back is taken before those that do not.
+        One that brings more of ``limits`` back is taken before those that bring back less.
         """
         left = [s for s in self._ranked if s.name not in self._taken | self.spent]
         if not left:
             return None
-        strategy = next((s for s in left if limit in s.serves), left[0])
+        strategy = max(left, key=lambda s: len(limits & s.serves.keys()))
         self._taken |= {strategy.name}
         return strategy
 

@@ -233,7 +233,7 @@ class Guard:
         """What somebody else has moved, and how far the write under way has come."""
         parts, now_s, readings = self._parts, self._now_s, self._seen
         if readings is not None:
-            self._moves.notice(now_s, readings, self.mode, violated=self._response.violated)
+            self._moves.notice(now_s, readings, self.mode)
         write = parts.writer.flying
         progress = parts.writer.follow(now_s, readings, self._objection)
         if progress is Progress.FAILED and write is not None:

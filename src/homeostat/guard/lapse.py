@@ -57,9 +57,11 @@ class Lapse:
         return begun
 
     def excuses(self, moved: Moved) -> bool:
-        """Whether it was the plant's own control that has ``moved`` a target."""
-        if not (self._lost or self._dead) or not local(self._parts.rules, moved.tag, moved.now):
+        """Whether it was the plant's own control that has ``moved`` a target; after a shed it goes on by its recipe."""
+        if not local(self._parts.rules, moved.tag, moved.now):
             return False
+        if not (self._lost or self._dead):
+            return self._latch.shed
         first = self._moved.get(moved.tag, moved)
         self._moved[moved.tag] = Moved(moved.tag, first.before, moved.now)
         return True

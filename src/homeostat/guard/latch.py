@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from homeostat.domain.alarm import Priority
 from homeostat.domain.guard_events import (
     Cause,
@@ -34,14 +36,21 @@ class Latch:
         """Whether the plant was read back and holds every target of the fallback."""
         self.strategy: FallbackStrategy | None = None
         """The strategy that acted last; None while none has."""
+        self.violated: frozenset[str] = frozenset()
+        """Hard limits that are violated at present."""
         self._acting: Chosen | None = None
         self._loaded = self._held = False
-        self._again_s: float | None = None
+        self._again_s = -math.inf
 
     @property
     def forced(self) -> frozenset[str]:
         """Tags that the fallback writes even where they are out of service."""
         return frozenset() if self.strategy is None else self.strategy.forced
+
+    @property
+    def shed(self) -> bool:
+        """Whether a fallback is wanted and nobody holds the lease: the plant is left to its own control."""
+        return self.reason is not None and not self.standing and not self._parts.tenure.held
 
     def activate(self, reason: str, now_s: float, readings: Snapshot | None) -> None:
         """Latch and have the first strategy act now, whatever is under way."""
@@ -49,8 +58,6 @@ class Latch:
             return
         self.reason = reason
         self._parts.alarms.raise_("latched", reason, Priority.CRITICAL, now_s)
-        self._parts.writer.overtake(now_s, "a fallback acts")
-        self._parts.sequencer.stop()
         self.fallbacks.begin()
         self._act(now_s, readings)
         self._parts.note(Latched(reason), now_s)
@@ -60,20 +67,18 @@ class Latch:
 
         False where there is none; what stands is better than what the plant does by itself.
         """
-        chosen = self._next(now_s, readings, limit)
+        chosen = self._next(now_s, readings, frozenset({limit}))
         if chosen is None:
             return False
-        self._parts.writer.overtake(now_s, "another fallback acts")
-        self._parts.sequencer.stop()
-        self._write(chosen, reason, now_s, readings)
+        self._write(chosen, reason, now_s)
         return True
 
-    def give_way(self, tag: str, now_s: float, readings: Snapshot | None, violated: bool) -> None:
+    def give_way(self, tag: str, now_s: float, readings: Snapshot | None) -> None:
         """Somebody has moved ``tag``, to which a fallback is being sent: it is theirs, unless the row says otherwise.
 
-        What else the strategy writes is still sent. Where a hard limit is ``violated`` all the same, or nothing is
-        left to send, the strategy has failed, and the next one that passes its checks acts. Where there is none, what
-        is left of this one is better than what the plant does by itself.
+        What else the strategy writes is still sent. Where a hard limit is violated all the same, or nothing is left to
+        send, the strategy has failed, and the next one that passes its checks acts, best one that brings the limit
+        back. Where there is none, what is left of this one is better than what the plant does by itself.
         """
         writer, acting = self._parts.writer, self._acting
         flying = writer.flying
@@ -82,31 +87,30 @@ class Latch:
         if tag not in {c.tag for c in flying.commands}:
             return
         left, reason = writer.without(tag), f"somebody has moved {tag!r} meanwhile"
-        following = self._next(now_s, readings) if acting is not None and (violated or not left) else None
+        fails = acting is not None and bool(self.violated or not left)
+        following = self._next(now_s, readings, self.violated) if fails else None
         if left and following is None:
             return
         writer.overtake(now_s, reason)
         if acting is not None:
             self._failed(acting, reason, now_s)
         if following is not None:
-            self._parts.sequencer.stop()
-            self._write(following, self.reason or "", now_s, readings)
+            self._write(following, self.reason or "", now_s)
         elif acting is not None:
             self._shed(now_s)
 
     def again(self, now_s: float) -> None:
-        """Send everything once more: what was being sent has left something out for no reason."""
+        """Send everything once more: what was being sent has left something out, or given way, for no reason."""
         if self.reason is not None and not self.standing:
             self._parts.writer.overtake(now_s, "the fallback begins again")
-            self._acting, self._again_s = None, None
+            self.fallbacks.begin()
+            self._acting, self._again_s = None, -math.inf
 
     def give_up(self, limit: str, reason: str, now_s: float, readings: Snapshot | None) -> None:
         """What stands does not help: it acts no more before a reset, but the next one, and at last the plant's shed."""
         if self.strategy is not None:
             self.fallbacks.spend(self.strategy.name)
         if not self.escalate(limit, reason, now_s, readings):
-            self.standing = False
-            self._parts.sequencer.stop()
             self._shed(now_s)
 
     def hold(self, reason: str, strategy: str, spent: frozenset[str]) -> None:
@@ -121,15 +125,16 @@ class Latch:
         self.standing = self._held = True
 
     def restore(self, strategy: str, now_s: float, readings: Snapshot | None) -> None:
-        """Go on after a restart: ``strategy`` is sent again; empty where it is known to stand."""
+        """Go on after a restart: ``strategy`` is sent again; empty where what acted last is known to stand.
+
+        Where nothing that the tables know has acted, because nothing passed its checks, nothing stands either.
+        """
         self._parts.alarms.raise_("latched", self.reason or "", Priority.CRITICAL, now_s)
         if not self._held:
             return  # another limit was violated before the plant was read, and a fallback is being sent
         acted = self.strategy.name if self.strategy is not None else ""
-        vain = acted in self.fallbacks.spent
-        self._held, self.standing = False, not strategy and not vain
-        self.fallbacks.arm((strategy or acted,) if strategy or acted else (), readings, self._parts.service.tags)
-        self.fallbacks.begin()
+        self._held, self.standing = False, bool(acted) and not strategy and acted not in self.fallbacks.spent
+        self.fallbacks.begin(strategy or acted)
         if self.standing:
             self.fallbacks.take()  # what stands is not the next one
         else:
@@ -138,7 +143,7 @@ class Latch:
     def reset(self, now_s: float) -> None:
         """Forget what was activated, and the alarms of it."""
         parts = self._parts
-        self.reason, self.strategy, self._acting, self._again_s = None, None, None, None
+        self.reason, self.strategy, self._acting, self._again_s = None, None, None, -math.inf
         self._loaded = self.standing = False
         self.fallbacks = Fallbacks(parts.rules)
         parts.writer.overtake(now_s, "the latch was reset")
@@ -167,28 +172,24 @@ class Latch:
         elif ours and parts.writer.broken:
             parts.tenure.take(now_s)  # perhaps the lease was lost; the next attempt has a new one
         elif self._due(now_s):
-            self.fallbacks.begin()
-            self._act(now_s, readings)
+            self._act(now_s, readings, self.violated)
 
     def _due(self, now_s: float) -> bool:
         """Whether it is time to act: nothing stands, nothing is being sent, and the last vain round is over."""
-        if self.standing or self._parts.writer.flying is not None:
-            return False
-        return self._again_s is None or now_s >= self._again_s
+        return not self.standing and self._parts.writer.flying is None and now_s >= self._again_s
 
-    def _act(self, now_s: float, readings: Snapshot | None) -> None:
+    def _act(self, now_s: float, readings: Snapshot | None, limits: frozenset[str] = frozenset()) -> None:
         """Write the next strategy that passes its checks; none stops a trip, so the plant's own shed is the last."""
-        self._again_s, self.standing = None, False
-        chosen = self._next(now_s, readings)
+        chosen = self._next(now_s, readings, limits)
         if chosen is None:
             self._shed(now_s)
         else:
-            self._write(chosen, self.reason or "", now_s, readings)
+            self._write(chosen, self.reason or "", now_s)
 
-    def _next(self, now_s: float, readings: Snapshot | None, limit: str = "") -> Chosen | None:
-        """The next strategy that passes its checks, best one that brings ``limit`` back; None where none does."""
+    def _next(self, now_s: float, readings: Snapshot | None, limits: frozenset[str]) -> Chosen | None:
+        """The next strategy that passes its checks, best one that brings ``limits`` back; None where none does."""
         parts = self._parts
-        while (strategy := self.fallbacks.take(limit)) is not None:
+        while (strategy := self.fallbacks.take(limits)) is not None:
             chosen = self.fallbacks.checked(strategy, readings, parts.service.tags)
             if isinstance(chosen, Chosen):
                 return chosen
@@ -196,14 +197,18 @@ class Latch:
             parts.alarms.raise_(f"fallback:{strategy.name}", chosen, Priority.HIGH, now_s)
         return None
 
-    def _write(self, chosen: Chosen, reason: str, now_s: float, readings: Snapshot | None) -> None:
+    def _stop(self, now_s: float, reason: str) -> None:
+        """Nothing that was asked or was to follow before goes on, be it a fallback's."""
+        self._parts.writer.overtake(now_s, reason)
+        self._parts.sequencer.stop()
+
+    def _write(self, chosen: Chosen, reason: str, now_s: float) -> None:
         parts, strategy, actions = self._parts, chosen.strategy, chosen.actions
+        self._stop(now_s, "a fallback acts")
         if not parts.tenure.held:
             objection = parts.tenure.take(now_s)
             if objection:
                 parts.alarms.raise_("lease", objection, Priority.HIGH, now_s)
-        if parts.writer.flying is not None:
-            parts.writer.overtake(now_s, "a fallback acts")
         self._acting, self._loaded, self.standing, self._held = chosen, False, False, False
         self.strategy = strategy
         write = Write.of(Cause.FALLBACK, strategy.name, actions)
@@ -231,7 +236,7 @@ class Latch:
         reason = self._parts.writer.error or "the plant does not hold every target after every attempt"
         acting, self._acting = self._acting, None
         if acting is None:
-            self.fallbacks.begin()
+            self.fallbacks.begin("" if self.strategy is None else self.strategy.name)
         else:
             self._failed(acting, reason, now_s)
         self._act(now_s, readings)
@@ -244,7 +249,9 @@ class Latch:
     def _shed(self, now_s: float) -> None:
         """Stop the heartbeat; strategies are tried again after a while, because the plant may obey again."""
         parts = self._parts
-        self._acting, self._again_s = None, now_s + parts.settings.again_s
+        self._acting, self.standing, self._again_s = None, False, now_s + parts.settings.again_s
+        self.fallbacks.begin()
+        self._stop(now_s, "the plant's own control goes on")
         reason = "no fallback passes its checks, is obeyed and helps"
         if not parts.alarms.lasts("shed"):
             parts.note(Shed(reason), now_s)

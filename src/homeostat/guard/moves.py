@@ -25,16 +25,13 @@ class Moves:
         self._wrong: dict[str, Moved] = {}
         self._hands: list[tuple[Moved, float]] = []
 
-    def notice(self, now_s: float, readings: Snapshot, mode: Mode, violated: bool) -> None:
-        """Judge every target that the plant tells, and put right what a latched fallback needs.
-
-        ``violated``: whether a hard limit is, so that a fallback of which a person took something is not enough.
-        """
-        self.judge(now_s, readings, mode, violated)
+    def notice(self, now_s: float, readings: Snapshot, mode: Mode) -> None:
+        """Judge every target that the plant tells, and put right what a latched fallback needs."""
+        self.judge(now_s, readings, mode)
         self._wrong.update(self._lapse.settle(now_s, readings))
         self._put_right(now_s)
 
-    def judge(self, now_s: float, readings: Snapshot, mode: Mode, violated: bool = False) -> None:
+    def judge(self, now_s: float, readings: Snapshot, mode: Mode) -> None:
         """Judge every target that the plant tells: the guard's, a late one of its own, the plant's, or a person's."""
         parts, latched = self._parts, self._latch.reason is not None
         tenure = parts.tenure
@@ -53,7 +50,7 @@ class Moves:
                 parts.alarms.say(f"late:{moved.tag}", text, Priority.HIGH, now_s)
             elif not self._recipes(moved, mode):
                 self._take_out(moved, now_s)
-                self._latch.give_way(moved.tag, now_s, readings, violated)
+                self._latch.give_way(moved.tag, now_s, readings)
 
     def _recipes(self, moved: Moved, mode: Mode) -> bool:
         """Whether the plant's own recipe has moved a target: with it the plant has entered a state that admits it."""
@@ -121,7 +118,7 @@ class Moves:
         parts = self._parts
         if self._latch.reason is None:
             self._wrong.clear()
-        elif self._wrong and parts.writer.flying is None:
+        elif self._wrong and parts.writer.flying is None and parts.tenure.held:
             wrong, self._wrong = self._wrong, {}
             commands = tuple(
                 Command(m.tag, m.before, None if m.before is None else parts.rules.tags[m.tag].rate_limit)

@@ -22,11 +22,6 @@ class Response:
         self._effects = EffectWatch(parts.rules.fallbacks)
         self._strategy: str | None = None
 
-    @property
-    def violated(self) -> bool:
-        """Whether a hard limit is violated at present."""
-        return bool(self._violated)
-
     def remember(self, tripped: frozenset[str]) -> None:
         """A fallback that was latched before a restart answers the limits that had ``tripped``."""
         self._answered = tripped
@@ -42,10 +37,11 @@ class Response:
             self._unanswered.pop(name, None)
         ended = self._violated - names
         self._answered -= ended  # one that comes back is answered by the next strategy
-        self._violated = names
-        strategy = self._latch.strategy
-        if (strategy.name if strategy else None) != self._strategy or not self._latch.standing:
-            self._strategy = strategy.name if strategy else None
+        self._violated = self._latch.violated = names
+        strategy = self._latch.strategy.name if self._latch.strategy else None
+        if strategy != self._strategy or not self._latch.standing or self._parts.tenure.lost:
+            # what the plant's own control has done in a lapse is put right before anything is said of the strategy
+            self._strategy = strategy
             self._returned, self._told = frozenset(), frozenset()
             self._effects.clear()
         if self._latch.reason is None:

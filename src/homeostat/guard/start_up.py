@@ -19,14 +19,14 @@ class StartUpPhase:
     def __init__(self, rules: StartUp, machine: StateMachine, note: Callable[[GuardEvent, float], None]) -> None:
         """It begins when a state of start-up is looked at first; ``note`` journals an event at a process time [s]."""
         self._rules, self._machine, self._note = rules, machine, note
-        self._since_s: float | None = None
+        self._since_s = math.nan
         self._over = self._inside = False
         self.overdue = ""
         """What to say of a start-up that has lasted too long and goes on; empty where there is none."""
 
     def restore(self, since_s: float | None, over: bool, state: str) -> None:
         """Go on after a restart in ``state``: a kill does not make start-up longer."""
-        self._since_s, self._over = since_s, over
+        self._since_s, self._over = math.nan if since_s is None else since_s, over
         self._inside = since_s is not None and state in self._rules.states
 
     def enter(self, state: str, at_s: float) -> None:
@@ -52,10 +52,10 @@ class StartUpPhase:
             self._leave(state, now_s)
             self._inside = False
             return False
-        if self._since_s is None:
+        if math.isnan(self._since_s):
             self._begin(state, now_s)
         longest_s = self._rules.longest_s.get(state, math.inf)
-        if not self._over and not 0.0 <= now_s - (self._since_s or 0.0) <= longest_s:
+        if not self._over and not 0.0 <= now_s - self._since_s <= longest_s:
             self.overdue = f"start-up is not over after {longest_s:g} s; every limit counts from now on"
             self._end(state, self.overdue, now_s)
         way = "" if self._over or readings is None else self._way_out(readings, state)

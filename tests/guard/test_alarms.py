@@ -1,0 +1,53 @@
+"""The list of alarms by itself: raised once, returned once, gone when it was seen and is over."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from homeostat.domain.alarm import Alarm, Priority
+from homeostat.domain.guard_events import AlarmAcknowledged, AlarmRaised, AlarmReturned
+from homeostat.guard.alarms import Alarms
+
+HIGH, LOW = Priority.HIGH, Priority.LOW
+
+
+def alarms() -> tuple[Alarms, list[tuple[Any, float]]]:
+    noted: list[tuple[Any, float]] = []
+    return Alarms(lambda event, at_s: noted.append((event, at_s))), noted
+
+
+def test_an_alarm_that_lasts_is_raised_once_and_keeps_its_cause() -> None:
+    listed, noted = alarms()
+    assert not listed.lasts("a")
+    listed.raise_("a", "hot", HIGH, 1.0)
+    listed.raise_("a", "hotter", LOW, 2.0)
+    assert listed.lasts("a") and listed.standing == (Alarm("a", "hot", HIGH, 1.0),)
+    assert noted == [(AlarmRaised("a", "hot", HIGH), 1.0)]
+
+
+def test_an_alarm_that_has_returned_stands_until_it_is_seen_and_is_raised_anew() -> None:
+    listed, noted = alarms()
+    listed.return_("a", 0.5)
+    listed.raise_("a", "hot", HIGH, 1.0)
+    listed.return_("a", 2.0)
+    listed.return_("a", 3.0)
+    assert not listed.lasts("a") and listed.standing == (Alarm("a", "hot", HIGH, 1.0, returned_s=2.0),)
+    listed.raise_("a", "hot again", LOW, 4.0)
+    assert listed.lasts("a") and listed.standing == (Alarm("a", "hot again", LOW, 4.0),)
+    assert [(type(e), at_s) for e, at_s in noted] == [(AlarmRaised, 1.0), (AlarmReturned, 2.0), (AlarmRaised, 4.0)]
+
+
+def test_an_alarm_leaves_the_list_when_it_is_over_and_was_seen_in_either_order() -> None:
+    listed, noted = alarms()
+    listed.raise_("a", "hot", HIGH, 1.0)
+    assert listed.acknowledge("a", "Ada", 2.0)
+    assert listed.standing == (Alarm("a", "hot", HIGH, 1.0, acknowledged_by="Ada"),) and listed.lasts("a")
+    listed.return_("a", 3.0)
+    assert listed.standing == () and not listed.acknowledge("a", "Ada", 4.0)
+    listed.say("b", "over", LOW, 5.0)
+    assert listed.standing == (Alarm("b", "over", LOW, 5.0, returned_s=5.0),)
+    assert listed.acknowledge("b", "Ada", 6.0) and listed.standing == ()
+    assert noted == [
+        (AlarmRaised("a", "hot", HIGH), 1.0), (AlarmAcknowledged("a", "Ada"), 2.0), (AlarmReturned("a"), 3.0),
+        (AlarmRaised("b", "over", LOW), 5.0), (AlarmReturned("b"), 5.0), (AlarmAcknowledged("b", "Ada"), 6.0),
+    ]  # fmt: skip
