@@ -23,6 +23,7 @@ class _Ramp:
     rate: float
     start: float
     now: float
+    sent: float
     at_s: float = math.nan
     seen: float | None = None
     follows: bool = False
@@ -54,7 +55,7 @@ class Ramps:
             owned = c.tag in rules and rules[c.tag].ramped_by is Side.GUARD
             start = self._last.get(c.tag)
             if owned and c.value is not None and c.rate is not None and start is not None:
-                self._ramps[c.tag] = _Ramp(c.value, c.rate, start, start)
+                self._ramps[c.tag] = _Ramp(c.value, c.rate, start, start, start)
                 sent.append(replace(c, value=start, rate=None))
             else:
                 sent.append(c)
@@ -83,25 +84,26 @@ class Ramps:
         for tag, ramp in self._ramps.items():
             passed_s = 0.0 if math.isnan(ramp.at_s) else now_s - ramp.at_s
             target, told = accepted.get(tag), tag in accepted
+            if told and same(tag, target, ramp.sent):  # also where the link said that it did not take it
+                ramp.now = ramp.sent
             held = told and same(tag, target, ramp.now)
             ramp.follows = held or (told and target != ramp.seen) or (anyway and not told)
             ramp.followed_s = now_s if math.isnan(ramp.at_s) else ramp.followed_s
             ramp.at_s, ramp.seen = now_s, target
             reach, left = ramp.rate * passed_s, ramp.target - ramp.now
             if (held or anyway) and reach > 0.0 and left != 0.0:
-                value = ramp.target if abs(left) <= reach else ramp.now + math.copysign(reach, left)
-                sent.append(Command(tag, value, None))
+                ramp.sent = ramp.target if abs(left) <= reach else ramp.now + math.copysign(reach, left)
+                sent.append(Command(tag, ramp.sent, None))
         return tuple(sent)
 
     def took(self, commands: tuple[Command, ...], now_s: float, told: Mapping[str, float | None]) -> None:
         """The link has taken these steps; ``told``: targets that the plant tells, so that nobody has to guess them."""
         for c in commands:
             ramp = self._ramps[c.tag]
-            assert c.value is not None, "a step is a value"
-            ramp.now = c.value
+            ramp.now = ramp.sent
             ramp.followed_s = now_s if ramp.follows else ramp.followed_s
             if c.tag not in told:
-                self._last[c.tag] = c.value
+                self._last[c.tag] = ramp.now
 
     @property
     def followed_s(self) -> float:
@@ -115,11 +117,11 @@ class Ramps:
         return bool(self._ramps or self._stopped)
 
     def passes(self, tag: str, value: float | None, tolerance: float) -> bool:
-        """Whether the ramp of ``tag``, also one that was stopped, has led through ``value``."""
+        """Whether the ramp of ``tag``, also one that was stopped, may have led through ``value``."""
         ramp = self._ramps.get(tag) or self._stopped.get(tag)
         if ramp is None or value is None:
             return False
-        low, high = sorted((ramp.start, ramp.now))
+        low, high = sorted((ramp.start, ramp.sent))
         return low - tolerance <= value <= high + tolerance
 
     def drop(self, tag: str) -> None:
