@@ -65,11 +65,16 @@ class BoundedLease:
         """A fresh way to the plant: what hangs on an older one does not hold it up."""
         lanes = [Lane(what, self._settings.call_s) for what in ("an earlier write", "an earlier write of a fallback")]
         self._lanes += lanes
-        self._questions = [lane for lane in self._questions if lane.busy]
-        if len(self._questions) < MOST:  # else the lease has its heartbeat
-            self._questions.append(Lane("whether the lease lasts", self._settings.call_s))
-        question = self._questions[-1]
+        question = self._asking()
         return BoundedWire(wire, lanes[0], question, BoundedWire(wire, lanes[1], question))
+
+    def _asking(self) -> Lane:
+        """A lane in which nothing hangs; where it hangs in many, the lease has its heartbeat."""
+        free = [lane for lane in self._questions if not lane.busy]
+        if not free and len(self._questions) < MOST:
+            free = [Lane("whether the lease lasts", self._settings.call_s)]
+            self._questions += free
+        return (free or self._questions)[0]
 
 
 class _Taking:

@@ -120,11 +120,11 @@ class Writer:
         """
         assert self._flight is None, "one write at a time; overtake the other one first"
         self.numbered += 1
-        for given_up in self._given_up:
-            given_up.cover({c.tag for c in write.commands})
         flight = Flight(write, self.numbered, 0, None, now_s)
         if not self._send(flight, now_s):
             return False
+        for given_up in self._given_up:
+            given_up.cover({c.tag for c in write.commands})
         self._flight = flight
         return True
 
