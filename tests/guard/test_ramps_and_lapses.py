@@ -58,6 +58,7 @@ def test_the_ramp_of_a_fallback_goes_on_from_where_it_is_when_the_lease_is_lost_
     assert [e.strategy for e in world.journal.of(FallbackStands)] == ["drain"]
     assert len(world.journal.of(LeaseLost)) == 1 and world.guard.out_of_service == frozenset()
     assert [e.strategy for e in world.journal.of(FellBack)] == ["drain"]
+    assert WriteResult.GIVEN_UP not in [e.result for e in world.journal.of(WriteEnded)], "the link had taken it"
 
 
 def test_the_attempt_that_was_lost_with_its_wire_has_an_end_in_the_journal_and_the_next_one_a_number() -> None:
@@ -144,14 +145,16 @@ def test_a_hand_on_a_ramp_that_writes_out_of_service_tags_is_said_and_the_ramp_c
     assert vessel.accepted["F.sp"] == 0.0 and [e.strategy for e in world.journal.of(FallbackStands)] == ["drain"]
 
 
-def test_a_step_that_arrived_although_the_link_said_no_is_the_guard_s_own_and_the_ramp_goes_on() -> None:
+@pytest.mark.parametrize("arrives", [True, False])
+def test_a_step_to_which_the_link_said_no_is_the_guard_s_own_and_the_ramp_goes_on(arrives: bool) -> None:
     world, vessel = fed()
     world.ask(actions=SLOW)
     world.tick(6)
     send = vessel.send
 
     def says_no(commands: tuple[Command, ...]) -> Any:
-        send(commands)
+        if arrives:
+            send(commands)
         raise TimeoutError("no answer in time")
 
     vessel.send = says_no  # type: ignore[method-assign]

@@ -64,7 +64,7 @@ class Flight:
     """When that attempt was sent [s]."""
     accepted_s: float | None = None
     """When the link took that attempt [s]; None while it has not."""
-    ended: bool = False
+    ended: bool = field(init=False)
     """Whether that attempt has an outcome."""
     held: set[str] = field(default_factory=set)
     """Tags that were read at their target since it was sent."""

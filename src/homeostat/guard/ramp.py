@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from homeostat.domain.mode import Side
@@ -26,7 +26,7 @@ class _Ramp:
     sent: float
     at_s: float = math.nan
     seen: float | None = None
-    follows: bool = False
+    follows: bool = field(init=False)
     followed_s: float = math.nan
 
     @property
@@ -74,7 +74,7 @@ class Ramps:
                 self._last[tag] = target
 
     def step(
-        self, now_s: float, accepted: Mapping[str, float | None], same: Same, anyway: bool = False
+        self, now_s: float, accepted: Mapping[str, float | None], same: Same, *, anyway: bool
     ) -> tuple[Command, ...]:
         """The next values of every ramp at ``now_s`` [s], given the targets that the plant is known to hold.
 
@@ -82,15 +82,14 @@ class Ramps:
         """
         sent = []
         for tag, ramp in self._ramps.items():
-            passed_s = 0.0 if math.isnan(ramp.at_s) else now_s - ramp.at_s
             target, told = accepted.get(tag), tag in accepted
-            if told and same(tag, target, ramp.sent):  # also where the link said that it did not take it
+            if same(tag, target, ramp.sent):  # also where the link said that it did not take it
                 ramp.now = ramp.sent
-            held = told and same(tag, target, ramp.now)
-            ramp.follows = held or (told and target != ramp.seen) or (anyway and not told)
+            held = same(tag, target, ramp.now)
+            ramp.follows = held or not told or target != ramp.seen
             ramp.followed_s = now_s if math.isnan(ramp.at_s) else ramp.followed_s
+            reach, left = ramp.rate * (now_s - ramp.at_s), ramp.target - ramp.now  # NaN at first: no step yet
             ramp.at_s, ramp.seen = now_s, target
-            reach, left = ramp.rate * passed_s, ramp.target - ramp.now
             if (held or anyway) and reach > 0.0 and left != 0.0:
                 ramp.sent = ramp.target if abs(left) <= reach else ramp.now + math.copysign(reach, left)
                 sent.append(Command(tag, ramp.sent, None))
@@ -110,11 +109,6 @@ class Ramps:
         """When the last step was sent of the ramp that is followed worst, while any is under way [s]."""
         going = [r.followed_s for r in self._ramps.values() if not r.over]
         return min(going) if going else max((r.followed_s for r in self._ramps.values()), default=-math.inf)
-
-    @property
-    def known(self) -> bool:
-        """Whether there is a ramp, or one that was stopped."""
-        return bool(self._ramps or self._stopped)
 
     def passes(self, tag: str, value: float | None, tolerance: float) -> bool:
         """Whether the ramp of ``tag``, also one that was stopped, may have led through ``value``."""
