@@ -201,3 +201,15 @@ def test_one_attempt_is_one_attempt_also_where_the_wire_was_lost() -> None:
     world.tick(1, L=14.0)
     world.tick(4)
     assert attempts(world, "drain")[0] == (1, 0.0) and {n for n, _ in attempts(world, "drain")} == {1}
+
+
+def test_a_target_that_the_plant_does_not_tell_is_not_known_to_hold() -> None:
+    world = running()
+    world.ask(actions=WARM)
+    world.tick()
+    sample = world.vessel.sample()
+    told = {tag: target for tag, target in sample.accepted.items() if tag != "T.sp"}
+    world.seen.append(world.guard.tick(sample.at_s, replace(sample, accepted=told)))
+    assert statuses(world)[-1] == "accepted" and not {a for a in world.alarms if a.startswith("guard:")}
+    world.tick()
+    assert statuses(world)[-1] == "confirmed"

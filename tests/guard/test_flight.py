@@ -29,6 +29,7 @@ def test_two_targets_are_the_same_within_tolerance_and_rounding(
     ("target", "lies"),
     [
         (0.5, True), (1.0, True), (3.5, True), (2.0, True), (0.5 - 5e-10, True), (3.5 + 5e-10, True),
+        (1.0 - 0.5 - 1e-9, True), (3.0 + 0.5 + 1e-9, True),
         (0.5 - 2e-9, False), (3.5 + 2e-9, False), (None, False),
     ],
 )  # fmt: skip

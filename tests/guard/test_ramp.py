@@ -191,9 +191,12 @@ def test_the_plant_follows_as_well_as_it_follows_the_worst_ramp_under_way() -> N
     step(ramps, 13.0)
     assert ramps.followed_s == 13.0
     ramps = two()
-    HOLDS[ramps]["F.sp"] = 1.3  # not where it was sent
+    holds: dict[str, float | None] = {"T.sp": 300.0, "F.sp": 1.3}  # not where it was sent
     for at_s in (11.0, 12.0, 13.0):
-        ramps.took(ramps.step(at_s, {"T.sp": None, "F.sp": 1.3}, same, anyway=False), at_s, {})
+        sent = ramps.step(at_s, holds, same, anyway=False)
+        ramps.took(sent, at_s, holds)
+        holds.update({c.tag: c.value for c in sent})
+    assert holds == {"T.sp": 301.5, "F.sp": 1.3}
     assert ramps.followed_s == 10.0
     ramps = two()
     for n in range(1, 21):
@@ -216,6 +219,14 @@ def test_a_ramp_that_goes_on_anyway_is_followed_as_long_as_the_plant_moves_or_is
     sent = ramps.step(12.0, told, same, anyway=True)
     ramps.took(sent, 12.0, told)
     assert sent == (Command("T.sp", 301.0, None),) and ramps.followed_s == followed_s
+
+
+def test_a_ramp_that_goes_on_anyway_is_followed_by_a_plant_that_comes_after_it() -> None:
+    ramps, told = ramping(), {"T.sp": 300.0}
+    for n in range(1, 5):
+        told["T.sp"] += 0.2
+        ramps.took(ramps.step(10.0 + n, told, same, anyway=True), 10.0 + n, told)
+    assert ramps.followed_s == 14.0
 
 
 def test_a_step_that_the_link_did_not_take_is_sent_again_unless_the_plant_holds_it() -> None:

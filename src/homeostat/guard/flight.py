@@ -128,9 +128,7 @@ def outcome(flight: Flight) -> GivenUp:
 
 def holds(command: Command, readings: Snapshot, tolerance: float) -> bool:
     """Whether the plant has accepted the target of ``command``; a target that it does not tell is not known to hold."""
-    if command.tag not in readings.accepted:
-        return False
-    return same(command.value, readings.accepted[command.tag], tolerance)
+    return command.tag in readings.accepted and same(command.value, readings.accepted[command.tag], tolerance)
 
 
 def between(target: float | None, one: float | None, other: float | None, tolerance: float) -> bool:
