@@ -77,9 +77,7 @@ AREAS = {
 NEAREST = {
     "lane": "blocking_links", "bounded": "blocking_links", "service": "people", "authority": "orders",
     "persons": "orders", "verification": "refusals", "seal": "verification", "mailbox": "sizes", "texts": "sizes",
-    "modes": "people", "effect": "effect_figures",
-    "start_up": "start_up_phase", "restart": "memory", "flight": "writer", "pace": "guard",
-    "response": "effect", "latch": "gives_way",
+    "modes": "people", "pace": "guard", "response": "effect", "restart": "memory",
 }  # fmt: skip
 """Module of the guard -> the tests that look at it most closely, where they do not have its name."""
 LIMIT_S = 60.0
@@ -109,6 +107,17 @@ EQUIVALENT: dict[tuple[str, str], str] = {
         "the lesser, or the larger, of two times is the same in either order",
     ("scatter = max(self.mm - self.m * self.m / n - slope * slope * spread, 0.0)", "arguments -> swapped"):
         "the larger of two is the same in either order",
+    # lane
+    **{("IDLE_S = 5.0", f"5.0 -> {t}"): "nobody sees how long a thread waits for work" for t in (4.0, 6.0, 10.0)},
+    ("return self._result[0]", "0 -> -1"): "a call has one result",
+    # writer
+    **{("REMEMBERED = 100", f"100 -> {n}"): "a bound of memory, far from what happens" for n in (99, 101, 200)},
+    ('self.error = ""', "assignment -> pass"): "nobody asks before an attempt has ended, which sets it",
+    ("return self._flight is not None and self._flight.ended and self._flight.accepted_s is None",
+     "operand 0 -> nothing"): "asked only while a write is under way",
+    # flight
+    ("return command.tag in readings.accepted and same(command.value, readings.accepted[command.tag], tolerance)",
+     "arguments -> swapped"): "sameness goes both ways",
 }  # fmt: skip
 """(line of source, change) -> why nobody can tell the difference."""
 

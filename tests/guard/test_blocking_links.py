@@ -235,7 +235,27 @@ def test_a_lane_makes_one_call_at_a_time_and_hands_on_what_it_raises() -> None:
     assert lane.busy and asked == []
     let_go.set()
     time.sleep(0.1)
-    assert lane.ask(lambda: 4) == 4
+    assert lane.ask(lambda: 4) == 4 and asked == [], "what was refused is not made up for"
+
+
+def test_a_lane_keeps_its_thread_for_the_next_call_and_no_process_waits_for_it() -> None:
+    lane = Lane("a question", 1.0)
+    thread = lane.ask(threading.current_thread)
+    time.sleep(0.05)
+    assert lane.ask(threading.current_thread) is thread and thread.daemon and thread.name == "a question"
+
+
+def test_whoever_waits_for_a_lane_waits_for_the_call_that_is_under_way_and_no_longer_than_may_be() -> None:
+    lane, let_go = Lane("a question", 0.2), threading.Event()
+    lane.wait()
+    with pytest.raises(NoAnswer):
+        lane.ask(lambda: let_go.wait(30.0))
+    began = time.monotonic()
+    lane.wait()
+    assert 0.15 < time.monotonic() - began < 5.0 and lane.busy
+    let_go.set()
+    lane.wait()
+    assert not lane.busy
 
 
 def _interrupt() -> None:
@@ -247,4 +267,14 @@ def test_a_link_that_never_blocks_is_called_directly_and_no_thread_is_made() -> 
     assert bounded.bounded(subject, QUICK) is subject and bounded.bounded(None, QUICK) is None
     assert bounded.bounded(Misbehaving(subject, ()), QUICK) is not None
     slow = Misbehaving(subject, (Blocking("send", 0.0),))
-    assert isinstance(bounded.bounded(slow, QUICK), bounded.BoundedLease)
+    found = bounded.bounded(slow, QUICK)
+    assert isinstance(found, bounded.BoundedLease) and bounded.bounded(found, QUICK) is found
+
+
+def test_a_lease_that_does_not_say_that_it_never_blocks_may_block() -> None:
+    class Silent:
+        def take(self) -> Any: ...
+        def beat(self) -> None: ...
+        def give_back(self) -> None: ...
+
+    assert isinstance(bounded.bounded(Silent(), QUICK), bounded.BoundedLease)  # type: ignore[arg-type]

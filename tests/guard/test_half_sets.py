@@ -85,3 +85,13 @@ def test_what_a_fallback_overwrote_before_it_was_read_is_said_to_be_unknown() ->
     world.seen.append(world.guard.tick(sample.at_s, sample))
     world.tick(4)
     assert half(world) == ["r1 was carried out in part: T.sp = 305; overwritten unread F.sp = 0.02"]
+
+
+def test_what_a_fallback_wrote_is_no_part_of_the_set_that_it_has_overtaken() -> None:
+    world = running()
+    world.vessel.hangs = True
+    world.ask(actions=ActionSet((Command("T.sp", 305.0, 0.5), Command("V.man", 1.0, 0.2)), "running"))
+    world.tick()
+    world.vessel.hangs = False
+    world.tick(5, L=14.0)
+    assert world.vessel.accepted["V.man"] == 1.0 and half(world) == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from weakref import WeakKeyDictionary
 
@@ -25,7 +26,7 @@ def same(tag: str, target: float | None, sent: float) -> bool:
 def step(ramps: Ramps, at_s: float) -> tuple[Command, ...]:
     """The steps at ``at_s`` [s] of ramps that the plant follows: it holds each before the next one is due."""
     held = HOLDS.setdefault(ramps, {})
-    sent = ramps.step(at_s, held, same)
+    sent = ramps.step(at_s, held, same, anyway=False)
     ramps.took(sent, at_s, {})
     held.update({c.tag: c.value for c in sent})
     return sent
@@ -155,3 +156,82 @@ def test_a_ramp_has_led_through_what_lies_behind_it(value: float | None, passed:
     up.drop("F.sp")
     up.drop("T.sp")
     assert not up.passes("T.sp", value, 0.5)
+
+
+def test_a_ramp_that_was_stopped_explains_what_it_has_led_through_until_its_tag_is_commanded_again_or_left() -> None:
+    ramps = ramping()
+    step(ramps, 12.0)
+    ramps.stop()
+    assert ramps.passes("T.sp", 300.5, 0.0)
+    ramps.first((Command("T.sp", 305.0, None),), RULES)
+    assert not ramps.passes("T.sp", 300.5, 0.0)
+    ramps = ramping()
+    step(ramps, 12.0)
+    ramps.stop()
+    ramps.drop("T.sp")
+    assert not ramps.passes("T.sp", 300.5, 0.0)
+
+
+def two() -> Ramps:
+    """Two ramps under way at 10 s: one of two steps, one of twenty."""
+    ramps, rules = Ramps(), {t: WriteRule(t, 0.05, 2.0, ramped_by=Side.GUARD) for t in ("T.sp", "F.sp")}
+    ramps.present({"T.sp": 300.0, "F.sp": 1.0})
+    ramps.first((Command("T.sp", 310.0, 0.5), Command("F.sp", 2.0, 0.5)), rules)
+    HOLDS[ramps] = {"T.sp": 300.0, "F.sp": 1.0}
+    step(ramps, 10.0)
+    return ramps
+
+
+def test_the_plant_follows_as_well_as_it_follows_the_worst_ramp_under_way() -> None:
+    assert Ramps().followed_s == -math.inf
+    ramps = two()
+    assert ramps.followed_s == 10.0
+    step(ramps, 11.0)
+    step(ramps, 12.0)  # the short one is at its end
+    step(ramps, 13.0)
+    assert ramps.followed_s == 13.0
+    ramps = two()
+    holds: dict[str, float | None] = {"T.sp": 300.0, "F.sp": 1.3}  # not where it was sent
+    for at_s in (11.0, 12.0, 13.0):
+        sent = ramps.step(at_s, holds, same, anyway=False)
+        ramps.took(sent, at_s, holds)
+        holds.update({c.tag: c.value for c in sent})
+    assert holds == {"T.sp": 301.5, "F.sp": 1.3}
+    assert ramps.followed_s == 10.0
+    ramps = two()
+    for n in range(1, 21):
+        step(ramps, 10.0 + n)
+    assert ramps.followed_s == 30.0, "the last step of all"
+
+
+@pytest.mark.parametrize(
+    ("told", "followed_s"),
+    [({"T.sp": 300.0}, 11.0), ({}, 12.0), ({"T.sp": None}, 11.0)],
+    ids=["it stands still", "nobody hears it", "it is in automatic"],
+)
+def test_a_ramp_that_goes_on_anyway_is_followed_as_long_as_the_plant_moves_or_is_not_heard(
+    told: dict[str, float | None], followed_s: float
+) -> None:
+    ramps = ramping()
+    step(ramps, 11.0)
+    sent = ramps.step(11.0, told, same, anyway=True)
+    assert sent == ()
+    sent = ramps.step(12.0, told, same, anyway=True)
+    ramps.took(sent, 12.0, told)
+    assert sent == (Command("T.sp", 301.0, None),) and ramps.followed_s == followed_s
+
+
+def test_a_ramp_that_goes_on_anyway_is_followed_by_a_plant_that_comes_after_it() -> None:
+    ramps, told = ramping(), {"T.sp": 300.0}
+    for n in range(1, 5):
+        told["T.sp"] += 0.2
+        ramps.took(ramps.step(10.0 + n, told, same, anyway=True), 10.0 + n, told)
+    assert ramps.followed_s == 14.0
+
+
+def test_a_step_that_the_link_did_not_take_is_sent_again_unless_the_plant_holds_it() -> None:
+    ramps = ramping()
+    for at_s, told in ((11.0, 300.0), (12.0, 300.0), (13.0, 300.5)):
+        sent = ramps.step(at_s, {"T.sp": told}, same, anyway=False)
+        assert sent == (Command("T.sp", told + 0.5, None),)
+    assert ramps.passes("T.sp", 301.0, 0.0) and not ramps.passes("T.sp", 301.1, 0.0)

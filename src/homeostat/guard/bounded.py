@@ -12,7 +12,7 @@ from homeostat.guard.lane import Call, Lane, NoAnswer
 from homeostat.guard.settings import GuardSettings
 
 MOST = 8
-"""Most writes that may hang in a link before nobody takes another lease to get round them."""
+"""Most writes that may hang in a link before nobody takes another lease to get round them; as many questions may."""
 
 State: TypeAlias = tuple[Ticket, bool, str]
 """A link's ticket, whether the link has answered, and what went wrong."""
@@ -39,6 +39,7 @@ class BoundedLease:
         self._return = Lane("giving back the lease", settings.call_s)
         self._taking: _Taking | None = None
         self._lanes: list[Lane] = []
+        self._questions: list[Lane] = []
 
     def take(self) -> BoundedWire:
         """Take the lease, or claim one that was asked for before and came too late; raises as the link does."""
@@ -64,7 +65,16 @@ class BoundedLease:
         """A fresh way to the plant: what hangs on an older one does not hold it up."""
         lanes = [Lane(what, self._settings.call_s) for what in ("an earlier write", "an earlier write of a fallback")]
         self._lanes += lanes
-        return BoundedWire(wire, lanes[0], BoundedWire(wire, lanes[1]))
+        question = self._asking()
+        return BoundedWire(wire, lanes[0], question, BoundedWire(wire, lanes[1], question))
+
+    def _asking(self) -> Lane:
+        """A lane in which nothing hangs; where it hangs in many, the lease has its heartbeat."""
+        free = [lane for lane in self._questions if not lane.busy]
+        if not free and len(self._questions) < MOST:
+            free = [Lane("whether the lease lasts", self._settings.call_s)]
+            self._questions += free
+        return (free or self._questions)[0]
 
 
 class _Taking:
@@ -102,18 +112,24 @@ class _Taking:
 class BoundedWire:
     """Implements :class:`homeostat.domain.ports.Wire`: a write that hangs is one that has no answer yet."""
 
-    def __init__(self, wire: Wire, lane: Lane, urgent: BoundedWire | None = None) -> None:
-        """``wire`` is called in ``lane``; ``urgent``: how a fallback is sent, past what hangs there."""
-        self._wire, self._lane = wire, lane
-        self._question = lane.beside("whether the lease lasts")
+    def __init__(self, wire: Wire, lane: Lane, question: Lane, urgent: BoundedWire | None = None) -> None:
+        """``wire`` is called in ``lane``, and asked in ``question`` whether the lease lasts.
+
+        ``urgent``: how a fallback is sent, past what hangs there.
+        """
+        self._wire, self._lane, self._question, self._over = wire, lane, question, False
         self.urgent: BoundedWire = urgent or self
         """The same wire by another lane."""
 
     @property
     def void(self) -> bool:
         """Whether the plant says that the lease is over; NoAnswer where it does not say in time."""
-        wire = self._wire
-        return hasattr(type(wire), "void") and self._question.ask(lambda: bool(getattr(wire, "void", False)))
+        return self._over or self._question.ask(self._asked)
+
+    def _asked(self) -> bool:
+        """What the link says; a wire that is void once stays so, and is also where the answer came too late."""
+        self._over = bool(getattr(self._wire, "void", False))
+        return self._over
 
     def send(self, commands: tuple[Command, ...]) -> BoundedTicket:
         """Begin to write ``commands``; raises what the link raises in time, and NoAnswer while an earlier one hangs."""

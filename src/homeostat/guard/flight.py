@@ -64,7 +64,7 @@ class Flight:
     """When that attempt was sent [s]."""
     accepted_s: float | None = None
     """When the link took that attempt [s]; None while it has not."""
-    ended: bool = False
+    ended: bool = field(init=False)
     """Whether that attempt has an outcome."""
     held: set[str] = field(default_factory=set)
     """Tags that were read at their target since it was sent."""
@@ -128,9 +128,7 @@ def outcome(flight: Flight) -> GivenUp:
 
 def holds(command: Command, readings: Snapshot, tolerance: float) -> bool:
     """Whether the plant has accepted the target of ``command``; a target that it does not tell is not known to hold."""
-    if command.tag not in readings.accepted:
-        return False
-    return same(command.value, readings.accepted[command.tag], tolerance)
+    return command.tag in readings.accepted and same(command.value, readings.accepted[command.tag], tolerance)
 
 
 def between(target: float | None, one: float | None, other: float | None, tolerance: float) -> bool:

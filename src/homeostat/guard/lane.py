@@ -64,10 +64,6 @@ class Lane:
         self._next: Call[Any] | None = None
         self._ready, self._staffed = threading.Condition(), False
 
-    def beside(self, name: str) -> Lane:
-        """Another lane with the same patience, for calls of another kind."""
-        return Lane(name, self._wait_s)
-
     @property
     def busy(self) -> bool:
         """Whether a call is under way."""

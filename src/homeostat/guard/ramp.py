@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from homeostat.domain.mode import Side
@@ -23,9 +23,10 @@ class _Ramp:
     rate: float
     start: float
     now: float
+    sent: float
     at_s: float = math.nan
     seen: float | None = None
-    follows: bool = False
+    follows: bool = field(init=False)
     followed_s: float = math.nan
 
     @property
@@ -54,7 +55,7 @@ class Ramps:
             owned = c.tag in rules and rules[c.tag].ramped_by is Side.GUARD
             start = self._last.get(c.tag)
             if owned and c.value is not None and c.rate is not None and start is not None:
-                self._ramps[c.tag] = _Ramp(c.value, c.rate, start, start)
+                self._ramps[c.tag] = _Ramp(c.value, c.rate, start, start, start)
                 sent.append(replace(c, value=start, rate=None))
             else:
                 sent.append(c)
@@ -73,7 +74,7 @@ class Ramps:
                 self._last[tag] = target
 
     def step(
-        self, now_s: float, accepted: Mapping[str, float | None], same: Same, anyway: bool = False
+        self, now_s: float, accepted: Mapping[str, float | None], same: Same, *, anyway: bool
     ) -> tuple[Command, ...]:
         """The next values of every ramp at ``now_s`` [s], given the targets that the plant is known to hold.
 
@@ -81,27 +82,27 @@ class Ramps:
         """
         sent = []
         for tag, ramp in self._ramps.items():
-            passed_s = 0.0 if math.isnan(ramp.at_s) else now_s - ramp.at_s
             target, told = accepted.get(tag), tag in accepted
-            held = told and same(tag, target, ramp.now)
-            ramp.follows = held or (told and target != ramp.seen) or (anyway and not told)
+            if same(tag, target, ramp.sent):  # also where the link said that it did not take it
+                ramp.now = ramp.sent
+            held = same(tag, target, ramp.now)
+            ramp.follows = held or not told or target != ramp.seen
             ramp.followed_s = now_s if math.isnan(ramp.at_s) else ramp.followed_s
+            reach, left = ramp.rate * (now_s - ramp.at_s), ramp.target - ramp.now  # NaN at first: no step yet
             ramp.at_s, ramp.seen = now_s, target
-            reach, left = ramp.rate * passed_s, ramp.target - ramp.now
             if (held or anyway) and reach > 0.0 and left != 0.0:
-                value = ramp.target if abs(left) <= reach else ramp.now + math.copysign(reach, left)
-                sent.append(Command(tag, value, None))
+                ramp.sent = ramp.target if abs(left) <= reach else ramp.now + math.copysign(reach, left)
+                sent.append(Command(tag, ramp.sent, None))
         return tuple(sent)
 
     def took(self, commands: tuple[Command, ...], now_s: float, told: Mapping[str, float | None]) -> None:
         """The link has taken these steps; ``told``: targets that the plant tells, so that nobody has to guess them."""
         for c in commands:
             ramp = self._ramps[c.tag]
-            assert c.value is not None, "a step is a value"
-            ramp.now = c.value
+            ramp.now = ramp.sent
             ramp.followed_s = now_s if ramp.follows else ramp.followed_s
             if c.tag not in told:
-                self._last[c.tag] = c.value
+                self._last[c.tag] = ramp.now
 
     @property
     def followed_s(self) -> float:
@@ -109,17 +110,12 @@ class Ramps:
         going = [r.followed_s for r in self._ramps.values() if not r.over]
         return min(going) if going else max((r.followed_s for r in self._ramps.values()), default=-math.inf)
 
-    @property
-    def known(self) -> bool:
-        """Whether there is a ramp, or one that was stopped."""
-        return bool(self._ramps or self._stopped)
-
     def passes(self, tag: str, value: float | None, tolerance: float) -> bool:
-        """Whether the ramp of ``tag``, also one that was stopped, has led through ``value``."""
+        """Whether the ramp of ``tag``, also one that was stopped, may have led through ``value``."""
         ramp = self._ramps.get(tag) or self._stopped.get(tag)
         if ramp is None or value is None:
             return False
-        low, high = sorted((ramp.start, ramp.now))
+        low, high = sorted((ramp.start, ramp.sent))
         return low - tolerance <= value <= high + tolerance
 
     def drop(self, tag: str) -> None:

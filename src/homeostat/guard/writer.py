@@ -91,16 +91,15 @@ class Writer:
         ``before`` to what was sent. What is still at ``before``, or on the way, is late, clamped or not obeyed yet, and
         is sent again; from automatic every target is on the way, because nobody knows where the plant held it.
         """
-        sent = next((c for c in self._flight.write.commands if c.tag == tag), None) if self._flight else None
-        if self._flight is None or sent is None or tag in self._flight.held:
+        assert self._flight is not None, "nothing is being written"
+        sent = next((c for c in self._flight.write.commands if c.tag == tag), None)
+        if sent is None or tag in self._flight.held:
             return True
         return before is not None and not between(target, before, sent.value, self._tolerance(tag))
 
     def without(self, tag: str) -> bool:
         """Send no more to ``tag`` with the write under way; False where nothing is left to send."""
-        self._ramps.drop(tag)
-        if self._flight is None:
-            return False
+        assert self._flight is not None, "nothing is being written"
         write = self._flight.write
         kept = tuple(c for c in write.commands if c.tag != tag)
         digest = ActionSet(kept, write.state, write.then).digest if write.digest else ""
@@ -120,11 +119,11 @@ class Writer:
         """
         assert self._flight is None, "one write at a time; overtake the other one first"
         self.numbered += 1
-        for given_up in self._given_up:
-            given_up.cover({c.tag for c in write.commands})
         flight = Flight(write, self.numbered, 0, None, now_s)
         if not self._send(flight, now_s):
             return False
+        for given_up in self._given_up:
+            given_up.cover({c.tag for c in write.commands})
         self._flight = flight
         return True
 
@@ -156,11 +155,11 @@ class Writer:
 
     def ramped(self, readings: Snapshot) -> tuple[Command, ...]:
         """How far the guard's own ramps have brought the targets of what is pending."""
-        if not self._ramps.known:
-            return ()
-        pending, held = self.pending, readings.accepted
-        reached = [t for t in pending if t in held and self._ramps.passes(t, held[t], self._tolerance(t))]
-        return tuple(Command(tag, held[tag], None) for tag in reached)
+        pending = self.pending
+        return tuple(
+            Command(tag, target, None) for tag, target in readings.accepted.items()
+            if tag in pending and self._ramps.passes(tag, target, self._tolerance(tag))
+        )  # fmt: skip
 
     def leave(self, tag: str) -> None:
         """Ramp ``tag`` no further: somebody else has moved it."""
@@ -262,10 +261,8 @@ class Writer:
         if not self._recorder.commit(URGENT_S if urgent else math.inf) and write.cause in (Cause.REQUEST, Cause.PERSON):
             self._end(flight, WriteResult.GIVEN_UP, "the intention could not be journalled", now_s)
             return False
-        wire = self._way(write)
         try:
-            if wire is None:
-                raise ConnectionError("there is no lease to write with")
+            wire = self._way(write)
             first = self._ramps.first(write.commands, self._rules)
             flight.ticket = wire.send(first)
         except Exception as broken:  # a link may break in any way; what it did is read back
@@ -281,7 +278,6 @@ class Writer:
 
     def _confirm(self, flight: Flight, now_s: float) -> Progress:
         if not flight.ended:
-            flight.accepted_s = now_s
             self._end(flight, WriteResult.ACCEPTED, "", now_s)
         tags = tuple(c.tag for c in flight.write.commands)
         self._may_arrive.extend(flight.write.commands * (flight.attempt - 1))  # attempts before may be on the wire yet
@@ -295,8 +291,10 @@ class Writer:
         confirmed = tuple(c.tag for c in flight.write.commands if c.tag not in deviating)
         self._recorder.note(ReadBack(flight.number, confirmed, deviating), now_s)
 
-    def _way(self, write: Write) -> Wire | None:
-        """The wire; what hangs in a link that may block holds no fallback up."""
+    def _way(self, write: Write) -> Wire:
+        """The wire; what hangs in a link that may block holds no fallback up. ConnectionError where there is none."""
+        if self.wire is None:
+            raise ConnectionError("there is no lease to write with")
         if write.cause is Cause.FALLBACK and isinstance(self.wire, BoundedWire):
             return self.wire.urgent
         return self.wire
@@ -311,10 +309,9 @@ class Writer:
             return same(value, target, self._tolerance(tag))
 
         commands = self._ramps.step(now_s, told, held, anyway=flight.write.cause is Cause.FALLBACK)
-        wire = self._way(flight.write)
-        if commands and wire is not None:
+        if commands:
             try:
-                wire.send(commands)
+                self._way(flight.write).send(commands)
                 self._ramps.took(commands, now_s, told)
             except Exception as broken:  # whether the plant has it is read; the same step is sent again
                 self.error = str(broken) or type(broken).__name__
