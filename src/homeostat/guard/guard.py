@@ -99,8 +99,8 @@ class Guard:
     @property
     def carries(self) -> bool:
         """Whether it writes something of its own beside a recipe of the plant's, which waits meanwhile."""
-        writer, sequencer = self._parts.writer, self._parts.sequencer
-        return self.mode.writes and (writer.flying is not None or bool(sequencer.released and sequencer.waiting))
+        writing = self._parts.writer.flying is not None
+        return self.mode.writes and (writing or self._steps.owes or self._parts.sequencer.carries)
 
     @property
     def alarms(self) -> tuple[Alarm, ...]:
@@ -373,6 +373,7 @@ class Guard:
         entered = sequencer.drain()
         for state, at_s in entered:
             self._parts.note(StateEntered(state), at_s)
+        for state, at_s in sequencer.made():
             self._trips.start_up.enter(state, at_s)
         return Observation(
             self._now_s, self._seen, sequencer.state, sequencer.rest(), sequencer.way(), sequencer.refused, entered,

@@ -50,12 +50,17 @@ class Steps:
         elif progress is Progress.CONFIRMED:
             self._owed = None
 
+    @property
+    def owes(self) -> bool:
+        """Whether a step that counts as taken is still owed to the plant."""
+        return self._owed is not None
+
     def plants(self, mode: Mode) -> bool:
-        """Whether the plant's own recipe runs: where nobody writes, or where it is to and nothing released waits."""
-        sequencer, recipe = self._parts.sequencer, self._parts.rules.recipe
+        """Whether the plant's own recipe runs: where nobody writes, or where it is to and nothing released is left."""
         if self._latch.reason is not None:
             return False
-        return not mode.writes or (recipe is Side.PLANT and not (sequencer.released and sequencer.waiting))
+        left = self.owes or self._parts.sequencer.carries
+        return not mode.writes or (self._parts.rules.recipe is Side.PLANT and not left)
 
     def follow_plant(self, now_s: float, readings: Snapshot | None, mode: Mode) -> None:
         """Stand where the plant stands whose own recipe runs, by its targets and readings."""
@@ -71,7 +76,7 @@ class Steps:
         state = made.target if made is not None else followed(machine, readings, sequencer.state)
         if state is not None and state != sequencer.state:
             actions = ActionSet((), state, what_follows(machine, state, nominal_commands(parts.rules)))
-            sequencer.follow(state, actions.then, now_s)
+            sequencer.follow(state, actions.then, now_s, found=made is None)
             parts.note(loaded("", actions, aborting=False), now_s)
 
     def go_on(self, now_s: float, readings: Snapshot | None, mode: Mode) -> None:
