@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from typing import Any
 
 import pytest
@@ -31,6 +32,7 @@ def believed(*told: Any) -> list[bool]:
 def test_a_clock_that_goes_is_believed_from_wherever_it_begins() -> None:
     assert times(500.0, 501.0, 502.5, 503) == [500.0, 501.0, 502.5, 503.0]
     assert times(-7.0, -6.0) == [-7.0, -6.0] and all(believed(-7.0, -6.0))
+    assert times(sys.float_info.max) == [sys.float_info.max]
 
 
 @pytest.mark.parametrize("told", [2.0, 1.0, NAN, INF, -INF, None, "noon", 10**400, -(10**400)])

@@ -19,8 +19,7 @@ class Pace:
         self.now_s = -math.inf
         """The guard's time [s]; minus infinity before the first tick."""
         self._period_s: float | None = None
-        self._told_s = -math.inf
-        self._leapt = False
+        self._told_s = math.nan
 
     def advance(self, now_s: float) -> str:
         """Go on to ``now_s`` [s]; what is wrong with it, or empty.
@@ -30,16 +29,15 @@ class Pace:
         itself says between two ticks: after it has stood, its distance from the guard's time says nothing.
         """
         number = isinstance(now_s, int | float) and abs(now_s) <= sys.float_info.max
-        before_s, self._told_s = self._told_s, float(now_s) if number else -math.inf
+        before_s, self._told_s = self._told_s, float(now_s) if number else math.nan
         told_s, step_s, period_s = self._told_s, self._told_s - before_s, self._period_s
         near = period_s is None or told_s - self.now_s <= LEAP * period_s
-        if told_s > self.now_s and (near or (self._leapt and step_s > 0.0)):
-            if 0.0 < step_s < math.inf:
+        if told_s > self.now_s and (near or told_s > before_s > self.now_s):
+            if step_s > 0.0:
                 self._period_s = step_s
-            self.now_s, self._leapt = told_s, False
+            self.now_s = told_s
             return ""
         wrong = f"the clock says {now_s!r} s after {self.now_s:g} s"
-        self._leapt = told_s > self.now_s
-        passed_s = (period_s or PERIOD_S) / (1.0 if self._leapt else 2.0)
+        passed_s = (period_s or PERIOD_S) / (1.0 if told_s > self.now_s else 2.0)
         self.now_s = self.now_s + passed_s if math.isfinite(self.now_s) else 0.0
         return wrong

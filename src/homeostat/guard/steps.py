@@ -68,10 +68,10 @@ class Steps:
         if readings is None or not self.plants(mode) or parts.writer.flying is not None:
             return
         sequencer.look(readings)
-        machine, next_one = parts.rules.machine, sequencer.waiting[:1]
+        machine, waiting = parts.rules.machine, sequencer.waiting
         made = step_made(machine, readings, sequencer.state)
-        if next_one and made is not None and next_one[0].target == made.target and not sequencer.released:
-            self._taken(next_one[0], now_s)
+        if made is not None and waiting and waiting[0].target == made.target and not sequencer.released:
+            self._taken(waiting[0], now_s)
             return
         state = made.target if made is not None else followed(machine, readings, sequencer.state)
         if state is not None and state != sequencer.state:
@@ -87,7 +87,7 @@ class Steps:
         if self.plants(mode):
             self._owed = None  # what the plant does by itself, nobody sends once more
             return
-        if parts.tenure.lost and mode.writes:
+        if parts.tenure.lost:
             parts.sequencer.refused = f"the lease is lost: {parts.tenure.lost}"
             return
         stands = self._latch.reason, parts.sequencer.state
