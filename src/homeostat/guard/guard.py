@@ -281,9 +281,9 @@ class Guard:
             case Trouble():
                 self._troubles.add(message.name[:100])
                 self._alarm(message.name[:100], message.cause[:500], Priority.HIGH)
-            case Settled() if message.name in self._troubles:  # nobody ends an alarm of the guard's own
-                self._troubles.remove(message.name)
-                self._parts.alarms.return_(message.name, now_s)
+            case Settled() if message.name[:100] in self._troubles:  # nobody ends an alarm of the guard's own
+                self._troubles.remove(message.name[:100])
+                self._parts.alarms.return_(message.name[:100], now_s)
             case PersonCommand():
                 self._persons.hear(message, self._present())
             case _:
