@@ -84,8 +84,9 @@ class Steps:
         parts = self._parts
         if readings is None or parts.writer.flying is not None:
             return
+        if not mode.writes:
+            self._owed = None  # what is left is the matter of the plant's own control and of people
         if self.plants(mode):
-            self._owed = None  # what the plant does by itself, nobody sends once more
             return
         if parts.tenure.lost:
             parts.sequencer.refused = f"the lease is lost: {parts.tenure.lost}"
@@ -94,7 +95,7 @@ class Steps:
         if self._owed is not None and (self._owed_under, self._owed.state) != stands:
             self._owed = None  # a fallback, a reset or a start has come between
         if self._owed is not None:
-            self._pay(self._owed, now_s, readings, mode)
+            self._pay(self._owed, now_s, readings)
             return
         step = parts.sequencer.due(readings)
         if step is None:
@@ -133,11 +134,8 @@ class Steps:
                 return f"{command.tag!r} is out of service"
         return ""
 
-    def _pay(self, owed: Write, now_s: float, readings: Snapshot, mode: Mode) -> None:
-        """Send again what counts as taken; where nobody writes any more, it is a person's matter."""
-        if not mode.writes:
-            self._owed = None
-            return
+    def _pay(self, owed: Write, now_s: float, readings: Snapshot) -> None:
+        """Send again what counts as taken."""
         why = self.objection(owed, readings)
         self._parts.sequencer.refused = why or None
         if not why and now_s >= self._again_s:
