@@ -218,3 +218,17 @@ def test_the_start_up_of_a_recipe_that_the_plant_runs_has_its_limits() -> None:
     world.tick(2, L=3.0)
     hot(world)
     assert world.alarms == set() and world.sent == [] and world.journal.of(WriteIntended) == []
+
+
+def test_a_lease_that_is_lost_soon_after_it_was_given_back_excuses_no_hand() -> None:
+    world = World(vessel=Sheds())
+    world.tick(4)
+    world.order(Verb.MODE, Mode.OBSERVE.value)
+    world.tick()
+    world.order(Verb.MODE, Mode.CLOSED_LOOP.value)
+    world.tick()
+    vessel = lapsed(world)
+    world.tick()
+    vessel.accepted["T.sp"] = 305.0
+    world.tick()
+    assert world.guard.out_of_service == {"T.sp"} and "moved:T.sp" in world.alarms

@@ -209,7 +209,7 @@ class Guard:
         if readings is not None and readings.accepted:
             self._restart = None
             restart.explain(readings)
-            self._moves.judge(self._now_s, readings, self.mode)
+            self._moves.judge(self._now_s, readings, self.mode, self._response.violated)
             restart.resolve(self._now_s, readings)
         elif self._now_s - self._began_s >= self._parts.settings.again_s:
             restart.act(self._now_s)

@@ -34,7 +34,7 @@ class Moves:
         self._wrong.update(self._lapse.settle(now_s, readings))
         self._put_right(now_s)
 
-    def judge(self, now_s: float, readings: Snapshot, mode: Mode, violated: bool = False) -> None:
+    def judge(self, now_s: float, readings: Snapshot, mode: Mode, violated: bool) -> None:
         """Judge every target that the plant tells: the guard's, a late one of its own, the plant's, or a person's."""
         parts, latched = self._parts, self._latch.reason is not None
         tenure = parts.tenure
