@@ -75,9 +75,9 @@ AREAS = {
     ),
 }
 NEAREST = {
-    "lane": "blocking_links", "bounded": "blocking_links", "service": "people", "authority": "orders",
+    "lane": "blocking_links", "bounded": "blocking_links", "authority": "orders",
     "persons": "orders", "verification": "refusals", "seal": "verification", "mailbox": "sizes", "texts": "sizes",
-    "modes": "people", "pace": "guard", "response": "effect", "restart": "memory",
+    "modes": "people", "response": "effect", "restart": "memory",
 }  # fmt: skip
 """Module of the guard -> the tests that look at it most closely, where they do not have its name."""
 LIMIT_S = 60.0
@@ -86,6 +86,10 @@ LIMIT_S = 60.0
 EQUIVALENT: dict[tuple[str, str], str] = {
     # recorder
     ("if job.done.wait(min(wait_s, self._wait_s)):", "arguments -> swapped"): "the lesser of two times is the same",
+    # moves
+    ("self._hands.clear()", "call -> pass"): "what is older than this tick is passed over; cleared, it does not grow",
+    # service
+    ("unmoved = same(before, target, rule.tolerance)", "arguments -> swapped"): "being the same goes both ways",
     # persons
     ("floor.parts.sequencer.restore(state, (), aborting=False)", "False -> True"):
         "nothing waits after a reset, and whatever is loaded next says by itself whether it belongs to a fallback",

@@ -21,7 +21,8 @@ def follow(
     margins: Sequence[float], effect: Effect, times: Sequence[float] | None = None
 ) -> list[tuple[str, str] | None]:
     """What is said after each margin of one limit, one per second unless the ``times`` are given."""
-    strategy, watch = replace(DRAIN, serves={"LIM-FULL": effect}), EffectWatch()
+    strategy = replace(DRAIN, serves={"LIM-FULL": effect})
+    watch = EffectWatch((strategy,))
     return [
         watch.failed(now_s, strategy, [Violation("LIM-FULL", m, "L", "it is full")])
         for now_s, m in zip(times or range(100, 100 + len(margins)), margins, strict=True)
@@ -117,7 +118,7 @@ def test_a_margin_rises_by_three_standard_errors_of_its_least_squares_slope() ->
 
 def test_of_several_limits_the_first_that_is_not_helped_is_named_and_each_has_its_own_time() -> None:
     strategy = replace(DRAIN, serves={"A": Effect(4.0), "B": Effect(2.0), "C": Effect(2.0)})
-    watch, said = EffectWatch(), []
+    watch, said = EffectWatch(()), []
     for now_s in range(5):
         violations = [Violation(name, -1.0, "L", name) for name in ("A", "B", "C")]
         found = watch.failed(float(now_s), strategy, violations)
@@ -126,7 +127,7 @@ def test_of_several_limits_the_first_that_is_not_helped_is_named_and_each_has_it
 
 
 def test_a_limit_that_came_back_or_another_strategy_has_its_time_from_the_start() -> None:
-    strategy, watch = replace(DRAIN, serves={"A": Effect(3.0)}), EffectWatch()
+    strategy, watch = replace(DRAIN, serves={"A": Effect(3.0)}), EffectWatch(())
     outside = [Violation("A", -1.0, "L", "")]
     said = [watch.failed(float(n), strategy, [] if n == 2 else outside) is not None for n in range(8)]
     assert said == [False] * 6 + [True, False]

@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.guard_events import SequenceLoaded, ServiceChanged, WriteIntended
+from homeostat.domain.guard_events import SequenceLoaded, ServiceChanged, StepTaken, WriteIntended
 from homeostat.domain.mode import Mode, Side, Verb
+from homeostat.domain.recovery import Command, Step
 from homeostat.guard.memory import Memory
 from homeostat.trace.encode import encode_fields
 from tests.guard.test_memory import Line
-from tests.guard.vessel import BEGIN, POUR, ROUTE, RULES, Journal, World, statuses
+from tests.guard.vessel import BEGIN, MACHINE, POUR, ROUTE, RULES, Journal, World, awaited, statuses
 
 PLANTS = replace(RULES, recipe=Side.PLANT)
 MODES = [(Mode.OBSERVE, RULES), (Mode.ADVISE, RULES), (Mode.CLOSED_LOOP, PLANTS), (Mode.APPROVE, PLANTS)]
@@ -127,3 +128,65 @@ def test_brought_to_a_mode_that_writes_the_guard_goes_on_where_the_plant_stands(
     assert world.sent == []
     world.tick(3, L=9.5)
     assert [w.source for w in world.journal.of(WriteIntended)] == ["empty"] and world.seen[-1].state == "emptying"
+
+
+def test_what_the_plant_takes_is_journalled_as_a_step_once_and_nothing_else_is() -> None:
+    world = begun()
+    pours(world)
+    world.tick(3)
+    assert world.journal.of(StepTaken) == [StepTaken("start", "running"), StepTaken("empty", "emptying")]
+    assert world.journal.of(SequenceLoaded) == [] and world.alarms == set()
+    assert world.seen[-1].rest.commands == (), "the plant holds what its recipe has sent"
+
+
+def test_a_way_that_the_nominal_sequence_does_not_take_is_followed_all_the_same() -> None:
+    vent = awaited("vent", "running", "rest", "L >= 8")
+    machine = replace(MACHINE, transitions=(*MACHINE.transitions, vent))
+    world = World(rules=replace(PLANTS, machine=machine, nominal=(BEGIN, POUR)))
+    world.tick(3, L=4.0)
+    world.vessel.accepted["F.sp"] = 0.03
+    world.tick(2, L=6.0)
+    world.vessel.accepted["F.sp"] = 0.0
+    world.tick(3, L=8.5)  # no step of the nominal sequence is open
+    assert world.seen[-1].state == "rest" and world.seen[-1].rest.then == () and world.alarms == set()
+    assert world.journal.of(SequenceLoaded) == [SequenceLoaded("", "rest", (), False)]
+
+
+@pytest.mark.parametrize("mode", [Mode.OBSERVE, Mode.CLOSED_LOOP])
+def test_before_the_first_sample_there_is_nothing_to_follow(mode: Mode) -> None:
+    world = World(mode=mode, rules=PLANTS)
+    world.silent(3)
+    assert world.alarms == {"link"} and world.seen[-1].state == "waiting"
+    world.tick(1, L=4.0)
+    assert world.alarms == set()
+
+
+def test_while_a_write_is_under_way_nobody_looks_where_the_plant_stands() -> None:
+    world = begun()
+    world.vessel.hangs = True
+    world.ask()
+    world.tick()
+    pours(world)
+    assert world.seen[-1].state == "running" and world.guard.carries
+
+
+def test_what_was_released_is_over_once_the_plant_has_gone_on_by_itself() -> None:
+    world = begun()
+    end = Step(MACHINE.transitions[3], (Command("F.sp", 0.0, 0.001),))
+    world.ask(world.request(actions=replace(ROUTE, then=(POUR, end)), path=("adjust", "empty", "end")))
+    world.tick(3)
+    assert statuses(world)[-1] == "confirmed" and world.guard.carries
+    world.order(Verb.MODE, Mode.OBSERVE.value)
+    world.tick()
+    pours(world)
+    assert world.seen[-1].state == "emptying"
+    world.order(Verb.MODE, Mode.CLOSED_LOOP.value)
+    world.tick(3, L=0.5)
+    assert not world.guard.carries and len(world.sent) == 1
+
+
+def test_a_plant_that_tells_no_state_moves_the_guard_nowhere_and_breaks_nothing() -> None:
+    world = begun()
+    world.vessel.accepted.update({"F.sp": 0.06, "T.sp": 300.0})
+    world.tick(5)
+    assert world.seen[-1].state == "running" and not [a for a in world.alarms if a.startswith("guard:")]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from homeostat.domain.behaviour import SetpointRange, StateMachine
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.recognition import recognise
-from tests.guard.vessel import state
+from homeostat.guard.recognition import admits, admits_all, followed, holds_targets, recognise, step_made
+from tests.guard.vessel import awaited, decided, state
 
 STATES = (
     state("idle", initial=True),
@@ -62,3 +63,63 @@ def test_of_several_that_fit_the_believed_one_counts() -> None:
     assert seen(believed="drained", T_sp=0.5, F_sp=0.0, flow=0.5) == "drained"
     assert seen(believed="pouring", T_sp=0.5, F_sp=0.0, flow=0.5) == "pouring"
     assert seen(believed="heating", T_sp=0.5, F_sp=0.0, flow=0.5) == "pouring"
+
+
+def told(flow: float = 0.0, **accepted: float | None) -> Snapshot:
+    return Snapshot(1.0, {"F.sp": flow}, accepted={tag.replace("_", "."): value for tag, value in accepted.items()})
+
+
+def test_a_plant_that_runs_by_itself_is_where_it_was_as_long_as_it_holds_the_targets() -> None:
+    assert followed(MACHINE, told(T_sp=0.5, F_sp=0.0, flow=0.5), "drained") == "drained"
+    assert followed(MACHINE, told(T_sp=0.5, F_sp=0.0, flow=0.0), "pouring") == "pouring", "it need not have settled"
+    assert followed(MACHINE, told(), "heating") == "heating", "a plant that tells no target is taken at its word"
+
+
+def test_else_one_state_and_no_other_must_fit() -> None:
+    assert followed(MACHINE, told(T_sp=0.5, F_sp=0.0, flow=0.0), "heating") == "drained"
+    assert followed(MACHINE, told(T_sp=0.5, F_sp=1.0, flow=0.5), "heating") == "pouring"
+    assert followed(MACHINE, told(T_sp=0.5, F_sp=0.0, flow=0.5), "heating") is None, "it may be pouring or drained"
+    assert followed(MACHINE, told(T_sp=99.0), "heating") is None
+
+
+HELD = {"T_sp": 0.5, "F_sp": 0.0}
+WAYS = StateMachine(
+    "ways", tuple(replace(s, risk=risk) for s, risk in zip(STATES, (0, 0, 2, 1), strict=True)),
+    (
+        awaited("pour", "heating", "pouring", "F.sp >= 0.25"), awaited("drain", "heating", "drained", "F.sp >= 0.75"),
+        decided("give up", "heating", "drained"), awaited("heat", "drained", "heating", "true"),
+    ),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("flow", "held", "made"),
+    [
+        (0.0, HELD, None), (0.5, HELD, "pour"), (0.75, HELD, "drain"), (0.75, {"T_sp": 0.5, "F_sp": 1.0}, "pour"),
+        (0.75, {"T_sp": 5.0, "F_sp": 0.0}, None), (0.75, {}, "drain"), (math.nan, HELD, None),
+    ],
+)  # fmt: skip
+def test_a_step_was_made_where_its_guard_and_its_targets_hold_and_of_several_the_least_risky(
+    flow: float, held: dict[str, float], made: str | None
+) -> None:
+    found = step_made(WAYS, told(flow, **held), "heating")
+    assert (found.name if found else None) == made
+    assert step_made(WAYS, told(flow, **held), "idle") is None
+
+
+def test_targets_are_held_where_every_one_is_told_and_admitted() -> None:
+    heating = MACHINE.state("heating")
+    assert holds_targets(heating, told(T_sp=305.0, V_man=None)) and holds_targets(heating, told())
+    assert not holds_targets(heating, told(T_sp=305.0)) and not holds_targets(heating, told(T_sp=5.0, V_man=None))
+
+
+def test_a_state_admits_nothing_that_it_does_not_state() -> None:
+    heating = MACHINE.state("heating")
+    assert not admits(heating, "F.sp", 0.0) and not admits(heating, "F.sp", None)
+    assert admits(heating, "V.man", None) and admits(heating, "V.man", 0.5) and not admits(heating, "T.sp", None)
+
+
+def test_of_a_state_only_the_tags_that_are_asked_about_count() -> None:
+    drained, held = MACHINE.state("drained"), told(T_sp=0.5, F_sp=0.9)
+    assert admits_all(drained, held, frozenset({"T.sp"})) and not admits_all(drained, held, frozenset({"T.sp", "F.sp"}))
+    assert admits_all(drained, held, frozenset()) and not admits_all(drained, told(), frozenset({"T.sp"}))

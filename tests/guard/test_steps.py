@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.guard_events import Cause, StateEntered, StepTaken
+from homeostat.domain.guard_events import Cause, StateEntered, StepTaken, WriteIntended
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
 from homeostat.guard.latch import Latch
@@ -234,3 +234,27 @@ def test_what_cannot_be_judged_is_not_tried_again() -> None:
     write = Write.of(Cause.SEQUENCE, "start", ActionSet(BEGIN.commands, "running"))
     assert Steps(parts, Latch(parts)).objection(write, None) == "there is no reading to decide on"
     parts.recorder.close()
+
+
+def test_a_step_of_a_fallback_that_is_owed_is_a_person_s_matter_once_nobody_writes() -> None:
+    world = cooling(*FED)
+    world.vessel.ignores = True
+    world.tick(8, L=4.0)
+    assert world.seen[-1].state == "emptying" and "write:sequence" in world.alarms
+    world.vessel.ignores = False
+    order(world, Verb.MODE, Mode.OBSERVE)
+    intended = len(world.journal.of(WriteIntended))
+    world.tick(30)
+    assert len(world.journal.of(WriteIntended)) == intended and world.vessel.accepted["F.sp"] == 0.0
+    assert world.guard.latched is not None and world.seen[-1].state == "emptying"
+
+
+def test_a_step_that_never_reached_the_plant_is_due_again_10_s_after_it_failed() -> None:
+    world = World()
+    world.vessel.raises = True
+    world.tick(6)
+    assert taken(world) == [] and "write:sequence" in world.alarms
+    failed_s = next(at_s for event, at_s in world.journal.events if getattr(event, "alarm", "") == "write:sequence")
+    world.vessel.raises = False
+    world.tick(20)
+    assert times(world)[3:] == [failed_s + 10.0] and taken(world) == [(StepTaken("start", "running"), failed_s + 10.0)]

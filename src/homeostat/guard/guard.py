@@ -99,8 +99,8 @@ class Guard:
     @property
     def carries(self) -> bool:
         """Whether it writes something of its own beside a recipe of the plant's, which waits meanwhile."""
-        writer, sequencer = self._parts.writer, self._parts.sequencer
-        return self.mode.writes and (writer.flying is not None or bool(sequencer.released and sequencer.waiting))
+        writing = self._parts.writer.flying is not None
+        return self.mode.writes and (writing or self._steps.owes or self._parts.sequencer.carries)
 
     @property
     def alarms(self) -> tuple[Alarm, ...]:
@@ -281,9 +281,9 @@ class Guard:
             case Trouble():
                 self._troubles.add(message.name[:100])
                 self._alarm(message.name[:100], message.cause[:500], Priority.HIGH)
-            case Settled() if message.name in self._troubles:  # nobody ends an alarm of the guard's own
-                self._troubles.remove(message.name)
-                self._parts.alarms.return_(message.name, now_s)
+            case Settled() if message.name[:100] in self._troubles:  # nobody ends an alarm of the guard's own
+                self._troubles.remove(message.name[:100])
+                self._parts.alarms.return_(message.name[:100], now_s)
             case PersonCommand():
                 self._persons.hear(message, self._present())
             case _:
@@ -373,6 +373,7 @@ class Guard:
         entered = sequencer.drain()
         for state, at_s in entered:
             self._parts.note(StateEntered(state), at_s)
+        for state, at_s in sequencer.made():
             self._trips.start_up.enter(state, at_s)
         return Observation(
             self._now_s, self._seen, sequencer.state, sequencer.rest(), sequencer.way(), sequencer.refused, entered,

@@ -6,17 +6,16 @@ from collections.abc import Mapping
 
 from homeostat.domain.alarm import Priority
 from homeostat.domain.guard_events import Cause
+from homeostat.domain.mode import Side
 from homeostat.domain.recovery import ActionSet, Step
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.flight import same, shown
 from homeostat.guard.latch import Latch, loaded
+from homeostat.guard.memory import LOCAL
 from homeostat.guard.parts import Parts
 from homeostat.guard.recognition import admits_all, recognise
 from homeostat.guard.service import Moved
-
-LOCAL = "local control"
-"""Source of a position of the sequence that the plant's own control has brought about."""
 
 
 class Lapse:
@@ -104,12 +103,14 @@ class Lapse:
     def _fall_in(self, moved: Mapping[str, Moved], now_s: float, readings: Snapshot) -> str:
         """Have the sequence stand where the plant stands; a sentence for a person."""
         rules, sequencer = self._parts.rules, self._parts.sequencer
+        if rules.recipe is Side.PLANT and not sequencer.carries:
+            return f"its own recipe goes on, followed in state {sequencer.state!r}"
         position = self._position(moved, readings)
         if position is not None and position[0] == sequencer.state:
             return f"the sequence goes on in state {sequencer.state!r}"
         state, steps = position or (recognise(rules.machine, readings, sequencer.state), ())
         left, actions = sequencer.state, ActionSet((), state, steps)
-        sequencer.load(actions, now_s)
+        sequencer.load(actions, now_s, found=True)
         self._parts.note(loaded(LOCAL, actions, aborting=False), now_s)
         if position is not None:
             return f"the sequence goes on from state {state!r}"

@@ -13,6 +13,8 @@ from homeostat.domain.request import RequestStatus
 
 PUT_RIGHT = "put right"
 """Source of a write that puts right what came late; it belongs to no strategy."""
+LOCAL = "local control"
+"""Source of a position of the sequence that the plant's own control has brought about."""
 REMEMBERED = 1000
 """Requests and orders that are remembered, each; older ones have expired long ago."""
 
@@ -186,7 +188,8 @@ def _loaded(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     memory = _marked(memory, memory.writes, _behind)
     steps, aborting = _steps(fields["steps"]), bool(fields["aborting"])
     memory = replace(_entered(memory, fields), waiting=steps, aborting=aborting, owed=None)
-    return replace(memory, released=bool(fields["source"]))
+    found = fields["source"] in ("", LOCAL)  # nobody has started anything
+    return replace(memory, released=bool(fields["source"]), left=None if found else memory.left)
 
 
 def _step_taken(memory: Memory, fields: Mapping[str, Any]) -> Memory:

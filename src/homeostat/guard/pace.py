@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import sys
 
 LEAP = 10.0
 """Periods by which a clock may go ahead within a tick and be believed at once [1]."""
+PERIOD_S = 1.0
+"""Period that is assumed before the clock has told one [s]."""
 
 
 class Pace:
@@ -16,25 +19,25 @@ class Pace:
         self.now_s = -math.inf
         """The guard's time [s]; minus infinity before the first tick."""
         self._period_s: float | None = None
-        self._leapt_s: float | None = None
+        self._told_s = math.nan
 
     def advance(self, now_s: float) -> str:
         """Go on to ``now_s`` [s]; what is wrong with it, or empty.
 
         Time never stands: where the clock does, it goes on by half a period, and can be caught up. A clock that leaps
-        ahead is believed once it has gone on from there; until then a period has passed.
+        ahead is believed once it has gone on from there; until then a period has passed. The period is what the clock
+        itself says between two ticks: after it has stood, its distance from the guard's time says nothing.
         """
-        told = now_s if isinstance(now_s, int | float) and math.isfinite(now_s) else -math.inf
-        step_s, first = told - self.now_s, not math.isfinite(self.now_s)
-        learned = self._period_s is None or step_s <= LEAP * self._period_s
-        if told > self.now_s and (first or learned or (self._leapt_s is not None and told > self._leapt_s)):
-            if not first and learned:
+        number = isinstance(now_s, int | float) and abs(now_s) <= sys.float_info.max
+        before_s, self._told_s = self._told_s, float(now_s) if number else math.nan
+        told_s, step_s, period_s = self._told_s, self._told_s - before_s, self._period_s
+        near = period_s is None or told_s - self.now_s <= LEAP * period_s
+        if told_s > self.now_s and (near or told_s > before_s > self.now_s):
+            if step_s > 0.0:
                 self._period_s = step_s
-            self.now_s, self._leapt_s = float(told), None
+            self.now_s = told_s
             return ""
         wrong = f"the clock says {now_s!r} s after {self.now_s:g} s"
-        period_s = self._period_s or 1.0
-        self._leapt_s = told if told > self.now_s else None
-        passed_s = period_s if self._leapt_s is not None else period_s / 2.0
-        self.now_s = 0.0 if first else self.now_s + passed_s
+        passed_s = (period_s or PERIOD_S) / (1.0 if told_s > self.now_s else 2.0)
+        self.now_s = self.now_s + passed_s if math.isfinite(self.now_s) else 0.0
         return wrong

@@ -22,7 +22,7 @@ def followed(machine: StateMachine, readings: Snapshot, believed: str) -> str | 
     if holds_targets(machine.state(believed), readings):
         return believed
     found = [s.name for s in machine.states if _fits(s, readings)]
-    return found[0] if len(found) == 1 else None
+    return found.pop() if len(found) == 1 else None
 
 
 def step_made(machine: StateMachine, readings: Snapshot, state: str) -> Transition | None:

@@ -22,6 +22,7 @@ class Sequencer:
         self._machine, self._limits = machine, limits
         self._waiting = nominal
         self._entered: list[tuple[str, float]] = []
+        self._made: list[tuple[str, float]] = []
         self._sent: tuple[Command, ...] = ()
         self._seen: Snapshot | None = None
         self._aborting = False
@@ -70,23 +71,34 @@ class Sequencer:
         """Take no further step before something is loaded: what is being written is not to be overtaken."""
         self._waiting, self.refused = (), None
 
-    def load(self, actions: ActionSet, at_s: float, aborting: bool = False) -> None:
-        """Go on with what was written at ``at_s`` [s]; no permissive forbids a step of a fallback (``aborting``)."""
+    def load(self, actions: ActionSet, at_s: float, aborting: bool = False, found: bool = False) -> None:
+        """Go on with what was written at ``at_s`` [s]; no permissive forbids a step of a fallback (``aborting``).
+
+        ``found``: the state was found by reading the plant, and nothing that leads to it was written.
+        """
         self._waiting, self._sent, self.refused = actions.then, actions.commands, None
         self._aborting, self.released = aborting, True
         if actions.target != self.state:
-            self._enter(actions.target, at_s)
+            self._enter(actions.target, at_s, found)
 
-    def follow(self, state: str, waiting: tuple[Step, ...], at_s: float) -> None:
-        """The plant has gone into ``state`` by itself, as was found at ``at_s`` [s]; ``waiting`` is nominal."""
+    def follow(self, state: str, waiting: tuple[Step, ...], at_s: float, found: bool) -> None:
+        """The plant stands in ``state`` by itself at ``at_s`` [s]; ``waiting`` is nominal.
+
+        ``found``: no transition that leads there was seen.
+        """
         self._waiting, self._sent, self.refused = waiting, (), None
         self._aborting = self.released = False
-        self._enter(state, at_s)
+        self._enter(state, at_s, found)
 
     def restore(self, state: str, waiting: tuple[Step, ...], aborting: bool, released: bool = False) -> None:
         """Stand where a journal says that the sequence stood."""
         self._machine.state(state)
         self.state, self._waiting, self._aborting, self.released = state, waiting, aborting, released
+
+    @property
+    def carries(self) -> bool:
+        """Whether a step waits that was released or belongs to a fallback."""
+        return self.released and bool(self._waiting)
 
     @property
     def entered(self) -> str | None:
@@ -114,9 +126,16 @@ class Sequencer:
         entered, self._entered = tuple(self._entered), []
         return entered
 
-    def _enter(self, state: str, at_s: float) -> None:
+    def made(self) -> tuple[tuple[str, float], ...]:
+        """Those of them, since the last call, that a step, a request or a start has led to."""
+        made, self._made = tuple(self._made), []
+        return made
+
+    def _enter(self, state: str, at_s: float, found: bool = False) -> None:
         self.state = state
         self._entered.append((state, at_s))
+        if not found:
+            self._made.append((state, at_s))
 
 
 def nominal_commands(rules: GuardRules) -> dict[str, tuple[Command, ...]]:

@@ -52,7 +52,7 @@ class Service:
 
     def recall(self, targets: Mapping[str, float | None]) -> None:
         """The plant held ``targets`` when the journal ended: what is different now was moved since."""
-        self._expected.update({tag: target for tag, target in targets.items() if tag in self._rules})
+        self._expected.update(targets)
         self._told.update(targets)
 
     def expect(self, commands: tuple[Command, ...]) -> None:
@@ -67,10 +67,7 @@ class Service:
 
     def news(self) -> dict[str, float | None]:
         """Targets that the plant holds and no write says so, since the last call."""
-        found = {
-            tag: target for tag, target in self._expected.items()
-            if (tag not in self._told or target != self._told[tag]) and (target is None or math.isfinite(target))
-        }  # fmt: skip
+        found = {t: target for t, target in self._expected.items() if t not in self._told or target != self._told[t]}
         self._told.update(found)
         return found
 
@@ -93,7 +90,8 @@ class Service:
                 continue
             target = readings.accepted[tag]
             before = self._expected.setdefault(tag, target)
-            if not same(before, target, rule.tolerance) and not pending(tag, before, target):
+            unmoved = same(before, target, rule.tolerance)
+            if not unmoved and not pending(tag, before, target):
                 self._expected[tag] = target
                 found.append(Moved(tag, before, target))
         return tuple(found)

@@ -50,12 +50,17 @@ class Steps:
         elif progress is Progress.CONFIRMED:
             self._owed = None
 
+    @property
+    def owes(self) -> bool:
+        """Whether a step that counts as taken is still owed to the plant."""
+        return self._owed is not None
+
     def plants(self, mode: Mode) -> bool:
-        """Whether the plant's own recipe runs: where nobody writes, or where it is to and nothing released waits."""
-        sequencer, recipe = self._parts.sequencer, self._parts.rules.recipe
+        """Whether the plant's own recipe runs: where nobody writes, or where it is to and nothing released is left."""
         if self._latch.reason is not None:
             return False
-        return not mode.writes or (recipe is Side.PLANT and not (sequencer.released and sequencer.waiting))
+        left = self.owes or self._parts.sequencer.carries
+        return not mode.writes or (self._parts.rules.recipe is Side.PLANT and not left)
 
     def follow_plant(self, now_s: float, readings: Snapshot | None, mode: Mode) -> None:
         """Stand where the plant stands whose own recipe runs, by its targets and readings."""
@@ -63,15 +68,15 @@ class Steps:
         if readings is None or not self.plants(mode) or parts.writer.flying is not None:
             return
         sequencer.look(readings)
-        machine, next_one = parts.rules.machine, sequencer.waiting[:1]
+        machine, waiting = parts.rules.machine, sequencer.waiting
         made = step_made(machine, readings, sequencer.state)
-        if next_one and made is not None and next_one[0].target == made.target and not sequencer.released:
-            self._taken(next_one[0], now_s)
+        if made is not None and waiting and waiting[0].target == made.target and not sequencer.released:
+            self._taken(waiting[0], now_s)
             return
         state = made.target if made is not None else followed(machine, readings, sequencer.state)
         if state is not None and state != sequencer.state:
             actions = ActionSet((), state, what_follows(machine, state, nominal_commands(parts.rules)))
-            sequencer.follow(state, actions.then, now_s)
+            sequencer.follow(state, actions.then, now_s, found=made is None)
             parts.note(loaded("", actions, aborting=False), now_s)
 
     def go_on(self, now_s: float, readings: Snapshot | None, mode: Mode) -> None:
@@ -79,17 +84,18 @@ class Steps:
         parts = self._parts
         if readings is None or parts.writer.flying is not None:
             return
+        if not mode.writes:
+            self._owed = None  # what is left is the matter of the plant's own control and of people
         if self.plants(mode):
-            self._owed = None  # what the plant does by itself, nobody sends once more
             return
-        if parts.tenure.lost and mode.writes:
+        if parts.tenure.lost:
             parts.sequencer.refused = f"the lease is lost: {parts.tenure.lost}"
             return
         stands = self._latch.reason, parts.sequencer.state
         if self._owed is not None and (self._owed_under, self._owed.state) != stands:
             self._owed = None  # a fallback, a reset or a start has come between
         if self._owed is not None:
-            self._pay(self._owed, now_s, readings, mode)
+            self._pay(self._owed, now_s, readings)
             return
         step = parts.sequencer.due(readings)
         if step is None:
@@ -128,11 +134,8 @@ class Steps:
                 return f"{command.tag!r} is out of service"
         return ""
 
-    def _pay(self, owed: Write, now_s: float, readings: Snapshot, mode: Mode) -> None:
-        """Send again what counts as taken; where nobody writes any more, it is a person's matter."""
-        if not mode.writes:
-            self._owed = None
-            return
+    def _pay(self, owed: Write, now_s: float, readings: Snapshot) -> None:
+        """Send again what counts as taken."""
         why = self.objection(owed, readings)
         self._parts.sequencer.refused = why or None
         if not why and now_s >= self._again_s:
