@@ -77,7 +77,7 @@ AREAS = {
 NEAREST = {
     "lane": "blocking_links", "bounded": "blocking_links", "service": "people", "authority": "orders",
     "persons": "orders", "verification": "refusals", "seal": "verification", "mailbox": "sizes", "texts": "sizes",
-    "modes": "people", "alarms": "people", "restart": "memory", "flight": "writer", "pace": "guard",
+    "modes": "people", "alarms": "people", "flight": "writer", "pace": "guard",
     "response": "effect",
 }  # fmt: skip
 """Module of the guard -> the tests that look at it most closely, where they do not have its name."""
