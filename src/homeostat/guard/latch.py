@@ -127,7 +127,7 @@ class Latch:
             return  # another limit was violated before the plant was read, and a fallback is being sent
         acted = self.strategy.name if self.strategy is not None else ""
         vain = acted in self.fallbacks.spent
-        self._held, self.standing = False, not strategy and not vain
+        self._held, self.standing = False, bool(acted) and not strategy and not vain
         self.fallbacks.arm((strategy or acted,) if strategy or acted else (), readings, self._parts.service.tags)
         self.fallbacks.begin()
         if self.standing:

@@ -120,12 +120,9 @@ def verify(request: Request, path: RecoveryPath, rules: GuardRules, present: Pre
 def verify_start(transition: Transition, actions: ActionSet, rules: GuardRules, present: Present) -> None:
     """Raise Unfit at the first check that a person's start does not pass on the present reading.
 
-    It is judged as a request is: ``actions`` take ``transition`` and what follows from there. A reading that violates
+    It is judged as a request is: ``actions`` take ``transition`` out of the present state, and what follows. A reading that violates
     a limit by no more than noise refuses it, because nobody waits: a person can order it again.
     """
-    if transition.source != present.state:
-        text = f"{transition.name!r} does not leave state {present.state!r}"
-        raise Unfit(Finding(OVERTAKEN, Owner.PLANNING, -math.inf, "1", 0.0, 0, text))
     states = tuple(map(rules.machine.state, actions.states))
     parts = (actions.commands, *(s.commands for s in actions.then))
     found = (
