@@ -87,6 +87,23 @@ LIMIT_S = 60.0
 EQUIVALENT: dict[tuple[str, str], str] = {
     # recorder
     ("if job.done.wait(min(wait_s, self._wait_s)):", "arguments -> swapped"): "the lesser of two times is the same",
+    # tenure
+    **dict.fromkeys(
+        (
+            (
+                "wait_s = 0.0 if vain < 0 else min(self._settings.again_s * 2.0 ** min(vain, 20), LONGEST_S)",
+                change,
+            )
+            for change in ("20 -> 19", "20 -> 21", "20 -> 40", "arguments -> swapped")
+        ),
+        "the longest wait is reached long before, and the lesser of two is the same in either order",
+    ),
+    # lapse
+    ("self._lost = self._dead = False", "False -> True"): "before the first reading nothing can have been moved",
+    # memory
+    ("started: bool = False", "False -> True"): "where no start-up has begun nobody asks whether it is over",
+    ("waiting=(), aborting=False, released=False, owed=None, left=None,", "False -> True"):
+        "nothing waits after a reset, and whatever is loaded next says whose it is",
     # persons
     ("floor.parts.sequencer.restore(state, (), aborting=False)", "False -> True"):
         "nothing waits after a reset, and whatever is loaded next says by itself whether it belongs to a fallback",
