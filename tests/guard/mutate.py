@@ -91,12 +91,16 @@ EQUIVALENT: dict[tuple[str, str], str] = {
     **dict.fromkeys(
         (
             (
-                "wait_s = 0.0 if vain < 0 else min(self._settings.again_s * 2.0 ** min(vain, 20), LONGEST_S)",
+                "wait_s = min(self._settings.again_s * 2.0 ** min(vain, 20), LONGEST_S)",
                 change,
             )
             for change in ("20 -> 19", "20 -> 21", "20 -> 40", "arguments -> swapped")
         ),
         "the longest wait is reached long before, and the lesser of two is the same in either order",
+    ),
+    **dict.fromkeys(
+        (("self.taken_s = -math.inf", change) for change in ("assignment -> pass", "USub -> nothing")),
+        "nobody asks when a lease was taken that was not",
     ),
     # lapse
     ("self._lost = self._dead = False", "False -> True"): "before the first reading nothing can have been moved",

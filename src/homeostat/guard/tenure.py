@@ -70,8 +70,8 @@ class Tenure:
         takes it whoever has it.
         """
         vain = self._attempts - self._settings.attempts
-        wait_s = 0.0 if vain < 0 else min(self._settings.again_s * 2.0 ** min(vain, 20), LONGEST_S)
-        due = now_s > self._tried_s and now_s >= self._tried_s + wait_s
+        wait_s = min(self._settings.again_s * 2.0 ** min(vain, 20), LONGEST_S)
+        due = now_s > self._tried_s and (vain < 0 or now_s >= self._tried_s + wait_s)
         return bool(self.lost) and not self.held and due and not self.take(now_s)
 
     def check(self, now_s: float) -> None:
