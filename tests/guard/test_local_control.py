@@ -233,3 +233,18 @@ def test_a_start_on_a_reading_above_a_limit_is_refused_and_can_be_ordered_again(
     world.vessel.values["L"] = 8.0
     assert tell(world, Verb.START, "restart").done
     assert world.sent[0][0] == Command("T.sp", 310.0, 0.5)
+
+
+def test_what_moves_right_after_a_lost_lease_is_not_wanted_any_more_is_the_plant_s_own_control() -> None:
+    world, vessel = lapsing(keeps=True)
+    vessel.shed()
+    world.tick(5)
+    world.order(Verb.MODE, Mode.OBSERVE.value)
+    world.tick()
+    vessel.accepted["T.sp"] = 300.0
+    world.tick()
+    assert world.guard.out_of_service == frozenset()
+    world.tick(15)
+    vessel.accepted["T.sp"] = 301.0
+    world.tick()
+    assert world.guard.out_of_service == {"T.sp"}
