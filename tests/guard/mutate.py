@@ -104,6 +104,10 @@ EQUIVALENT: dict[tuple[str, str], str] = {
     ),
     # lapse
     ("self._lost = self._dead = False", "False -> True"): "before the first reading nothing can have been moved",
+    ("if wanted and tenure.retake(now_s):", "operand 0 -> nothing"):
+        "a lease that nobody wants is given back in the tick in which that is so, and is not lost any more",
+    ("again = self._lost and tenure.held and readings.at_s > tenure.taken_s", "operand 0 -> nothing"):
+        "where nothing was lost there is nothing to settle",
     # memory
     ("started: bool = False", "False -> True"): "where no start-up has begun nobody asks whether it is over",
     ("waiting=(), aborting=False, released=False, owed=None, left=None,", "False -> True"):

@@ -44,7 +44,7 @@ class Lapse:
         """
         tenure, writer = self._parts.tenure, self._parts.writer
         self._lost = bool(tenure.lost)
-        if not (self._lost or self._dead):  # it was given back meanwhile
+        if not self._lost:  # it was given back meanwhile
             self._moved.clear()
         flying = writer.flying
         if self._lost and flying is not None and flying.cause is not Cause.FALLBACK:
