@@ -248,3 +248,14 @@ def test_what_moves_right_after_a_lost_lease_is_not_wanted_any_more_is_the_plant
     vessel.accepted["T.sp"] = 301.0
     world.tick()
     assert world.guard.out_of_service == {"T.sp"}
+
+
+def test_a_lapse_by_a_death_ends_with_the_first_reading() -> None:
+    world = dies(running(), {})
+    world.tick(2)
+    world.vessel.accepted["V.man"] = 0.4
+    world.tick()
+    assert tell(world, Verb.IN_SERVICE, "V.man").done
+    world.vessel.accepted["V.man"] = None  # what local control would do, too
+    world.tick()
+    assert world.guard.out_of_service == {"V.man"}

@@ -82,7 +82,7 @@ class Lapse:
             tenure.settle(now_s)
         if not moved:
             return {}
-        right = self._latch.reason is not None and self._latch.standing and tenure.held
+        right = self._latch.standing and tenure.held
         if self._latch.reason is None:
             text = self._fall_in(moved, now_s, readings)
         elif self._latch.standing:
