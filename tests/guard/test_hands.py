@@ -199,7 +199,7 @@ def test_an_open_intention_explains_what_it_may_have_brought_about_and_nothing_e
     before.vessel.hangs = True
     before.ask()
     before.tick()
-    world = dies(before, {"T.sp": 305.0, "F.sp": 0.01})
+    world = dies(before, {"T.sp": 305.0, "F.sp": 0.025})  # on the way, but the plant ramps by itself
     world.tick(3)
     assert world.guard.out_of_service == {"F.sp"}
 

@@ -10,6 +10,7 @@ import pytest
 from homeostat.domain.guard_events import (
     AlarmRaised,
     FallbackStands,
+    FellBack,
     LeaseLost,
     LeaseTried,
     PersonHeard,
@@ -183,6 +184,8 @@ def test_a_fallback_in_flight_is_sent_again_on_the_new_wire(tells: bool) -> None
     world.tick(4)
     assert vessel.accepted["V.man"] == 1.0 and world.guard._latch.standing
     assert world.guard.out_of_service == frozenset()
+    if tells:
+        assert [e.strategy for e in world.journal.of(FellBack)] == ["drain"], "it was not given up"
 
 
 @pytest.mark.parametrize("tells", [True, False])

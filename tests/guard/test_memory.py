@@ -10,6 +10,7 @@ import pytest
 from homeostat.domain.guard_events import (
     AlarmRaised,
     Cause,
+    FallbackIneffective,
     FallbackStands,
     FellBack,
     Latched,
@@ -69,7 +70,7 @@ def test_what_was_said_is_remembered() -> None:
         PersonHeard("o2", "Ada", Role.OPERATOR, Verb.RESET, "", False), AlarmRaised("a", "b", None),  # type: ignore[arg-type]
     )  # fmt: skip
     assert (memory.mode, memory.state, memory.out) == (Mode.APPROVE, "running", {"T.sp"})
-    assert (memory.requests, memory.orders) == (("r1",), ("o1",))
+    assert (memory.requests, memory.orders) == (("r1",), ("o1", "o2"))
     assert memory.waiting is None and memory.latched is None and memory.writes == 0
 
 
@@ -219,3 +220,110 @@ def test_requests_and_orders_are_used_once_over_a_restart() -> None:
     world.tick(2)
     assert world.seen[0].answers[0].finding is not None
     assert world.seen[0].answers[0].finding.criterion == "CHK-USED" and world.sent == []
+
+
+def step(number: int, name: str = "empty", attempt: int = 1) -> WriteIntended:
+    return intended(number, Cause.SEQUENCE, name, attempt, state="emptying")
+
+
+TWICE = SequenceLoaded("r1", "running", (StepLoaded("empty", ()), StepLoaded("end", ())), False)
+
+
+def test_only_what_was_given_up_is_given_up() -> None:
+    for result in (WriteResult.ACCEPTED, WriteResult.FAILED, WriteResult.TIMED_OUT):
+        memory = remembered(REQUEST, WriteEnded(3, 1, result), ReadBack(3, TAGS))
+        assert memory.waiting == (POUR,) and memory.released and not memory.open
+    memory = remembered(REQUEST, GIVEN_UP, step(4))
+    assert memory.open[3].given_up and not memory.open[4].given_up
+    assert remembered(REQUEST, ReadBack(3, TAGS), GIVEN_UP).open == {}
+    assert remembered(GIVEN_UP) == remembered(ReadBack(3, TAGS)) == Memory(), "their intention was not journalled"
+
+
+def test_a_request_that_was_answered_with_a_no_is_given_up() -> None:
+    loaded = SequenceLoaded("r1", "running", STEPS, False)
+    before = SequenceLoaded("r0", "running", (StepLoaded("end", ()),), False)
+    for status in ("failed", "withdrawn"):
+        no = RequestAnswered("r1", "search", "", status)
+        assert remembered(before, REQUEST, no).waiting == (("end", ()),), "the plant has not got it"
+        assert remembered(REQUEST, no).open[3].given_up
+        memory = remembered(REQUEST, loaded, no)
+        assert memory.waiting == () and memory.open[3].given_up
+        for other in (
+            remembered(REQUEST, loaded, RequestAnswered("r2", "search", "", status)),
+            remembered(intended(3, Cause.SEQUENCE, "r1", steps=STEPS), loaded, no),
+        ):
+            assert other.waiting == (POUR,) and not other.open[3].given_up
+        assert remembered(no) == Memory()
+    for status in ("authorised", "verified", "accepted", "confirmed", "refused"):
+        memory = remembered(REQUEST, loaded, RequestAnswered("r1", "search", "", status))
+        assert memory.waiting == (POUR,) and not memory.open[3].given_up
+
+
+def test_behind_a_request_nothing_follows_that_the_plant_was_read_not_to_hold_until_it_does() -> None:
+    loaded, missed = SequenceLoaded("r1", "running", STEPS, False), ReadBack(3, (), TAGS)
+    assert remembered(REQUEST, loaded, missed).waiting == ()
+    again = intended(3, Cause.REQUEST, "r1", attempt=2, steps=STEPS)
+    assert remembered(REQUEST, loaded, missed, again).waiting == ()
+    assert remembered(REQUEST, loaded, missed, again, ReadBack(3, TAGS)).waiting == (POUR,)
+    assert remembered(SequenceLoaded("r0", "running", STEPS, False), REQUEST, missed).waiting == (POUR,)
+    start = intended(3, Cause.PERSON, "Ada", steps=STEPS)
+    assert remembered(start, loaded, missed).waiting == (POUR,), "a person who started it looks at it"
+    later = SequenceLoaded("drain", "shut", STEPS, True)
+    assert remembered(REQUEST, loaded, FALLBACK, later, missed).waiting == (POUR,)
+
+
+def test_a_latch_ends_what_waited_before_it_though_no_fallback_could_be_sent() -> None:
+    loaded = SequenceLoaded("r1", "running", STEPS, False)
+    assert remembered(loaded, Latched("hot")).waiting == ()
+    assert remembered(loaded, FALLBACK, SequenceLoaded("drain", "shut", STEPS, True), Latched("hot")).waiting == (POUR,)
+
+
+def test_why_it_latched_is_remembered_however_often_the_fallback_is_sent() -> None:
+    again = intended(4, Cause.FALLBACK, "drain", attempt=2)
+    assert remembered(FALLBACK, Latched("hot"), again).latched == "hot"
+    assert remembered(FALLBACK, FellBack("drain", (), "hot"), again).latched == "hot"
+
+
+def test_a_fallback_stands_by_its_own_write_only() -> None:
+    put_right = intended(5, Cause.FALLBACK, PUT_RIGHT)
+    for other in (put_right, step(5, "drain")):
+        memory = remembered(FALLBACK, other, ReadBack(5, TAGS))
+        assert (memory.strategy, memory.untold) == ("drain", "")
+    memory = remembered(FALLBACK, ReadBack(4, ("X.cmd",)))
+    assert (memory.strategy, memory.untold, memory.released) == ("", "drain", True)
+    assert remembered(FALLBACK, ReadBack(4, ("X.cmd",)), FallbackStands("drain")).untold == ""
+    later = SequenceLoaded("drain", "shut", STEPS, True)
+    memory = remembered(FALLBACK, later, FallbackStands("drain"), put_right, ReadBack(5, TAGS))
+    assert memory.waiting == (POUR,) and memory.state == "shut"
+
+
+def test_a_step_is_taken_once_whoever_says_so() -> None:
+    end = (("end", ()),)
+    assert remembered(TWICE, step(2), ReadBack(2, TAGS)).waiting == end
+    assert remembered(TWICE, step(2), StepTaken("empty", "emptying"), ReadBack(2, TAGS)).waiting == end
+    same = SequenceLoaded("r1", "running", (StepLoaded("empty", ()), StepLoaded("empty", ())), False)
+    taken = StepTaken("empty", "emptying")
+    assert remembered(same, step(2), taken, ReadBack(2, TAGS)).waiting == (("empty", ()),)
+    assert remembered(TWICE, StepTaken("start", "running")).waiting == (("empty", ()), *end)
+
+
+def test_a_step_counts_as_taken_by_its_own_write_only() -> None:
+    taken = StepTaken("empty", "emptying")
+    assert remembered(step(2), taken).open[2].taken
+    assert not remembered(step(2, "start"), taken).open[2].taken
+    assert not remembered(intended(2, Cause.REQUEST, "empty"), taken).open[2].taken
+    assert not remembered(step(2), taken, step(3)).open[3].taken
+    assert remembered(step(2), taken, step(2, attempt=2)).open[2].taken
+    assert not remembered(step(2), step(2, attempt=2)).open[2].taken
+
+
+def test_a_step_that_was_given_up_is_owed_to_nobody() -> None:
+    taken, missed = StepTaken("empty", "emptying"), ReadBack(2, (), TAGS)
+    assert remembered(step(2), taken, missed).owed is not None
+    assert remembered(step(2), taken, WriteEnded(2, 1, WriteResult.GIVEN_UP), missed).owed is None
+    assert remembered(intended(2, Cause.PERSON, "Ada"), SequenceLoaded("", "running", (), False), missed).owed is None
+
+
+def test_only_a_fallback_that_has_acted_is_spent() -> None:
+    assert remembered(FallbackIneffective("drain", "LIM-HOT", "no", True)).spent == {"drain"}
+    assert remembered(FallbackIneffective("drain", "LIM-HOT", "no", False)).spent == frozenset()

@@ -94,7 +94,7 @@ def test_an_order_that_breaks_something_is_answered() -> None:
 def test_an_order_of_before_a_restart_is_not_carried_out_again() -> None:
     world = World(memory=Memory(mode=Mode.CLOSED_LOOP, orders=("o1",)))
     world.tick(2)
-    assert reason(world, Verb.OUT_OF_SERVICE, "T.sp", id="o1", reason="r") == "order 'o1' was carried out already"
+    assert reason(world, Verb.OUT_OF_SERVICE, "T.sp", id="o1", reason="r") == "order 'o1' was answered already"
     assert tell(world, Verb.OUT_OF_SERVICE, "T.sp", id="o2", reason="r").done
 
 
@@ -105,7 +105,7 @@ def order(number: int, person: str = "Ada") -> PersonCommand:
 def test_the_last_ten_thousand_orders_are_remembered() -> None:
     authority = Authority(1, 600.0)
     authority.remember(f"o{k}" for k in range(10_000))
-    assert authority.objection(order(0)) == "order 'o0' was carried out already"
+    assert authority.objection(order(0)) == "order 'o0' was answered already"
     authority.remember(("o10000",))
     assert authority.objection(order(0)) == ""
     assert "already" in authority.objection(order(1)) and "already" in authority.objection(order(10_000))

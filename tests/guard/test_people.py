@@ -82,7 +82,7 @@ def test_an_order_is_carried_out_once() -> None:
     assert tell(world, Verb.OUT_OF_SERVICE, "T.sp", id="one", reason="repair").done
     assert tell(world, Verb.IN_SERVICE, "T.sp", id="two").done
     heard = tell(world, Verb.OUT_OF_SERVICE, "T.sp", id="one", reason="repair")
-    assert not heard.done and "carried out already" in heard.reason
+    assert not heard.done and "was answered already" in heard.reason
     assert world.guard.out_of_service == frozenset()
 
 

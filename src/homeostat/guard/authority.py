@@ -6,14 +6,13 @@ import unicodedata
 from collections.abc import Iterable
 
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
+from homeostat.guard.memory import REMEMBERED
 from homeostat.guard.texts import LONGEST, LONGEST_NAME, brief, fits
 
 ENGINEERING = frozenset({Verb.RESET, Verb.MODE, Verb.START})
 """What only an engineer may order."""
 NEEDS_REASON = frozenset({Verb.RESET, Verb.REJECT, Verb.OUT_OF_SERVICE, Verb.FALL_BACK})
 """What is ordered with a reason only."""
-REMEMBERED = 10_000
-"""Orders that are remembered as used."""
 
 
 class Authority:
@@ -38,7 +37,7 @@ class Authority:
         if not (command.id and _folded(command.person)):
             return "an order needs an identifier and the name of a person"
         if command.id in self._used:
-            return f"order {command.id!r} was carried out already"
+            return f"order {command.id!r} was answered already"
         if command.verb in ENGINEERING and command.role is not Role.ENGINEER:
             return f"only an engineer may order {command.verb.value!r}"
         if command.verb in NEEDS_REASON and not command.reason.strip():
@@ -48,7 +47,7 @@ class Authority:
         return ""
 
     def remember(self, used: Iterable[str]) -> None:
-        """Orders with these identifiers are not carried out again."""
+        """Orders with these identifiers were answered, and are not carried out any more."""
         self._used.update(dict.fromkeys(used))
         while len(self._used) > REMEMBERED:
             self._used.pop(next(iter(self._used)))

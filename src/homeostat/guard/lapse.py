@@ -39,21 +39,21 @@ class Lapse:
     def follow(self, now_s: float, wanted: bool) -> bool:
         """Give up what was on a wire that is lost, and take the lease again where it is ``wanted``.
 
-        Whether the lease was lost just now. A fallback is not given up: it is sent again as soon as there is a wire.
+        Whether the lease is lost. A fallback is not given up: it is sent again as soon as there is a wire.
         """
         tenure, writer = self._parts.tenure, self._parts.writer
-        begun, self._lost = bool(tenure.lost) and not self._lost, bool(tenure.lost)
-        if not (self._lost or self._dead):  # it was given back meanwhile
+        self._lost = bool(tenure.lost)
+        if not self._lost:  # it was given back meanwhile
             self._moved.clear()
         flying = writer.flying
-        if begun and flying is not None and flying.cause is not Cause.FALLBACK:
+        if self._lost and flying is not None and flying.cause is not Cause.FALLBACK:
             writer.overtake(now_s, "the lease was lost")
             if flying.cause is Cause.PERSON:
                 text = f"what {flying.source} ordered was given up: {tenure.lost}"
                 self._parts.alarms.say("write:person", text, Priority.HIGH, now_s)
         if wanted and tenure.retake(now_s):
             writer.repeat(now_s)
-        return begun
+        return self._lost
 
     def excuses(self, moved: Moved) -> bool:
         """Whether it was the plant's own control that has ``moved`` a target; after a shed it goes on by its recipe."""
@@ -83,7 +83,7 @@ class Lapse:
             tenure.settle(now_s)
         if not moved:
             return {}
-        right = self._latch.reason is not None and self._latch.standing and tenure.held
+        right = self._latch.standing and tenure.held
         if self._latch.reason is None:
             text = self._fall_in(moved, now_s, readings)
         elif self._latch.standing:

@@ -15,8 +15,8 @@ PUT_RIGHT = "put right"
 """Source of a write that puts right what came late; it belongs to no strategy."""
 LOCAL = "local control"
 """Source of a position of the sequence that the plant's own control has brought about."""
-REMEMBERED = 1000
-"""Requests and orders that are remembered, each; older ones have expired long ago."""
+REMEMBERED = 10_000
+"""Requests and orders that are remembered as used, each, over restarts, too; older ones have expired long ago."""
 
 
 class Recorded(Protocol):
@@ -47,7 +47,7 @@ class OpenWrite:
     """State of the machine that they lead to."""
     steps: tuple[tuple[str, tuple[Command, ...]], ...]
     """What was to follow: transitions, each with its commands."""
-    taken: bool = False
+    taken: bool
     """Whether the sequence has gone on behind it."""
     given_up: bool = False
     """Whether something overtook it; whatever it brings, the sequence does not go on behind it."""
@@ -100,7 +100,7 @@ class Memory:
     requests: tuple[str, ...] = ()
     """Requests that were authorised, the last ones."""
     orders: tuple[str, ...] = ()
-    """Orders of people that were carried out, the last ones."""
+    """Orders of people that were answered, carried out or not, the last ones."""
 
     @classmethod
     def of(cls, events: Iterable[Recorded]) -> Memory:
@@ -123,12 +123,12 @@ def _steps(given: Any) -> tuple[tuple[str, tuple[Command, ...]], ...]:
 def _intended(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     """A fallback latches by its intention: whoever dies behind it must not come back unlatched."""
     number, cause, source = int(fields["write"]), Cause[fields["cause"]], str(fields["source"])
-    taken = number == memory.writes and memory.last is not None and memory.last.taken
+    before = memory.last if number == memory.writes else None
+    taken = before is not None and before.taken
     write = OpenWrite(
         cause, source, _commands(fields["commands"]), str(fields["state"]), _steps(fields["steps"]), taken
     )
-    writes, owed = max(memory.writes, number), memory.owed if source == PUT_RIGHT else None
-    memory = replace(memory, writes=writes, open={**memory.open, number: write}, last=write, owed=owed)
+    memory = replace(memory, writes=number, open={**memory.open, number: write}, last=write, owed=None)
     if cause is not Cause.FALLBACK or source == PUT_RIGHT:
         return memory
     if not taken:  # nothing that was to follow before a fallback follows after it
@@ -140,16 +140,16 @@ def _intended(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 def _ended(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     if WriteResult[fields["result"]] is not WriteResult.GIVEN_UP:
         return memory
-    return _marked(memory, int(fields["write"]), _given_up)
+    return _marked(memory, _given_up)
 
 
-def _marked(memory: Memory, number: int, mark: Callable[[OpenWrite], OpenWrite]) -> Memory:
-    """``memory`` with a ``mark`` at a write."""
-    if number in memory.open:
-        memory = replace(memory, open={**memory.open, number: mark(memory.open[number])})
-    if number == memory.writes and memory.last is not None:
-        memory = replace(memory, last=mark(memory.last))
-    return memory
+def _marked(memory: Memory, mark: Callable[[OpenWrite], OpenWrite]) -> Memory:
+    """``memory`` with a ``mark`` at the last write, of which there is one at a time."""
+    if memory.last is None:
+        return memory
+    last, number = mark(memory.last), memory.writes
+    opened = {number: last} if number in memory.open else {}
+    return replace(memory, last=last, open={**memory.open, **opened})
 
 
 def _given_up(write: OpenWrite) -> OpenWrite:
@@ -158,6 +158,10 @@ def _given_up(write: OpenWrite) -> OpenWrite:
 
 def _behind(write: OpenWrite) -> OpenWrite:
     return replace(write, taken=True)
+
+
+def _not_behind(write: OpenWrite) -> OpenWrite:
+    return replace(write, taken=False)
 
 
 def _read_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
@@ -170,13 +174,12 @@ def _read_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     confirmed = {c.tag: c.value for c in write.commands if c.tag in fields["confirmed"]}
     memory = replace(memory, targets={**memory.targets, **confirmed})
     if not held:
-        owes = write.cause is Cause.SEQUENCE and write.taken and not write.given_up
-        return replace(memory, owed=write) if owes else memory
+        return _missed(memory, number, write)
     if write.cause is Cause.FALLBACK and write.source == memory.strategy:
         memory = replace(memory, strategy="", untold=write.source)
     if number != memory.writes or write.taken or write.given_up or write.source == PUT_RIGHT:
         return memory
-    memory = _marked(memory, number, _behind)
+    memory = _marked(memory, _behind)
     if write.cause is Cause.SEQUENCE:
         return _step_taken(memory, {"transition": write.source, "state": write.state})
     aborting = write.cause is Cause.FALLBACK
@@ -184,8 +187,17 @@ def _read_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     return replace(memory, waiting=write.steps, aborting=aborting, released=True)
 
 
+def _missed(memory: Memory, number: int, write: OpenWrite) -> Memory:
+    """A step that counts as taken is owed; behind a request nothing follows that the plant was read not to hold."""
+    if write.cause is Cause.SEQUENCE and write.taken and not write.given_up:
+        return replace(memory, owed=write)
+    if write.cause is Cause.REQUEST and write.taken and number == memory.writes:
+        return replace(_marked(memory, _not_behind), waiting=())
+    return memory
+
+
 def _loaded(memory: Memory, fields: Mapping[str, Any]) -> Memory:
-    memory = _marked(memory, memory.writes, _behind)
+    memory = _marked(memory, _behind)
     steps, aborting = _steps(fields["steps"]), bool(fields["aborting"])
     memory = replace(_entered(memory, fields), waiting=steps, aborting=aborting, owed=None)
     found = fields["source"] in ("", LOCAL)  # nobody has started anything
@@ -197,7 +209,7 @@ def _step_taken(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     if memory.waiting and memory.waiting[0][0] == name:
         memory = replace(memory, waiting=memory.waiting[1:])
     if memory.last is not None and memory.last.cause is Cause.SEQUENCE and memory.last.source == name:
-        memory = _marked(memory, memory.writes, _behind)
+        memory = _marked(memory, _behind)
     return _entered(memory, fields)
 
 
@@ -233,21 +245,26 @@ def _fell_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 
 
 def _answered(memory: Memory, fields: Mapping[str, Any]) -> Memory:
-    if fields["status"] != RequestStatus.AUTHORISED.value:
+    """A seal is used once it was authorised; nothing follows behind a write whose request was answered with a no."""
+    status, name = RequestStatus(fields["status"]), str(fields["request"])
+    if status is RequestStatus.AUTHORISED:
+        return replace(memory, requests=(*memory.requests, name)[-REMEMBERED:])
+    last = memory.last
+    written = last is not None and last.cause is Cause.REQUEST and last.source == name
+    if not written or status not in (RequestStatus.FAILED, RequestStatus.WITHDRAWN):
         return memory
-    return replace(memory, requests=(*memory.requests, str(fields["request"]))[-REMEMBERED:])
+    memory = _marked(memory, _given_up)
+    return replace(memory, waiting=()) if last is not None and last.taken else memory
 
 
 def _heard(memory: Memory, fields: Mapping[str, Any]) -> Memory:
-    if not fields["done"]:
-        return memory
     return replace(memory, orders=(*memory.orders, str(fields["command"]))[-REMEMBERED:])
 
 
 _FOLDS: Mapping[str, Any] = {
     "mode-entered": lambda m, f: replace(m, mode=Mode(f["mode"])),
     "tripped": lambda m, f: replace(m, tripped=m.tripped | {str(f["limit"])}),
-    "latched": lambda m, f: replace(m, latched=str(f["reason"])),
+    "latched": lambda m, f: replace(m, latched=str(f["reason"]), waiting=m.waiting if m.aborting else ()),
     "fell-back": _fell_back,
     "fallback-stands": _stands,
     "fallback-ineffective": lambda m, f: replace(m, spent=m.spent | {str(f["strategy"])}) if f["acted"] else m,

@@ -58,7 +58,6 @@ class Persons:
         """Carry out ``command`` if nothing is against it, and journal what came of it."""
         objection, check = self._authority.objection(command), ""
         if not objection:
-            self._authority.remember((command.id,))
             try:
                 objection = self._orders[command.verb](command, present)
             except Unfit as unfit:
@@ -68,6 +67,7 @@ class Persons:
         name, person, verb, subject = (
             brief(given, LONGEST_NAME) for given in (command.id, command.person, command.verb, command.subject)
         )
+        self._authority.remember((name,))
         role = command.role if isinstance(command.role, Role) else Role.OPERATOR
         event = PersonHeard(
             name, person, role, verb, subject, not objection, objection or brief(command.reason), check

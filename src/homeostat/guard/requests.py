@@ -12,6 +12,7 @@ from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.verdict import Finding
 from homeostat.guard.flight import Progress, Write
 from homeostat.guard.latch import loaded
+from homeostat.guard.memory import REMEMBERED
 from homeostat.guard.parts import Parts
 from homeostat.guard.permissives import refusal
 from homeostat.guard.texts import brief
@@ -19,8 +20,6 @@ from homeostat.guard.verification import Present, Unfit, authorise, mapped, veri
 
 MOST = 50
 """Most requests that wait, and most that one tick looks at."""
-REMEMBERED = 10_000
-"""Requests that are remembered as used; older ones have expired long ago."""
 
 
 @dataclass(slots=True)
@@ -78,19 +77,22 @@ class Requests:
             if own.id in self._used or own.seal.nonce in self._nonces:
                 raise Unfit(refusal("CHK-USED", f"request {own.id!r} was made before; a seal is used once"))
             authorise(own, self._keys, now_s, oldest_s, oldest_s)
-            self._use(own)
-            if latched is not None:
-                raise Unfit(refusal("CHK-LATCHED", f"a fallback has acted ({latched}); a person must reset it"))
-            if len(self._waiting) >= MOST:
-                raise Unfit(refusal("CHK-BUSY", f"{MOST} requests wait already; ask again later"))
         except Unfit as unfit:
             name = _name(request)
             if any(a.request.id == name for a in self._open):  # the one of that name that is known has its own answers
                 name = f"{name}#again"
             self._refuse_unknown(name, unfit.finding, now_s)
             return
-        self._waiting[own.id] = _Asked(own, path)
+        self._use(own)
         self._answer(own, RequestStatus.AUTHORISED, now_s)
+        if latched is not None:
+            no = refusal("CHK-LATCHED", f"a fallback has acted ({latched}); a person must reset it")
+        elif len(self._waiting) >= MOST:
+            no = refusal("CHK-BUSY", f"{MOST} requests wait already; ask again later")
+        else:
+            self._waiting[own.id] = _Asked(own, path)
+            return
+        self._answer(own, RequestStatus.REFUSED, now_s, no)
 
     def _attend(self, now_s: float) -> None:
         """Raise Unfit where this tick has looked at as many requests as it has time for."""
@@ -121,16 +123,14 @@ class Requests:
         finding = refusal("CHK-OVERTAKEN", brief(reason))
         for asked in self._open:
             self._answer(asked.request, RequestStatus.WITHDRAWN, now_s, finding)
-        self._written = None
+        self._give_up()
         self._waiting.clear()
 
     def fail(self, reason: str, now_s: float) -> None:
         """The lease was lost while a request was being written: it is given up, and what it has done is read."""
         if self._written is not None:
             self._answer(self._written.request, RequestStatus.FAILED, now_s, refusal("CHK-LEASE", reason))
-            if self._written.loaded:  # nothing follows behind what the plant may not have got
-                self._parts.sequencer.stop()
-            self._written = None
+            self._give_up()
 
     def agree(self, name: str, digest: str) -> str:
         """A person says yes to request ``name`` with this ``digest``; why not, or empty."""
@@ -189,11 +189,15 @@ class Requests:
             self._written = None
             self._answer(asked.request, RequestStatus.CONFIRMED, now_s)
         elif progress is Progress.FAILED:
-            self._written = None
-            if asked.loaded:  # nothing follows behind what the plant did not obey
-                parts.sequencer.stop()
+            self._give_up()
             reason = parts.writer.error or "the plant does not hold every target after every attempt"
             self._answer(asked.request, RequestStatus.FAILED, now_s, refusal("CHK-OBEYED", reason))
+
+    def _give_up(self) -> None:
+        """Nothing follows behind a request that the plant may not have got, or does not obey."""
+        if self._written is not None and self._written.loaded:
+            self._parts.sequencer.stop()
+        self._written = None
 
     def _offer(self, asked: _Asked, now_s: float) -> None:
         if not asked.offered:

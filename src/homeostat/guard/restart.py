@@ -43,11 +43,9 @@ class Restart:
             memory.starting_s, memory.started, (memory.state if memory.left is None else memory.left) or initial
         )
         if memory.left is not None:
-            start_up.enter(memory.state or initial, now_s)
-        if not memory.state and memory.waiting is None:
-            return
+            start_up.enter(memory.state, now_s)
+        state = memory.state or initial
         try:
-            state = memory.state or self._parts.rules.machine.initial.name
             sequencer.restore(state, self._waiting(state), memory.aborting, memory.released)
         except ValueError as unknown:
             sequencer.stop()
@@ -117,10 +115,12 @@ class Restart:
     ) -> None:
         """The plant does not hold all of it: a fallback is sent again, a step that counts as taken as well."""
         if write.source == PUT_RIGHT:
-            self._strategy = self._strategy or self._memory.acted
+            self._strategy = self._memory.acted
         elif write.cause is Cause.SEQUENCE and write.taken and not (write.given_up or self._latched or self._overtaken):
             self._owe(write)
         elif write.cause is not Cause.FALLBACK and (confirmed or write.taken):
+            if write.cause is Cause.REQUEST and write.taken and number == self._memory.writes:
+                self._parts.sequencer.stop()  # nothing follows behind what the plant does not hold
             text = f"write {number} ({write.source}) was carried out in part: not {', '.join(deviating)}"
             self._parts.alarms.say("write:half", text, Priority.HIGH, now_s)
 

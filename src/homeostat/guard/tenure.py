@@ -70,14 +70,14 @@ class Tenure:
         takes it whoever has it.
         """
         vain = self._attempts - self._settings.attempts
-        wait_s = 0.0 if vain < 0 else min(self._settings.again_s * 2.0 ** min(vain, 20), LONGEST_S)
-        due = now_s > self._tried_s and now_s >= self._tried_s + wait_s
+        wait_s = min(self._settings.again_s * 2.0 ** min(vain, 20), LONGEST_S)
+        due = now_s > self._tried_s and (vain < 0 or now_s >= self._tried_s + wait_s)
         return bool(self.lost) and not self.held and due and not self.take(now_s)
 
     def check(self, now_s: float) -> None:
         """Ask the plant whether the lease lasts; a link that cannot say so has its heartbeat."""
         try:
-            over = self.held and bool(getattr(self._writer.wire, "void", False))
+            over = bool(getattr(self._writer.wire, "void", False))
         except Exception:  # a link may break in any way
             return
         if over:
@@ -90,7 +90,7 @@ class Tenure:
 
     def give_back(self, now_s: float) -> None:
         """The heartbeat stops, and the plant's own control carries on; one that is lost is not wanted any more."""
-        if self.lost and not self.held:
+        if self.lost:
             self.given_back_s = now_s
             self.settle(now_s)
         lease = self._in_use

@@ -120,17 +120,14 @@ def verify(request: Request, path: RecoveryPath, rules: GuardRules, present: Pre
 def verify_start(transition: Transition, actions: ActionSet, rules: GuardRules, present: Present) -> None:
     """Raise Unfit at the first check that a person's start does not pass on the present reading.
 
-    It is judged as a request is: ``actions`` take ``transition`` and what follows from there. A reading that violates
-    a limit by no more than noise refuses it, because nobody waits: a person can order it again.
+    It is judged as a request is: ``actions`` take ``transition`` out of the present state, and what follows. A reading
+    that violates a limit by no more than noise refuses it, because nobody waits: a person can order it again.
     """
-    if transition.source != present.state:
-        text = f"{transition.name!r} does not leave state {present.state!r}"
-        raise Unfit(Finding(OVERTAKEN, Owner.PLANNING, -math.inf, "1", 0.0, 0, text))
-    states = tuple(map(rules.machine.state, actions.states))
-    parts = (actions.commands, *(s.commands for s in actions.then))
+    parts = ((actions.commands, actions.target), *((s.commands, s.target) for s in actions.then))
+    judged = (_admitted(commands, rules.machine.state(state), rules, present) for commands, state in parts)
     found = (
         _open(transition, present)
-        or next((f for p, s in zip(parts, states, strict=True) if (f := _admitted(p, s, rules, present))), None)
+        or next((f for f in judged if f is not None), None)
         or _safe(actions.commands, rules, present)
     )
     if found is None and present.above:
