@@ -15,12 +15,13 @@ from benchmarks.guard.store import FAST, Sizes
 from benchmarks.guard.timed import Memory, Timed
 from homeostat.cases.case import load_case
 from homeostat.cases.wiring import guard_rules
-from homeostat.domain.guard_events import FellBack, WriteIntended
+from homeostat.domain.guard_events import FellBack
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import Observation
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import WriteIntended
 from homeostat.guard.guard import Attachment, Guard
 from homeostat.guard.settings import GuardSettings
 from homeostat.links.errors import LinkError

@@ -10,17 +10,16 @@ from dataclasses import dataclass
 from benchmarks.guard.scripted_plants import SHAPES
 from homeostat.domain.guard_events import (
     AlarmRaised,
-    Cause,
     FallbackSkipped,
     FallbackStands,
     QualityChanged,
     ServiceChanged,
     Shed,
     Tripped,
-    WriteIntended,
 )
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.rules import GuardRules
+from homeostat.domain.write_events import Cause, WriteIntended
 from homeostat.guard.quality import SIGMAS
 from homeostat.links.bad_readings import ALL, Freeze, Lie, NotANumber, Silence
 from homeostat.links.bad_writes import Disobedient

@@ -12,7 +12,8 @@ from benchmarks.guard.store import Sizes
 from benchmarks.guard.timed import Memory, Timed
 from homeostat.cases.case import load_case
 from homeostat.cases.wiring import wire
-from homeostat.domain.guard_events import AlarmRaised, FellBack, WriteIntended
+from homeostat.domain.guard_events import AlarmRaised, FellBack
+from homeostat.domain.write_events import WriteIntended
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.true_process import PlantConfiguration, TrueProcess

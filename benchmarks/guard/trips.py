@@ -9,9 +9,10 @@ from benchmarks.guard.scripted_plants import SHAPES, script_of
 from benchmarks.guard.store import Sizes, quantile
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import guard_rules
-from homeostat.domain.guard_events import Cause, Tripped, WriteIntended
+from homeostat.domain.guard_events import Tripped
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.rules import GuardRules
+from homeostat.domain.write_events import Cause, WriteIntended
 from homeostat.guard.guard import Attachment, Guard
 from homeostat.links.scripted import PlantScript, Push, ScriptedPlant
 from homeostat.links.simulated import SimulatedLink

@@ -12,7 +12,8 @@ from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import open_process
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import wire
-from homeostat.domain.guard_events import Cause, FellBack, WriteIntended
+from homeostat.domain.guard_events import FellBack
+from homeostat.domain.write_events import Cause, WriteIntended
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.trace import MemoryTrace

@@ -18,17 +18,15 @@ from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import Arrangement, new_sequencer, wire
 from homeostat.domain.guard_events import (
     LatchReset,
-    LeaseLost,
-    LeaseTried,
     ModeEntered,
     PersonHeard,
     RequestAnswered,
     ServiceChanged,
     StateEntered,
     Tripped,
-    WriteIntended,
 )
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
+from homeostat.domain.write_events import LeaseLost, LeaseTried, WriteIntended
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.misbehaving import LostHeartbeat, Misbehaving, NoLease
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink, SimulatedWire

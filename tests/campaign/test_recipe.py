@@ -11,9 +11,10 @@ from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import Unattended, fault_free, open_process
 from homeostat.cases.case import Case, load_case
-from homeostat.domain.guard_events import GuardStarted, ModeEntered, ServiceChanged, StateEntered, WriteIntended
+from homeostat.domain.guard_events import GuardStarted, ModeEntered, ServiceChanged, StateEntered
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import WriteIntended
 from homeostat.guard.recognition import followed
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink

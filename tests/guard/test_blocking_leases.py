@@ -5,8 +5,9 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from homeostat.domain.guard_events import FallbackStands, LeaseLost
+from homeostat.domain.guard_events import FallbackStands
 from homeostat.domain.recovery import Command
+from homeostat.domain.write_events import LeaseLost
 from homeostat.guard import bounded
 from tests.guard.test_blocking_links import QUICK, Blocked, timed
 from tests.guard.vessel import DRAIN, World, running, statuses

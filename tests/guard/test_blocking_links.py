@@ -9,9 +9,10 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import FallbackStands, Tripped, WriteEnded, WriteIntended, WriteResult
+from homeostat.domain.guard_events import FallbackStands, Tripped
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.recovery import Command
+from homeostat.domain.write_events import WriteEnded, WriteIntended, WriteResult
 from homeostat.guard import bounded
 from homeostat.guard.lane import Lane, NoAnswer
 from homeostat.guard.settings import GuardSettings

@@ -9,18 +9,16 @@ import pytest
 
 from homeostat.domain.guard_events import (
     AlarmRaised,
-    Cause,
     FallbackSkipped,
     FallbackStands,
     FellBack,
     GuardStarted,
-    ReadBack,
     ServiceChanged,
     StateEntered,
-    TargetsHeld,
 )
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
+from homeostat.domain.write_events import Cause, ReadBack, TargetsHeld
 from homeostat.guard.memory import Memory
 from homeostat.trace.encode import encode_fields
 from tests.guard.test_memory import Line, intended

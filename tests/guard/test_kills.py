@@ -11,21 +11,14 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import (
-    AlarmRaised,
-    Cause,
-    FallbackStands,
-    LatchReset,
-    ReadBack,
-    ServiceChanged,
-    WriteIntended,
-)
+from homeostat.domain.guard_events import AlarmRaised, FallbackStands, LatchReset, ServiceChanged
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import FallBack
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import Cause, ReadBack, WriteIntended
 from homeostat.guard.guard import Attachment, Guard
 from homeostat.guard.memory import Memory
 from homeostat.guard.settings import GuardSettings

@@ -11,16 +11,14 @@ from homeostat.domain.guard_events import (
     AlarmRaised,
     FallbackStands,
     FellBack,
-    LeaseLost,
-    LeaseTried,
     PersonHeard,
     SequenceLoaded,
     ServiceChanged,
-    WriteIntended,
 )
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import LeaseLost, LeaseTried, WriteIntended
 from tests.guard.vessel import ADJUSTED, BEGIN, DRAIN, POUR, RULES, Vessel, World, finding, running, statuses
 
 

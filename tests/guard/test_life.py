@@ -7,18 +7,10 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import (
-    AlarmRaised,
-    Armed,
-    GuardStarted,
-    Latched,
-    ModeEntered,
-    Stopped,
-    WriteEnded,
-    WriteResult,
-)
+from homeostat.domain.guard_events import AlarmRaised, Armed, GuardStarted, Latched, ModeEntered, Stopped
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, FallBack, Settled, Trouble
+from homeostat.domain.write_events import WriteEnded, WriteResult
 from tests.guard.test_lapse import Sheds
 from tests.guard.vessel import DRAIN, RULES, World, running, statuses
 

@@ -8,9 +8,10 @@ from typing import Any
 import pytest
 
 from homeostat.domain.behaviour import SetpointRange
-from homeostat.domain.guard_events import AlarmRaised, LeaseLost, LeaseTried, PersonHeard, SequenceLoaded, WriteEnded
+from homeostat.domain.guard_events import AlarmRaised, PersonHeard, SequenceLoaded
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.recovery import Command, Step
+from homeostat.domain.write_events import LeaseLost, LeaseTried, WriteEnded
 from homeostat.guard.memory import Memory
 from homeostat.guard.parts import Parts
 from homeostat.guard.settings import GuardSettings

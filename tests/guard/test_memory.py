@@ -9,7 +9,6 @@ import pytest
 
 from homeostat.domain.guard_events import (
     AlarmRaised,
-    Cause,
     FallbackIneffective,
     FallbackStands,
     FellBack,
@@ -17,20 +16,16 @@ from homeostat.domain.guard_events import (
     LatchReset,
     ModeEntered,
     PersonHeard,
-    ReadBack,
     RequestAnswered,
     SequenceLoaded,
     ServiceChanged,
     StateEntered,
-    StepLoaded,
     StepTaken,
-    WriteEnded,
-    WriteIntended,
-    WriteResult,
 )
 from homeostat.domain.mode import Mode, Role, Verb
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command
+from homeostat.domain.write_events import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
 from homeostat.guard.memory import PUT_RIGHT, Memory
 from homeostat.guard.settings import GuardSettings
 from homeostat.trace.encode import encode_fields

@@ -4,18 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from homeostat.domain.guard_events import (
-    FallbackStands,
-    LeaseLost,
-    LeaseTried,
-    Tripped,
-    WriteEnded,
-    WriteIntended,
-    WriteResult,
-)
+from homeostat.domain.guard_events import FallbackStands, Tripped
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import LeaseLost, LeaseTried, WriteEnded, WriteIntended, WriteResult
 from homeostat.guard.guard import Attachment, Guard
 from homeostat.guard.memory import Memory
 from homeostat.links.bad_readings import (

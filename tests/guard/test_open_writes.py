@@ -9,23 +9,18 @@ import pytest
 
 from homeostat.domain.guard_events import (
     AlarmRaised,
-    Cause,
     FallbackStands,
     Latched,
-    ReadBack,
     SequenceLoaded,
     ServiceChanged,
     StartUpBegan,
     StartUpEnded,
     StateEntered,
-    StepLoaded,
     StepTaken,
-    WriteEnded,
-    WriteIntended,
-    WriteResult,
 )
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import Command
+from homeostat.domain.write_events import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
 from homeostat.guard.memory import PUT_RIGHT, Memory, OpenWrite
 from homeostat.guard.settings import GuardSettings
 from tests.guard.test_memory import FALLBACK, GIVEN_UP, REQUEST, STEPS, intended, remembered

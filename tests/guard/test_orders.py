@@ -16,13 +16,11 @@ from homeostat.domain.guard_events import (
     RequestAnswered,
     SequenceLoaded,
     ServiceChanged,
-    StepLoaded,
-    WriteEnded,
-    WriteIntended,
 )
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.recovery import Command
 from homeostat.domain.rules import GuardRules
+from homeostat.domain.write_events import StepLoaded, WriteEnded, WriteIntended
 from homeostat.guard.authority import Authority
 from homeostat.guard.memory import Memory
 from homeostat.guard.settings import GuardSettings

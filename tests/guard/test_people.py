@@ -17,11 +17,11 @@ from homeostat.domain.guard_events import (
     ModeEntered,
     PersonHeard,
     SequenceLoaded,
-    WriteIntended,
 )
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.domain.observation import Arm, Correction, FallBack, Withdraw
 from homeostat.domain.recovery import Command
+from homeostat.domain.write_events import WriteIntended
 from homeostat.guard.alarms import Alarms
 from homeostat.guard.settings import GuardSettings
 from tests.guard.vessel import ADJUSTED, CLOSE, DRAIN, RULES, Vessel, World, finding, running, statuses

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.guard_events import SequenceLoaded, ServiceChanged, StepTaken, WriteIntended
+from homeostat.domain.guard_events import SequenceLoaded, ServiceChanged, StepTaken
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import Command, Step
+from homeostat.domain.write_events import WriteIntended
 from homeostat.guard.memory import Memory
 from homeostat.trace.encode import encode_fields
 from tests.guard.test_memory import Line

@@ -7,8 +7,9 @@ from dataclasses import replace
 import pytest
 
 from homeostat.domain.behaviour import SetpointRange
-from homeostat.domain.guard_events import SequenceLoaded, ServiceChanged, StartUpBegan, WriteIntended
+from homeostat.domain.guard_events import SequenceLoaded, ServiceChanged, StartUpBegan
 from homeostat.domain.mode import Mode, Side, Verb
+from homeostat.domain.write_events import WriteIntended
 from homeostat.guard.memory import Memory
 from homeostat.trace.encode import encode_fields
 from tests.guard.test_lapse import MORE, Sheds, causes

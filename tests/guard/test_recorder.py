@@ -7,8 +7,9 @@ import time
 
 import pytest
 
-from homeostat.domain.guard_events import AlarmReturned, FallbackStands, Stopped, WriteIntended
+from homeostat.domain.guard_events import AlarmReturned, FallbackStands, Stopped
 from homeostat.domain.ports import GuardEvent
+from homeostat.domain.write_events import WriteIntended
 from homeostat.guard import recorder as module
 from homeostat.guard.recorder import Recorder
 from homeostat.guard.settings import GuardSettings

@@ -7,17 +7,12 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import (
-    RequestAnswered,
-    SequenceLoaded,
-    StepLoaded,
-    StepTaken,
-    WriteIntended,
-)
+from homeostat.domain.guard_events import RequestAnswered, SequenceLoaded, StepTaken
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.domain.observation import Arm, FallBack, Trouble, Withdraw
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import Answer
+from homeostat.domain.write_events import StepLoaded, WriteIntended
 from homeostat.guard import requests as asked
 from homeostat.guard.memory import Memory
 from homeostat.guard.permissives import refusal

@@ -7,17 +7,11 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import (
-    AlarmRaised,
-    PersonHeard,
-    ReadBack,
-    RequestAnswered,
-    StepTaken,
-    WriteIntended,
-)
+from homeostat.domain.guard_events import AlarmRaised, PersonHeard, RequestAnswered, StepTaken
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import FallBack
 from homeostat.domain.recovery import Command
+from homeostat.domain.write_events import ReadBack, WriteIntended
 from homeostat.guard.memory import Memory
 from tests.guard.test_hands import dies, remembered
 from tests.guard.test_lapse import Sheds

@@ -92,7 +92,7 @@ def test_recovery_does_not_speak_for_a_person() -> None:
 
 
 def test_a_restart_that_trips_before_it_has_read_the_plant_sends_nothing_of_before() -> None:
-    from homeostat.domain.guard_events import Cause
+    from homeostat.domain.write_events import Cause
     from homeostat.guard.memory import Memory, OpenWrite
 
     open_step = OpenWrite(Cause.SEQUENCE, "start", (Command("F.sp", 0.03, 0.005),), "running", (), True)

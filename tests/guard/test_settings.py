@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import LatchReset, WriteEnded, WriteIntended, WriteResult
+from homeostat.domain.guard_events import LatchReset
 from homeostat.domain.mode import Mode, Verb
+from homeostat.domain.write_events import WriteEnded, WriteIntended, WriteResult
 from homeostat.guard.seal import Sealer
 from homeostat.guard.settings import GuardSettings
 from tests.guard.test_recorder import Hanging

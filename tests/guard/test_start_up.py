@@ -8,16 +8,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import (
-    Cause,
-    FellBack,
-    PersonHeard,
-    StartUpBegan,
-    StartUpEnded,
-    Tripped,
-    WriteIntended,
-)
+from homeostat.domain.guard_events import FellBack, PersonHeard, StartUpBegan, StartUpEnded, Tripped
 from homeostat.domain.mode import Mode, Verb
+from homeostat.domain.write_events import Cause, WriteIntended
 from homeostat.guard.memory import Memory
 from homeostat.trace.encode import encode_fields
 from tests.guard.test_memory import Line

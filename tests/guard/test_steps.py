@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.guard_events import Cause, StateEntered, StepTaken, WriteIntended
+from homeostat.domain.guard_events import StateEntered, StepTaken
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
+from homeostat.domain.write_events import Cause, WriteIntended
 from homeostat.guard.latch import Latch
 from homeostat.guard.parts import Parts
 from homeostat.guard.steps import Steps

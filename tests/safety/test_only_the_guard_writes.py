@@ -13,7 +13,7 @@ from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import open_process
 from homeostat.cases.case import load_case
 from homeostat.cases.wiring import wire
-from homeostat.domain.guard_events import WriteIntended
+from homeostat.domain.write_events import WriteIntended
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.trace import MemoryTrace

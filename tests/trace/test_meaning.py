@@ -12,22 +12,17 @@ import pytest
 from homeostat.domain.alarm import Priority
 from homeostat.domain.guard_events import (
     AlarmRaised,
-    Cause,
     FallbackStands,
     FellBack,
     GuardStarted,
     Latched,
     LatchReset,
     ModeEntered,
-    ReadBack,
     RequestAnswered,
     StateEntered,
-    StepLoaded,
-    WriteEnded,
-    WriteIntended,
-    WriteResult,
 )
 from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.write_events import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
 from homeostat.trace import Event, Journal, Report, RunFinished, RunStarted, Setting, Summary, verify
 from homeostat.trace.decisions import Attempted, Diagnosed, LaterStep, ReleasedActions
 from homeostat.trace.meaning import MOST

@@ -7,7 +7,7 @@ from enum import Enum
 from types import ModuleType, UnionType
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
-from homeostat.domain import guard_events
+from homeostat.domain import guard_events, write_events
 from homeostat.trace import Event, Record, Resumed, RunFinished, RunStarted, Signed, decisions
 from homeostat.trace.calls import ModelCalled
 
@@ -19,7 +19,8 @@ def _declared(module: ModuleType) -> tuple[type[Event], ...]:
 
 
 EVENTS: Final[tuple[type[Event], ...]] = (
-    RunStarted, RunFinished, Resumed, Signed, ModelCalled, *_declared(decisions), *_declared(guard_events)
+    RunStarted, RunFinished, Resumed, Signed, ModelCalled,
+    *_declared(decisions), *_declared(guard_events), *_declared(write_events),
 )  # fmt: skip
 """The events that are recalled; a record of another kind is somebody else's."""
 

@@ -14,19 +14,16 @@ from homeostat.domain.guard_events import (
     FellBack,
     LatchReset,
     ModeEntered,
-    ReadBack,
     RequestAnswered,
     SequenceLoaded,
     Shed,
     StateEntered,
     StepTaken,
-    WriteEnded,
-    WriteIntended,
-    WriteResult,
 )
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import ActionSet
+from homeostat.domain.write_events import ReadBack, WriteEnded, WriteIntended, WriteResult
 from homeostat.guard.memory import Memory
 from homeostat.links.retracing import Retracing
 from homeostat.links.simulated import SimulatedLink

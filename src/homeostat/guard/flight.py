@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from homeostat.domain.guard_events import Cause
 from homeostat.domain.ports import Ticket
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import Cause
 
 ROUNDING = 1e-9
 """Rounding of a target that is sent and read back, in any unit."""

@@ -7,21 +7,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from homeostat.domain.alarm import Alarm, Priority
-from homeostat.domain.guard_events import (
-    Armed,
-    Cause,
-    GuardStarted,
-    ModeEntered,
-    StateEntered,
-    Stopped,
-    TargetsHeld,
-)
+from homeostat.domain.guard_events import Armed, GuardStarted, ModeEntered, StateEntered, Stopped
 from homeostat.domain.mode import Mode, PersonCommand, Side
 from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Settled, Trouble, Withdraw
 from homeostat.domain.ports import Lease, Record
 from homeostat.domain.request import Request
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import Cause, TargetsHeld
 from homeostat.guard.flight import Progress, Write
 from homeostat.guard.lapse import Lapse
 from homeostat.guard.latch import Latch

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.guard_events import Cause
 from homeostat.domain.mode import Side
 from homeostat.domain.recovery import ActionSet, Step
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import Cause
 from homeostat.guard.flight import same, shown
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.memory import LOCAL

@@ -5,18 +5,10 @@ from __future__ import annotations
 import math
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.guard_events import (
-    Cause,
-    FallbackSkipped,
-    FallbackStands,
-    FellBack,
-    Latched,
-    SequenceLoaded,
-    Shed,
-    StepLoaded,
-)
+from homeostat.domain.guard_events import FallbackSkipped, FallbackStands, FellBack, Latched, SequenceLoaded, Shed
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import Cause, StepLoaded
 from homeostat.guard.fallback import Chosen, Fallbacks
 from homeostat.guard.flight import Progress, Write
 from homeostat.guard.parts import Parts

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
-from homeostat.domain.guard_events import Cause, WriteResult
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import Command
 from homeostat.domain.request import RequestStatus
+from homeostat.domain.write_events import Cause, WriteResult
 
 PUT_RIGHT = "put right"
 """Source of a write that puts right what came late; it belongs to no strategy."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.guard_events import Cause
 from homeostat.domain.mode import Mode, Side
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import Cause
 from homeostat.guard.flight import GivenUp, Write, same, shown
 from homeostat.guard.lapse import Lapse
 from homeostat.guard.latch import Latch

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from homeostat.domain.guard_events import Cause, LatchReset, ModeEntered, PersonHeard
+from homeostat.domain.guard_events import LatchReset, ModeEntered, PersonHeard
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.domain.recovery import ActionSet
+from homeostat.domain.write_events import Cause
 from homeostat.guard.authority import Authority
 from homeostat.guard.flight import Progress, Write
 from homeostat.guard.latch import Latch, loaded

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from homeostat.domain.guard_events import Cause, RequestAnswered
+from homeostat.domain.guard_events import RequestAnswered
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.verdict import Finding
+from homeostat.domain.write_events import Cause
 from homeostat.guard.flight import Progress, Write
 from homeostat.guard.latch import loaded
 from homeostat.guard.memory import REMEMBERED

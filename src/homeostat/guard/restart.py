@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.guard_events import Cause, FallbackStands, ReadBack, StepTaken
+from homeostat.domain.guard_events import FallbackStands, StepTaken
 from homeostat.domain.mode import Side
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import Cause, ReadBack
 from homeostat.guard.flight import Write, between, holds
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.memory import PUT_RIGHT, Memory, OpenWrite

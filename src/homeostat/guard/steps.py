@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
-from homeostat.domain.guard_events import Cause, StepTaken
+from homeostat.domain.guard_events import StepTaken
 from homeostat.domain.mode import Mode, Side
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import Cause
 from homeostat.guard.flight import Progress, Write
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.parts import Parts

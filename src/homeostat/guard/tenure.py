@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.guard_events import LeaseLost, LeaseTried
 from homeostat.domain.ports import GuardEvent, Lease
+from homeostat.domain.write_events import LeaseLost, LeaseTried
 from homeostat.guard.alarms import Alarms
 from homeostat.guard.settings import GuardSettings
 from homeostat.guard.writer import Writer

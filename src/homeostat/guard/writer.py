@@ -11,11 +11,11 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from homeostat.domain.guard_events import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.ports import Wire
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.rules import WriteRule
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
 from homeostat.guard.bounded import BoundedWire
 from homeostat.guard.flight import Flight, GivenUp, Progress, Write, between, holds, outcome, same
 from homeostat.guard.ramp import Ramps

@@ -16,13 +16,11 @@ from homeostat.domain.guard_events import (
     Latched,
     LatchReset,
     ModeEntered,
-    ReadBack,
     RequestAnswered,
     SequenceLoaded,
     StateEntered,
-    WriteEnded,
-    WriteIntended,
 )
+from homeostat.domain.write_events import ReadBack, WriteEnded, WriteIntended
 from homeostat.trace.decisions import ReleasedActions
 from homeostat.trace.encode import Json
 from homeostat.trace.events import RunFinished, RunStarted

@@ -14,12 +14,10 @@ from homeostat.domain.guard_events import (
     Latched,
     LatchReset,
     ModeEntered,
-    ReadBack,
     RequestAnswered,
     SequenceLoaded,
-    WriteEnded,
-    WriteIntended,
 )
+from homeostat.domain.write_events import ReadBack, WriteEnded, WriteIntended
 from homeostat.trace.evidence import Evidence, text, whole, word
 from homeostat.trace.replay import Record
 

@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Final
 
-from homeostat.domain.guard_events import FellBack, GuardStarted, StateEntered, WriteIntended
+from homeostat.domain.guard_events import FellBack, GuardStarted, StateEntered
 from homeostat.domain.recovery import action_digest
+from homeostat.domain.write_events import WriteIntended
 from homeostat.trace.decisions import Attempted, Diagnosed, ReleasedActions
 from homeostat.trace.encode import Json
 from homeostat.trace.events import RunFinished, RunStarted

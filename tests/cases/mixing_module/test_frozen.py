@@ -8,7 +8,8 @@ from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import open_process
 from homeostat.cases.case import load_case
 from homeostat.cases.wiring import wire
-from homeostat.domain.guard_events import Cause, Tripped, WriteIntended
+from homeostat.domain.guard_events import Tripped
+from homeostat.domain.write_events import Cause, WriteIntended
 from homeostat.links.bad_readings import ALL, Freeze
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.misbehaving import Misbehaving

@@ -16,7 +16,7 @@ from homeostat.campaign.unattended import open_process
 from homeostat.cases.case import load_case
 from homeostat.cases.error import CaseError
 from homeostat.cases.wiring import wire
-from homeostat.domain.guard_events import StateEntered, WriteIntended
+from homeostat.domain.guard_events import StateEntered
 from homeostat.domain.limits import Limits
 from homeostat.domain.observation import FallBack, Trouble
 from homeostat.domain.ports import GuardEvent, Ticket
@@ -24,6 +24,7 @@ from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import Request, RequestStatus, Seal
 from homeostat.domain.rules import GuardRules, QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import WriteIntended
 from homeostat.guard.guard import Attachment, Guard
 from homeostat.guard.memory import Memory
 from homeostat.guard.seal import Sealer

@@ -23,10 +23,10 @@ from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import open_process
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import Arrangement, Language, Workbench, guard_rules, wire
-from homeostat.domain.guard_events import Cause, WriteIntended
 from homeostat.domain.observation import Observation
 from homeostat.domain.ports import Clock, GuardEvent
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import Cause, WriteIntended
 from homeostat.guard.trips import TripWatch
 from homeostat.links.bad_readings import ALL, Freeze, Lie, NoReadBack, NotANumber, Silence, StuckClock, WrongClock
 from homeostat.links.bad_writes import HangingWrite
