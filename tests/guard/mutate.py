@@ -293,7 +293,7 @@ class Trial:
         asked = [m for m in every if (m.source, m.change) not in EQUIVALENT]
         if self._sample:
             asked = random.Random(self._seed).sample(asked, min(self._sample, len(asked)))
-        if not session.items or session.testsfailed or noticed([("", lambda: None)], session, 1) != [False]:
+        if not session.items or session.testsfailed or not _passes(session):
             self.report = "the safety tests fail on the original; nothing can be said about mutants"
             return True
         infections = [(m.module.rpartition(".")[2], functools.partial(infect, m)) for m in asked]
@@ -306,6 +306,11 @@ class Trial:
         lines.append(f"{sum(dead)} of {len(asked)} mutants noticed (there are {len(every)}), {seconds:.0f} s")
         self.report, self.good = "\n".join(lines), bool(asked) and not alive and not stale
         return True
+
+
+def _passes(session: pytest.Session, attempts: int = 3) -> bool:
+    """Whether the original passes its tests; on a busy machine one that looks at the clock may need another attempt."""
+    return any(noticed([("", lambda: None)], session, 1) == [False] for _ in range(attempts))
 
 
 def noticed(infections: Sequence[tuple[str, Callable[[], None]]], session: pytest.Session, workers: int) -> list[bool]:

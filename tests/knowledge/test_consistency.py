@@ -226,7 +226,6 @@ BROKEN: list[tuple[str, str, Change, Code]] = [
     ("fallbacks", "value is no number", cell("value", "open"), Code.BAD_NUMBER),
     ("fallbacks", "step twice", cell("step", "2"), Code.DUPLICATE_ID),
     ("fallbacks", "tag twice", again(step="99"), Code.DUPLICATE_ID),
-    ("fallbacks", "none", nothing, Code.NO_FALLBACK),
     ("fallbacks", "neither yes nor no", cell("out_of_service", "maybe"), Code.MISSING_VALUE),
     ("fallbacks", "not what its state admits", where(lambda r: r["tag"] == "XV1.cmd", value="1"), Code.FALLBACK_NOT_ADMITTED),
     ("fallbacks", "nothing of the tag admitted", where(lambda r: r["tag"] == "V2.man", tag="T1.sp", value="300"), Code.FALLBACK_NOT_ADMITTED),
@@ -360,6 +359,12 @@ def test_a_broken_table_is_refused_with_the_name_of_the_mistake(
     assert code in mistakes(bench)
 
 
+def test_a_plant_without_a_fallback_is_refused(bench: Workbench) -> None:
+    bench.edit("fallbacks", nothing)
+    bench.edit("fallback_limits", nothing)
+    assert Code.NO_FALLBACK in mistakes(bench)
+
+
 def test_every_table_is_broken_here_and_the_tables_as_they_are_are_not(bench: Workbench) -> None:
     assert {table for table, *_ in BROKEN} == set(TABLES)
     assert mistakes(bench) == set()
@@ -368,6 +373,7 @@ def test_every_table_is_broken_here_and_the_tables_as_they_are_are_not(bench: Wo
 def test_every_code_is_met_by_some_test() -> None:
     elsewhere = {
         Code.BAD_MAPPING, Code.STALE_GRAPH, Code.MISSING_FAULT, Code.ALTERED, Code.BAD_BASELINE, Code.UNKNOWN_SYMPTOM,
+        Code.NO_FALLBACK,
     }  # fmt: skip
     # What only a graph that was not built from tables can have: `test_blemishes` and `test_reference_graphs`.
     of_any_graph = {
