@@ -9,7 +9,8 @@ from collections import Counter
 
 import pytest
 
-from tests.guard.mutate import REPO, SAFETY_LAYER, changes, code_of, mutants, replaced
+from tests.guard.mutants import changes, code_of, mutants, replaced
+from tests.guard.mutate import REPO, SAFETY_LAYER
 
 LIMIT_S = 240
 
