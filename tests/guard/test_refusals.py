@@ -19,8 +19,9 @@ from homeostat.guard.permissives import refusal
 from homeostat.guard.seal import Sealer, genuine
 from homeostat.guard.trips import Violation
 from homeostat.guard.verification import Present, Unfit, authorise, command_finding, mapped, verify
-from tests.guard.adversary import KEY as KEY_OF_ADVERSARY
-from tests.guard.adversary import forged, sealed
+from tests.guard.oracle import KEY as KEY_OF_ADVERSARY
+from tests.guard.oracle import sealed
+from tests.guard.spoils import forged
 from tests.guard.vessel import ADJUSTED, KEY, MACHINE, POUR, ROUTE, RULES, VALUES, running, statuses
 
 WIDE = SetpointRange("T.sp", 298.0, 312.0, 310.0)

@@ -21,7 +21,7 @@ from homeostat.guard import requests as asked
 from homeostat.guard import verification
 from homeostat.guard.mailbox import Mailbox
 from homeostat.guard.verification import Unfit, mapped
-from tests.guard.adversary import forged
+from tests.guard.spoils import forged
 from tests.guard.vessel import ADJUSTED, MACHINE, RULES, World, finding, running, statuses
 
 EMPTY = MACHINE.transitions[2]

@@ -18,7 +18,7 @@ from homeostat.guard import requests as asked
 from homeostat.guard.mailbox import Mailbox
 from homeostat.guard.seal import Sealer, genuine, new_key
 from homeostat.guard.verification import Unfit, authorise, command_finding, mapped
-from tests.guard.adversary import forged
+from tests.guard.spoils import forged
 from tests.guard.vessel import ADJUSTED, KEY, MACHINE, POUR, ROUTE, RULES, finding, running, statuses
 
 

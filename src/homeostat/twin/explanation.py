@@ -36,6 +36,16 @@ FaultSet: TypeAlias = tuple[FaultState, ...]
 
 
 @dataclass(frozen=True, slots=True)
+class Accuracy:
+    """How well a model that is right predicts readings."""
+
+    errors: Mapping[str, tuple[float, float]]
+    """Variable -> standard deviations of noise per reading and of the model, in its unit."""
+    gain: float
+    """Share of what a reading has moved by to which that is predicted at best [1]."""
+
+
+@dataclass(frozen=True, slots=True)
 class Scored:
     """One explanation with its fit."""
 
@@ -53,17 +63,15 @@ class Explainer:
         model: ProcessModel,
         window: Window,
         belief: Belief,
-        errors: Mapping[str, tuple[float, float]],
+        accuracy: Accuracy,
         faults: Sequence[Fault],
-        gain_error: float,
         known: Sequence[FaultState] = (),
     ) -> None:
-        """``errors``: variable -> (noise per reading, model error) standard deviations in its unit.
+        """``known`` is what was believed to be wrong before; the model's response to its parameters depends on it.
 
-        ``gain_error``: what a reading moved by is predicted to this share at best [1]: flows add up to levels, and so
-        do their errors. ``known`` is what was believed to be wrong before; the model's response to its parameters
-        depends on it.
+        A gain has an error because flows add up to levels, and so do their errors.
         """
+        errors = accuracy.errors
         self._model = model
         self._window = window
         self._belief = belief
@@ -73,7 +81,7 @@ class Explainer:
         self._faults = {f.name: f for f in faults}
         self._seen = np.stack([window.readings[v][1:] for v in self._variables], axis=1)
         moved = self._seen - np.mean(self._seen[:SETTLED], axis=0)
-        self._spread = np.hypot(self._noise, gain_error * moved)
+        self._spread = np.hypot(self._noise, accuracy.gain * moved)
         known_rows = np.ones(self._seen.shape)
         for j, v in enumerate(self._variables):
             if v in window.held:

@@ -24,7 +24,7 @@ from homeostat.process.sequence import Guard, InputSequence
 from homeostat.process.types import Cube, Row, Table
 from homeostat.stl.formula import Formula
 from homeostat.twin.calibration import Belief, calibrate, prior
-from homeostat.twin.explanation import Explainer, explain
+from homeostat.twin.explanation import Accuracy, Explainer, explain
 from homeostat.twin.forecast import Ensemble, Forecast, follow, forecast, synchronise
 from homeostat.twin.history import History
 
@@ -135,10 +135,11 @@ class Twin:
 
         ``dense``: onsets are tried more closely, for what may have gone unnoticed for a while.
         """
-        errors, names = self.settings.errors, [f.name for f in self._faults]
+        accuracy = Accuracy(self.settings.errors, self.settings.gain_error)
+        names = [f.name for f in self._faults]
         window = self._history.window(self.settings.replay_s)
         whole, recent = (
-            Explainer(self._model, w, self._belief, errors, self._faults, self.settings.gain_error, known)
+            Explainer(self._model, w, self._belief, accuracy, self._faults, known)
             for w in (window, self._history.window(self.settings.recent_s))
         )
         return explain(whole, recent, candidates, names, known, window.end_s, dense)
