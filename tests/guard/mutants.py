@@ -38,7 +38,7 @@ NAMES = {
     "isfinite": "isnan",
     "isinf": "isnan",
 }
-SYMMETRIC = {"same"}
+SYMMETRIC = {"same", "min", "max"}
 """Functions that say the same of their first two arguments in either order."""
 
 

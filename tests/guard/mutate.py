@@ -19,7 +19,6 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import psutil
 import pytest
@@ -99,22 +98,18 @@ def everywhere() -> frozenset[tuple[str, str]]:
 class Trial:
     """A pytest plugin that runs the collected tests once as they are and once per mutant."""
 
-    def __init__(self, modules: tuple[Path, ...], workers: int, sample: int = 0, seed: int = 0) -> None:
-        self._modules, self._workers = modules, workers
-        self._sample, self._seed = sample, seed
+    def __init__(self, asked: Sequence[Mutant], every: int, workers: int) -> None:
+        """``every``: how many mutants there are, where not all of them are asked."""
+        self._mutants, self._every, self._workers = asked, every, workers
         self.report = "no test was collected"
         self.good = False
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
-        started = time.monotonic()
-        every = [m for path in self._modules for m in mutants(path)]
-        asked = [m for m in every if (m.source, m.change) not in EQUIVALENT]
-        if self._sample:
-            asked = random.Random(self._seed).sample(asked, min(self._sample, len(asked)))
+        started, asked = time.monotonic(), self._mutants
         if not session.items or session.testsfailed or not _passes(session.items):
             self.report = "the safety tests fail on the original; nothing can be said about mutants"
             return True
-        names = {m.module for m in every}
+        names = {m.module for m in asked}
         reaches = {item: reach_of(functools.partial(_fails, item), names) for item in session.items}
         dead = noticed([(functools.partial(infect, m), _asked(m, reaches)) for m in asked], self._workers)
         alive = [m for m, is_dead in zip(asked, dead, strict=True) if not is_dead]
@@ -122,7 +117,7 @@ class Trial:
         lines = [f"survived: {m}" for m in alive]
         lines += [f"EQUIVALENT names a mutant that there is not: {change}    {source}" for source, change in stale]
         seconds = time.monotonic() - started
-        lines.append(f"{sum(dead)} of {len(asked)} mutants noticed (there are {len(every)}), {seconds:.0f} s")
+        lines.append(f"{sum(dead)} of {len(asked)} mutants noticed (there are {self._every}), {seconds:.0f} s")
         self.report, self.good = "\n".join(lines), bool(asked) and not alive and not stale
         return True
 
@@ -203,6 +198,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("--area", choices=sorted(AREAS), default="guard")
     parser.add_argument("--modules", nargs="+", help="only these modules of the area")
+    parser.add_argument("--lines", nargs="+", type=int, help="only these lines of the modules")
     parser.add_argument("--tests", nargs="+", help="these tests instead of the area's")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--sample", type=int, default=0)
@@ -213,8 +209,11 @@ def main(arguments: list[str] | None = None) -> int:
     modules, tests = chosen.modules or area.modules, chosen.tests or area.tests
     for module in modules:
         importlib.import_module(f"homeostat.{area.package}.{module}")
-    paths = tuple(SOURCES / "homeostat" / area.package / f"{module}.py" for module in modules)
-    trial = Trial(paths, chosen.workers, chosen.sample, chosen.seed)
+    every = [m for name in modules for m in mutants(SOURCES / "homeostat" / area.package / f"{name}.py")]
+    asked = [m for m in every if (m.source, m.change) not in EQUIVALENT and m.line in (chosen.lines or [m.line])]
+    if chosen.sample:
+        asked = random.Random(chosen.seed).sample(asked, min(chosen.sample, len(asked)))
+    trial = Trial(asked, len(every), chosen.workers)
     options = ["-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:terminal"]
     pytest.main([*options, *(str(REPO / "tests" / name) for name in tests)], plugins=[trial])
     print(trial.report)

@@ -56,7 +56,7 @@ def test_every_module_that_decides_has_mutants() -> None:
         ("-a", ["a"]),
         ("a - b", ["a + b", "a", "b"]),
         ("a * b", ["a / b"]),
-        ("x = max(a, b)", ["x = min(a, b)", "x = max(b, a)"]),
+        ("x = max(a, b)", ["x = min(a, b)"]),
         ("x = np.argmin(a)", ["x = np.argmax(a)"]),
         ("x = any(a)", ["x = all(a)"]),
         ("True", ["False"]),

@@ -37,9 +37,9 @@ class TripRule:
 
     limit: str
     """Name of the limit."""
-    cusum: float
+    cusum: float = 0.0
     """Violation times time at which it trips, in the margin's unit times s; 0 trips at the first violation."""
-    grace_s: float
+    grace_s: float = 0.0
     """How long it may be undecided before that is a trip [s]."""
     carrier: Formula | None = None
     """What carries the limit meanwhile: another instrument or a balance; None where nothing does."""

@@ -64,10 +64,10 @@ class TripWatch:
         """``note`` journals an event at a process time [s]; a limit without a rule trips at its first violation."""
         self._rules, self._note = rules, note
         self._limits = {limit.name: limit for limit in rules.limits.hard}
-        self._trips = {name: rules.trips.get(name, TripRule(name, 0.0, 0.0)) for name in self._limits}
+        self._trips = {name: rules.trips.get(name, TripRule(name)) for name in self._limits}
         self._watched = {name: _Watched() for name in self._limits}
         self._errors: tuple[Errors, ...] = ({},)
-        self._at_s: float | None = None
+        self._at_s = math.inf
         self._starting = False
         self.start_up = StartUpPhase(rules.start_up, rules.machine, note)
         """The phase in which some limits are others."""
@@ -84,10 +84,10 @@ class TripWatch:
 
     def judge(self, now_s: float, readings: Snapshot | None, state: str) -> tuple[Violation, ...]:
         """Every violated hard limit at ``now_s`` [s] in ``state``; ``readings`` are judged for quality already."""
-        dt_s = 0.0 if self._at_s is None else max(now_s - self._at_s, 0.0)
+        dt_s = max(now_s - self._at_s, 0.0) or 1.0  # a tick counts, should the clock stand
         self._at_s = now_s
         self._change(self.start_up.holds(now_s, readings, state))
-        found = [self._judge(name, readings, now_s, dt_s or 1.0) for name in self._limits]
+        found = [self._judge(name, readings, now_s, dt_s) for name in self._limits]
         return tuple(v for v in found if v is not None)
 
     def near(self, readings: Snapshot) -> tuple[Violation, ...]:
@@ -188,8 +188,6 @@ def _blind(limit: Limit, rule: TripRule, watched: _Watched, said: float, dt_s: f
 
 def _cumulated(before: float, margin: float, dt_s: float, most: float) -> float:
     """The cumulative sum after ``dt_s`` more at ``margin``; it stops a little above what trips, so that it can fall."""
-    if math.isinf(margin):
-        return 0.0 if margin > 0.0 else most + (most or 1.0)
     return min(max(0.0, before - margin * dt_s), most + (most or 1.0))
 
 
