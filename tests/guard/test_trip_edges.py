@@ -11,7 +11,7 @@ from homeostat.domain.rules import StartUp, TripRule
 from homeostat.domain.snapshot import Snapshot
 from homeostat.stl.formula import parse
 from tests.guard.test_trips import LIMIT, RULE, Watch, filling, hot
-from tests.guard.vessel import FULL, TAGS, limit
+from tests.guard.vessel import TAGS, limit
 
 TRIPS = ("LIM-HOT",)
 ALONE = TripRule("LIM-HOT", 8.0, 6.0)
@@ -81,9 +81,10 @@ def test_a_reading_at_its_limit_is_not_above_it(t: float, above: int) -> None:
 
 def test_start_up_forgets_only_what_was_judged_by_another_limit() -> None:
     start = StartUp(frozenset({"waiting"}), {"LIM-HOT": _hot("T <= 350")})
-    brim = hot(300.0) | {"L": 12.25}
-    w = Watch(TripRule("LIM-FULL", 0.5, 6.0), limits=Limits((LIMIT, FULL), ()), start_up=start)
-    assert [w.judge(brim, s) for s in ("waiting", "running", "running")] == [(), (), ("LIM-FULL",)]
+    other = limit("LIM-OTHER", LimitKind.INTERLOCK, "Tx <= 300", hard=True)
+    w = Watch(TripRule("LIM-OTHER", 0.5, 6.0), limits=Limits((LIMIT, other), ()), start_up=start)
+    warm = filling(300.0) | {"Tx": 300.25}
+    assert [w.judge(warm, s) for s in ("waiting", "running", "running")] == [(), (), ("LIM-OTHER",)]
 
 
 @pytest.mark.parametrize("explained", [False, True])

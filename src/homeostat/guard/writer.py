@@ -63,20 +63,18 @@ class Writer:
     @property
     def pending(self) -> frozenset[str]:
         """Tags whose target is not known, because what was sent to them is not confirmed."""
-        flights = [*self._given_up, *([self._flight] if self._flight else [])]
-        return frozenset(c.tag for f in flights for c in f.write.commands)
+        return frozenset(c.tag for flight in self._open for c in flight.write.commands)
 
     def expects(self, tag: str, target: float | None) -> bool:
         """Whether what is pending may have brought ``tag`` to ``target``."""
-        flights = [*self._given_up, *([self._flight] if self._flight else [])]
         tolerance = self._tolerance(tag)
-        sent = (c.value for f in flights for c in f.write.commands if c.tag == tag)
+        sent = (c.value for flight in self._open for c in flight.write.commands if c.tag == tag)
         return any(same(v, target, tolerance) for v in sent) or self._ramps.passes(tag, target, tolerance)
 
     def see(self, readings: Snapshot) -> tuple[Command, ...]:
         """Take note of what the plant holds now of what was sent; what it holds of the write under way."""
         held: tuple[Command, ...] = ()
-        for flight in [*self._given_up, *([self._flight] if self._flight else [])]:
+        for flight in self._open:
             new = readings.at_s > flight.sent_s
             commands = flight.write.commands if new else ()
             held = tuple(c for c in commands if holds(c, readings, self._tolerance(c.tag)))
@@ -202,6 +200,11 @@ class Writer:
             self._read_back(flight, readings, now_s)
             self._given_up.remove(flight)
         return tuple(outcome(flight) for flight in read)
+
+    @property
+    def _open(self) -> list[Flight]:
+        """Writes of which nobody has read yet what became of them; the one under way is the last."""
+        return [*self._given_up, *([self._flight] if self._flight else [])]
 
     def _give_up(self, flight: Flight) -> None:
         """What was sent is read later, and may arrive later still, once per attempt."""
