@@ -181,7 +181,7 @@ def test_a_ramp_ends_with_the_write_that_has_failed(desk: Desk) -> None:
     desk.vessel.wire.clear()
     desk.begin(WARM, 7.0)
     for t in (8.0, 9.0):
-        desk.writer.follow(t, read(t, F_sp=0.0, T_sp=310.0))
+        desk.writer.follow(t, read(t, F_sp=0.005, T_sp=310.0))
     assert desk.sent == [WARM]
 
 

@@ -232,7 +232,6 @@ class Guard:
         if progress is Progress.FAILED and write is not None:
             self._moves.fail(write, now_s, readings)
         elif progress is Progress.CONFIRMED and write is not None:
-            parts.service.expect(write.commands)
             parts.alarms.return_(f"write:{write.cause.value}", now_s)
         self._requests.follow(progress if write and write.cause is Cause.REQUEST else None, now_s)
         self._persons.follow(write, progress, now_s)
@@ -242,12 +241,12 @@ class Guard:
             self._act_by_s = None
         self._moves.read(now_s, readings)
 
-    def _objection(self, write: Write) -> str:
-        """Why ``write`` may not be tried again on the present reading; empty where it may."""
-        near = () if self._seen is None else self._trips.near(self._seen)
+    def _objection(self, write: Write, readings: Snapshot) -> str:
+        """Why ``write`` may not be tried again on the present ``readings``; empty where it may."""
+        near = self._trips.near(readings)
         if near and write.cause in (Cause.REQUEST, Cause.PERSON):
             return near[0].reason
-        return self._steps.objection(write, self._seen)
+        return self._steps.objection(write, readings)
 
     def _hear(self, sample: Snapshot | None) -> None:
         """Everything that was put into the mailbox since the last tick."""
@@ -274,9 +273,10 @@ class Guard:
             case Trouble():
                 self._troubles.add(message.name[:100])
                 self._alarm(message.name[:100], message.cause[:500], Priority.HIGH)
-            case Settled() if message.name[:100] in self._troubles:  # nobody ends an alarm of the guard's own
-                self._troubles.remove(message.name[:100])
-                self._parts.alarms.return_(message.name[:100], now_s)
+            case Settled():
+                if message.name[:100] in self._troubles:  # nobody ends an alarm of the guard's own
+                    self._troubles.remove(message.name[:100])
+                    self._parts.alarms.return_(message.name[:100], now_s)
             case PersonCommand():
                 self._persons.hear(message, self._present())
             case _:
@@ -304,8 +304,10 @@ class Guard:
 
     def _decide(self, sample: Snapshot | None) -> None:
         """A request before the sequence; the trip was before both."""
-        by_s, written = self._act_by_s, self._requests.written
-        if by_s is not None and self._now_s >= by_s and self.latched is None and not written:
+        if self.latched is not None:
+            self._act_by_s = None
+        by_s = self._act_by_s
+        if by_s is not None and self._now_s >= by_s and not self._requests.written:
             self._activate("recovery has not acted in the time that physics leaves")
         if self._restart is not None:
             return
@@ -323,7 +325,6 @@ class Guard:
             self._alarm("fallback wanted", reason, Priority.CRITICAL)
             return
         self._requests.withdraw_all(reason, self._now_s)
-        self._steps.drop()
         self._latch.activate(str(reason)[:500], self._now_s, self._seen)
 
     def _end(self, sample: Snapshot | None) -> None:

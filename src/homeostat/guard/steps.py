@@ -113,10 +113,8 @@ class Steps:
         elif now_s >= self._again_s:
             self._begin(Write(Cause.SEQUENCE, step.transition.name, commands, step.target), step, now_s)
 
-    def objection(self, write: Write, readings: Snapshot | None) -> str:
+    def objection(self, write: Write, readings: Snapshot) -> str:
         """Why ``write`` may not be tried again on ``readings``; empty where it may."""
-        if readings is None:
-            return "there is no reading to decide on"
         why = self._objection(write.commands, write.state)
         if why or self._latch.reason is not None:
             return why

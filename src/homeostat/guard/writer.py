@@ -10,6 +10,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import TypeAlias
 
 from homeostat.domain.ports import Wire
 from homeostat.domain.recovery import ActionSet, Command
@@ -24,6 +25,9 @@ from homeostat.guard.settings import GuardSettings
 
 REMEMBERED = 100
 """Writes that were given up and not read yet, and commands that may still arrive, each."""
+
+Objection: TypeAlias = Callable[[Write, Snapshot], str]
+"""A write and the readings after its last attempt -> why it may not be tried again; empty where it may."""
 
 
 class Writer:
@@ -168,7 +172,7 @@ class Writer:
         self._may_arrive.clear()
 
     def follow(
-        self, now_s: float, readings: Snapshot | None, objection: Callable[[Write], str] = lambda write: ""
+        self, now_s: float, readings: Snapshot | None, objection: Objection = lambda write, readings: ""
     ) -> Progress | None:
         """How far the write under way has come with these readings; None where nothing is new.
 
@@ -228,15 +232,13 @@ class Writer:
             self._end(flight, WriteResult.TIMED_OUT, f"no answer for {now_s - flight.sent_s:g} s", now_s)
         return None
 
-    def _again(
-        self, flight: Flight, now_s: float, after: Snapshot | None, objection: Callable[[Write], str]
-    ) -> Progress | None:
+    def _again(self, flight: Flight, now_s: float, after: Snapshot | None, objection: Objection) -> Progress | None:
         """The next attempt, where nothing is against it; ``after``: the plant as it was read after the last one."""
         if after is not None:
             self._read_back(flight, after, now_s)
         why = ""
         if flight.write.cause is not Cause.FALLBACK:
-            why = objection(flight.write) if after is not None else "the plant was not read after the attempt"
+            why = objection(flight.write, after) if after is not None else "the plant was not read after the attempt"
         if why:
             self.error = why
         elif flight.attempt < self._settings.attempts and self._send(flight, now_s):
