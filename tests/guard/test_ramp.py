@@ -158,12 +158,14 @@ def test_a_ramp_has_led_through_what_lies_behind_it(value: float | None, passed:
     assert not up.passes("T.sp", value, 0.5)
 
 
-def test_a_ramp_that_was_stopped_explains_what_it_has_led_through_until_its_tag_is_commanded_again_or_left() -> None:
+def test_a_ramp_that_was_stopped_explains_what_it_has_led_through_until_all_is_read_or_it_is_left() -> None:
     ramps = ramping()
     step(ramps, 12.0)
     ramps.stop()
     assert ramps.passes("T.sp", 300.5, 0.0)
     ramps.first((Command("T.sp", 305.0, None),), RULES)
+    assert ramps.passes("T.sp", 300.5, 0.0)
+    ramps.forget()
     assert not ramps.passes("T.sp", 300.5, 0.0)
     ramps = ramping()
     step(ramps, 12.0)

@@ -145,3 +145,23 @@ def test_the_ramp_of_a_fallback_goes_past_a_write_that_hangs_in_the_link() -> No
     world.tick(15, L=14.0)
     assert vessel.accepted["F.sp"] == 0.0 and len(world.journal.of(FallbackStands)) == 1
     vessel.let_go.set()
+
+
+class Behind(Vessel):
+    """A plant that shows a target one sample after it has taken it."""
+
+    def sample(self) -> Snapshot:
+        before, shown = dict(self.accepted), getattr(self, "shown", self.accepted)
+        self.shown = before
+        return replace(super().sample(), accepted=dict(shown))
+
+
+@pytest.mark.parametrize("kind", [Vessel, Behind])
+@pytest.mark.parametrize("seconds", range(1, 13))
+def test_a_trip_while_the_guard_ramps_up_takes_no_step_of_its_own_for_a_hand(kind: type, seconds: int) -> None:
+    world = World(rules=GUARDED, vessel=kind())
+    world.tick(seconds)
+    world.tick(40, L=14.0)
+    assert len(world.journal.of(FallbackStands)) == 1 and not world.journal.of(FallbackSkipped)
+    assert world.guard.out_of_service == frozenset()
+    assert world.vessel.accepted["F.sp"] == 0.0 and world.vessel.accepted["X.cmd"] == 0.0

@@ -162,11 +162,34 @@ def test_a_lifting_after_a_break_ends_that_much_sooner() -> None:
     assert len(w.noted) == 2 and event.until_s == at_s + RULE.lift_s - 11.0
 
 
-def test_each_blindness_has_its_own_grace_time() -> None:
+def test_blindness_comes_back_no_faster_than_it_went() -> None:
     w = Watch(ALONE)
     for _ in range(5):
-        assert [w.judge(hot(math.nan)) for _ in range(4)] == [()] * 4
-        assert w.judge(hot(300.0)) == ()
+        assert [w.judge(hot(math.nan)) for _ in range(6)] == [()] * 6
+        assert [w.judge(hot(300.0)) for _ in range(6)] == [()] * 6
+    w = Watch(ALONE)
+    assert [w.judge(hot(math.nan)) for _ in range(50)] == [()] * 6 + [TRIPS] * 44
+    assert [w.judge(hot(300.0)) for _ in range(6)] == [()] * 6
+    assert w.judge(hot(math.nan)) == ()  # a long blindness is not held against it for ever
+
+
+@pytest.mark.parametrize("how", ["missing", "uncertain"])
+@pytest.mark.parametrize(("out_of", "within_s"), [(10, 20), (3, 30), (2, 10)])
+def test_a_reading_that_flaps_puts_no_trip_off(how: str, out_of: int, within_s: int) -> None:
+    w = Watch()  # what carries the limit sees nothing
+    for n in range(within_s):
+        good = n % out_of == 0
+        t = 317.0 if good or how == "uncertain" else math.nan
+        if w.judge(hot(t, 300.0), uncertain="" if good or how == "missing" else "T"):
+            return
+    pytest.fail(f"no trip within {within_s} s")
+
+
+def test_what_carries_a_limit_takes_nothing_back_of_what_its_readings_have_shown() -> None:
+    w = Watch()
+    assert [w.judge(hot(315.0)) for _ in range(4)] == [()] * 4  # 8 K s
+    assert [w.judge(hot(300.0, 250.0), uncertain="T") for _ in range(4)] == [()] * 4
+    assert w.judge(hot(313.1)) == TRIPS
 
 
 def test_without_an_allowance_the_sum_stops_one_above() -> None:

@@ -55,6 +55,12 @@ class Desk:
     def begin(self, commands: tuple[Command, ...], now_s: float, cause: Cause = Cause.REQUEST) -> bool:
         return self.writer.begin(Write(cause, "r1", commands, "running"), now_s)
 
+    def see(self, at_s: float, **accepted: float | None) -> Progress | None:
+        """One tick with a reading."""
+        readings = read(at_s, **accepted)
+        self.writer.see(readings)
+        return self.writer.follow(at_s, readings)
+
     @property
     def sent(self) -> list[tuple[Command, ...]]:
         return [commands for _, commands in self.vessel.wire]
@@ -116,14 +122,14 @@ def test_a_write_without_a_digest_gets_none(desk: Desk) -> None:
 
 
 def test_a_ramp_stands_when_the_wire_is_lost(desk: Desk) -> None:
-    desk.writer.follow(0.0, read(0.0, F_sp=0.0))
+    desk.see(0.0, F_sp=0.0)
     desk.begin(FEED, 1.0)
-    desk.writer.follow(2.0, read(2.0, F_sp=0.0))
-    desk.writer.follow(3.0, read(3.0, F_sp=0.0))
+    desk.see(2.0, F_sp=0.0)
+    desk.see(3.0, F_sp=0.0)
     assert [c[0].value for c in desk.sent] == [0.0, 0.005]
     desk.writer.cut()
     desk.writer.wire = desk.vessel
-    desk.writer.follow(4.0, read(4.0, F_sp=0.005))
+    desk.see(4.0, F_sp=0.005)
     assert len(desk.sent) == 2
 
 
@@ -149,9 +155,9 @@ def test_what_may_come_late_comes_to_its_own_tag() -> None:
 
 
 def test_only_a_target_on_its_ramp_was_brought_there_by_the_ramp(desk: Desk) -> None:
-    desk.writer.follow(0.0, read(0.0, F_sp=0.0))
+    desk.see(0.0, F_sp=0.0)
     desk.begin((*WARM, *FEED), 1.0)
-    desk.writer.follow(2.0, read(2.0, F_sp=0.0))
+    desk.see(2.0, F_sp=0.0)
     assert desk.writer.ramped(read(2.0, F_sp=0.0, T_sp=310.0, X_cmd=1.0)) == (Command("F.sp", 0.0, None),)
     assert desk.writer.ramped(read(2.0, F_sp=0.04)) == ()
 
@@ -173,15 +179,15 @@ def test_without_a_reading_nothing_is_read_of_what_was_given_up(desk: Desk) -> N
 
 
 def test_a_ramp_ends_with_the_write_that_has_failed(desk: Desk) -> None:
-    desk.writer.follow(0.0, read(0.0, F_sp=0.0, T_sp=310.0))
+    desk.see(0.0, F_sp=0.0, T_sp=310.0)
     desk.begin((*WARM, *FEED), 1.0)
     stuck = {"F_sp": 0.0, "T_sp": 310.0}
-    said = [desk.writer.follow(t, read(t, **stuck)) for t in (2.0, 3.0, 4.0, 5.0, 6.0)]
+    said = [desk.see(t, **stuck) for t in (2.0, 3.0, 4.0, 5.0, 6.0)]
     assert Progress.FAILED in said and desk.writer.failed is not None
     desk.vessel.wire.clear()
     desk.begin(WARM, 7.0)
     for t in (8.0, 9.0):
-        desk.writer.follow(t, read(t, F_sp=0.005, T_sp=310.0))
+        desk.see(t, F_sp=0.005, T_sp=310.0)
     assert desk.sent == [WARM]
 
 
@@ -207,7 +213,7 @@ def test_without_a_journal_nothing_new_is_sent(desk: Desk, cause: Cause, sent: i
 def test_what_stands_before_the_link_has_answered_was_taken(desk: Desk) -> None:
     desk.vessel.silent = True
     desk.begin(WARM, 1.0)
-    assert desk.writer.follow(2.0, read(2.0, T_sp=305.0)) is Progress.CONFIRMED
+    assert desk.see(2.0, T_sp=305.0) is Progress.CONFIRMED
     assert desk.ends == [(WriteResult.ACCEPTED, "")]
     assert isinstance(desk.recorder.events[-1], ReadBack)
 
@@ -235,7 +241,7 @@ def test_a_tag_that_the_tables_do_not_know_has_no_tolerance_and_no_time(desk: De
     desk.begin((Command("Q.sp", 1.0, None),), 1.0)
     assert [desk.writer.expects("Q.sp", t) for t in (1.0, 1.1, 1.9)] == [True, False, False]
     desk.vessel.accepted["Q.sp"] = 2.0
-    assert desk.writer.follow(1.5, read(1.5, Q_sp=2.0)) is Progress.FAILED
+    assert desk.see(1.5, Q_sp=2.0) is Progress.FAILED
 
 
 def test_the_slowest_of_the_tags_says_how_long_the_plant_may_take() -> None:
@@ -244,5 +250,5 @@ def test_the_slowest_of_the_tags_says_how_long_the_plant_may_take() -> None:
     desk.writer = Writer(slow, desk.recorder, GuardSettings(attempts=1, sync_s=5.0))
     desk.writer.wire = desk.vessel
     desk.begin((*WARM, Command("V.man", 0.5, None)), 1.0)
-    assert desk.writer.follow(9.0, read(9.0, T_sp=310.0, V_man=0.5)) is None
-    assert desk.writer.follow(10.0, read(10.0, T_sp=310.0, V_man=0.5)) is Progress.FAILED
+    assert desk.see(9.0, T_sp=310.0, V_man=0.5) is None
+    assert desk.see(10.0, T_sp=310.0, V_man=0.5) is Progress.FAILED

@@ -34,6 +34,11 @@ class _Ramp:
         """Whether the last step was sent."""
         return self.now == self.target
 
+    @property
+    def way(self) -> tuple[float, float]:
+        """The least and the largest value so far."""
+        return min(self.start, self.sent), max(self.start, self.sent)
+
 
 class Ramps:
     """At most one ramp per tag; every one stops at once when it is told to.
@@ -43,17 +48,23 @@ class Ramps:
 
     def __init__(self) -> None:
         self._ramps: dict[str, _Ramp] = {}
-        self._stopped: dict[str, _Ramp] = {}
+        self._passed: dict[str, tuple[float, float]] = {}
         self._last: dict[str, float] = {}
 
-    def first(self, commands: tuple[Command, ...], rules: Mapping[str, WriteRule]) -> tuple[Command, ...]:
-        """What is sent at once for ``commands``: where the guard ramps, nothing but the present value."""
+    def first(
+        self, commands: tuple[Command, ...], rules: Mapping[str, WriteRule], *, anyway: bool = False
+    ) -> tuple[Command, ...]:
+        """What is sent at once for ``commands``: where the guard ramps, nothing but the present value.
+
+        ``anyway``: a ramp to the same target that is under way goes on where it is, also where the plant is not seen
+        to follow: what is shown late must not lead a fallback back.
+        """
         sent = []
         for c in commands:
-            self._ramps.pop(c.tag, None)
-            self._stopped.pop(c.tag, None)
             owned = c.tag in rules and rules[c.tag].ramped_by is Side.GUARD
-            start = self._last.get(c.tag)
+            under_way = self._ramps.get(c.tag) if anyway else None
+            start = under_way.sent if under_way and under_way.target == c.value else self._last.get(c.tag)
+            self._end(c.tag)
             if owned and c.value is not None and c.rate is not None and start is not None:
                 self._ramps[c.tag] = _Ramp(c.value, c.rate, start, start, start)
                 sent.append(replace(c, value=start, rate=None))
@@ -112,18 +123,27 @@ class Ramps:
 
     def passes(self, tag: str, value: float | None, tolerance: float) -> bool:
         """Whether the ramp of ``tag``, also one that was stopped, may have led through ``value``."""
-        ramp = self._ramps.get(tag) or self._stopped.get(tag)
-        if ramp is None or value is None:
-            return False
-        low, high = sorted((ramp.start, ramp.sent))
-        return low - tolerance <= value <= high + tolerance
+        ways = [self._passed[tag]] if tag in self._passed else []
+        ways += [self._ramps[tag].way] if tag in self._ramps else []
+        return value is not None and any(low - tolerance <= value <= high + tolerance for low, high in ways)
 
     def drop(self, tag: str) -> None:
         """Stop the ramp of ``tag``: somebody else has moved it."""
         self._ramps.pop(tag, None)
-        self._stopped.pop(tag, None)
+        self._passed.pop(tag, None)
 
     def stop(self) -> None:
         """Stop every ramp where it is; one that has come to its end is over as well."""
-        self._stopped.update(self._ramps)
-        self._ramps.clear()
+        for tag in tuple(self._ramps):
+            self._end(tag)
+
+    def forget(self) -> None:
+        """Nothing is on its way any more: no ramp that has ended leads anywhere."""
+        self._passed.clear()
+
+    def _end(self, tag: str) -> None:
+        """The ramp of ``tag`` is over; its last steps may be on the wire yet."""
+        ramp = self._ramps.pop(tag, None)
+        if ramp is not None:
+            low, high = self._passed.get(tag, ramp.way)
+            self._passed[tag] = min(low, ramp.way[0]), max(high, ramp.way[1])

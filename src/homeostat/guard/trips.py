@@ -50,7 +50,7 @@ class _Watched:
 
     raw: float = 0.0
     corrected: float = 0.0
-    blind_s: float | None = None
+    blind_s: float = 0.0
     doubted_s: float = 0.0
     violated: bool = False
     lifted_s: float = 0.0
@@ -128,9 +128,12 @@ class TripWatch:
         said, carried = _margin(limit.formula, values), self._carried(rule, readings)
         blind = _blind(limit, rule, watched, said, dt_s)
         uncertain = not math.isnan(said) and readings is not None and bool(limit.formula.tags & readings.uncertain)
-        watched.doubted_s = watched.doubted_s + dt_s if uncertain else 0.0
+        watched.doubted_s = _used(watched.doubted_s, dt_s, rule.grace_s, uncertain)
         doubted = math.isnan(said) or (uncertain and watched.doubted_s <= rule.grace_s)
-        raw = carried if carried is not None and doubted else said
+        if carried is not None and doubted:  # what carries a limit takes back nothing that its readings have shown
+            raw = min(carried, 0.0)
+        else:
+            raw = said
         if math.isnan(raw):  # a violated limit has not come back because nobody sees it any more
             return blind or (_violation(limit, raw) if watched.violated else None)
         explained = self._explained(limit, values) or (raw,)
@@ -176,14 +179,19 @@ class TripWatch:
 
 def _blind(limit: Limit, rule: TripRule, watched: _Watched, said: float, dt_s: float) -> Violation | None:
     """A limit that cannot be judged is violated after its grace time; counted in ticks, should the clock stand."""
-    if not math.isnan(said):
-        watched.blind_s = None
-        return None
-    watched.blind_s = 0.0 if watched.blind_s is None else watched.blind_s + dt_s
-    if watched.blind_s < rule.grace_s:
+    watched.blind_s = _used(watched.blind_s, dt_s, rule.grace_s, math.isnan(said))
+    if not math.isnan(said) or watched.blind_s <= rule.grace_s:
         return None
     text = f"{limit.formula.text!r} could not be judged for {watched.blind_s:g} s; {rule.grace_s:g} s are allowed"
     return Violation(rule.limit, math.nan, limit.formula.unit, f"{text} ({rule.limit})")
+
+
+def _used(before_s: float, dt_s: float, grace_s: float, uses: bool) -> float:
+    """How much of a grace time is used up after ``dt_s`` more; it comes back no faster than it was used [s].
+
+    Otherwise one good reading now and then would put a trip off for ever.
+    """
+    return before_s + dt_s if uses else max(min(before_s, grace_s) - dt_s, 0.0)
 
 
 def _cumulated(before: float, margin: float, dt_s: float, most: float) -> float:

@@ -77,6 +77,7 @@ class Writer:
 
     def see(self, readings: Snapshot) -> tuple[Command, ...]:
         """Take note of what the plant holds now of what was sent; what it holds of the write under way."""
+        self._ramps.present(readings.accepted)
         held: tuple[Command, ...] = ()
         for flight in self._open:
             new = readings.at_s > flight.sent_s
@@ -178,8 +179,6 @@ class Writer:
 
         ``objection`` says why a write may not be tried again now; nobody asks it about a fallback.
         """
-        if readings is not None:
-            self._ramps.present(readings.accepted)
         self._ramp(now_s, {} if readings is None else readings.accepted)
         flight = self._flight
         if flight is None:
@@ -203,12 +202,18 @@ class Writer:
         for flight in read:
             self._read_back(flight, readings, now_s)
             self._given_up.remove(flight)
+        self._settle()
         return tuple(outcome(flight) for flight in read)
 
     @property
     def _open(self) -> list[Flight]:
         """Writes of which nobody has read yet what became of them; the one under way is the last."""
         return [*self._given_up, *([self._flight] if self._flight else [])]
+
+    def _settle(self) -> None:
+        """Where everything that was sent is read, no ramp that has ended is on its way any more."""
+        if not self._open:
+            self._ramps.forget()
 
     def _give_up(self, flight: Flight) -> None:
         """What was sent is read later, and may arrive later still, once per attempt."""
@@ -268,7 +273,7 @@ class Writer:
             return False
         try:
             wire = self._way(write)
-            first = self._ramps.first(write.commands, self._rules)
+            first = self._ramps.first(write.commands, self._rules, anyway=urgent)
             flight.ticket = wire.send(first)
         except Exception as broken:  # a link may break in any way; what it did is read back
             self._end(flight, WriteResult.FAILED, str(broken) or type(broken).__name__, now_s)
@@ -289,6 +294,7 @@ class Writer:
         self._recorder.note(ReadBack(flight.number, tags), now_s)
         self._flight = None
         self._ramps.stop()
+        self._settle()
         return Progress.CONFIRMED
 
     def _read_back(self, flight: Flight, readings: Snapshot, now_s: float) -> None:
