@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
+import itertools
 import threading
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import AlarmRaised, Latched, Stopped
+from homeostat.domain.guard_events import AlarmRaised, Armed, Latched, Stopped, Tripped
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, Correction, FallBack, Settled, Trouble
 from homeostat.domain.recovery import ActionSet, Command
@@ -160,38 +162,141 @@ def test_a_message_that_breaks_is_an_alarm_with_its_text_or_its_name(said: Excep
     assert world.guard.latched == "the next message"
 
 
-def test_nobody_ends_an_alarm_that_is_not_their_own() -> None:
+@pytest.mark.parametrize("name", ["link", "latched", "trip:LIM-FULL", "journal"])
+def test_nobody_begins_or_ends_an_alarm_of_the_guards_own(name: str) -> None:
     world = running()
-    world.guard.mailbox.put(Trouble("link", "recovery has lost its link"))
+    world.guard.mailbox.put(Trouble(name, "all is well"))
     world.tick()
-    assert "link" in world.alarms or causes(world, "link")
-    world.guard.mailbox.put(Settled("link"))
-    world.tick()
+    assert causes(world, name) == [] and causes(world, f"recovery:{name}") == ["all is well"]
     world.silent(10)
-    assert "link" in world.alarms  # now it is the guard's
-    world.guard.mailbox.put(Settled("link"))
+    world.tick(3, L=14.0)
+    standing = world.alarms - {f"recovery:{name}"}
+    world.guard.mailbox.put(Settled(name))
     world.guard.mailbox.put(Settled("nothing of that name"))
-    before = len(causes(world, "link"))
-    world.silent()
-    assert "link" in world.alarms and len(causes(world, "link")) == before
-    assert causes(world, "mailbox") == []
-
-
-def test_a_trouble_lasts_until_whoever_has_it_says_that_it_is_over() -> None:
-    world = running()
-    world.guard.mailbox.put(Trouble("store", "it does not answer"))
-    world.tick(3)
-    assert "store" in world.alarms
-    world.guard.mailbox.put(Settled("store"))
     world.tick()
-    assert "store" not in world.alarms
+    assert standing and world.alarms == standing and causes(world, "mailbox") == []
+
+
+@pytest.mark.parametrize(("name", "alarm"), [
+    ("store", "recovery:store"), ("recovery:store", "recovery:store"), ("source", "source"),
+    ("source:clock", "source:clock"), ("sources", "recovery:sources"), ("x" * 101, "recovery:" + "x" * 100),
+])  # fmt: skip
+def test_a_trouble_lasts_until_whoever_has_it_says_that_it_is_over(name: str, alarm: str) -> None:
+    world = running()
+    world.guard.mailbox.put(Trouble(name, "it does not answer" * 50))
+    world.tick(3)
+    assert alarm in world.alarms and [len(c) for c in causes(world, alarm)] == [500]
+    world.guard.mailbox.put(Settled(name))
+    world.tick()
+    assert alarm not in world.alarms
+
+
+def test_so_many_troubles_last_and_no_more() -> None:
+    world = running()
+    for n in range(60):
+        world.guard.mailbox.put(Trouble(f"t{n % 30}-{n}", "it does not answer"))
+        world.tick()
+    lasting = [name for name in world.alarms if name.startswith("recovery:")]
+    assert len(lasting) == 50 and "more than 50 troubles at once" in causes(world, "mailbox")[0]
+    world.guard.mailbox.put(Trouble("t0-0", "again"))  # it lasts already
+    world.guard.mailbox.put(Settled("t1-1"))
+    world.guard.mailbox.put(Trouble("new", "there is room"))
+    before = len(causes(world, "mailbox"))
+    world.tick()
+    assert "recovery:new" in world.alarms and len(causes(world, "mailbox")) == before
+
+
+@pytest.mark.parametrize("message", [Arm(("drain",)), Correction(({},)), Trouble("store", "it does not answer")])
+def test_a_tick_hears_so_many_messages_of_one_kind(message: Any) -> None:
+    world = running()
+    for _ in range(50):
+        world.guard.mailbox.put(message)
+    world.tick()
+    assert causes(world, "mailbox") == []
+    for _ in range(51):
+        world.guard.mailbox.put(message)
+    world.guard.mailbox.put(FallBack("the last message"))
+    world.tick()
+    assert "more than 50 messages of this kind came at once" in causes(world, "mailbox")[0]
+    assert world.guard.latched == "the last message"
+
+
+def test_a_ranking_has_no_more_names_than_a_tick_can_check() -> None:
+    world = running()
+    world.guard.mailbox.put(Arm(("drain",) * 50))
+    world.tick()
+    assert len(world.journal.of(Armed)) == 1 and causes(world, "mailbox") == []
+    world.guard.mailbox.put(Arm(itertools.repeat("drain")))  # type: ignore[arg-type]
+    world.tick()
+    assert len(world.journal.of(Armed)) == 1 and "more than 50 fallbacks" in causes(world, "mailbox")[0]
+
+
+def test_a_fallback_that_recovery_wants_stays_an_alarm_until_it_has_something_better() -> None:
+    world = running(mode=Mode.OBSERVE)
+    world.guard.mailbox.put(FallBack("nothing helps"))
+    world.tick(20)
+    assert "fallback wanted" in world.alarms
+    world.ask()
+    world.tick(2)
+    assert "fallback wanted" not in world.alarms
+    world.guard.mailbox.put(FallBack("nothing helps"))
+    world.tick(2)
+    world.order(Verb.MODE, "closed-loop")
+    world.tick(2)
+    assert "fallback wanted" not in world.alarms and world.guard.latched is None
+
+
+class Ends(BaseException):
+    """What would end a program."""
+
+
+@pytest.mark.parametrize("error", [asyncio.CancelledError, SystemExit, GeneratorExit, Ends])
+@pytest.mark.parametrize("call", ["send", "beat", "take", "give_back", "void"])
+@pytest.mark.parametrize("blocks", [False, True])
+def test_whatever_a_link_raises_ends_nothing(error: type[BaseException], call: str, blocks: bool) -> None:
+    def broken(*_: object) -> Any:
+        raise error
+
+    kind = type("Broken", (Vessel,), {call: property(broken) if call == "void" else broken, "never_blocks": not blocks})
+    world = World(vessel=kind(), mode=Mode.OBSERVE if call == "take" else Mode.CLOSED_LOOP)
+    world.tick(5)
+    world.order(Verb.MODE, "closed-loop")
+    world.tick(6, L=14.0)
+    assert world.journal.of(Tripped)
+    assert not [name for name in world.alarms if name.startswith("guard:")]
+    world.order(Verb.MODE, "observe")
+    world.tick(2)
+    world.guard.stop("the end")
+
+
+@pytest.mark.parametrize("error", [asyncio.CancelledError, SystemExit, Ends])
+def test_whatever_a_rule_raises_ends_nothing(error: type[BaseException]) -> None:
+    world = running()
+
+    def broken(*_: object) -> Any:
+        raise error
+
+    world.guard._trips.judge = broken  # type: ignore[method-assign]
+    world.tick()
+    assert causes(world, "guard:trip") == [f"trip: {error.__name__}"]
+
+
+def test_a_persons_interrupt_goes_on_its_way() -> None:
+    world = running()
+
+    def interrupted(*_: object) -> Any:
+        raise KeyboardInterrupt
+
+    world.guard._trips.judge = interrupted  # type: ignore[method-assign]
+    with pytest.raises(KeyboardInterrupt):
+        world.tick()
 
 
 class Choosy(Journal):
     """A record that cannot take one kind of event."""
 
     def record(self, event: Any, at_s: float) -> None:
-        if isinstance(event, AlarmRaised) and event.alarm == "store":
+        if isinstance(event, AlarmRaised) and event.alarm == "recovery:store":
             raise TypeError("no such kind")
         super().record(event, at_s)
 

@@ -9,7 +9,7 @@ import pytest
 
 from homeostat.domain.guard_events import AlarmRaised, Armed, GuardStarted, Latched, ModeEntered, Stopped
 from homeostat.domain.mode import Mode, Verb
-from homeostat.domain.observation import Arm, FallBack, Settled, Trouble
+from homeostat.domain.observation import Arm, FallBack
 from homeostat.domain.write_events import WriteEnded, WriteResult
 from tests.guard.test_lapse import Sheds
 from tests.guard.vessel import DRAIN, RULES, World, running, statuses
@@ -123,21 +123,6 @@ def test_recovery_may_have_a_fallback_act_and_its_reason_is_cut() -> None:
     world.guard.mailbox.put(FallBack("x" * 600))
     world.tick()
     assert world.guard.latched == "x" * 500 and world.sent == [DRAIN.actions.commands]
-
-
-def test_troubles_are_alarms_until_they_are_settled_and_no_others_are() -> None:
-    world = running()
-    world.guard.mailbox.put(Trouble("n" * 150, "c" * 600))
-    world.tick(3)
-    assert world.alarms == {"n" * 100} and causes(world, "n" * 100) == ["c" * 500]
-    world.guard.mailbox.put(Settled("link"))
-    world.silent()
-    world.guard.mailbox.put(Settled("link"))
-    world.silent()
-    assert "link" in world.alarms, "nobody ends an alarm of the guard's own"
-    world.guard.mailbox.put(Settled("n" * 150))
-    world.tick()
-    assert world.alarms == set()
 
 
 @pytest.mark.parametrize("message", [7, None, "close the valve"])

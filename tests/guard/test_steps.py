@@ -9,20 +9,14 @@ import pytest
 from homeostat.domain.guard_events import StateEntered, StepTaken
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
-from homeostat.domain.write_events import Cause, WriteIntended
-from homeostat.guard.latch import Latch
-from homeostat.guard.parts import Parts
-from homeostat.guard.steps import Steps
-from homeostat.guard.writer import Write
+from homeostat.domain.write_events import WriteIntended
 from tests.guard.vessel import (
     ADJUSTED,
     BEGIN,
     CLOSE,
     MACHINE,
-    PATIENT,
     POUR,
     RULES,
-    Journal,
     World,
     awaited,
     finding,
@@ -228,13 +222,6 @@ def test_a_step_of_a_fallback_that_writes_nothing_but_a_person_s_tag_is_taken_wi
     world.tick(3, L=4.0)
     assert world.seen[-1].state == "emptying" and world.sent == [CLOSE.actions.commands]
     assert [event for event, _ in taken(world)] == [StepTaken("start", "running"), StepTaken("cool", "emptying")]
-
-
-def test_what_cannot_be_judged_is_not_tried_again() -> None:
-    parts = Parts.of(RULES, Journal(), None, PATIENT)
-    write = Write.of(Cause.SEQUENCE, "start", ActionSet(BEGIN.commands, "running"))
-    assert Steps(parts, Latch(parts)).objection(write, None) == "there is no reading to decide on"
-    parts.recorder.close()
 
 
 def test_a_step_of_a_fallback_that_is_owed_is_a_person_s_matter_once_nobody_writes() -> None:

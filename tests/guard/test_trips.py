@@ -274,6 +274,9 @@ def test_too_many_explanations_are_turned_away() -> None:
     w.watch.correct(({"T": 1.0},) * 100)
     w.watch.correct(())
     assert w.watch._errors == ({},)
+    w.watch.correct((dict.fromkeys(TAGS, 1.0),))
+    with pytest.raises(ValueError, match=r"more readings than there are tags \(7\)"):
+        w.watch.correct(({}, dict.fromkeys([*TAGS, "Q"], 1.0)))
 
 
 START = StartUp(frozenset({"waiting"}), {"LIM-HOT": limit("LIM-HOT", LimitKind.INTERLOCK, "T <= 350", hard=True)})

@@ -10,6 +10,7 @@ from homeostat.domain.ports import Lease, Ticket, Wire
 from homeostat.domain.recovery import Command
 from homeostat.guard.lane import Call, Lane, NoAnswer
 from homeostat.guard.settings import GuardSettings
+from homeostat.guard.texts import said
 
 MOST = 8
 """Most writes that may hang in a link before nobody takes another lease to get round them; as many questions may."""
@@ -171,7 +172,7 @@ class BoundedTicket:
             try:
                 _, self._done, self._error = self._call.result()
             except Exception as broken:  # a link may break in any way, and late
-                self._done, self._error = True, str(broken) or type(broken).__name__
+                self._done, self._error = True, said(broken)
         return self._done
 
 

@@ -8,6 +8,7 @@ from homeostat.domain.recovery import ActionSet, FallbackStrategy
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.permissives import permissive_findings
+from homeostat.guard.texts import said
 from homeostat.guard.verification import command_finding
 
 
@@ -82,8 +83,8 @@ class Fallbacks:
         """
         try:
             return self._checked(strategy, readings, in_service)
-        except Exception as error:  # whatever is wrong with one strategy, the next one must get its turn
-            return f"it cannot be checked: {str(error) or type(error).__name__}"
+        except BaseException as error:  # whatever is wrong with one strategy, the next one must get its turn
+            return f"it cannot be checked: {said(error)}"
 
     def _checked(
         self, strategy: FallbackStrategy, readings: Snapshot | None, in_service: frozenset[str]

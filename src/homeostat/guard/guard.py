@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import islice
 
 from homeostat.domain.alarm import Alarm, Priority
 from homeostat.domain.guard_events import Armed, GuardStarted, ModeEntered, StateEntered, Stopped
@@ -31,8 +33,13 @@ from homeostat.guard.response import Response
 from homeostat.guard.restart import Restart
 from homeostat.guard.settings import GuardSettings
 from homeostat.guard.steps import Steps
+from homeostat.guard.texts import said
 from homeostat.guard.trips import TripWatch
+from homeostat.guard.troubles import Troubles
 from homeostat.guard.verification import Present
+
+MOST_HEARD = 50
+"""Most messages of one kind that are heard in a tick, requests and orders apart, and most fallbacks in a ranking."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +77,8 @@ class Guard:
         self._persons = Persons(Floor(parts, self._modes, self._latch, self._requests))
         self._restart: Restart | None = None
         self._act_by_s: float | None = None
-        self._troubles: set[str] = set()
+        self._wished = False
+        self._troubles = Troubles(parts.alarms)
         self._pace = Pace()
         self._now_s, self._began_s = self._pace.now_s, math.nan
         self._seen: Snapshot | None = None
@@ -122,8 +130,8 @@ class Guard:
             try:
                 stage(sample)
                 self._parts.alarms.return_(f"guard:{name}", self._now_s)
-            except Exception as error:  # a broken rule or link must not end supervision
-                self._alarm(f"guard:{name}", f"{name}: {str(error) or type(error).__name__}", Priority.CRITICAL)
+            except BaseException as error:  # a broken rule or link must not end supervision
+                self._alarm(f"guard:{name}", f"{name}: {said(error)}", Priority.CRITICAL)
         seen = self._observed()
         self._parts.recorder.settle()
         return seen
@@ -219,7 +227,7 @@ class Guard:
         self._response.take(violations, self._now_s, self._seen, self.mode.writes)
         if violations and self.latched is None:
             self._activate(violations[0].reason)
-        elif not violations:
+        elif not violations and not self._wished:
             self._parts.alarms.return_("fallback wanted", self._now_s)
 
     def _write_on(self, sample: Snapshot | None) -> None:
@@ -249,18 +257,23 @@ class Guard:
         return self._steps.objection(write, readings)
 
     def _hear(self, sample: Snapshot | None) -> None:
-        """Everything that was put into the mailbox since the last tick."""
+        """What was put into the mailbox since the last tick: all requests and orders, so much of everything else."""
+        heard: Counter[type] = Counter()
         for message in self.mailbox.take():
+            heard[type(message)] += 1
             try:
+                if heard[type(message)] > MOST_HEARD and isinstance(message, Arm | Correction | Trouble):
+                    raise ValueError(f"more than {MOST_HEARD} messages of this kind came at once")
                 self._take(message)
-            except Exception as error:  # a message may be anything
-                text = f"a message could not be taken: {str(error) or type(error).__name__}"
+            except BaseException as error:  # a message may be anything
+                text = f"a message could not be taken: {said(error)}"
                 self._parts.alarms.say("mailbox", text, Priority.LOW, self._now_s)
 
     def _take(self, message: Message) -> None:
         now_s = self._now_s
         match message:
             case Request():
+                self._wished = False
                 self._requests.receive(message, now_s, self._oldest_s, self.latched)
             case Withdraw():
                 self._requests.withdraw(message.request, message.reason, now_s)
@@ -269,14 +282,11 @@ class Guard:
             case Arm():
                 self._arm(message)
             case FallBack():
-                self._activate(message.reason)
+                self._wish(message.reason)
             case Trouble():
-                self._troubles.add(message.name[:100])
-                self._alarm(message.name[:100], message.cause[:500], Priority.HIGH)
+                self._troubles.begin(message, now_s)
             case Settled():
-                if message.name[:100] in self._troubles:  # nobody ends an alarm of the guard's own
-                    self._troubles.remove(message.name[:100])
-                    self._parts.alarms.return_(message.name[:100], now_s)
+                self._troubles.end(message, now_s)
             case PersonCommand():
                 self._persons.hear(message, self._present())
             case _:
@@ -296,7 +306,10 @@ class Guard:
         by_s = message.act_by_s
         if by_s is not None and not math.isfinite(by_s):
             raise ValueError(f"fallbacks cannot be armed to act by {by_s!r} s")
-        for line in self._latch.fallbacks.arm(message.strategies, self._seen, self._parts.service.tags):
+        names = tuple(islice(message.strategies, MOST_HEARD + 1))
+        if len(names) > MOST_HEARD:
+            raise ValueError(f"more than {MOST_HEARD} fallbacks cannot be ranked")
+        for line in self._latch.fallbacks.arm(names, self._seen, self._parts.service.tags):
             self._parts.alarms.say("arming", line, Priority.MEDIUM, self._now_s)
         self._act_by_s = by_s
         ranked = tuple(s.name for s in self._latch.fallbacks.ranked)
@@ -304,11 +317,13 @@ class Guard:
 
     def _decide(self, sample: Snapshot | None) -> None:
         """A request before the sequence; the trip was before both."""
+        if self.mode.writes:
+            self._wished = False
         if self.latched is not None:
             self._act_by_s = None
         by_s = self._act_by_s
         if by_s is not None and self._now_s >= by_s and not self._requests.written:
-            self._activate("recovery has not acted in the time that physics leaves")
+            self._wish("recovery has not acted in the time that physics leaves")
         if self._restart is not None:
             return
         if self.latched is None and self._requests.decide(self._present(), self.mode, self._oldest_s):
@@ -317,6 +332,11 @@ class Guard:
                 self._act_by_s = None
             return
         self._steps.go_on(self._now_s, self._seen, self.mode)
+
+    def _wish(self, reason: str) -> None:
+        """Recovery wants the fallback; where nobody may write that stays an alarm until it has something better."""
+        self._wished = not self.mode.writes
+        self._activate(reason)
 
     def _activate(self, reason: str) -> None:
         """Have the fallback act, where somebody may write; else it is an alarm."""

@@ -24,7 +24,7 @@ class Call(Generic[T]):
         """``do`` it when :meth:`run` is called; ``name``: what is called, as an alarm says it."""
         self._name, self._do, self._began_s = name, do, time.monotonic()
         self._result: list[T] = []
-        self._error: BaseException | None = None
+        self._error: Exception | None = None
         self._ended = threading.Event()
 
     @property
@@ -48,8 +48,10 @@ class Call(Generic[T]):
         """Make the call, in a thread that may be left behind; never raises."""
         try:
             self._result.append(self._do())
-        except BaseException as error:  # whoever waits for it decides what it means
+        except Exception as error:  # whoever waits for it decides what it means
             self._error = error
+        except BaseException as error:  # in this thread no person interrupts anything, and no task is cancelled
+            self._error = ConnectionError(f"{type(error).__name__}: {error}".rstrip(": "))
         finally:
             self._ended.set()
 

@@ -17,7 +17,7 @@ from homeostat.guard.parts import Parts
 from homeostat.guard.recognition import recognise
 from homeostat.guard.requests import Requests
 from homeostat.guard.sequencer import nominal_commands, what_follows
-from homeostat.guard.texts import LONGEST_NAME, brief
+from homeostat.guard.texts import LONGEST_NAME, brief, said
 from homeostat.guard.verification import Present, Unfit, verify_start
 
 
@@ -63,8 +63,8 @@ class Persons:
                 objection = self._orders[command.verb](command, present)
             except Unfit as unfit:
                 objection, check = unfit.finding.message, unfit.finding.criterion
-            except Exception as error:  # whoever orders something gets an answer
-                objection = f"the order could not be carried out: {str(error) or type(error).__name__}"
+            except BaseException as error:  # whoever orders something gets an answer
+                objection = f"the order could not be carried out: {said(error)}"
         name, person, verb, subject = (
             brief(given, LONGEST_NAME) for given in (command.id, command.person, command.verb, command.subject)
         )

@@ -12,6 +12,7 @@ from homeostat.domain.ports import GuardEvent
 from homeostat.domain.rules import QualityRule
 from homeostat.domain.snapshot import Quality, Snapshot
 from homeostat.domain.tag import Tag
+from homeostat.guard.texts import said
 
 SIGMAS = 4.5 * math.sqrt(2.0)
 """Noise of a difference of two readings that is not taken for a step [standard deviations of one reading]."""
@@ -70,8 +71,8 @@ class QualityWatch:
             return None
         try:
             own = _copied(sample)
-        except Exception as error:  # a link may deliver anything
-            self._trouble = f"the sample cannot be read: {str(error) or type(error).__name__}"
+        except BaseException as error:  # a link may deliver anything
+            self._trouble = f"the sample cannot be read: {said(error)}"
             return None
         self._trouble = self._untimely(now_s, own.at_s)
         return None if self._trouble else own

@@ -9,6 +9,7 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from homeostat.domain.ports import GuardEvent, Record
+from homeostat.guard.texts import said
 
 URGENT_S = 0.1
 """Longest that a fallback waits for its sync, wall-clock [s]."""
@@ -111,7 +112,7 @@ class Recorder:
                     self._record.sync()
                 self._failure = ""
             except Exception as error:  # whatever a record raises is an alarm, never the end of the guard
-                job.error = self._failure = f"the journal failed: {str(error) or type(error).__name__}"
+                job.error = self._failure = f"the journal failed: {said(error)}"
             except BaseException as error:  # the process ends; nobody shall wait for what is not appended any more
                 job.error = self._failure = f"the journal has ended: {type(error).__name__}"
                 self._ended = True

@@ -16,7 +16,7 @@ from homeostat.guard.latch import loaded
 from homeostat.guard.memory import REMEMBERED
 from homeostat.guard.parts import Parts
 from homeostat.guard.permissives import refusal
-from homeostat.guard.texts import brief
+from homeostat.guard.texts import brief, said
 from homeostat.guard.verification import Present, Unfit, authorise, mapped, verify
 
 MOST = 50
@@ -242,5 +242,6 @@ def _name(request: Request) -> str:
     """What somebody calls a request that may be anything."""
     try:
         return brief(request.id)
-    except Exception:  # whatever a stranger made of it
+    except BaseException as error:  # whatever a stranger made of it
+        said(error)
         return ""

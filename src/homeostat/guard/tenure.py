@@ -10,6 +10,7 @@ from homeostat.domain.ports import GuardEvent, Lease
 from homeostat.domain.write_events import LeaseLost, LeaseTried
 from homeostat.guard.alarms import Alarms
 from homeostat.guard.settings import GuardSettings
+from homeostat.guard.texts import said
 from homeostat.guard.writer import Writer
 
 LONGEST_S = 600.0
@@ -54,8 +55,8 @@ class Tenure:
         objection = ""
         try:
             self._writer.wire = self._lease.take()
-        except Exception as broken:  # a link may break in any way
-            objection = f"the plant gives no lease: {str(broken) or type(broken).__name__}"
+        except BaseException as broken:  # a link may break in any way
+            objection = f"the plant gives no lease: {said(broken)}"
         else:
             self.taken_s = now_s
         if self.lost:
@@ -78,7 +79,8 @@ class Tenure:
         """Ask the plant whether the lease lasts; a link that cannot say so has its heartbeat."""
         try:
             over = bool(getattr(self._writer.wire, "void", False))
-        except Exception:  # a link may break in any way
+        except BaseException as broken:  # a link may break in any way
+            said(broken)
             return
         if over:
             self._lose("the plant says that the lease is over", now_s)
@@ -99,8 +101,8 @@ class Tenure:
         self._writer.wire, self.given_back_s = None, now_s
         try:
             lease.give_back()
-        except Exception as broken:  # without heartbeat the plant sheds all the same
-            text = f"the lease cannot be given back: {str(broken) or type(broken).__name__}"
+        except BaseException as broken:  # without heartbeat the plant sheds all the same
+            text = f"the lease cannot be given back: {said(broken)}"
             self._alarms.raise_("lease", text, Priority.HIGH, now_s)
         else:
             self._alarms.return_("lease", now_s)
@@ -112,8 +114,8 @@ class Tenure:
             return
         try:
             lease.beat()
-        except Exception as broken:  # a link may break in any way
-            self._lose(f"the heartbeat is not taken: {str(broken) or type(broken).__name__}", now_s)
+        except BaseException as broken:  # a link may break in any way
+            self._lose(f"the heartbeat is not taken: {said(broken)}", now_s)
 
     @property
     def _in_use(self) -> Lease | None:

@@ -16,3 +16,21 @@ def fits(given: object, most: int) -> bool:
 def brief(given: object, most: int = LONGEST) -> str:
     """The beginning of ``given`` where it is a text; of anything else its kind, which takes no time to say."""
     return given[:most] if isinstance(given, str) else type(given).__name__
+
+
+def said(error: BaseException) -> str:
+    """What code that is not the guard's has raised: its text, or its name where it has none.
+
+    Whatever it raises, also what would end a program or a task, is its failure and not the guard's end; only a
+    person's interrupt goes on its way.
+    """
+    if isinstance(error, KeyboardInterrupt):
+        raise error
+    return brief(_text(error)) or type(error).__name__
+
+
+def _text(error: BaseException) -> str:
+    try:
+        return str(error)
+    except Exception:  # an error whose text cannot be made
+        return ""

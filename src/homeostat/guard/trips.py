@@ -79,6 +79,9 @@ class TripWatch:
         """
         if len(errors) > MOST:
             raise ValueError(f"a correction has {len(errors)} explanations; at most {MOST} are judged")
+        tags = len(self._rules.tags)
+        if any(len(error) > tags for error in errors):
+            raise ValueError(f"an explanation corrects more readings than there are tags ({tags})")
         clean = tuple({t: float(e) for t, e in error.items() if math.isfinite(e)} for error in errors)
         self._errors = clean or ({},)
 
@@ -130,10 +133,8 @@ class TripWatch:
         uncertain = not math.isnan(said) and readings is not None and bool(limit.formula.tags & readings.uncertain)
         watched.doubted_s = _used(watched.doubted_s, dt_s, rule.grace_s, uncertain)
         doubted = math.isnan(said) or (uncertain and watched.doubted_s <= rule.grace_s)
-        if carried is not None and doubted:  # what carries a limit takes back nothing that its readings have shown
-            raw = min(carried, 0.0)
-        else:
-            raw = said
+        # What carries a limit takes back nothing that its readings have shown.
+        raw = min(carried, 0.0) if carried is not None and doubted else said
         if math.isnan(raw):  # a violated limit has not come back because nobody sees it any more
             return blind or (_violation(limit, raw) if watched.violated else None)
         explained = self._explained(limit, values) or (raw,)

@@ -20,7 +20,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding
 from homeostat.guard.permissives import permissive_findings, refusal
 from homeostat.guard.seal import genuine
-from homeostat.guard.texts import LONGEST, LONGEST_NAME, brief, fits
+from homeostat.guard.texts import LONGEST, LONGEST_NAME, brief, fits, said
 from homeostat.guard.trips import Violation
 
 MOST = 100
@@ -82,7 +82,7 @@ def mapped(request: Request, rules: GuardRules) -> tuple[Request, RecoveryPath]:
         )
         texts = {n: _text(getattr(request, n)) for n in ("id", "proposer", "state", "diagnosis", "configuration")}
         return Request(actions=actions, path=tuple(t.name for t in path.transitions), seal=own, **texts), path
-    except Exception as error:  # whatever a stranger made of it
+    except BaseException as error:  # whatever a stranger made of it
         text = f"this is no request that the plant could take: {brief(str(error))}"
         raise Unfit(refusal("CHK-FORM", text)) from None
 
@@ -109,10 +109,8 @@ def verify(request: Request, path: RecoveryPath, rules: GuardRules, present: Pre
     for check in _CHECKS:
         try:
             finding = check(request, path, rules, present)
-        except Exception as error:  # a broken rule passes nothing
-            finding = refusal(
-                "CHK-RULES", f"request {request.id!r} cannot be judged: {str(error) or type(error).__name__}"
-            )
+        except BaseException as error:  # a broken rule passes nothing
+            finding = refusal("CHK-RULES", f"request {request.id!r} cannot be judged: {said(error)}")
         if finding is not None:
             raise Unfit(finding)
 

@@ -22,6 +22,7 @@ from homeostat.guard.flight import Flight, GivenUp, Progress, Write, between, ho
 from homeostat.guard.ramp import Ramps
 from homeostat.guard.recorder import URGENT_S, Recorder
 from homeostat.guard.settings import GuardSettings
+from homeostat.guard.texts import said
 
 REMEMBERED = 100
 """Writes that were given up and not read yet, and commands that may still arrive, each."""
@@ -225,8 +226,8 @@ class Writer:
         try:
             assert flight.ticket is not None, "the link gave no ticket"
             done, error = flight.ticket.done, str(flight.ticket.error)
-        except Exception as broken:  # a link may break in any way
-            done, error = True, str(broken) or type(broken).__name__
+        except BaseException as broken:  # a link may break in any way
+            done, error = True, said(broken)
         if done and not error:
             flight.accepted_s = now_s
             self._end(flight, WriteResult.ACCEPTED, "", now_s)
@@ -275,8 +276,8 @@ class Writer:
             wire = self._way(write)
             first = self._ramps.first(write.commands, self._rules, anyway=urgent)
             flight.ticket = wire.send(first)
-        except Exception as broken:  # a link may break in any way; what it did is read back
-            self._end(flight, WriteResult.FAILED, str(broken) or type(broken).__name__, now_s)
+        except BaseException as broken:  # a link may break in any way; what it did is read back
+            self._end(flight, WriteResult.FAILED, said(broken), now_s)
             return True
         self._answered(flight, now_s)
         return True
@@ -324,8 +325,8 @@ class Writer:
             try:
                 self._way(flight.write).send(commands)
                 self._ramps.took(commands, now_s, told)
-            except Exception as broken:  # whether the plant has it is read; the same step is sent again
-                self.error = str(broken) or type(broken).__name__
+            except BaseException as broken:  # whether the plant has it is read; the same step is sent again
+                self.error = said(broken)
 
     def _deviating(self, write: Write, readings: Snapshot) -> tuple[str, ...]:
         """Tags whose accepted target is not what was commanded."""

@@ -11,6 +11,7 @@ from typing import TypeVar
 from homeostat.domain.ports import Source
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.lane import Call, Lane, NoAnswer
+from homeostat.guard.texts import said
 from homeostat.process.batch import ProcessError
 
 ANSWER_S = 0.5
@@ -52,8 +53,8 @@ class Reader:
             return False
         try:
             ended = bool(self._ask(lambda: self._source.ended))
-        except Exception as broken:  # a link may break in any way
-            self._settle("source:end", f"the source does not say whether it has ended: {_text(broken)}")
+        except BaseException as broken:  # a link may break in any way
+            self._settle("source:end", f"the source does not say whether it has ended: {said(broken)}")
             return False
         self._settle("source:end")
         return ended
@@ -115,14 +116,10 @@ def _looked(source: Source) -> _Look:
         sample = source.advance()
     except ProcessError:
         raise  # there is no plant any more
-    except Exception as broken:  # whatever a link raises, the guard decides without a sample
-        troubles.append(("source", f"the source gives no sample: {_text(broken)}"))
+    except BaseException as broken:  # whatever a link raises, the guard decides without a sample
+        troubles.append(("source", f"the source gives no sample: {said(broken)}"))
     try:
         now_s = source.now_s
-    except Exception as broken:
-        troubles.append(("source:clock", f"the source does not say what time it is: {_text(broken)}"))
+    except BaseException as broken:
+        troubles.append(("source:clock", f"the source does not say what time it is: {said(broken)}"))
     return _Look(sample, now_s, tuple(troubles))
-
-
-def _text(broken: Exception) -> str:
-    return str(broken) or type(broken).__name__
