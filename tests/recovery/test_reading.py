@@ -111,7 +111,7 @@ def test_nobody_ends_an_alarm_of_the_guard_by_saying_that_a_trouble_is_over() ->
     for message in (Settled("latched"), Trouble("x", "y"), Settled("x"), Settled("x"), Settled("nobody")):
         world.guard.mailbox.put(message)
     world.tick()
-    assert "latched" in world.alarms and "x" not in world.alarms and returned(world, "x") == 1
+    assert "latched" in world.alarms and "recovery:x" not in world.alarms and returned(world, "recovery:x") == 1
 
 
 class Slow(Seconds):
@@ -176,14 +176,27 @@ def test_a_source_that_blocks_holds_no_tick_and_its_late_sample_is_taken(what: s
     assert "source is over" in told
 
 
-def test_what_ends_a_run_passes_through_a_source_that_may_block() -> None:
-    for error in (ProcessError("the vessel is gone"), KeyboardInterrupt()):
-        source = Seconds(10.0, error, 2.0)  # type: ignore[arg-type]
-        source.never_blocks = False
-        subject, _ = reader(source)
-        assert subject.read(1.0)[0] == 1.0
-        with pytest.raises(type(error)):
-            subject.read(1.0)
+@pytest.mark.parametrize("blocks", [False, True])
+def test_the_end_of_the_plant_passes_through_every_source(blocks: bool) -> None:
+    source = Seconds(10.0, ProcessError("the vessel is gone"), 2.0)
+    source.never_blocks = not blocks
+    subject, _ = reader(source)
+    assert subject.read(1.0)[0] == 1.0
+    with pytest.raises(ProcessError):
+        subject.read(1.0)
+
+
+def test_only_where_a_person_may_interrupt_is_an_interrupt_a_persons() -> None:
+    source = Seconds(10.0, KeyboardInterrupt(), 2.0)  # type: ignore[arg-type]
+    subject, told = reader(source)
+    subject.read(1.0)
+    with pytest.raises(KeyboardInterrupt):
+        subject.read(1.0)
+    source = Seconds(10.0, KeyboardInterrupt(), 2.0)  # type: ignore[arg-type]
+    source.never_blocks = False
+    subject, told = reader(source)
+    assert [subject.read(1.0)[0] for _ in range(2)] == [1.0, 2.0]
+    assert told == ["the source gives no sample: KeyboardInterrupt"]
 
 
 def test_a_clock_that_says_nonsense_is_told_to_the_guard_as_it_is() -> None:

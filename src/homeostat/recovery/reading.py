@@ -90,9 +90,12 @@ class Reader:
             look = self._late.result()
         except NoAnswer as late:
             return _Look(troubles=(("source", str(late)),))
-        except BaseException:
+        except ProcessError:
             self._late = None
             raise
+        except Exception as broken:  # what nobody could say in the thread of the source
+            self._late = None
+            return _Look(troubles=(("source", f"the source gives no sample: {said(broken)}"),))
         self._late = None
         return look
 
