@@ -36,7 +36,7 @@ class Observation:
     """Mode of the plant."""
     answers: tuple[Answer, ...]
     """Answers that were given in this tick."""
-    sample: Snapshot | None = None
+    sample: Snapshot | None
     """What the instruments said, as it came: a reading that is not believed is evidence all the same; None for none."""
 
 
