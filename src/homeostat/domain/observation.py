@@ -70,7 +70,7 @@ class Correction:
 
 @dataclass(frozen=True, slots=True)
 class FallBack:
-    """Recovery has nothing to release and asks for the fallback."""
+    """Recovery has nothing to release and wants the fallback, which acts in closed loop and is an alarm elsewhere."""
 
     reason: str
     """Why."""
