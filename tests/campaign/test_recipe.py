@@ -15,7 +15,7 @@ from homeostat.domain.guard_events import GuardStarted, ModeEntered, ServiceChan
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import WriteIntended
-from homeostat.guard.recognition import followed
+from homeostat.guard.recognition import Evidence, followed
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
 from homeostat.trace import MemoryTrace
@@ -150,13 +150,14 @@ def test_a_guard_that_dies_leaves_the_recipe_to_the_plant_unless_a_fallback_has_
 
 
 def test_a_state_out_of_turn_is_recognised_where_only_one_fits() -> None:
-    machine, tags = case().description.machine, case().description.writables
-    closed = dict.fromkeys(tags, 0.0)
-    filling = Snapshot(1.0, {}, accepted=closed | {"VI202.cmd": 1.0})
-    assert followed(machine, filling, "complete") == "filling_B202"
-    assert followed(machine, filling, "filling_B202") == "filling_B202"
-    assert followed(machine, Snapshot(1.0, {}, accepted=closed), "held") == "held"
-    assert (
-        followed(machine, Snapshot(1.0, {"P101.speed": 0.0, "P102.speed": 0.0}, accepted=closed), "filling_B202")
-        is None
-    )
+    machine, rules = case().description.machine, case().description.writables
+    closed = dict.fromkeys(rules, 0.0)
+
+    def where(believed: str, accepted: dict[str, float], **values: float) -> str | None:
+        readings = Snapshot(1.0, {tag.replace("_", "."): value for tag, value in values.items()}, accepted=accepted)
+        return followed(machine, Evidence(readings, rules), believed)
+
+    assert where("complete", closed | {"VI202.cmd": 1.0}) == "filling_B202"
+    assert where("filling_B202", closed | {"VI202.cmd": 0.99}) == "filling_B202"
+    assert where("held", closed) == "held"
+    assert where("filling_B202", closed, P101_speed=0.0, P102_speed=0.0) is None

@@ -10,6 +10,7 @@ from homeostat.domain.guard_events import StateEntered, StepTaken
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
 from homeostat.domain.write_events import Cause, WriteIntended
+from homeostat.guard.arrivals import Arrivals
 from homeostat.guard.latch import Latch
 from homeostat.guard.parts import Parts
 from homeostat.guard.steps import Steps
@@ -233,7 +234,7 @@ def test_a_step_of_a_fallback_that_writes_nothing_but_a_person_s_tag_is_taken_wi
 def test_what_cannot_be_judged_is_not_tried_again() -> None:
     parts = Parts.of(RULES, Journal(), None, PATIENT)
     write = Write.of(Cause.SEQUENCE, "start", ActionSet(BEGIN.commands, "running"))
-    assert Steps(parts, Latch(parts)).objection(write, None) == "there is no reading to decide on"
+    assert Steps(parts, Latch(parts), Arrivals(parts)).objection(write, None) == "there is no reading to decide on"
     parts.recorder.close()
 
 

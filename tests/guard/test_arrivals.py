@@ -1,0 +1,175 @@
+"""A step of the plant's own recipe that comes in parts is no hand; a hand is one within a tick all the same."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import pytest
+
+from homeostat.domain.behaviour import SetpointRange
+from homeostat.domain.guard_events import ServiceChanged, StepTaken
+from homeostat.domain.mode import Mode, Side, Verb
+from homeostat.guard.memory import Memory
+from homeostat.trace.encode import encode_fields
+from tests.guard.test_memory import Line
+from tests.guard.vessel import BEGIN, MACHINE, POUR, RULES, Journal, Vessel, World, state
+
+PLANTS = replace(RULES, recipe=Side.PLANT, nominal=(BEGIN, POUR))
+MODES = [Mode.OBSERVE, Mode.ADVISE, Mode.CLOSED_LOOP]
+PARTS = {"F.sp": 0.0, "V.man": 1.0}
+"""What the step commands that empties the vessel."""
+
+
+def fed(mode: Mode = Mode.CLOSED_LOOP, recipe: Side = Side.PLANT) -> World:
+    """The plant's own recipe feeds, and the level is where its next step is open."""
+    world = World(mode=mode, rules=replace(PLANTS, recipe=recipe))
+    world.tick(3, L=4.0)
+    world.vessel.accepted["F.sp"] = 0.03
+    world.tick(2, L=6.0)
+    world.tick(2, L=9.5)
+    assert world.seen[-1].state == "running" and world.guard.out_of_service == frozenset()
+    return world
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("order", list(itertools.permutations(PARTS)))
+def test_a_step_that_arrives_over_two_samples_is_the_recipes(mode: Mode, order: tuple[str, ...]) -> None:
+    world = fed(mode)
+    for tag in order:
+        world.vessel.accepted[tag] = PARTS[tag]
+        world.tick(1)
+    world.tick(5)
+    assert world.seen[-1].state == "emptying" and world.guard.out_of_service == frozenset()
+    assert world.journal.of(ServiceChanged) == [] and world.alarms == set()
+    assert world.journal.of(StepTaken)[-1] == StepTaken("empty", "emptying")
+
+
+@pytest.mark.parametrize("apart", [1, 2, 3, 4])
+def test_the_rest_of_it_must_come_within_the_acceptance_time_of_the_tables(apart: int) -> None:
+    world = fed()
+    world.vessel.accepted["V.man"] = 1.0
+    world.tick(apart)
+    world.vessel.accepted["F.sp"] = 0.0
+    world.tick(4)
+    assert world.guard.out_of_service == (frozenset() if apart <= 2 else {"V.man"})
+    assert ("moved:V.man" in world.alarms) is (apart > 2)
+
+
+def test_a_part_that_nothing_follows_is_a_persons_once_the_acceptance_time_is_over() -> None:
+    world = fed()
+    world.vessel.accepted["V.man"] = 1.0
+    world.tick(2)
+    assert world.guard.out_of_service == frozenset()
+    world.tick(1)
+    assert world.guard.out_of_service == {"V.man"}
+    assert [e.reason for e in world.journal.of(ServiceChanged)] == ["somebody changed 'V.man' from automatic to 1"]
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize(("tag", "target"), [("T.sp", 305.0), ("V.man", 0.5), ("F.sp", 0.02), ("X.cmd", 0.0)])
+def test_a_target_of_no_step_is_a_persons_within_one_tick(mode: Mode, tag: str, target: float) -> None:
+    world = fed(mode)
+    world.vessel.accepted[tag] = target
+    world.tick(1)
+    assert world.guard.out_of_service == {tag}
+
+
+def test_so_it_is_while_a_step_arrives() -> None:
+    world = fed()
+    world.vessel.accepted.update({"V.man": 1.0, "T.sp": 305.0})
+    world.tick(1)
+    assert world.guard.out_of_service == {"T.sp"}
+    world.vessel.accepted["F.sp"] = 0.0
+    world.tick(3)
+    assert world.seen[-1].state == "emptying" and world.guard.out_of_service == {"T.sp"}
+
+
+def test_a_target_of_a_step_that_is_not_open_is_a_persons_within_one_tick() -> None:
+    world = fed()
+    world.tick(4, L=7.0)
+    world.vessel.accepted["V.man"] = 1.0
+    world.tick(1)
+    assert world.guard.out_of_service == {"V.man"}
+
+
+def test_a_step_is_open_for_as_long_as_its_targets_may_take_after_its_guard_held_last() -> None:
+    world = fed()
+    world.vessel.accepted["V.man"] = 1.0
+    world.tick(1, L=8.8)
+    world.vessel.accepted["F.sp"] = 0.0
+    world.tick(1)
+    assert world.guard.out_of_service == frozenset() and world.seen[-1].state == "emptying"
+
+
+def test_where_the_guard_runs_the_recipe_and_writes_every_move_is_a_persons() -> None:
+    world = fed(Mode.OBSERVE, Side.GUARD)
+    world.order(Verb.MODE, Mode.CLOSED_LOOP.value)
+    world.tick(1, L=8.5)
+    world.tick(4)
+    world.vessel.accepted["V.man"] = 1.0
+    world.tick(1, L=9.5)
+    assert "V.man" in world.guard.out_of_service
+
+
+def test_a_fallback_that_comes_between_is_not_given_way_to_a_part_of_a_step() -> None:
+    world = fed()
+    world.vessel.accepted["V.man"] = 1.0
+    world.tick(1)
+    world.tick(6, L=14.0)
+    assert world.guard.latched is not None and world.guard.out_of_service == frozenset()
+    assert world.seen[-1].state == "shut" and world.vessel.accepted["X.cmd"] == 0.0
+
+
+def test_a_hand_at_the_moment_of_a_kill_is_not_taken_for_held() -> None:
+    world = fed(Mode.OBSERVE)
+    world.vessel.accepted["V.man"] = 1.0
+    world.tick(1)
+    memory = Memory.of(Line(e.kind, encode_fields(e, e.kind)) for e, _ in world.journal.events)
+    assert memory.targets["V.man"] is None
+    again = World(
+        mode=Mode.OBSERVE, rules=PLANTS, vessel=world.vessel, memory=memory, record=Journal(world.journal.events)
+    )
+    again.tick(4)
+    assert again.guard.out_of_service == {"V.man"}
+
+
+@pytest.mark.parametrize("mode", [Mode.OBSERVE, Mode.CLOSED_LOOP])
+def test_a_plant_that_goes_elsewhere_in_one_sample_is_followed_though_a_step_is_open(mode: Mode) -> None:
+    world = fed(mode)
+    world.vessel.accepted.update({"F.sp": 0.0, "X.cmd": 0.0, "V.man": 1.0})
+    world.tick(1)
+    assert world.seen[-1].state in ("emptying", "shut")
+    assert world.guard.out_of_service <= {"X.cmd"}
+
+
+def test_a_part_that_looks_like_another_state_moves_the_guard_nowhere() -> None:
+    """Half of the step that ends the feed leaves a vessel at rest, which is another state."""
+    rest = state("rest", SetpointRange("F.sp", 0.0, 0.0, 0.0), target=True, settled="true")
+    fed_only = state("running", SetpointRange("F.sp", 0.03, 0.03, 0.03), SetpointRange("X.cmd", 1.0, 1.0, 1.0))
+    pours_only = state("emptying", SetpointRange("F.sp", 0.0, 0.0, 0.0), SetpointRange("V.man", 1.0, 1.0, 1.0))
+    starts = state("waiting", SetpointRange("F.sp", 0.0, 0.0, 0.0), SetpointRange("V.man", 0.0, 0.0, 0.0), initial=True)
+    by_name = {s.name: s for s in (rest, fed_only, pours_only, starts)}
+    machine = replace(MACHINE, states=tuple(by_name.get(s.name, s) for s in MACHINE.states))
+    world = World(mode=Mode.OBSERVE, rules=replace(PLANTS, machine=machine), vessel=Vessel(V_man=0.0))
+    world.tick(3, L=4.0)
+    world.vessel.accepted["F.sp"] = 0.03
+    world.tick(2, L=6.0)
+    world.tick(2, L=9.5)
+    assert world.seen[-1].state == "running"
+    world.vessel.accepted["F.sp"] = 0.0
+    world.tick(1)
+    assert world.seen[-1].state == "running", "it would be 'waiting' or 'rest' by its targets"
+    world.vessel.accepted["V.man"] = 1.0
+    world.tick(1)
+    assert world.seen[-1].state == "emptying" and world.guard.out_of_service == frozenset()
+
+
+def test_a_step_that_was_open_before_a_request_was_written_is_not_open_for_ever() -> None:
+    world = fed()
+    world.vessel.silent = world.vessel.ignores = True
+    world.ask()
+    world.tick(4)
+    world.vessel.accepted["V.man"] = 1.0
+    world.tick(1)
+    assert world.guard.out_of_service == {"V.man"}
