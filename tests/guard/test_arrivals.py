@@ -8,8 +8,9 @@ from dataclasses import replace
 import pytest
 
 from homeostat.domain.behaviour import SetpointRange
-from homeostat.domain.guard_events import ServiceChanged, StepTaken
+from homeostat.domain.guard_events import AlarmRaised, ServiceChanged, StepTaken
 from homeostat.domain.mode import Mode, Side, Verb
+from homeostat.domain.rules import GuardRules
 from homeostat.guard.memory import Memory
 from homeostat.trace.encode import encode_fields
 from tests.guard.test_memory import Line
@@ -121,17 +122,31 @@ def test_a_fallback_that_comes_between_is_not_given_way_to_a_part_of_a_step() ->
     assert world.seen[-1].state == "shut" and world.vessel.accepted["X.cmd"] == 0.0
 
 
-def test_a_hand_at_the_moment_of_a_kill_is_not_taken_for_held() -> None:
+def killed(world: World, mode: Mode, rules: GuardRules) -> World:
+    memory = Memory.of(Line(e.kind, encode_fields(e, e.kind)) for e, _ in world.journal.events)
+    return World(
+        rules=rules, vessel=world.vessel, memory=replace(memory, mode=mode), record=Journal(world.journal.events)
+    )  # fmt: skip
+
+
+def test_a_part_at_the_moment_of_a_kill_is_not_taken_for_known_and_told_by_the_next_life() -> None:
     world = fed(Mode.OBSERVE)
     world.vessel.accepted["V.man"] = 1.0
     world.tick(1)
-    memory = Memory.of(Line(e.kind, encode_fields(e, e.kind)) for e, _ in world.journal.events)
-    assert memory.targets["V.man"] is None
-    again = World(
-        mode=Mode.OBSERVE, rules=PLANTS, vessel=world.vessel, memory=memory, record=Journal(world.journal.events)
-    )
+    again = killed(world, Mode.OBSERVE, PLANTS)
     again.tick(4)
-    assert again.guard.out_of_service == {"V.man"}
+    (cause,) = [e.cause for e in again.journal.of(AlarmRaised) if e.alarm == "local"]
+    assert "V.man from automatic to 1" in cause
+
+
+@pytest.mark.parametrize("recipe", list(Side))
+@pytest.mark.parametrize("mode", MODES)
+def test_a_step_that_the_recipe_takes_while_the_guard_is_dead_is_the_recipes(mode: Mode, recipe: Side) -> None:
+    world = fed(Mode.OBSERVE, recipe)
+    world.vessel.accepted.update(PARTS)
+    again = killed(world, mode, replace(PLANTS, recipe=recipe))
+    again.tick(3)
+    assert again.guard.out_of_service == frozenset() and again.seen[-1].state == "emptying"
 
 
 @pytest.mark.parametrize("mode", [Mode.OBSERVE, Mode.CLOSED_LOOP])

@@ -168,7 +168,7 @@ class Guard:
         objection = self._modes.enter(mode, self._now_s)
         if objection:
             self._alarm("mode", objection, Priority.HIGH)
-        if memory is not None and (parts.rules.recipe is Side.GUARD or self.mode.writes):
+        if memory is not None:
             self._lapse.restart()
         rules = parts.rules
         recipe = rules.recipe if self.mode.writes else Side.PLANT
