@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.behaviour import SetpointRange
+from homeostat.domain.behaviour import SetpointRange, State
 from homeostat.domain.guard_events import AlarmRaised, ServiceChanged, StepTaken
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.rules import GuardRules
 from homeostat.guard.memory import Memory
 from homeostat.trace.encode import encode_fields
 from tests.guard.test_memory import Line
-from tests.guard.vessel import BEGIN, MACHINE, POUR, RULES, Journal, Vessel, World, state
+from tests.guard.vessel import BEGIN, MACHINE, POUR, RULES, Journal, Vessel, World, awaited, state
 
 PLANTS = replace(RULES, recipe=Side.PLANT, nominal=(BEGIN, POUR))
 MODES = [Mode.OBSERVE, Mode.ADVISE, Mode.CLOSED_LOOP]
@@ -149,35 +149,129 @@ def test_a_step_that_the_recipe_takes_while_the_guard_is_dead_is_the_recipes(mod
     assert again.guard.out_of_service == frozenset() and again.seen[-1].state == "emptying"
 
 
-@pytest.mark.parametrize("mode", [Mode.OBSERVE, Mode.CLOSED_LOOP])
-def test_a_plant_that_goes_elsewhere_in_one_sample_is_followed_though_a_step_is_open(mode: Mode) -> None:
-    world = fed(mode)
-    world.vessel.accepted.update({"F.sp": 0.0, "X.cmd": 0.0, "V.man": 1.0})
-    world.tick(1)
-    assert world.seen[-1].state in ("emptying", "shut")
-    assert world.guard.out_of_service <= {"X.cmd"}
+def strict(*more: State) -> GuardRules:
+    """Rules by which every state has targets that no other one admits; ``more`` states are led to while running."""
+    states = (
+        state("rest", SetpointRange("F.sp", 0.0, 0.0, 0.0), target=True, settled="T.sp <= 311"),
+        state("running", SetpointRange("F.sp", 0.03, 0.03, 0.03), SetpointRange("X.cmd", 1.0, 1.0, 1.0)),
+        state("emptying", SetpointRange("F.sp", 0.0, 0.0, 0.0), SetpointRange("V.man", 1.0, 1.0, 1.0)),
+        state("waiting", SetpointRange("F.sp", 0.01, 0.01, 0.01), initial=True),
+    )
+    by_name = {s.name: s for s in states}
+    ways = tuple(awaited(s.name, "running", s.name, "L >= 9") for s in more)
+    machine = replace(
+        MACHINE, states=(*(by_name.get(s.name, s) for s in MACHINE.states), *more),
+        transitions=(*MACHINE.transitions, *ways),
+    )  # fmt: skip
+    return replace(PLANTS, machine=machine)
 
 
-def test_a_part_that_looks_like_another_state_moves_the_guard_nowhere() -> None:
-    """Half of the step that ends the feed leaves a vessel at rest, which is another state."""
-    rest = state("rest", SetpointRange("F.sp", 0.0, 0.0, 0.0), target=True, settled="true")
-    fed_only = state("running", SetpointRange("F.sp", 0.03, 0.03, 0.03), SetpointRange("X.cmd", 1.0, 1.0, 1.0))
-    pours_only = state("emptying", SetpointRange("F.sp", 0.0, 0.0, 0.0), SetpointRange("V.man", 1.0, 1.0, 1.0))
-    starts = state("waiting", SetpointRange("F.sp", 0.0, 0.0, 0.0), SetpointRange("V.man", 0.0, 0.0, 0.0), initial=True)
-    by_name = {s.name: s for s in (rest, fed_only, pours_only, starts)}
-    machine = replace(MACHINE, states=tuple(by_name.get(s.name, s) for s in MACHINE.states))
-    world = World(mode=Mode.OBSERVE, rules=replace(PLANTS, machine=machine), vessel=Vessel(V_man=0.0))
+def strictly(rules: GuardRules, mode: Mode = Mode.OBSERVE) -> World:
+    """The plant's own recipe feeds, and is where its next step is open."""
+    world = World(mode=mode, rules=rules, vessel=Vessel(F_sp=0.01, V_man=0.0))
     world.tick(3, L=4.0)
     world.vessel.accepted["F.sp"] = 0.03
     world.tick(2, L=6.0)
     world.tick(2, L=9.5)
     assert world.seen[-1].state == "running"
+    return world
+
+
+@pytest.mark.parametrize("mode", [Mode.OBSERVE, Mode.CLOSED_LOOP])
+def test_a_part_that_looks_like_another_state_moves_the_guard_nowhere(mode: Mode) -> None:
+    """Half of the step that ends the feed leaves a vessel at rest, which is another state."""
+    world = strictly(strict(), mode)
     world.vessel.accepted["F.sp"] = 0.0
-    world.tick(1)
-    assert world.seen[-1].state == "running", "it would be 'waiting' or 'rest' by its targets"
+    for _ in range(2):
+        world.tick(1)
+        assert world.seen[-1].state == "running", "it would be 'rest' by its targets"
     world.vessel.accepted["V.man"] = 1.0
     world.tick(1)
     assert world.seen[-1].state == "emptying" and world.guard.out_of_service == frozenset()
+
+
+@pytest.mark.parametrize("mode", [Mode.OBSERVE, Mode.CLOSED_LOOP])
+def test_a_plant_that_goes_elsewhere_in_one_sample_is_followed_though_a_step_is_open(mode: Mode) -> None:
+    world = strictly(strict(), mode)
+    world.vessel.accepted.update({"F.sp": 0.0, "X.cmd": 0.0, "V.man": 0.3, "T.sp": 312.0})
+    world.tick(1)
+    assert world.seen[-1].state == "shut" and world.guard.out_of_service == {"T.sp"}
+
+
+def test_a_plant_that_comes_to_a_state_without_moving_a_target_is_found_there() -> None:
+    world = World(rules=replace(strict(), recipe=Side.GUARD), vessel=Vessel(F_sp=0.01, V_man=0.0))
+    world.tick(4, L=8.0)
+    world.order(Verb.MODE, Mode.OBSERVE.value)
+    world.tick(1)
+    world.vessel.accepted.update({"F.sp": 0.0, "T.sp": 312.0})
+    world.tick(2)
+    assert world.seen[-1].state == "running"
+    world.vessel.accepted["T.sp"] = 310.0
+    world.tick(2)
+    assert world.seen[-1].state == "rest"
+
+
+@pytest.mark.parametrize(("apart", "out"), [(1, False), (2, False), (3, True)])
+def test_what_else_a_step_commands_may_come_after_its_state_was_entered(apart: int, out: bool) -> None:
+    world = fed()
+    world.vessel.accepted["F.sp"] = 0.0
+    world.tick(apart)
+    assert world.seen[-1].state == "emptying"
+    world.vessel.accepted["V.man"] = 1.0
+    world.tick(1)
+    assert world.guard.out_of_service == ({"V.man"} if out else frozenset())
+
+
+def test_the_slowest_tag_of_a_step_says_how_long_it_may_take() -> None:
+    rules = strict()
+    slow = {"V.man": replace(rules.writables["V.man"], confirm_s=4.0)}
+    world = strictly(replace(rules, writables={**rules.writables, **slow}))
+    world.vessel.accepted["F.sp"] = 0.0
+    world.tick(4)
+    assert world.guard.out_of_service == frozenset()
+    world.vessel.accepted["V.man"] = 1.0
+    world.tick(1)
+    assert world.seen[-1].state == "emptying" and world.guard.out_of_service == frozenset()
+
+
+COOL = state(
+    "cool", SetpointRange("F.sp", 0.0, 0.0, 0.0), SetpointRange("T.sp", 300.0, 300.0, 300.0),
+    SetpointRange("V.man", 0.4, 0.5, 0.5),
+)  # fmt: skip
+
+
+def test_the_time_of_a_step_begins_with_its_first_target() -> None:
+    world = strictly(strict(COOL))
+    world.vessel.accepted["F.sp"] = 0.0
+    world.tick(1)
+    world.vessel.accepted["T.sp"] = 300.0
+    world.tick(1)
+    assert world.guard.out_of_service == frozenset()
+    world.vessel.accepted["V.man"] = 0.9
+    world.tick(1)
+    assert world.guard.out_of_service == {"F.sp", "T.sp", "V.man"}
+
+
+def test_of_two_steps_that_may_arrive_the_slower_one_has_its_time() -> None:
+    rules = strict(COOL)
+    slow = {"T.sp": replace(rules.writables["T.sp"], confirm_s=4.0)}
+    world = strictly(replace(rules, writables={**rules.writables, **slow}))
+    world.vessel.accepted["F.sp"] = 0.0
+    world.tick(4)
+    assert world.guard.out_of_service == frozenset()
+    world.vessel.accepted.update({"T.sp": 300.0, "V.man": 0.5})
+    world.tick(1)
+    assert world.seen[-1].state == "cool" and world.guard.out_of_service == frozenset()
+
+
+def test_a_step_of_a_state_that_was_left_arrives_no_more() -> None:
+    world = strictly(strict(COOL))
+    world.vessel.accepted.update(PARTS)
+    world.tick(1)
+    assert world.seen[-1].state == "emptying"
+    world.vessel.accepted["T.sp"] = 300.0
+    world.tick(1)
+    assert world.guard.out_of_service == {"T.sp"}
 
 
 def test_a_step_that_was_open_before_a_request_was_written_is_not_open_for_ever() -> None:

@@ -119,6 +119,7 @@ def test_a_step_was_made_where_its_guard_and_its_targets_hold_and_of_several_the
 def test_targets_are_held_where_every_one_is_told_and_admitted() -> None:
     heating = MACHINE.state("heating")
     assert holds_targets(heating, told(T_sp=305.0, V_man=None)) and holds_targets(heating, told())
+    assert holds_targets(MACHINE.state("drained"), told(T_sp=None, F_sp=0.0)), "it was handed back to automatic"
     assert not holds_targets(heating, told(T_sp=305.0)) and not holds_targets(heating, told(T_sp=5.0, V_man=None))
 
 

@@ -21,8 +21,6 @@ class _Part:
     """What has moved."""
     targets: frozenset[str]
     """States that it may lead to."""
-    until_s: float
-    """When the step must be whole [s]; otherwise it was a person."""
 
 
 class Arrivals:
@@ -37,6 +35,7 @@ class Arrivals:
         self._parts = parts
         self._open: dict[str, tuple[Transition, float]] = {}
         self._waiting: dict[str, _Part] = {}
+        self._until_s = -math.inf
         self._entered, self._entered_until_s = "", -math.inf
 
     @property
@@ -68,28 +67,24 @@ class Arrivals:
             return self._entered == self._parts.sequencer.state
         self._forget(now_s)
         targets = self._leads(moved.tag, moved.now)
-        if not targets:
-            return False
-        longest_s = now_s + max(map(self._acceptance_s, targets))
-        until_s = min((p.until_s for p in self._waiting.values() if p.targets & targets), default=longest_s)
-        self._waiting[moved.tag] = _Part(moved, targets, until_s)
-        return True
+        if targets and not self._waiting:
+            self._until_s = now_s + max(map(self._acceptance_s, targets))
+        if targets:
+            self._waiting[moved.tag] = _Part(moved, targets)
+        return bool(targets)
 
     def late(self, now_s: float) -> tuple[Moved, ...]:
-        """Parts of steps that have not become whole in time: it was a person who has moved them."""
-        found = []
-        for tag, part in list(self._waiting.items()):
-            became = self._parts.sequencer.state in part.targets
-            if became or now_s >= part.until_s:
-                del self._waiting[tag]
-            if not became and now_s >= part.until_s:
-                found.append(part.moved)
-        return tuple(found)
+        """Parts of a step that has not become whole in time: it was a person who has moved them."""
+        state = self._parts.sequencer.state
+        self._waiting = {tag: part for tag, part in self._waiting.items() if state not in part.targets}
+        if now_s < self._until_s:
+            return ()
+        found, self._waiting = tuple(part.moved for part in self._waiting.values()), {}
+        return found
 
     def clear(self) -> None:
         """Nothing is waited for: whatever has moved was the plant's own control, or is being overwritten."""
         self._waiting.clear()
-        self._open.clear()
 
     def _forget(self, now_s: float) -> None:
         """A step is open no longer than its targets may take after its guard held last, and from one state only."""
@@ -105,8 +100,9 @@ class Arrivals:
 
     def _commands(self, state: str, tag: str, target: float | None) -> bool:
         """Whether ``target`` is what the tables command of ``tag`` in ``state``."""
-        stated, rule = self._parts.rules.machine.state(state).setpoint(tag), self._parts.rules.writables.get(tag)
-        return stated is not None and rule is not None and same(stated.design, target, rule.tolerance)
+        rules = self._parts.rules
+        stated = rules.machine.state(state).setpoint(tag)
+        return stated is not None and same(stated.design, target, rules.writables[tag].tolerance)
 
     def _acceptance_s(self, name: str) -> float:
         """Time in which the plant must have accepted all that state ``name`` commands [s]."""
