@@ -24,10 +24,8 @@ from homeostat.domain.write_events import StepLoaded, WriteEnded, WriteIntended
 from homeostat.guard.authority import Authority
 from homeostat.guard.memory import Memory
 from homeostat.guard.settings import GuardSettings
-from homeostat.trace.encode import encode_fields
-from tests.guard.test_memory import Line
 from tests.guard.test_people import latched, tell
-from tests.guard.vessel import MACHINE, RULES, Journal, Vessel, World, running, state, statuses
+from tests.guard.vessel import MACHINE, RULES, Vessel, World, running, state, statuses
 
 START = (
     Command("T.sp", 310.0, 0.5), Command("F.sp", 0.0, 0.005), Command("X.cmd", 1.0, None), Command("V.man", None, None),
@@ -339,66 +337,3 @@ def test_a_start_commands_nothing_that_is_out_of_service() -> None:
     world = reset()
     assert tell(world, Verb.OUT_OF_SERVICE, "T.sp", reason="hand").done
     assert reason(world, Verb.START, "restart") == "'T.sp' is out of service; a person must bring it back"
-
-
-def unheld(**rest: Any) -> World:
-    """A start whose targets the link takes and the plant does not hold; the vessel could go on at once."""
-    world = reset(ignores=True, **rest)
-    assert tell(world, Verb.START, "restart").done and world.seen[-1].state == "waiting"
-    assert [s.transition.name for s in world.seen[-1].rest.then] == ["start", "empty", "end"]
-    return world
-
-
-def test_nothing_follows_a_start_that_the_plant_takes_and_does_not_hold() -> None:
-    world = unheld()
-    world.tick(12, L=8.0)
-    assert world.sent == [START] * 3 and "write:person" in world.alarms
-    assert world.seen[-1].rest.then == () and world.seen[-1].state == "waiting"
-    world.vessel.ignores = False
-    world.tick(20, L=8.0)
-    assert world.sent == [START] * 3, "what was to follow was meant for a plant that had started"
-
-
-def test_a_start_that_is_held_at_another_value_stops_as_well() -> None:
-    world = reset()
-    world.vessel.accepts_first = 2
-    assert tell(world, Verb.START, "restart").done
-    world.tick(12, L=8.0)
-    assert world.seen[-1].rest.then == () and {"write:person", "write:half"} & world.alarms == {"write:person"}
-    assert all(commands == START for commands in world.sent)
-
-
-def test_a_start_that_is_held_in_time_goes_on() -> None:
-    world = unheld()
-    world.vessel.ignores = False
-    world.tick(6, L=8.0)
-    assert world.seen[-1].state == "running" and "write:person" not in world.alarms
-
-
-def test_a_start_that_the_mode_overtakes_before_the_plant_was_read_leaves_no_step_behind() -> None:
-    world = unheld()
-    assert tell(world, Verb.MODE, "approve").done
-    world.vessel.ignores = False
-    world.tick(12, L=8.0)
-    assert world.sent == [START] and world.seen[-1].rest.then == ()
-
-
-def test_a_fallback_that_overtakes_a_start_keeps_its_own_steps() -> None:
-    world = unheld()
-    world.vessel.ignores = False
-    world.tick(8, L=14.0)
-    assert world.guard.latched is not None and world.seen[-1].state == "shut"
-
-
-@pytest.mark.parametrize("ticks", [0, 3, 12])
-def test_a_kill_lets_no_step_follow_a_start_that_is_not_held(ticks: int) -> None:
-    world = unheld()
-    world.tick(ticks, L=8.0)
-    world.vessel.values["L"] = 8.0
-    memory = Memory.of(Line(e.kind, encode_fields(e, e.kind)) for e, _ in world.journal.events)
-    again = World(vessel=world.vessel, memory=memory, record=Journal(world.journal.events))
-    again.tick(1)
-    world.vessel.ignores = False
-    again.tick(15)
-    assert [w.cause.value for w in again.journal.of(WriteIntended)][-1] == "person"
-    assert again.seen[-1].rest.then == ()

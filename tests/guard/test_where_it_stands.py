@@ -166,3 +166,12 @@ def test_a_target_that_the_plant_rounds_is_compared_within_the_tolerance_of_its_
     world.tick(1, L=6.0)
     assert (world.seen[-1].state == "running") is same
     assert (world.guard.out_of_service == frozenset()) is same
+
+
+def test_targets_that_fit_no_state_break_nothing() -> None:
+    world = World(mode=Mode.OBSERVE, rules=PLANTS)
+    world.tick(3, L=4.0)
+    world.vessel.accepted.update({"F.sp": 0.06, "X.cmd": 0.5})
+    world.tick(3)
+    assert not [e for e in world.journal.of(AlarmRaised) if e.alarm.startswith("guard:")]
+    assert world.seen[-1].state == "waiting" and world.guard.out_of_service == {"F.sp", "X.cmd"}

@@ -92,6 +92,34 @@ def test_a_recipe_of_the_plant_stays_the_plants() -> None:
     assert world.sent == [] and len(withdrawn(world)) == 1
 
 
+@pytest.mark.parametrize(("recipe", "told"), [(Side.GUARD, False), (Side.PLANT, True)])
+def test_what_was_released_just_as_the_recipe_has_it_goes_on_where_the_guard_runs_the_recipe(
+    recipe: Side, told: bool
+) -> None:
+    end = Step(MACHINE.transitions[3], (Command("F.sp", 0.0, 0.005),))
+    world = running(rules=replace(WHOLE, recipe=Side.GUARD))
+    world = World(rules=replace(WHOLE, recipe=recipe), vessel=world.vessel)
+    world.tick(3)
+    assert world.seen[-1].state == "running"
+    actions = ActionSet(ADJUSTED.commands, "running", (POUR, end))
+    world.ask(world.request(actions=actions, path=("adjust", "empty", "end")))
+    world.tick(2)
+    world.vessel.wire.clear()
+    through(world, Mode.OBSERVE)
+    world.tick(6, L=9.5)
+    assert bool(withdrawn(world)) is told and world.sent == ([] if told else [POUR.commands])
+
+
+def test_a_guard_that_has_no_recipe_takes_none_up() -> None:
+    world = released()
+    bare = killed(world, rules=replace(WHOLE, nominal=()))
+    bare.tick(1)
+    bare.vessel.wire.clear()
+    through(bare, Mode.OBSERVE)
+    bare.tick(6, L=9.5)
+    assert bare.sent == [] and len(withdrawn(bare)) == 1
+
+
 def test_a_mode_and_back_within_one_tick_is_no_way_around_it() -> None:
     world = released()
     world.order(Verb.MODE, Mode.OBSERVE.value)

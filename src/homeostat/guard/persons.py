@@ -92,24 +92,22 @@ class Persons:
         starting, parts = self._starting, self._floor.parts
         made = parts.writer.accepted or progress is Progress.CONFIRMED
         if starting is not None and write is starting[0] and made:
-            self._starting, self._unread = None, starting[:2]
+            self._starting, self._unread = None, (starting[0], starting[1])
             parts.sequencer.load(starting[2], now_s)
             parts.note(loaded(starting[1], starting[2], aborting=False), now_s)
         if self._unread is None:
             return
         if write is not self._unread[0] or progress is Progress.FAILED:
-            self._give_up(now_s)
+            self._give_up(self._unread[1], now_s)
         elif progress is Progress.CONFIRMED:
             self._unread = None
 
-    def _give_up(self, now_s: float) -> None:
-        """A start that the plant was not read to hold is void; what a fallback has loaded since is not its own."""
-        unread, self._unread = self._unread, None
-        sequencer = self._floor.parts.sequencer
-        if unread is not None and self._floor.latch.reason is None and sequencer.waiting:
-            sequencer.stop()
-            event = loaded(unread[1], ActionSet((), sequencer.state), aborting=False)
-            self._floor.parts.note(event, now_s)
+    def _give_up(self, start: str, now_s: float) -> None:
+        """Nothing follows ``start``, which the plant was not read to hold; what a fallback has loaded since stays."""
+        self._unread, parts = None, self._floor.parts
+        if self._floor.latch.reason is None:
+            parts.sequencer.stop()
+            parts.note(loaded(start, ActionSet((), parts.sequencer.state), aborting=False), now_s)
 
     def _approve(self, command: PersonCommand, present: Present) -> str:
         return self._floor.requests.agree(command.subject, command.digest)
@@ -142,7 +140,7 @@ class Persons:
         if self._unread is not None:
             text = f"{why} before the plant was read to hold {self._unread[1]!r}: nothing follows it"
             floor.parts.alarms.say("write:person", text, Priority.HIGH, now_s)
-            self._give_up(now_s)
+            self._give_up(self._unread[1], now_s)
         floor.requests.withdraw_all(why, now_s)
         if not mode.writes:
             floor.steps.withdraw(why, now_s)

@@ -122,8 +122,8 @@ class Steps:
         parts, believed = self._parts, self._parts.sequencer.state
         machine, evidence = parts.rules.machine, parts.evidence(readings)
         state = followed(machine, evidence, believed)
-        if state is None or state == believed:
-            return state
+        if state is None:
+            return None
         changed = parts.service.changed(readings)
         foreign = frozenset(m.tag for m in changed if not evidence.admits(machine.state(state), m.tag, m.now))
         return followed(machine, replace(evidence, out=evidence.out | foreign), believed)
@@ -133,8 +133,6 @@ class Steps:
         parts = self._parts
         if readings is None or parts.writer.flying is not None:
             return
-        if not mode.writes:
-            self._owed = None  # what is left is the matter of the plant's own control and of people
         if self.plants(mode):
             return
         if parts.tenure.lost:
