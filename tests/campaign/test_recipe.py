@@ -11,7 +11,7 @@ from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import Unattended, fault_free, open_process
 from homeostat.cases.case import Case, load_case
-from homeostat.domain.guard_events import GuardStarted, ModeEntered, ServiceChanged, StateEntered
+from homeostat.domain.guard_events import AlarmRaised, GuardStarted, ModeEntered, ServiceChanged, StateEntered
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import WriteIntended
@@ -90,6 +90,23 @@ def test_requests_go_all_the_same_and_the_plants_recipe_waits_for_their_steps() 
     assert "request" in causes(person)
     first = causes(person).index("request")
     assert set(causes(person)[:first]) == set(), "what is nominal is the plant's"
+    assert person.of(ServiceChanged) == []
+
+
+def test_what_was_released_ends_in_observe_and_the_batch_goes_on_by_the_recipe_from_where_it_stands() -> None:
+    person = Person([
+        (145.0, Verb.MODE, {"subject": "observe"}), (150.0, Verb.MODE, {"subject": "closed-loop"})
+    ])  # fmt: skip
+    trace = MemoryTrace()
+    trace.subscribe(person)
+    what = scenario(case(), "clogging", 3, onset_s=100.0, severity=0.98, end_s=400.0, location="main")
+    result = run(case(), what, trace, DeclaredClock(1.0), operation=Operation(orders=person.orders))
+    assert result.state == "complete" and result.actor == "search"
+    (cause,) = [e.cause for e in person.of(AlarmRaised) if e.alarm == "withdrawn"]
+    assert "'t5_bypass', 't6_bypass', 't7'" in cause
+    speeds = [(c.value, at_s) for w, at_s in person.seen if isinstance(w, WriteIntended) for c in w.commands
+              if c.tag == "P102.cmd" and c.value]  # fmt: skip
+    assert {v for v, at_s in speeds if at_s < 145.0} == {1.0} and {v for v, at_s in speeds if at_s > 150.0} == {0.9}
     assert person.of(ServiceChanged) == []
 
 
