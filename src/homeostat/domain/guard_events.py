@@ -78,6 +78,8 @@ class LatchReset:
     """Why, in their words."""
     state: str
     """State that the plant was found in."""
+    candidates: tuple[str, ...] = ()
+    """States that it may as well be in, that one among them; empty where it is plain."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,7 @@ from homeostat.domain.request import Request
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import Cause, TargetsHeld
+from homeostat.guard.arrivals import Arrivals
 from homeostat.guard.flight import Progress, Write
 from homeostat.guard.lapse import Lapse
 from homeostat.guard.latch import Latch
@@ -71,10 +72,12 @@ class Guard:
         self._trips = TripWatch(rules, parts.note)
         self._latch, self._modes = Latch(parts), Modes(parts.tenure)
         self._lapse = Lapse(parts, self._latch)
-        self._steps, self._moves = Steps(parts, self._latch), Moves(parts, self._latch, self._lapse)
+        self._arrivals = Arrivals(parts)
+        self._steps = Steps(parts, self._latch, self._arrivals)
+        self._moves = Moves(parts, self._latch, self._lapse, self._arrivals)
         self._response = Response(parts, self._latch)
         self._requests = Requests(parts, dict(attachment.keys))
-        self._persons = Persons(Floor(parts, self._modes, self._latch, self._requests))
+        self._persons = Persons(Floor(parts, self._modes, self._latch, self._requests, self._steps))
         self._restart: Restart | None = None
         self._act_by_s: float | None = None
         self._wished = False
@@ -173,7 +176,7 @@ class Guard:
         objection = self._modes.enter(mode, self._now_s)
         if objection:
             self._alarm("mode", objection, Priority.HIGH)
-        if memory is not None and (parts.rules.recipe is Side.GUARD or self.mode.writes):
+        if memory is not None:
             self._lapse.restart()
         rules = parts.rules
         recipe = rules.recipe if self.mode.writes else Side.PLANT
@@ -182,6 +185,8 @@ class Guard:
             self._now_s,
         )
         parts.note(ModeEntered(self.mode.value, ""), self._now_s)
+        if not self.mode.writes:
+            self._steps.withdraw(f"the guard stands in {self.mode.value!r} after a restart", self._now_s)
 
     def _look(self, sample: Snapshot | None) -> None:
         """What the plant says, and how far it can be trusted."""
@@ -212,6 +217,8 @@ class Guard:
             restart.explain(readings)
             self._moves.judge(self._now_s, readings, self.mode)
             restart.resolve(self._now_s, readings)
+            if self._steps.withdrawn:
+                self._steps.withdraw("nobody wrote after a restart", self._now_s)
         elif self._now_s - self._began_s >= self._parts.settings.again_s:
             restart.act(self._now_s)
 
@@ -353,7 +360,7 @@ class Guard:
         self._modes.settle(now_s, sending=self._sending)
         parts.tenure.beat(now_s)
         self._follow_lease()
-        targets = parts.service.news()
+        targets = parts.service.news(but=self._arrivals.tags)
         if targets:
             parts.note(TargetsHeld(targets), now_s)
         self._hold_alarm("journal", parts.recorder.trouble)

@@ -188,10 +188,10 @@ def _read_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 
 
 def _missed(memory: Memory, number: int, write: OpenWrite) -> Memory:
-    """A step that counts as taken is owed; behind a request nothing follows that the plant was read not to hold."""
+    """A step that counts as taken is owed; nothing follows a request or a start that the plant does not hold."""
     if write.cause is Cause.SEQUENCE and write.taken and not write.given_up:
         return replace(memory, owed=write)
-    if write.cause is Cause.REQUEST and write.taken and number == memory.writes:
+    if write.cause in (Cause.REQUEST, Cause.PERSON) and write.taken and number == memory.writes:
         return replace(_marked(memory, _not_behind), waiting=())
     return memory
 
@@ -257,12 +257,30 @@ def _answered(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     return replace(memory, waiting=()) if last is not None and last.taken else memory
 
 
+def _mode_entered(memory: Memory, fields: Mapping[str, Any]) -> Memory:
+    """Where nobody writes no step is owed any more, also once somebody does again; a fallback's latch lasts."""
+    mode = Mode(fields["mode"])
+    memory = replace(memory, mode=mode)
+    if mode.writes or memory.latched is not None:
+        return memory
+    opened = {n: replace(w, given_up=w.given_up or _stepped(w)) for n, w in memory.open.items()}
+    last = memory.last
+    if last is not None and _stepped(last):
+        last = _given_up(last)
+    return replace(memory, open=opened, last=last, owed=None)
+
+
+def _stepped(write: OpenWrite) -> bool:
+    """Whether ``write`` is a step that counts as taken."""
+    return write.cause is Cause.SEQUENCE and write.taken
+
+
 def _heard(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     return replace(memory, orders=(*memory.orders, str(fields["command"]))[-REMEMBERED:])
 
 
 _FOLDS: Mapping[str, Any] = {
-    "mode-entered": lambda m, f: replace(m, mode=Mode(f["mode"])),
+    "mode-entered": _mode_entered,
     "tripped": lambda m, f: replace(m, tripped=m.tripped | {str(f["limit"])}),
     "latched": lambda m, f: replace(m, latched=str(f["reason"]), waiting=m.waiting if m.aborting else ()),
     "fell-back": _fell_back,

@@ -120,7 +120,8 @@ class Restart:
         elif write.cause is Cause.SEQUENCE and write.taken and not (write.given_up or self._latched or self._overtaken):
             self._owe(write)
         elif write.cause is not Cause.FALLBACK and (confirmed or write.taken):
-            if write.cause is Cause.REQUEST and write.taken and number == self._memory.writes:
+            behind = write.cause in (Cause.REQUEST, Cause.PERSON) and write.taken
+            if behind and number == self._memory.writes:
                 self._parts.sequencer.stop()  # nothing follows behind what the plant does not hold
             text = f"write {number} ({write.source}) was carried out in part: not {', '.join(deviating)}"
             self._parts.alarms.say("write:half", text, Priority.HIGH, now_s)
