@@ -159,7 +159,8 @@ class Guard:
             mode = (memory.mode or mode) if self._attachment.goes_on else Mode.OBSERVE
             self._restart = Restart(parts, self._latch, self._steps, memory)
             self._restart.take_position(self._now_s, self._trips.start_up)
-            self._response.remember(memory.tripped)
+            self._trips.remember(memory.trial, self._now_s)
+            self._response.remember(memory.trial, memory.latched is not None)
             self._requests.remember(memory.requests)
             self._persons.remember(memory.orders)
         objection = self._modes.enter(mode, self._now_s)
