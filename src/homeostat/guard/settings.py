@@ -20,6 +20,8 @@ class GuardSettings:
     """Oldest release check on which something is released [s]."""
     person_s: float = 600.0
     """The same where a person has to say yes first [s]."""
+    order_s: float = 60.0
+    """Oldest order of a person that is carried out, between its issue and its delivery, wall-clock [s]."""
     persons: int = 1
     """People who must agree to a reset: one in simulation, two on a link."""
     sync_s: float = 0.1
@@ -30,7 +32,7 @@ class GuardSettings:
     """The same for a lease: without one not even a fallback can be sent."""
 
     def __post_init__(self) -> None:
-        for name in ("write_s", "again_s", "check_age_s", "person_s", "sync_s", "call_s", "lease_s"):
+        for name in ("write_s", "again_s", "check_age_s", "person_s", "order_s", "sync_s", "call_s", "lease_s"):
             seconds = getattr(self, name)
             if not (math.isfinite(seconds) and seconds > 0.0):
                 raise ValueError(f"{name} is {seconds!r} s; it must be finite and more than 0 s")
