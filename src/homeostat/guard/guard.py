@@ -163,7 +163,7 @@ class Guard:
             self._response.remember(memory.trial, memory.latched is not None)
             self._requests.remember(memory.requests)
             self._persons.remember(memory.orders)
-        objection = self._modes.enter(mode, self._now_s)
+        objection = self._modes.begin(mode, self._now_s)
         if objection:
             self._alarm("mode", objection, Priority.HIGH)
         if memory is not None and (parts.rules.recipe is Side.GUARD or self.mode.writes):
@@ -187,6 +187,10 @@ class Guard:
     def _hold(self, sample: Snapshot | None) -> None:
         """Is the lease still the guard's? What was lost is taken again before anything is decided."""
         self._parts.tenure.check(self._now_s)
+        late = self._modes.late(self._now_s)
+        if late is not None:
+            self._parts.alarms.return_("mode", self._now_s)
+            self._parts.note(ModeEntered(late.value, "", "the lease has come"), self._now_s)
         self._follow_lease()
 
     def _follow_lease(self) -> None:

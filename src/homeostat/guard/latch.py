@@ -170,7 +170,8 @@ class Latch:
 
     def _due(self, now_s: float) -> bool:
         """Whether it is time to act: nothing stands, nothing is being sent, and the last vain round is over."""
-        return not self.standing and self._parts.writer.flying is None and now_s >= self._again_s
+        over = now_s >= self._again_s or self._parts.tenure.arrived  # with a lease that comes late it acts at once
+        return not self.standing and self._parts.writer.flying is None and over
 
     def _act(self, now_s: float, readings: Snapshot | None) -> None:
         """Write the next strategy that passes its checks; none stops a trip, so the plant's own shed is the last."""
