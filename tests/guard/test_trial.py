@@ -8,20 +8,30 @@ from typing import Any
 import pytest
 
 from homeostat.domain.guard_events import (
+    AlarmReturned,
+    Armed,
+    EffectFollowed,
     FallbackIneffective,
     FallbackSkipped,
     FallbackStands,
     FellBack,
     Latched,
+    LatchReset,
+    Shed,
     TripLifted,
+    TripLiftEnded,
     Tripped,
 )
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, Correction, FallBack
 from homeostat.domain.recovery import Command, Effect
 from homeostat.domain.rules import GuardRules
+from homeostat.domain.write_events import Cause, LeaseLost
+from homeostat.guard.flight import PUT_RIGHT
+from homeostat.guard.memory import Memory
+from homeostat.guard.trial import Passed, Trial
 from tests.guard.test_effect import BOTH, TIMES, full, serving
-from tests.guard.test_memory import remembered
+from tests.guard.test_memory import Line, intended, remembered
 from tests.guard.vessel import CLOSE, DRAIN, RULES, Journal, World, running
 
 THIRD = replace(CLOSE, name="third")
@@ -241,3 +251,95 @@ def test_ranks_tries_and_times_are_read_from_the_journal_as_they_were_written() 
     ).trial  # fmt: skip
     assert skipped.tried == {"drain", "close", "third"} and skipped.stands
     assert TIMES["LIM-FULL"].acts_within_s == 20.0
+
+
+def trial(*events: Any) -> Trial:
+    return remembered(*events).trial
+
+
+def sent(source: str, number: int = 4, cause: Cause = Cause.FALLBACK) -> Any:
+    return intended(number, cause, source)
+
+
+HOT, FULL = (Tripped(name, -1.0, "1", "violated", True) for name in ("LIM-HOT", "LIM-FULL"))
+FOLLOWED = EffectFollowed("drain", "LIM-FULL", 9.0, 4.0, (5.0, 5.0, 10.0, 30.0, -5.0, 5.0, -10.0))
+STANDS = FallbackStands("drain")
+BACK = AlarmReturned("trip:LIM-FULL")
+
+
+def test_who_acts_first_answers_what_is_violated_and_who_acts_next_what_it_was_chosen_against() -> None:
+    first = trial(HOT, AlarmReturned("trip:LIM-HOT"), FULL, sent("drain"))
+    assert first.violated == first.answered == {"LIM-FULL"} and first.acted == "drain"
+    second = trial(FULL, sent("drain"), HOT, sent("close", 5))
+    assert second.answered == {"LIM-FULL"} and second.violated == {"LIM-FULL", "LIM-HOT"}
+    chosen = trial(FULL, sent("drain"), HOT, sent("close", 5), FellBack("close", (), "hot", ("LIM-HOT",)))
+    assert chosen.answered == {"LIM-FULL", "LIM-HOT"}
+    assert trial(FULL, Latched("full")).answered == {"LIM-FULL"}, "nothing has passed its checks"
+    assert trial(FULL, sent("drain"), HOT, Latched("full")).answered == {"LIM-FULL"}
+    before = [Line("fell-back", {"strategy": name, "reason": "hot"}) for name in ("drain", "close")]
+    old = Memory.of((before[0], Line("tripped", {"limit": "A"}), before[1])).trial
+    assert old.answered == {"A"}, "an older journal does not say it"
+
+
+def test_what_is_sent_for_another_reason_is_no_turn_of_a_fallback() -> None:
+    for event in (sent(PUT_RIGHT), sent("r1", cause=Cause.REQUEST)):
+        found = trial(FULL, sent("drain", 3), STANDS, FOLLOWED, event)
+        assert (found.acted, found.tried, found.stands) == ("drain", {"drain"}, True) and found.effects
+
+
+def test_whoever_has_a_turn_again_begins_another_round() -> None:
+    skip, close = FallbackSkipped("drain", "void"), FallbackSkipped("close", "void")
+    assert trial(sent("drain"), skip, close).tried == {"drain", "close"}
+    assert trial(sent("drain"), skip, close, sent("close", 5)).tried == {"close"}
+    assert trial(sent("drain"), sent("close", 5), sent("drain", 6)).tried == {"drain"}
+    assert trial(sent("drain"), sent("close", 5), Shed("nothing helps")).tried == frozenset()
+
+
+def test_what_comes_back_is_violated_no_more_and_has_come_back_under_what_stands() -> None:
+    standing = trial(FULL, HOT, sent("drain"), STANDS, FOLLOWED, BACK)
+    assert standing.violated == standing.answered == {"LIM-HOT"} and standing.returned == {"LIM-FULL"}
+    assert standing.effects == {}
+    assert trial(FULL, sent("drain"), BACK).returned == frozenset()
+    other = trial(FULL, sent("drain"), STANDS, FOLLOWED, AlarmReturned("LIM-FULL"), AlarmReturned("trip:LIM-HOT"))
+    assert other.violated == {"LIM-FULL"} and "LIM-FULL" not in other.returned and "LIM-FULL" in other.effects
+
+
+@pytest.mark.parametrize(
+    ("event", "kept"),
+    [
+        (FallbackIneffective("drain", "LIM-FULL", "no", True), False),
+        (FallbackIneffective("drain", "LIM-FULL", "no", False), True),
+        (FallbackIneffective("drain", "LIM-HOT", "no", True), True),
+        (LeaseLost("gone"), False), (Shed("nothing helps"), False), (sent("close", 5), False),
+        (LatchReset(("Ada",), "seen", "shut"), False), (FallbackStands("close"), True),
+    ],
+)  # fmt: skip
+def test_how_far_a_time_has_come_counts_as_long_as_the_strategy_stands(event: Any, kept: bool) -> None:
+    before = trial(FULL, sent("drain"), STANDS, FOLLOWED)
+    assert before.effects == {"LIM-FULL": Passed(9.0, 4.0, FOLLOWED.sums)}
+    assert ("LIM-FULL" in trial(FULL, sent("drain"), STANDS, FOLLOWED, event).effects) is kept
+
+
+def test_what_stands_is_what_acted_last() -> None:
+    assert not trial(sent("drain"), FallbackStands("close")).stands
+    assert trial(sent("drain"), STANDS).stands and not trial(sent("drain"), STANDS, sent("drain", 5)).stands
+    assert not trial(sent("drain"), STANDS, Shed("nothing helps")).stands
+    assert trial(FULL, sent("drain"), STANDS, BACK, LeaseLost("gone")).returned == frozenset()
+
+
+def test_a_reset_forgets_everything_but_what_is_violated_and_what_was_lifted() -> None:
+    lift = TripLifted("LIM-HOT", "Tx <= 311.5", 90.0)
+    found = trial(Armed(("close",), None), FULL, lift, sent("drain"), STANDS, LatchReset(("Ada",), "seen", "shut"))
+    assert found == Trial(violated=frozenset({"LIM-FULL"}), lifting={"LIM-HOT": 90.0})
+
+
+def test_a_trip_has_been_lifted_for_as_long_as_the_journal_says_and_goes_on_where_it_says_no_end() -> None:
+    begun = trial(TripLifted("LIM-HOT", "Tx", 90.0))
+    assert [begun.lifted_s("LIM-HOT", 60.0, now_s) for now_s in (30.0, 50.0, 90.0, 500.0)] == [0.0, 20.0, 60.0, 60.0]
+    ended = trial(TripLifted("LIM-HOT", "Tx", 90.0), TripLiftEnded("LIM-HOT", 12.0))
+    assert ended.lifted_s("LIM-HOT", 60.0, 500.0) == 12.0 and ended.lifted_s("LIM-HOT", 10.0, 500.0) == 10.0
+    assert ended.lifted_s("LIM-FULL", 60.0, 500.0) == 0.0
+    again = trial(TripLifted("LIM-HOT", "Tx", 90.0), TripLiftEnded("LIM-HOT", 12.0), TripLifted("LIM-HOT", "Tx", 200.0))
+    assert again.lifted_s("LIM-HOT", 60.0, 150.0) == 12.0 and again.lifted_s("LIM-HOT", 60.0, 160.0) == 20.0
+    two = trial(TripLifted("A", "x", 90.0), TripLifted("B", "x", 80.0), TripLiftEnded("A", 1.0))
+    assert two.lifting == {"B": 80.0} and two.lifted == {"A": 1.0}
