@@ -201,3 +201,19 @@ def test_a_lease_is_never_given_back_behind_the_back_of_who_has_claimed_it() -> 
                 time.sleep(0.001)
         time.sleep(0.05)
         assert vessel.leases - vessel.given_back == 1 and vessel.overlaps == 0
+
+
+@pytest.mark.parametrize("error", [ConnectionError("reset by peer"), SystemExit(1)])
+def test_a_lease_that_cannot_be_given_back_keeps_nobody_from_asking_again(error: BaseException) -> None:
+    class Breaks(Slow):
+        def give_back(self) -> None:
+            super().give_back()
+            raise error
+
+    vessel = Breaks("take")
+    lease = bounded_lease(vessel, lease_within_s=0.05)
+    with pytest.raises(NoAnswer):
+        lease.take()
+    vessel.release()
+    until(lambda: not lease.awaited)
+    assert lease.take().send(DRAIN.actions.commands).done and (vessel.leases, vessel.given_back) == (2, 1)

@@ -146,7 +146,7 @@ class _Taking:
         with self._lock:
             self._expired = not self._claimed.is_set()
         if self._expired:
-            with contextlib.suppress(Exception):  # what the link did not give, it need not take back
+            with contextlib.suppress(BaseException):  # what the link did not give, it need not take back
                 self.call.result()
                 self._lease.give_back()
             self._ended = True
