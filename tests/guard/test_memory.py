@@ -26,7 +26,8 @@ from homeostat.domain.mode import Mode, Role, Verb
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command
 from homeostat.domain.write_events import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
-from homeostat.guard.memory import PUT_RIGHT, Memory
+from homeostat.guard.flight import PUT_RIGHT
+from homeostat.guard.memory import Memory
 from homeostat.guard.settings import GuardSettings
 from homeostat.trace.encode import encode_fields
 from tests.guard.vessel import ADJUSTED, DRAIN, ROUTE, Vessel, World

@@ -21,7 +21,8 @@ from homeostat.domain.guard_events import (
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import Command
 from homeostat.domain.write_events import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
-from homeostat.guard.memory import PUT_RIGHT, Memory, OpenWrite
+from homeostat.guard.flight import PUT_RIGHT
+from homeostat.guard.memory import Memory, OpenWrite
 from homeostat.guard.settings import GuardSettings
 from tests.guard.test_memory import FALLBACK, GIVEN_UP, REQUEST, STEPS, intended, remembered
 from tests.guard.vessel import ADJUSTED, DRAIN, POUR, RULES, Vessel, World

@@ -55,7 +55,7 @@ def latched() -> World:
         ({"reason": " "}, "needs a reason"),
         ({"person": "  "}, "the name of a person"),
         ({"id": ""}, "an identifier"),
-        ({"person": 7}, "an order has names"),
+        ({"person": 7}, "the person of an order is a plain text"),
         ({"id": "x" * 201}, "at most 200 characters"),
         ({"reason": "x" * 501}, "a reason of at most 500"),
         ({"role": "engineer"}, "there is no order"),

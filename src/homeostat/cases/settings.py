@@ -24,6 +24,7 @@ from homeostat.cases.bounds import (
     within,
 )
 from homeostat.domain.production import Production
+from homeostat.guard.settings import LEASE_WITHIN_S, LONGEST_LEASE_S
 from homeostat.twin.twin import TwinSettings
 
 MOST_STEPS: Final = 1_000_000
@@ -153,6 +154,15 @@ class PatienceTable(Table):
         return Patience(**self.given())
 
 
+class LinkTable(Table):
+    """``[link]``: what the plant's control system needs; the guard waits beside its ticks."""
+
+    lease_within_s: Annotated[
+        float, within(1.0, LONGEST_LEASE_S, "s", "a tick passes meanwhile, and an attempt is made every 600 s at least")
+    ] = LEASE_WITHIN_S
+    """Longest that it needs to give a lease, wall-clock [s]."""
+
+
 class FigureTable(Table):
     """``[[figure]]``: one panel; see `homeostat.cases.panel`."""
 
@@ -201,6 +211,8 @@ class Settings(Table):
     """How patient monitoring is."""
     patience: PatienceTable = PatienceTable()
     """How eagerly a plant is improved."""
+    link: LinkTable = LinkTable()
+    """What the plant's control system needs."""
     figure: list[FigureTable] = []
     """Panels of a run's figure."""
 

@@ -235,7 +235,8 @@ def wire(
     case: Case, lease: Lease | None, clock: Clock, trace: Trace, seed: int, arrangement: Arrangement = Arrangement()
 ) -> Assembly:
     """A guard for the plant behind ``lease``, and recovery beside it; ``seed`` seeds the twin's draws, as the run's."""
-    mode, patience, key = arrangement.mode, arrangement.guard, new_key()
+    mode, key = arrangement.mode, new_key()
+    patience = replace(arrangement.guard, lease_within_s=case.lease_within_s)
     rules = guard_rules(case, arrangement.protocol)
     guard = Guard(rules, Attachment(trace, lease, mode, {ISSUER: key}, arrangement.memory), patience)
 

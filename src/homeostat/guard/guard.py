@@ -170,10 +170,11 @@ class Guard:
             mode = (memory.mode or mode) if self._attachment.goes_on else Mode.OBSERVE
             self._restart = Restart(parts, self._latch, self._steps, memory)
             self._restart.take_position(self._now_s, self._trips.start_up)
-            self._response.remember(memory.tripped)
+            self._trips.remember(memory.trial, self._now_s)
+            self._response.remember(memory.trial, memory.latched is not None)
             self._requests.remember(memory.requests)
             self._persons.remember(memory.orders)
-        objection = self._modes.enter(mode, self._now_s)
+        objection = self._modes.begin(mode, self._now_s)
         if objection:
             self._alarm("mode", objection, Priority.HIGH)
         if memory is not None:
@@ -199,6 +200,10 @@ class Guard:
     def _hold(self, sample: Snapshot | None) -> None:
         """Is the lease still the guard's? What was lost is taken again before anything is decided."""
         self._parts.tenure.check(self._now_s)
+        late = self._modes.late(self._now_s)
+        if late is not None:
+            self._parts.alarms.return_("mode", self._now_s)
+            self._parts.note(ModeEntered(late.value, "", "the lease has come"), self._now_s)
         self._follow_lease()
 
     def _follow_lease(self) -> None:

@@ -8,10 +8,9 @@ from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import Cause
 from homeostat.guard.arrivals import Arrivals
-from homeostat.guard.flight import GivenUp, Write, same, shown
+from homeostat.guard.flight import PUT_RIGHT, GivenUp, Write, same, shown
 from homeostat.guard.lapse import Lapse
 from homeostat.guard.latch import Latch
-from homeostat.guard.memory import PUT_RIGHT
 from homeostat.guard.parts import Parts
 from homeostat.guard.service import Moved
 

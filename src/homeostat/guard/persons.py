@@ -45,7 +45,8 @@ class Persons:
     def __init__(self, floor: Floor) -> None:
         """``floor``: what orders act on."""
         self._floor = floor
-        self._authority = Authority(floor.parts.settings.persons, floor.parts.settings.person_s)
+        settings = floor.parts.settings
+        self._authority = Authority(settings.persons, settings.person_s, settings.order_s)
         self._starting: tuple[Write, str, ActionSet] | None = None
         self._unread: tuple[Write, str] | None = None
         self._orders: dict[Verb, Callable[[PersonCommand, Present], str]] = {
