@@ -334,7 +334,7 @@ def test_what_the_plants_own_control_does_after_a_shed_is_nobodys_move() -> None
     class Sheds(Vessel):
         def give_back(self) -> None:
             super().give_back()
-            self.accepted.update({"F.sp": 0.01, "V.man": 0.5})
+            self.accepted.update({"F.sp": 0.03, "V.man": None})
 
     world = running(vessel=Sheds())
     world.vessel.ignores = True

@@ -29,7 +29,8 @@ from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.ports import Clock, Lease, Source
 from homeostat.domain.recovery import Command, FallbackStrategy, Step
 from homeostat.domain.rules import GuardRules
-from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.attachment import Attachment
+from homeostat.guard.guard import Guard
 from homeostat.guard.memory import Memory
 from homeostat.guard.seal import Sealer, new_key
 from homeostat.guard.sequencer import Sequencer, nominal_route, what_follows

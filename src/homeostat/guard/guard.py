@@ -4,25 +4,22 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from itertools import islice
 
 from homeostat.domain.alarm import Alarm, Priority
 from homeostat.domain.guard_events import Armed, GuardStarted, ModeEntered, StateEntered, Stopped
 from homeostat.domain.mode import Mode, PersonCommand, Side
 from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Settled, Trouble, Withdraw
-from homeostat.domain.ports import Lease, Record
 from homeostat.domain.request import Request
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import Cause, TargetsHeld
 from homeostat.guard.arrivals import Arrivals
+from homeostat.guard.attachment import Attachment
 from homeostat.guard.flight import Progress, Write
 from homeostat.guard.lapse import Lapse
 from homeostat.guard.latch import Latch
 from homeostat.guard.mailbox import Mailbox
-from homeostat.guard.memory import Memory
 from homeostat.guard.modes import Modes
 from homeostat.guard.moves import Moves
 from homeostat.guard.pace import Pace
@@ -41,24 +38,6 @@ from homeostat.guard.verification import Present
 
 MOST_HEARD = 50
 """Most messages of one kind that are heard in a tick, requests and orders apart, and most fallbacks in a ranking."""
-
-
-@dataclass(frozen=True, slots=True)
-class Attachment:
-    """What a guard is attached to, and in which mode it begins."""
-
-    record: Record
-    """Where its events go."""
-    lease: Lease | None = None
-    """The right to write; None where the plant is only observed."""
-    mode: Mode = Mode.CLOSED_LOOP
-    """Mode in which it begins."""
-    keys: Mapping[str, bytes] = field(default_factory=dict)
-    """Issuer -> the key of its seals."""
-    memory: Memory | None = None
-    """What a journal says of the guard before; None for a plant that nobody has watched yet."""
-    goes_on: bool = True
-    """Whether a restart goes on in the journalled mode, as in simulation; a real plant stands in observe first."""
 
 
 class Guard:

@@ -237,7 +237,7 @@ def _served(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 def _reset(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     state = str(fields["state"])
     return replace(
-        memory, latched=None, strategy="", untold="", acted="", spent=frozenset(), state=state,
+        memory, mode=Mode.OBSERVE, latched=None, strategy="", untold="", acted="", spent=frozenset(), state=state,
         waiting=(), aborting=False, released=False, owed=None, left=None,
     )  # fmt: skip
 

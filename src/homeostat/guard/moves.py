@@ -9,7 +9,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import Cause
 from homeostat.guard.arrivals import Arrivals
 from homeostat.guard.flight import PUT_RIGHT, GivenUp, Write, same, shown
-from homeostat.guard.lapse import Lapse
+from homeostat.guard.lapse import Lapse, local
 from homeostat.guard.latch import Latch
 from homeostat.guard.parts import Parts
 from homeostat.guard.service import Moved
@@ -37,18 +37,15 @@ class Moves:
         """Judge every target that the plant tells: the guard's, a late one of its own, the plant's, or a person's."""
         parts, latched = self._parts, self._latch.reason is not None
         tenure = parts.tenure
-        if not (tenure.held or tenure.lost) and now_s < tenure.given_back_s + parts.settings.again_s:
-            parts.service.track(readings)  # the plant's own control has taken over
-            self._arrivals.clear()
-            return
+        given_back = not (tenure.held or tenure.lost) and now_s < tenure.given_back_s + parts.settings.again_s
         if latched:
             self._arrivals.clear()  # a fallback gives way to no part of a step
         self._hands.clear()
         moves = parts.service.moved(readings, self._pending)
         parts.service.expect(parts.writer.ramped(readings))
         for moved in moves:
-            if self._lapse.excuses(moved):
-                continue
+            if self._lapse.excuses(moved) or (given_back and local(parts.rules, moved.tag, moved.now)):
+                continue  # the plant's own control has taken over
             if latched and moved.tag in parts.service.tags and parts.writer.late(moved.tag, moved.now):
                 self._wrong[moved.tag] = moved
                 text = f"a write that was given up has moved {moved.tag!r} after all"

@@ -73,10 +73,12 @@ class Service:
         return found
 
     def adopt(self, commands: tuple[Command, ...], readings: Snapshot | None) -> None:
-        """What became of ``commands`` is what the plant says; it was no stranger."""
+        """What became of ``commands`` is what the plant says, which is news; it was no stranger."""
         if readings is not None:
             held = {c.tag: readings.accepted[c.tag] for c in commands if c.tag in readings.accepted}
             self._expected.update(held)
+            for tag in held:  # a ramp has brought it there step by step, and no write says so
+                self._told.pop(tag, None)
 
     def moved(
         self, readings: Snapshot, pending: Callable[[str, float | None, float | None], bool]
@@ -101,10 +103,6 @@ class Service:
         """Targets that are not those that were read last; nobody takes note of it yet."""
         known = ((t, before, readings.accepted[t]) for t, before in self._expected.items() if t in readings.accepted)
         return tuple(Moved(t, before, now) for t, before, now in known if not same(before, now, self._tolerance(t)))
-
-    def track(self, readings: Snapshot) -> None:
-        """Take the plant's targets as they are: its own control commands it now."""
-        self._expected.update(readings.accepted)
 
     def change(self, tag: str, in_service: bool, person: str, reason: str, at_s: float) -> bool:
         """Take ``tag`` out of service or bring it back; False where that changes nothing or the tag is not writable."""
