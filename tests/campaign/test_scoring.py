@@ -175,13 +175,26 @@ def test_where_there_is_no_product_none_is_missing() -> None:
 
 @pytest.mark.parametrize(
     ("loss", "other", "no_more"),
-    [
-        (0.1, 0.1, True), (0.105, 0.1, True), (0.1051, 0.1, False), (0.0, 0.5, True), (0.5, 0.0, False),
-        (math.nan, 0.0, True), (0.0, math.nan, True),
-    ],
-)  # fmt: skip
+    [(0.1, 0.1, True), (0.105, 0.1, True), (0.1051, 0.1, False), (0.0, 0.5, True), (0.5, 0.0, False)],
+)
 def test_losses_within_half_a_percent_are_the_same(loss: float, other: float, no_more: bool) -> None:
-    assert SAME_LOSS == 0.005 and loses_no_more(loss, other) is no_more
+    runs = made([1.0 - loss] * 100), made([1.0 - other] * 100)
+    assert SAME_LOSS == 0.005 and loses_no_more(*runs, HEALTHY, ["product"], 20.0) is no_more
+
+
+@pytest.mark.parametrize(("rate", "other", "no_more"), [(0.0, 0.0, True), (0.2, 0.1, True), (0.1, 0.2, False)])
+def test_where_nothing_would_have_been_made_what_was_made_decides(rate: float, other: float, no_more: bool) -> None:
+    idle = made([0.0] * 100)
+    assert loses_no_more(made([rate] * 100), made([other] * 100), idle, ["product"], 20.0) is no_more
+
+
+@pytest.mark.parametrize("unknown", range(3))
+def test_what_is_not_known_is_never_no_more_and_no_product(unknown: int) -> None:
+    runs = [made([1.0] * 99 + [math.nan if k == unknown else 1.0]) for k in range(3)]
+    assert not loses_no_more(*runs, ["product"], 20.0)
+    assert has_product(runs[0], runs[2], ["product"]) is (unknown == 1)
+    assert not loses_no_more(HEALTHY, HEALTHY, HEALTHY, [], 20.0) and not has_product(HEALTHY, HEALTHY, [])
+    assert math.isnan(production_loss(HEALTHY, HEALTHY, [], 20.0))
 
 
 def test_seconds_outside_are_those_of_hard_limits_after_a_time() -> None:

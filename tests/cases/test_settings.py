@@ -71,6 +71,8 @@ ABSURD = [
     ("twin.errors.T1", "[-0.5, 0.1]", "outside 0 to"),
     ("twin.errors.T1", "[0.5]", "at least 2 items"),
     ("twin.initial.T", "inf", "initial, T: inf"),
+    ("twin.corrected", "[]", "twin, corrected: at least 1 items are needed, and there are 0; add what is meant"),
+    ("objective.delivered", "[]", "objective, delivered: at least 1 items are needed, and there are 0"),
     ("run.end_s", "0.0", "end_s: 0 s is outside 10 to 604800 s"),
     ("run.end_s", "inf", "end_s: inf s is outside"),
     ("run.onset_s", "-1.0", "onset_s: -1 s"),
@@ -98,6 +100,13 @@ def test_an_absurd_value_is_one_line(key: str, value: str, words: str) -> None:
         read(changed(key, value))
     message = str(caught.value)
     assert words in message and message.startswith("some/case.toml: ") and "\n" not in message
+
+
+@pytest.mark.parametrize("table", ["errors", "initial"])
+def test_a_table_that_names_nothing_is_one_line(table: str) -> None:
+    start = TEXT.index(f"[twin.{table}]")
+    with pytest.raises(CaseError, match=rf"^some/case\.toml: twin, {table}: at least 1 items are needed"):
+        read(f"{TEXT[:start]}[twin.{table}]{TEXT[TEXT.index(chr(10) + '[', start) :]}")
 
 
 @pytest.mark.parametrize(

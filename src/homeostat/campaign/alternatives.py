@@ -10,7 +10,7 @@ from itertools import pairwise, product
 
 from homeostat.agents.candidates import design_commands
 from homeostat.campaign.scenario import Scenario
-from homeostat.campaign.scoring import kept_until, loses_no_more, outside_after, production_loss, worse
+from homeostat.campaign.scoring import kept_until, loses_no_more, outside_after, worse
 from homeostat.campaign.unattended import Diverted, fault_free, open_process, unattended, watch
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import fallbacks, new_sequencer
@@ -49,8 +49,7 @@ def needless(case: Case, scenario: Scenario, truth: Trajectory, started_s: float
     if outside_after(alone, case.description.limits, started_s, started_s):
         return False
     healthy = fault_free(case, scenario.seed, scenario.end_s).truth
-    lost = [production_loss(run, healthy, case.delivered, from_s) for run in (alone, truth)]
-    return loses_no_more(*lost)
+    return loses_no_more(alone, truth, healthy, case.delivered, from_s)
 
 
 def as_usual(case: Case, states: Sequence[str]) -> bool:

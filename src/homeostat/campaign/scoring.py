@@ -70,16 +70,17 @@ def production_loss(
     """Fraction of the fault-free production between two times that was lost [1].
 
     ``delivered`` names the true quantities whose sum is what was produced so far (delivered, or still in the plant).
-    NaN where nothing would have been produced in that time.
+    NaN where nothing would have been produced in that time, or where it is not known what was.
     """
-    first = int(np.searchsorted(truth.times_s, from_s))
-    last = truth.length - 1 if to_s is None else int(np.searchsorted(truth.times_s, to_s))
+    possible = _made(healthy, delivered, from_s, to_s)
+    return 1.0 - _made(truth, delivered, from_s, to_s) / possible if possible else math.nan
 
-    def made(run: Trajectory) -> float:
-        return float(sum(run.signals[d][0, last] - run.signals[d][0, first] for d in delivered))
 
-    possible = made(healthy)
-    return 1.0 - made(truth) / possible if possible else math.nan
+def _made(run: Trajectory, delivered: Sequence[str], from_s: float, to_s: float | None = None) -> float:
+    """What was produced between two times, in the unit of the ``delivered`` quantities; NaN where none is named."""
+    first = int(np.searchsorted(run.times_s, from_s))
+    last = run.length - 1 if to_s is None else int(np.searchsorted(run.times_s, to_s))
+    return float(sum(run.signals[d][0, last] - run.signals[d][0, first] for d in delivered)) if delivered else math.nan
 
 
 def fed_at_end(truth: Trajectory, production: Production) -> bool:
@@ -91,13 +92,19 @@ def fed_at_end(truth: Trajectory, production: Production) -> bool:
 
 def has_product(truth: Trajectory, healthy: Trajectory, delivered: Sequence[str]) -> bool:
     """Whether a run has its product: at least :data:`LEAST_PRODUCT` of what the fault-free run delivers."""
-    lost = production_loss(truth, healthy, delivered, truth.start_s)
-    return math.isnan(lost) or lost <= 1.0 - LEAST_PRODUCT + _EQUAL
+    possible = _made(healthy, delivered, truth.start_s)
+    return _made(truth, delivered, truth.start_s) >= (LEAST_PRODUCT - _EQUAL) * possible  # not where one is NaN
 
 
-def loses_no_more(loss: float, other: float) -> bool:
-    """Whether ``loss`` is no more than ``other``, both as :func:`production_loss` gives them, within SAME_LOSS."""
-    return math.isnan(loss) or math.isnan(other) or loss <= other + SAME_LOSS + _EQUAL
+def loses_no_more(
+    run: Trajectory, other: Trajectory, healthy: Trajectory, delivered: Sequence[str], from_s: float
+) -> bool:
+    """Whether ``run`` loses no more of the fault-free production after ``from_s`` [s] than ``other``, within SAME_LOSS.
+
+    Where nothing would have been produced, it is no more if ``run`` makes no less. What is not known is never no more.
+    """
+    made, others, possible = (_made(each, delivered, from_s) for each in (run, other, healthy))
+    return made >= others - (SAME_LOSS + _EQUAL) * abs(possible)
 
 
 def outside_after(truth: Trajectory, limits: Limits, started_s: float, from_s: float) -> dict[str, Row]:

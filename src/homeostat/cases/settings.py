@@ -69,7 +69,7 @@ class ObjectiveTable(Table):
     """Tag whose mean is the production rate."""
     design_rate: Annotated[float, within(1e-9, 1e9, "(tag's unit)", "a plant is designed to produce something")]
     """Its value by design, in the tag's unit."""
-    delivered: list[Name]
+    delivered: Annotated[list[Name], Len(1, 40)]
     """True quantities whose sum is what was produced so far."""
     totals: dict[Name, Name] = {}
     """What is added up over a run -> the true quantity."""
@@ -83,9 +83,9 @@ class ObjectiveTable(Table):
 class TwinTable(Table):
     """``[twin]``: how the twin is judged and used; what the keys mean stands at `TwinSettings`."""
 
-    errors: dict[Name, Annotated[list[Deviation], Len(2, 2)]]
-    corrected: list[Name]
-    initial: dict[Name, Deviation]
+    errors: Annotated[dict[Name, Annotated[list[Deviation], Len(2, 2)]], Len(1)]
+    corrected: Annotated[list[Name], Len(1)]
+    initial: Annotated[dict[Name, Deviation], Len(1)]
     gain_error: Fraction
     replay_s: Stretch | None = None
     recent_s: Stretch | None = None
