@@ -6,6 +6,7 @@ import unicodedata
 from collections.abc import Iterable
 
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
+from homeostat.domain.quotation import is_unseen
 from homeostat.guard.memory import REMEMBERED
 from homeostat.guard.texts import LONGEST, LONGEST_NAME, brief, fits
 
@@ -46,7 +47,7 @@ class Authority:
             return untimely
         if command.verb in ENGINEERING and command.role is not Role.ENGINEER:
             return f"only an engineer may order {command.verb.value!r}"
-        if command.verb in NEEDS_REASON and not command.reason.strip():
+        if command.verb in NEEDS_REASON and not _folded(command.reason):
             return f"{command.verb.value!r} needs a reason"
         if command.verb is Verb.MODE and command.subject not in {m.value for m in Mode}:
             return f"there is no mode {command.subject!r}; there are {', '.join(m.value for m in Mode)}"
@@ -93,6 +94,13 @@ def _malformed(command: PersonCommand) -> str:
     return f"an order has names of at most {LONGEST_NAME} characters and a reason of at most {LONGEST}"
 
 
-def _folded(person: str) -> str:
-    """One spelling for the names that a person might write differently."""
-    return " ".join(unicodedata.normalize("NFKC", person).casefold().split())
+def _folded(text: str) -> str:
+    """One spelling for what people see as the same name; empty where they see nothing."""
+    before, folded = "", text
+    while folded != before:  # what is not seen may keep a letter and its accent apart
+        before, folded = folded, _once("".join(c for c in folded if not (is_unseen(c) or c.isspace())))
+    return folded
+
+
+def _once(text: str) -> str:
+    return unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", text).casefold())
