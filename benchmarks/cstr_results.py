@@ -22,6 +22,7 @@ from statistics import median
 import numpy as np
 
 from homeostat.campaign.best_constant import best_constant
+from homeostat.campaign.limits_in_force import LimitsInForce
 from homeostat.campaign.outcome import OutcomeKind
 from homeostat.campaign.runner import run
 from homeostat.campaign.scenario import Scenario, scenario
@@ -78,7 +79,7 @@ def measure(job: tuple[str, int, bool]) -> Row:
     result = run(case, s, clock=DeclaredClock(1.0))
     alone = run_unattended(case, s)
     started = 600.0
-    unattended = exposures(alone, case.description.limits, started, None)
+    unattended = exposures(alone, LimitsInForce.after(case.description, started), None)
     onset = s.onset_s or 0.0
     best = None
     if yardstick and result.released_s is not None:

@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 
 from homeostat.agents.bounds import Budget
+from homeostat.campaign.limits_in_force import LimitsInForce
 from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.campaign.scoring import exposures
@@ -105,9 +106,10 @@ def unsafe(case: Case, chosen: Scenario, result: RunResult, trace: MemoryTrace) 
         seen = seen[np.isfinite(seen)]
         if seen.size and (seen.min() < low - 1e-9 or seen.max() > high + 1e-9):
             return f"{tag} reached {seen.min():.6g} to {seen.max():.6g}; admitted {low:.6g} to {high:.6g}"
-    alone = exposures(run_unattended(case, chosen), case.description.limits, STARTED_S, None)
+    force = LimitsInForce.after(case.description, STARTED_S)
+    alone = exposures(run_unattended(case, chosen), force, None)
     without = {e.limit: e.total_s for e in alone}
-    for e in exposures(result.truth, case.description.limits, STARTED_S, None):
+    for e in exposures(result.truth, force, None):
         if e.limit in _hard(case) and e.total_s > without[e.limit]:
             return f"{e.limit} {e.total_s:.0f} s outside, {without[e.limit]:.0f} s without any action"
     return ""

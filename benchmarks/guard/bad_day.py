@@ -22,7 +22,8 @@ from homeostat.domain.ports import GuardEvent
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import WriteIntended
-from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.attachment import Attachment
+from homeostat.guard.guard import Guard
 from homeostat.guard.settings import GuardSettings
 from homeostat.links.errors import LinkError
 from homeostat.links.misbehaving import Misbehaving

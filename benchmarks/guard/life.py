@@ -14,7 +14,8 @@ from homeostat.domain.mode import Mode
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command
 from homeostat.domain.rules import GuardRules
-from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.attachment import Attachment
+from homeostat.guard.guard import Guard
 from homeostat.guard.memory import Memory
 from homeostat.guard.settings import GuardSettings
 from homeostat.links.simulated import SimulatedLink, SimulatedWire

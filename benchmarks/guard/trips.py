@@ -13,7 +13,8 @@ from homeostat.domain.guard_events import Tripped
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.write_events import Cause, WriteIntended
-from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.attachment import Attachment
+from homeostat.guard.guard import Guard
 from homeostat.links.scripted import PlantScript, Push, ScriptedPlant
 from homeostat.links.simulated import SimulatedLink
 

@@ -11,6 +11,7 @@ from benchmarks.scale.module_case import TimedStore, module_case
 from benchmarks.scale.plant_graph import KINDS, kind_of
 from benchmarks.scale.prompts import Declining, first_question, left_out, tokens
 from benchmarks.scale.site import Site
+from homeostat.campaign.facts import limits_of
 from homeostat.campaign.outcome import Facts, outcome
 from homeostat.campaign.runner import Recorder
 from homeostat.campaign.scenario import scenario
@@ -125,8 +126,8 @@ def decide(
     link = SimulatedLink(process)
     model = ScriptedModel("scripted:declining", Declining())
     wire(case, link, clock, trace, seed, Arrangement(language=Language(model))).run(link.source)
-    started_s = recorder.started_s if recorder.started_s is not None else chosen.end_s
-    inside = inside_at_end(process.truth(), case.description.limits, started_s)
+    truth = process.truth()
+    inside = inside_at_end(truth, limits_of(case, recorder, truth))
     # On a site no alternative is tried: what was released is taken to be needed.
     kind = outcome(Facts(
         avoidable=False, inside_at_end=inside, fell_back=bool(recorder.fallbacks), missed=not recorder.diagnosed,

@@ -11,12 +11,16 @@ from homeostat.agents.crew import AskingProtocol
 from homeostat.agents.language.scripts import reasonable
 from homeostat.campaign.alternatives import as_usual, avoidable, diverted, needless, released_set
 from homeostat.campaign.conditions import Conditions
+from homeostat.campaign.limits_in_force import LimitsInForce, in_force
+from homeostat.campaign.operation import Operation
 from homeostat.campaign.outcome import OutcomeKind
 from homeostat.campaign.runner import RunResult, run, run_steered
 from homeostat.campaign.scenario import Scenario, scenario
+from homeostat.campaign.scoring import outside_after
 from homeostat.campaign.unattended import run_unattended, unattended
 from homeostat.cases.case import Case, load_case
 from homeostat.cases.wiring import Language, fallbacks, new_sequencer
+from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.scripted import ScriptedModel
@@ -28,6 +32,7 @@ STUCK = scenario(reactor(), "cool_stuck_closed", 1, 1450.0, None, 2400.0)
 """Without action it is too hot within minutes, and stays so."""
 QUIET = scenario(reactor(), "none", 1, None, None, 1500.0)
 STARTED_S = 600.0
+FORCE = LimitsInForce.after(reactor().description, STARTED_S)
 
 
 @functools.cache
@@ -50,12 +55,12 @@ def stop_feed() -> ActionSet:
 def test_nobody_acting_violates_what_a_fallback_would_have_kept(detected_s: float, found: bool) -> None:
     """Ten seconds before the end no fallback brings it back, so nobody can be blamed for that."""
     truth = run_unattended(reactor(), STUCK)
-    assert avoidable(reactor(), STUCK, truth, STARTED_S, detected_s, None) is found
+    assert avoidable(reactor(), STUCK, truth, FORCE, detected_s, None) is found
 
 
 def test_what_keeps_every_limit_violates_nothing() -> None:
     truth = diverted(reactor(), STUCK, 1454.0, stop_feed(), aborting=True)
-    assert truth is not None and not avoidable(reactor(), STUCK, truth, STARTED_S, 1454.0, None)
+    assert truth is not None and not avoidable(reactor(), STUCK, truth, FORCE, 1454.0, None)
 
 
 def test_what_was_released_late_would_have_kept_the_limit_at_detection() -> None:
@@ -63,7 +68,7 @@ def test_what_was_released_late_would_have_kept_the_limit_at_detection() -> None
     feed = reactor().description.tag("F1.sp").rate_limit
     held = ActionSet((Command("F1.sp", 0.0, feed), Command("XV1.cmd", 0.0, None)), "holding")
     late = diverted(reactor(), STUCK, 1800.0, held)
-    assert late is not None and avoidable(reactor(), STUCK, late, STARTED_S, 1454.0, held)
+    assert late is not None and avoidable(reactor(), STUCK, late, FORCE, 1454.0, held)
 
 
 def test_diverted_only_from_its_time_on() -> None:
@@ -76,12 +81,12 @@ def test_diverted_only_from_its_time_on() -> None:
 
 def test_leaving_alone_is_enough_where_nothing_is_wrong() -> None:
     truth = run_unattended(reactor(), QUIET)
-    assert needless(reactor(), QUIET, truth, STARTED_S, STARTED_S)
+    assert needless(reactor(), QUIET, truth, STARTED_S)
 
 
 def test_acting_is_needed_where_a_limit_would_be_violated() -> None:
     truth = diverted(reactor(), STUCK, 1454.0, stop_feed(), aborting=True)
-    assert truth is not None and not needless(reactor(), STUCK, truth, STARTED_S, 1450.0)
+    assert truth is not None and not needless(reactor(), STUCK, truth, 1450.0)
 
 
 def test_acting_is_needed_where_leaving_alone_loses_more() -> None:
@@ -149,3 +154,37 @@ def test_a_line_that_is_blocked_is_held() -> None:
     result = run(reactor(), chosen, clock=DeclaredClock(1.0))
     assert (result.outcome, result.actor) == (OutcomeKind.HELD, "search") and not result.good
     assert result.truth.signals["F1"][0, -60:].mean() < 0.1 * reactor().production.design_rate
+
+
+IN_START_UP = {"cool_stuck_closed": 1.0, "leak": 0.02}
+"""Faults of the reactor that keep it from ever leaving start-up."""
+
+
+@pytest.mark.parametrize("fault", IN_START_UP)
+def test_a_reactor_that_never_leaves_start_up_is_outside_its_limits(fault: str) -> None:
+    """Its start-up limits hold for as long as the tables allow, every limit from then on."""
+    chosen = scenario(reactor(), fault, 1, 5.0, IN_START_UP[fault], 900.0)
+    result = run(reactor(), chosen, MemoryTrace(), DeclaredClock(2.0), operation=Operation(Mode.OBSERVE))
+    assert result.outcome is OutcomeKind.LIMIT_VIOLATED and not result.good
+    assert result.exposures and max(e.from_detection_s for e in result.exposures) > 100.0
+
+
+def test_a_limit_of_start_up_is_violated_although_a_fallback_would_have_kept_it() -> None:
+    chosen = scenario(reactor(), "cool_stuck_closed", 1, 5.0, 1.0, 300.0)
+    truth = run_unattended(reactor(), chosen)
+    force = in_force(reactor().description, [], truth.start_s)
+    assert force.starting(truth).all() and avoidable(reactor(), chosen, truth, force, 20.0, None)
+
+
+@pytest.mark.parametrize("case", [reactor(), mixing()], ids=lambda case: case.name)
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_start_without_a_fault_keeps_the_limits_of_start_up(case: Case, seed: int) -> None:
+    alone = unattended(case, scenario(case, "none", seed, None, None, 600.0))
+    force = in_force(case.description, alone.states, alone.truth.start_s)
+    assert force.spans and outside_after(alone.truth, force) == {}
+
+
+def test_a_batch_that_cannot_begin_is_judged_by_every_limit() -> None:
+    """It has ten seconds to begin in."""
+    force = in_force(mixing().description, [], 1.0)
+    assert force.spans == ((1.0, 11.0),)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from homeostat.agents.bounds import Budget
+from homeostat.campaign.limits_in_force import LimitsInForce
 from homeostat.campaign.outcome import OutcomeKind
 from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import Scenario, scenario
@@ -73,9 +74,9 @@ def test_the_fault_is_named_before_anything_is_released(fault: str, seed: int) -
 
 def test_without_action_the_same_valve_overheats_the_reactor() -> None:
     """The test above means something: nobody acting is worse."""
-    limits = reactor().description.limits
+    force = LimitsInForce.after(reactor().description, 600.0)
     truth = run_unattended(reactor(), short("cool_stuck_closed", 1))
-    exposed = {e.limit: e.total_s for e in exposures(truth, limits, 600.0, None)}
+    exposed = {e.limit: e.total_s for e in exposures(truth, force, None)}
     assert exposed["LIM-T-HIGH"] > 100.0
 
 
@@ -99,9 +100,9 @@ OTHERS = ("cool_stuck_open", "outlet_block", "inlet_stuck_open", "temp_bias", "l
 @pytest.mark.parametrize("fault", OTHERS)
 def test_acting_never_breaks_a_limit_for_longer_than_not_acting(fault: str) -> None:
     result, _ = done(fault, 1)
-    limits = reactor().description.limits
-    alone = {e.limit: e.total_s for e in exposures(run_unattended(reactor(), short(fault, 1)), limits, 600.0, None)}
-    acted = {e.limit: e.total_s for e in exposures(result.truth, limits, 600.0, None)}
+    limits, force = reactor().description.limits, LimitsInForce.after(reactor().description, 600.0)
+    alone = {e.limit: e.total_s for e in exposures(run_unattended(reactor(), short(fault, 1)), force, None)}
+    acted = {e.limit: e.total_s for e in exposures(result.truth, force, None)}
     hard = {limit.name for limit in limits.hard}
     assert {name: (acted[name], alone[name]) for name in hard if acted[name] > alone[name]} == {}
     assert result.detected_s is not None and result.detected_s - ONSET_S <= 60.0

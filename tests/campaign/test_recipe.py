@@ -11,11 +11,11 @@ from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import scenario
 from homeostat.campaign.unattended import Unattended, fault_free, open_process
 from homeostat.cases.case import Case, load_case
-from homeostat.domain.guard_events import GuardStarted, ModeEntered, ServiceChanged, StateEntered
+from homeostat.domain.guard_events import AlarmRaised, GuardStarted, ModeEntered, ServiceChanged, StateEntered
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import WriteIntended
-from homeostat.guard.recognition import followed
+from homeostat.guard.recognition import Evidence, followed
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
 from homeostat.trace import MemoryTrace
@@ -93,6 +93,23 @@ def test_requests_go_all_the_same_and_the_plants_recipe_waits_for_their_steps() 
     assert person.of(ServiceChanged) == []
 
 
+def test_what_was_released_ends_in_observe_and_the_batch_goes_on_by_the_recipe_from_where_it_stands() -> None:
+    person = Person([
+        (145.0, Verb.MODE, {"subject": "observe"}), (150.0, Verb.MODE, {"subject": "closed-loop"})
+    ])  # fmt: skip
+    trace = MemoryTrace()
+    trace.subscribe(person)
+    what = scenario(case(), "clogging", 3, onset_s=100.0, severity=0.98, end_s=400.0, location="main")
+    result = run(case(), what, trace, DeclaredClock(1.0), operation=Operation(orders=person.orders))
+    assert result.state == "complete" and result.actor == "search"
+    (cause,) = [e.cause for e in person.of(AlarmRaised) if e.alarm == "withdrawn"]
+    assert "'t5_bypass', 't6_bypass', 't7'" in cause
+    speeds = [(c.value, at_s) for w, at_s in person.seen if isinstance(w, WriteIntended) for c in w.commands
+              if c.tag == "P102.cmd" and c.value]  # fmt: skip
+    assert {v for v, at_s in speeds if at_s < 145.0} == {1.0} and {v for v, at_s in speeds if at_s > 150.0} == {0.9}
+    assert person.of(ServiceChanged) == []
+
+
 def test_a_fallback_acts_and_the_recipe_stands_until_a_person_starts_again() -> None:
     person = Person([
         (60.0, Verb.FALL_BACK, {"reason": "smoke"}), (90.0, Verb.RESET, {"reason": "none"}),
@@ -150,13 +167,14 @@ def test_a_guard_that_dies_leaves_the_recipe_to_the_plant_unless_a_fallback_has_
 
 
 def test_a_state_out_of_turn_is_recognised_where_only_one_fits() -> None:
-    machine, tags = case().description.machine, case().description.writables
-    closed = dict.fromkeys(tags, 0.0)
-    filling = Snapshot(1.0, {}, accepted=closed | {"VI202.cmd": 1.0})
-    assert followed(machine, filling, "complete") == "filling_B202"
-    assert followed(machine, filling, "filling_B202") == "filling_B202"
-    assert followed(machine, Snapshot(1.0, {}, accepted=closed), "held") == "held"
-    assert (
-        followed(machine, Snapshot(1.0, {"P101.speed": 0.0, "P102.speed": 0.0}, accepted=closed), "filling_B202")
-        is None
-    )
+    machine, rules = case().description.machine, case().description.writables
+    closed = dict.fromkeys(rules, 0.0)
+
+    def where(believed: str, accepted: dict[str, float], **values: float) -> str | None:
+        readings = Snapshot(1.0, {tag.replace("_", "."): value for tag, value in values.items()}, accepted=accepted)
+        return followed(machine, Evidence(readings, rules), believed)
+
+    assert where("complete", closed | {"VI202.cmd": 1.0}) == "filling_B202"
+    assert where("filling_B202", closed | {"VI202.cmd": 0.99}) == "filling_B202"
+    assert where("held", closed) == "held"
+    assert where("filling_B202", closed, P101_speed=0.0, P102_speed=0.0) is None

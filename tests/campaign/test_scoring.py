@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from homeostat.campaign.limits_in_force import LimitsInForce, Span, in_force
 from homeostat.campaign.scoring import (
     CALM_S,
     RETURN_S,
@@ -21,12 +23,22 @@ from homeostat.campaign.scoring import (
     production_loss,
     worse,
 )
-from homeostat.domain.limits import Limits
+from homeostat.domain.limits import LimitKind, Limits
 from homeostat.domain.production import Production
+from homeostat.domain.rules import StartUp
 from homeostat.domain.snapshot import Trajectory
-from tests.safety.world import CALM, COLD, FEED, HOT
+from tests.safety.world import CALM, COLD, FEED, HOT, rule
+from tests.twin.followed import reactor
 
 LIMITS = Limits((HOT, COLD, FEED), (CALM,))
+FORCE = LimitsInForce(LIMITS)
+WARM = rule("LIM-HOT", LimitKind.INTERLOCK, "T <= 340", hard=True)
+STARTING = StartUp(frozenset({"waiting"}), {"LIM-HOT": WARM}, {"waiting": 5.0})
+
+
+def starting_until(ended_s: float) -> LimitsInForce:
+    """A start-up from the first sample to ``ended_s`` [s], in which more heat is allowed."""
+    return LimitsInForce(LIMITS, STARTING, ((1.0, ended_s),))
 
 
 def truth(dt_s: float = 1.0, **signals: list[float] | np.ndarray) -> Trajectory:
@@ -46,37 +58,74 @@ def temperatures(*stretches: tuple[float, int]) -> Trajectory:
 
 def test_exposure_counts_the_seconds_outside_each_limit() -> None:
     run = temperatures((310.0, 10), (314.0, 7), (310.0, 5), (290.0, 3), (310.0, 5))
-    hot, cold = exposures(run, LIMITS, 0.0, None)
+    hot, cold = exposures(run, FORCE, None)
     assert (hot.limit, hot.total_s, hot.from_detection_s) == ("LIM-HOT", 7.0, 0.0)
     assert (cold.limit, cold.total_s) == ("LIM-COLD", 3.0)
 
 
 def test_permissives_and_criteria_are_no_exposure() -> None:
     wet = truth(T=[310.0] * 4, L=[12.0] * 4)
-    assert [e.limit for e in exposures(wet, LIMITS, 0.0, 0.0)] == ["LIM-HOT", "LIM-COLD"]
-    assert all(e.total_s == 0.0 for e in exposures(wet, LIMITS, 0.0, 0.0))
+    assert [e.limit for e in exposures(wet, FORCE, 0.0)] == ["LIM-HOT", "LIM-COLD"]
+    assert all(e.total_s == 0.0 for e in exposures(wet, FORCE, 0.0))
 
 
 @pytest.mark.parametrize(("value", "seconds"), [(313.0, 0.0), (math.nextafter(313.0, 400.0), 4.0)])
 def test_at_the_limit_is_inside(value: float, seconds: float) -> None:
-    assert exposures(temperatures((value, 4)), LIMITS, 0.0, None)[0].total_s == seconds
+    assert exposures(temperatures((value, 4)), FORCE, None)[0].total_s == seconds
 
 
 @pytest.mark.parametrize(("started_s", "seconds"), [(0.0, 10.0), (1.0, 9.0), (4.0, 6.0), (10.0, 0.0), (99.0, 0.0)])
-def test_start_up_does_not_count(started_s: float, seconds: float) -> None:
-    assert exposures(temperatures((350.0, 10)), LIMITS, started_s, None)[0].total_s == seconds
+def test_what_start_up_allows_does_not_count_while_it_lasts(started_s: float, seconds: float) -> None:
+    force = starting_until(started_s)
+    assert exposures(temperatures((330.0, 10)), force, None)[0].total_s == seconds
+    assert exposures(temperatures((341.0, 10)), force, None)[0].total_s == 10.0, "its own limit holds"
+
+
+def test_a_limit_that_start_up_does_not_replace_holds_if_it_is_hard() -> None:
+    force = LimitsInForce(LIMITS, StartUp(frozenset({"waiting"})), ((1.0, 4.0),))
+    hot, cold = exposures(temperatures((330.0, 6)), force, None)
+    assert hot.total_s == 6.0
+    hot, cold = exposures(temperatures((290.0, 6)), force, None)
+    assert (hot.total_s, cold.total_s) == (0.0, 2.0)
+
+
+def test_the_plant_that_ends_in_start_up_ends_within_its_limits() -> None:
+    assert inside_at_end(temperatures((330.0, 100)), starting_until(math.inf))
+    assert not inside_at_end(temperatures((341.0, 100)), starting_until(math.inf))
+    assert not inside_at_end(temperatures((330.0, 100)), starting_until(99.0))
+
+
+@pytest.mark.parametrize(
+    ("states", "told", "spans"),
+    [
+        ([], [], ((1.0, 6.0),)),
+        ([("waiting", 2.0), ("running", 3.0)], [], ((1.0, 3.0),)),
+        ([("running", 9.0)], [], ((1.0, 6.0),)),
+        ([("running", 3.0)], [(1.0, 2.0), (8.0, math.inf)], ((1.0, 2.0), (8.0, 13.0))),
+    ],
+)
+def test_start_up_lasts_until_it_is_left_and_no_longer_than_the_tables_allow(
+    states: list[tuple[str, float]], told: list[Span], spans: tuple[Span, ...]
+) -> None:
+    plant = replace(reactor().description, start_up=replace(STARTING, states=frozenset({"starting", "waiting"})))
+    assert in_force(plant, states, 1.0, told).spans == spans
+
+
+def test_a_plant_that_does_not_begin_in_start_up_has_none() -> None:
+    plant = replace(reactor().description, start_up=STARTING)
+    assert in_force(plant, [], 1.0).spans == ()
 
 
 @pytest.mark.parametrize(
     ("detected_s", "seconds"), [(None, 0.0), (0.0, 6.0), (4.0, 6.0), (5.0, 5.0), (9.5, 1.0), (10.0, 0.0)]
 )
 def test_exposure_from_detection_starts_after_it(detected_s: float | None, seconds: float) -> None:
-    hot, _ = exposures(temperatures((310.0, 4), (320.0, 6)), LIMITS, 0.0, detected_s)
+    hot, _ = exposures(temperatures((310.0, 4), (320.0, 6)), FORCE, detected_s)
     assert (hot.from_detection_s, hot.total_s) == (seconds, 6.0)
 
 
 def test_the_sampling_period_counts() -> None:
-    assert exposures(truth(dt_s=5.0, T=[320.0] * 3, L=[8.0] * 3), LIMITS, 0.0, 0.0)[0].total_s == 15.0
+    assert exposures(truth(dt_s=5.0, T=[320.0] * 3, L=[8.0] * 3), FORCE, 0.0)[0].total_s == 15.0
 
 
 # --- the end ----------------------------------------------------------------------------------------------------
@@ -97,7 +146,7 @@ def test_the_sampling_period_counts() -> None:
 )
 def test_the_end_is_calm_within_the_hard_limits(stretches: tuple[tuple[float, int], ...], inside: bool) -> None:
     assert CALM_S == 60.0
-    assert inside_at_end(temperatures(*stretches), LIMITS) is inside
+    assert inside_at_end(temperatures(*stretches), FORCE) is inside
 
 
 # --- production -------------------------------------------------------------------------------------------------
@@ -175,23 +224,37 @@ def test_where_there_is_no_product_none_is_missing() -> None:
 
 @pytest.mark.parametrize(
     ("loss", "other", "no_more"),
-    [
-        (0.1, 0.1, True), (0.105, 0.1, True), (0.1051, 0.1, False), (0.0, 0.5, True), (0.5, 0.0, False),
-        (math.nan, 0.0, True), (0.0, math.nan, True),
-    ],
-)  # fmt: skip
+    [(0.1, 0.1, True), (0.105, 0.1, True), (0.1051, 0.1, False), (0.0, 0.5, True), (0.5, 0.0, False)],
+)
 def test_losses_within_half_a_percent_are_the_same(loss: float, other: float, no_more: bool) -> None:
-    assert SAME_LOSS == 0.005 and loses_no_more(loss, other) is no_more
+    runs = made([1.0 - loss] * 100), made([1.0 - other] * 100)
+    assert SAME_LOSS == 0.005 and loses_no_more(*runs, HEALTHY, ["product"], 20.0) is no_more
+
+
+@pytest.mark.parametrize(("rate", "other", "no_more"), [(0.0, 0.0, True), (0.2, 0.1, True), (0.1, 0.2, False)])
+def test_where_nothing_would_have_been_made_what_was_made_decides(rate: float, other: float, no_more: bool) -> None:
+    idle = made([0.0] * 100)
+    assert loses_no_more(made([rate] * 100), made([other] * 100), idle, ["product"], 20.0) is no_more
+
+
+@pytest.mark.parametrize("unknown", range(3))
+def test_what_is_not_known_is_never_no_more_and_no_product(unknown: int) -> None:
+    runs = [made([1.0] * 99 + [math.nan if k == unknown else 1.0]) for k in range(3)]
+    assert not loses_no_more(*runs, ["product"], 20.0)
+    assert has_product(runs[0], runs[2], ["product"]) is (unknown == 1)
+    assert not loses_no_more(HEALTHY, HEALTHY, HEALTHY, [], 20.0) and not has_product(HEALTHY, HEALTHY, [])
+    assert math.isnan(production_loss(HEALTHY, HEALTHY, [], 20.0))
 
 
 def test_seconds_outside_are_those_of_hard_limits_after_a_time() -> None:
     run = temperatures((320.0, 5), (310.0, 5), (320.0, 3), (290.0, 2))
-    found = outside_after(run, LIMITS, 0.0, 7.0)
+    found = outside_after(run, FORCE, 7.0)
     assert {name: times.tolist() for name, times in found.items()} == {"LIM-HOT": [11.0, 12.0, 13.0]}
-    assert outside_after(run, LIMITS, 0.0, 0.0)["LIM-HOT"].tolist() == [1, 2, 3, 4, 5, 11, 12, 13]
-    assert outside_after(run, LIMITS, 11.0, 0.0)["LIM-HOT"].tolist() == [12.0, 13.0]
-    assert outside_after(run, LIMITS, math.inf, 0.0) == {}
-    assert outside_after(temperatures((313.0, 9)), LIMITS, 0.0, 0.0) == {}, "at the limit is inside"
+    assert outside_after(run, FORCE, 0.0)["LIM-HOT"].tolist() == [1, 2, 3, 4, 5, 11, 12, 13]
+    assert outside_after(run, starting_until(11.0), 0.0)["LIM-HOT"].tolist() == [12.0, 13.0]
+    assert outside_after(run, starting_until(math.inf)) == {}
+    assert outside_after(temperatures((313.0, 9)), FORCE) == {}, "at the limit is inside"
+    assert starting_until(11.0).settled_s(7.0) == 11.0 and starting_until(11.0).settled_s(12.0) == 12.0
 
 
 IN, OUT = 310.0, 320.0
@@ -216,7 +279,7 @@ def test_what_is_outside_at_detection_has_to_come_back_and_stay(
     after: tuple[tuple[float, int], ...], kept: bool, until: float | None
 ) -> None:
     run = temperatures((IN, 100), *after)
-    found = kept_until(outside_after(run, LIMITS, 0.0, DETECTED_S), run, DETECTED_S)
+    found = kept_until(outside_after(run, FORCE, DETECTED_S), run, DETECTED_S)
     assert found == (({"LIM-HOT": until} if until else {}) if kept else None)
 
 
@@ -234,6 +297,6 @@ def test_a_run_is_worse_than_what_keeps_the_limits(
     ours: tuple[tuple[float, int], ...], alternative: tuple[tuple[float, int], ...], is_worse: bool
 ) -> None:
     one, other = temperatures((IN, 100), *ours), temperatures((IN, 100), *alternative)
-    until = kept_until(outside_after(other, LIMITS, 0.0, DETECTED_S), other, DETECTED_S)
+    until = kept_until(outside_after(other, FORCE, DETECTED_S), other, DETECTED_S)
     assert until is not None
-    assert worse(outside_after(one, LIMITS, 0.0, DETECTED_S), until) is is_worse
+    assert worse(outside_after(one, FORCE, DETECTED_S), until) is is_worse

@@ -6,6 +6,7 @@ import math
 import re
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +14,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from homeostat.cases import wiring
 from homeostat.cases.case import load_case
 from homeostat.cases.error import CaseError
 from homeostat.cases.folder import CASES, PlantFiles
 from homeostat.cases.settings import Settings
 from homeostat.cases.settings_file import read_settings
+from homeostat.cases.wiring import wire
+from homeostat.guard.guard import Guard
+from homeostat.guard.settings import GuardSettings
+from homeostat.links.clock import DeclaredClock
+from homeostat.trace import MemoryTrace
 from tests.cases.copies import Copy
 
 TEXT = (CASES / "cstr" / "case.toml").read_text(encoding="utf-8")
@@ -64,6 +71,8 @@ ABSURD = [
     ("twin.errors.T1", "[-0.5, 0.1]", "outside 0 to"),
     ("twin.errors.T1", "[0.5]", "at least 2 items"),
     ("twin.initial.T", "inf", "initial, T: inf"),
+    ("twin.corrected", "[]", "twin, corrected: at least 1 items are needed, and there are 0; add what is meant"),
+    ("objective.delivered", "[]", "objective, delivered: at least 1 items are needed, and there are 0"),
     ("run.end_s", "0.0", "end_s: 0 s is outside 10 to 604800 s"),
     ("run.end_s", "inf", "end_s: inf s is outside"),
     ("run.onset_s", "-1.0", "onset_s: -1 s"),
@@ -91,6 +100,13 @@ def test_an_absurd_value_is_one_line(key: str, value: str, words: str) -> None:
         read(changed(key, value))
     message = str(caught.value)
     assert words in message and message.startswith("some/case.toml: ") and "\n" not in message
+
+
+@pytest.mark.parametrize("table", ["errors", "initial"])
+def test_a_table_that_names_nothing_is_one_line(table: str) -> None:
+    start = TEXT.index(f"[twin.{table}]")
+    with pytest.raises(CaseError, match=rf"^some/case\.toml: twin, {table}: at least 1 items are needed"):
+        read(f"{TEXT[:start]}[twin.{table}]{TEXT[TEXT.index(chr(10) + '[', start) :]}")
 
 
 @pytest.mark.parametrize(
@@ -210,3 +226,24 @@ def test_the_installed_plants_are_as_their_files_say(name: str) -> None:
         for key, value in content.get(table, {}).items():
             if isinstance(value, int | float):
                 assert getattr(filled, key) == value
+
+
+def test_how_long_the_link_may_need_for_a_lease_is_the_plants_setting() -> None:
+    assert read(TEXT).link.lease_within_s == load_case("cstr").lease_within_s == 10.0
+    assert read(f"{TEXT}\n[link]\nlease_within_s = 45.0\n").link.lease_within_s == 45.0
+    for value in ("0.5", "601.0", "nan", "true", '"10"'):
+        with pytest.raises(CaseError, match="lease_within_s"):
+            read(f"{TEXT}\n[link]\nlease_within_s = {value}\n")
+
+
+def test_the_guard_waits_for_a_lease_as_long_as_the_plant_states(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[GuardSettings] = []
+
+    def guard(rules: Any, attachment: Any, settings: GuardSettings) -> Guard:
+        made.append(settings)
+        return Guard(rules, attachment, settings)
+
+    monkeypatch.setattr(wiring, "Guard", guard)
+    case = replace(load_case("cstr"), lease_within_s=45.0)
+    wire(case, None, DeclaredClock(1.0), MemoryTrace(), 1)
+    assert [s.lease_within_s for s in made] == [45.0]

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from homeostat.trace.keys import VARIABLE, SigningKey, installation_key
+from homeostat.trace.manifest import OLDER_KINDS
 from tests.cli.command import Done, homeostat, refused
 from tests.trace.forgery import change, lines_of, rewrite, sign
 
@@ -47,6 +48,22 @@ def test_a_missing_signature_is_said(tmp_path: Path, copy: Path) -> None:
     rewrite(copy, [line for line in lines_of(copy) if line["event"] != "signed"], key="", signature="")
     done = homeostat("trace", "verify", "run", cwd=tmp_path)
     assert done.status == 1 and "NOT SIGNED" in done.out and done.out.count("\n") == 1
+
+
+def test_a_signed_run_that_is_made_older_than_signatures_is_said(tmp_path: Path, copy: Path) -> None:
+    kept = [x for x in lines_of(copy) if x["event"] in OLDER_KINDS and "happened_s" not in x]
+    rewrite(copy, kept, format=1, key=None, signature=None, configuration=None)
+    for key in ((), ("--key", installation_key().public)):
+        done = homeostat("trace", "verify", "run", *key, cwd=tmp_path)
+        assert done.status == 3 and "NOT SIGNED" in done.out and "complete and unaltered" not in done.out
+
+
+def test_a_missing_closing_signature_is_said(tmp_path: Path, copy: Path) -> None:
+    lines = lines_of(copy)
+    assert lines[-1]["event"] == "signed"
+    rewrite(copy, lines[:-1], key="", signature="")
+    done = homeostat("trace", "verify", "run", cwd=tmp_path)
+    assert done.status == 1 and "NO CLOSING SIGNATURE" in done.out
 
 
 def test_a_contradiction_is_said(tmp_path: Path, copy: Path) -> None:

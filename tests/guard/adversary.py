@@ -18,7 +18,8 @@ from homeostat.domain.recovery import Command
 from homeostat.domain.request import Request, RequestStatus
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.attachment import Attachment
+from homeostat.guard.guard import Guard
 from homeostat.guard.memory import Memory
 from homeostat.guard.settings import GuardSettings
 from tests.guard.oracle import KEY, OLDEST_S, Oracle

@@ -35,8 +35,23 @@ EQUIVALENT: dict[tuple[str, str], str] = {
     ("waiting=(), aborting=False, released=False, owed=None, left=None,", "False -> True"):
         "nothing waits after a reset, and whatever is loaded next says whose it is",
     # persons
-    ("floor.parts.sequencer.restore(state, (), aborting=False)", "False -> True"):
+    ("sequencer.restore(found.state, (), aborting=False)", "False -> True"):
         "nothing waits after a reset, and whatever is loaded next says by itself whether it belongs to a fallback",
+    # arrivals
+    ("if t.source == state and not t.on_decision and t.guard.holds(values):", "operand 0 -> nothing"):
+        "what leaves another state is forgotten at once",
+    ("return stated is not None and same(stated.design, target, rules.writables[tag].tolerance)",
+     "arguments -> swapped"): "being the same goes both ways",
+    **{
+        (
+            "return max((rules.writables[r.tag].confirm_s for r in stated if r.tag in rules.writables), default=0.0)",
+            change,
+        ): "a state that commands nothing leaves nothing to wait for"
+        for change in ("0.0 -> 1", "0.0 -> -1.0")
+    },
+    ("return max((rules.writables[r.tag].confirm_s for r in stated if r.tag in rules.writables), default=0.0)",
+     "filter 0 -> none"): "the tables refuse a state that commands what cannot be written",
+    ("self._until_s = -math.inf", "USub -> nothing"): "nobody asks before something waits, which sets it",
     # seal
     (
         'return hmac.compare_digest(code(request, key).encode(), request.seal.mac.encode(errors="replace"))',

@@ -92,9 +92,11 @@ def test_a_strategy_that_is_named_begins_and_the_others_follow_in_their_order() 
     fallbacks = Fallbacks(replace(RULES, fallbacks=(DRAIN, CLOSE, third)))
     fallbacks.take()
     fallbacks.begin("third")
-    assert names(fallbacks) == ["third", "drain", "close"] and fallbacks.take() == third
+    assert [fallbacks.take() for _ in range(4)] == [third, DRAIN, CLOSE, None]
+    fallbacks.begin("third", tried=frozenset({"third", "drain"}))
+    assert [fallbacks.take() for _ in range(3)] == [third, CLOSE, None]
     fallbacks.begin("nonsense")
-    assert names(fallbacks) == ["third", "drain", "close"]
+    assert fallbacks.take() == DRAIN and names(fallbacks) == ["drain", "close", "third"]
 
 
 def test_what_brings_most_of_the_limits_back_is_taken_first_and_what_was_spent_never() -> None:
@@ -109,6 +111,8 @@ def test_what_brings_most_of_the_limits_back_is_taken_first_and_what_was_spent_n
     assert taken() == ["drain", "close", "third"] and taken("LIM-OTHER") == ["drain", "close", "third"]
     assert taken("LIM-HOT") == ["close", "third", "drain"]
     assert taken("LIM-HOT", "LIM-FULL") == ["third", "close", "drain"]
+    fallbacks.begin()
+    assert fallbacks.take(frozenset({"LIM-HOT"}), frozenset({"LIM-FULL"})) == rules.fallbacks[2]
     fallbacks.spend("third")
     fallbacks.spend("drain")
     assert taken("LIM-HOT", "LIM-FULL") == ["close"] and fallbacks.spent == {"drain", "third"}

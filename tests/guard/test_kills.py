@@ -19,7 +19,8 @@ from homeostat.domain.recovery import Command
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import Cause, ReadBack, WriteIntended
-from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.attachment import Attachment
+from homeostat.guard.guard import Guard
 from homeostat.guard.memory import Memory
 from homeostat.guard.settings import GuardSettings
 from homeostat.trace.encode import encode_fields

@@ -242,10 +242,9 @@ def test_what_moves_right_after_a_lost_lease_is_not_wanted_any_more_is_the_plant
     world.tick(5)
     world.order(Verb.MODE, Mode.OBSERVE.value)
     world.tick()
-    vessel.accepted["T.sp"] = 300.0
+    vessel.accepted["V.man"] = None
     world.tick()
     assert world.guard.out_of_service == frozenset()
-    world.tick(15)
     vessel.accepted["T.sp"] = 301.0
     world.tick()
     assert world.guard.out_of_service == {"T.sp"}

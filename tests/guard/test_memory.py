@@ -26,7 +26,8 @@ from homeostat.domain.mode import Mode, Role, Verb
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command
 from homeostat.domain.write_events import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
-from homeostat.guard.memory import PUT_RIGHT, Memory
+from homeostat.guard.flight import PUT_RIGHT
+from homeostat.guard.memory import Memory
 from homeostat.guard.settings import GuardSettings
 from homeostat.trace.encode import encode_fields
 from tests.guard.vessel import ADJUSTED, DRAIN, ROUTE, Vessel, World
@@ -262,7 +263,7 @@ def test_behind_a_request_nothing_follows_that_the_plant_was_read_not_to_hold_un
     assert remembered(REQUEST, loaded, missed, again, ReadBack(3, TAGS)).waiting == (POUR,)
     assert remembered(SequenceLoaded("r0", "running", STEPS, False), REQUEST, missed).waiting == (POUR,)
     start = intended(3, Cause.PERSON, "Ada", steps=STEPS)
-    assert remembered(start, loaded, missed).waiting == (POUR,), "a person who started it looks at it"
+    assert remembered(start, loaded, missed).waiting == (), "nor behind a start"
     later = SequenceLoaded("drain", "shut", STEPS, True)
     assert remembered(REQUEST, loaded, FALLBACK, later, missed).waiting == (POUR,)
 

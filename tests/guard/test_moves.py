@@ -55,11 +55,27 @@ def test_for_10_s_after_the_lease_went_back_the_plant_s_own_control_moves_its_ta
     moved_s: float, noticed: bool
 ) -> None:
     world = running()
-    order(world, Verb.MODE, Mode.OBSERVE)  # at 5 s
+    world.ask(actions=ActionSet((Command("V.man", 0.4, 0.2),), "running"))
+    world.tick(3)
+    order(world, Verb.MODE, Mode.OBSERVE)  # at 8 s
     world.tick(int(moved_s) - 6)
-    world.vessel.accepted["V.man"] = 0.4
+    world.vessel.accepted["V.man"] = None  # back to automatic
     world.tick(3)
     assert world.guard.out_of_service == ({"V.man"} if noticed else frozenset())
+
+
+@pytest.mark.parametrize("after_s", [1, 5, 9, 20])
+def test_a_hand_right_after_the_lease_went_back_is_a_hand(after_s: int) -> None:
+    world = running()
+    order(world, Verb.MODE, Mode.OBSERVE)
+    world.tick(after_s)
+    world.vessel.accepted["V.man"] = 0.4
+    world.tick()
+    assert world.guard.out_of_service == {"V.man"}
+    order(world, Verb.MODE, Mode.CLOSED_LOOP)
+    world.ask(actions=ActionSet((Command("V.man", 0.8, 0.2),), "running"))
+    world.tick(3)
+    assert world.vessel.accepted["V.man"] == 0.4
 
 
 def test_who_has_the_lease_again_notices_a_move_at_once() -> None:

@@ -9,7 +9,8 @@ from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import LeaseLost, LeaseTried, WriteEnded, WriteIntended, WriteResult
-from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.attachment import Attachment
+from homeostat.guard.guard import Guard
 from homeostat.guard.memory import Memory
 from homeostat.links.bad_readings import (
     ALL,

@@ -55,7 +55,7 @@ def latched() -> World:
         ({"reason": " "}, "needs a reason"),
         ({"person": "  "}, "the name of a person"),
         ({"id": ""}, "an identifier"),
-        ({"person": 7}, "an order has names"),
+        ({"person": 7}, "the person of an order is a plain text"),
         ({"id": "x" * 201}, "at most 200 characters"),
         ({"reason": "x" * 501}, "a reason of at most 500"),
         ({"role": "engineer"}, "there is no order"),
@@ -334,7 +334,7 @@ def test_what_the_plants_own_control_does_after_a_shed_is_nobodys_move() -> None
     class Sheds(Vessel):
         def give_back(self) -> None:
             super().give_back()
-            self.accepted.update({"F.sp": 0.01, "V.man": 0.5})
+            self.accepted.update({"F.sp": 0.03, "V.man": None})
 
     world = running(vessel=Sheds())
     world.vessel.ignores = True

@@ -158,7 +158,7 @@ def hot(world: World) -> None:
 
 def emptied() -> World:
     """The lease is lost while the vessel is emptied; its valve goes to automatic, and a state of start-up fits."""
-    world = World(vessel=Sheds(), rules=MORE)
+    world = World(vessel=Sheds(), rules=replace(MORE, machine=TOLD_APART))
     world.tick(4)
     world.tick(4, L=9.5)
     world.tick(2, L=3.0)
@@ -171,7 +171,12 @@ def emptied() -> World:
 
 def restarted(world: World) -> World:
     memory = Memory.of(Line(e.kind, encode_fields(e, e.kind)) for e, _ in world.journal.events)
-    return World(vessel=world.vessel, rules=MORE, memory=memory, record=Journal(world.journal.events))
+    return World(
+        vessel=world.vessel,
+        rules=replace(MORE, machine=TOLD_APART),
+        memory=memory,
+        record=Journal(world.journal.events),
+    )
 
 
 @pytest.mark.parametrize("dies", [False, True])

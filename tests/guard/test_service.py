@@ -86,11 +86,12 @@ def test_what_became_of_a_write_is_no_stranger_s_doing_and_what_the_plant_does_n
     assert own.news() == {"T.sp": 303.0}, "nothing was journalled of it"
 
 
-def test_the_plant_s_own_control_is_taken_as_it_is() -> None:
+def test_where_a_ramp_was_given_up_is_news() -> None:
     own, _ = service()
-    own.expect((Command("T.sp", 310.0, 0.5),))
-    own.track(told(T_sp=305.0))
-    assert own.moved(told(T_sp=305.0), nobody) == ()
+    ramped = (Command("T.sp", 307.5, None),)
+    own.expect(ramped)
+    own.adopt((Command("T.sp", 300.0, 0.5),), told(T_sp=307.5))
+    assert own.news() == {"T.sp": 307.5} and own.news() == {}
 
 
 class Mute(Vessel):

@@ -80,7 +80,9 @@ def test_a_journal_is_waited_for_a_tenth_of_a_second() -> None:
     assert said["journal"] == "the journal does not answer within 0.1 s"
 
 
-@pytest.mark.parametrize("name", ["write_s", "again_s", "check_age_s", "person_s", "sync_s"])
+@pytest.mark.parametrize(
+    "name", ["write_s", "again_s", "check_age_s", "person_s", "order_s", "sync_s", "lease_within_s"]
+)
 @pytest.mark.parametrize("seconds", [0.0, -1.0, math.nan, math.inf])
 def test_a_time_that_is_none_is_refused(name: str, seconds: float) -> None:
     with pytest.raises(ValueError, match=rf"{name} is {seconds!r} s; it must be finite and more than 0 s"):
@@ -93,3 +95,9 @@ def test_nobody_and_never_are_refused(changed: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match="at least one of each is needed"):
         GuardSettings(**changed)
     assert GuardSettings(attempts=1, persons=1).attempts == 1
+
+
+def test_nobody_waits_for_a_lease_for_longer_than_between_two_attempts() -> None:
+    assert GuardSettings(lease_within_s=600.0).lease_within_s == 600.0
+    with pytest.raises(ValueError, match=r"lease_within_s is 600\.1 s; at most 600 s are waited for"):
+        GuardSettings(lease_within_s=600.1)

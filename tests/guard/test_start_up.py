@@ -137,6 +137,9 @@ def test_a_reset_that_finds_the_plant_in_a_state_of_start_up_gives_no_wider_limi
     world.tick(3)
     world.vessel.accepted.update({"T.sp": 310.0, "F.sp": 0.0, "X.cmd": 1.0, "V.man": None})  # by hand
     world.tick(1, L=3.0)
+    for tag in ("X.cmd", "V.man"):
+        world.order(Verb.IN_SERVICE, tag)
+    world.tick(1)
     world.order(Verb.RESET, reason="no fire")
     world.tick(1)
     assert world.seen[-1].state == "waiting" and len(world.journal.of(StartUpBegan)) == 1

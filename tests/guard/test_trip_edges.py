@@ -159,7 +159,7 @@ def test_a_lifting_after_a_break_ends_that_much_sooner() -> None:
     for _ in range(2):
         w.judge(hot(320.0))
     at_s, event = w.noted[-1]
-    assert len(w.noted) == 2 and event.until_s == at_s + RULE.lift_s - 11.0
+    assert len(w.noted) == 3 and event.until_s == at_s + RULE.lift_s - 11.0
 
 
 def test_blindness_comes_back_no_faster_than_it_went() -> None:
@@ -211,3 +211,12 @@ def test_the_sentence_says_on_which_side_the_reading_is(t: float, said: str) -> 
 
 def _hot(text: str) -> Limit:
     return limit("LIM-HOT", LimitKind.INTERLOCK, text, hard=True)
+
+
+def test_a_reading_that_comes_back_while_its_trip_is_lifted_trips_nothing() -> None:
+    w = Watch()
+    w.watch.correct(({"T": 8.0},))
+    for _ in range(12):
+        w.judge(hot(320.0))
+    assert [w.judge(hot(300.0), uncertain="T") for _ in range(5)] == [()] * 5  # a step that nobody believes yet
+    assert [w.judge(hot(300.0)) for _ in range(5)] == [()] * 5

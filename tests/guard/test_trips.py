@@ -264,7 +264,10 @@ def test_lifting_ends_after_the_time_of_the_table_also_with_breaks() -> None:
     lifted(w, 30, t=305.0)
     found = lifted(w, 12)
     assert found.index(("LIM-HOT",)) == 10
-    assert len(w.noted) == 2
+    assert [(at_s, e.kind) for at_s, e in w.noted] == [
+        (2.0, "trip-lifted"), (14.0, "trip-lift-ended"), (44.0, "trip-lifted"),
+    ]  # fmt: skip
+    assert w.noted[1][1].used_s == 11.0
 
 
 def test_too_many_explanations_are_turned_away() -> None:

@@ -18,7 +18,8 @@ from homeostat.domain.rules import GuardRules, QualityRule, StartUp, TripRule, W
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.tag import Range, Tag
 from homeostat.domain.tag import Role as TagRole
-from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.attachment import Attachment
+from homeostat.guard.guard import Guard
 from homeostat.guard.seal import Sealer
 from homeostat.guard.settings import GuardSettings
 from homeostat.stl.formula import parse

@@ -88,7 +88,7 @@ BROKEN: list[tuple[str, str, Change, Code]] = [
     ("signals", "variable missing", cell("variable", ""), Code.MISSING_VALUE),
     ("signals", "row lost", without_first, Code.UNKNOWN_TAG),
     ("signals", "same tag twice", again(description="Something else"), Code.DUPLICATE_ID),
-    ("signals", "rate limit negative", cell("rate_limit", "-1"), Code.BAD_SHAPE),
+    ("signals", "rate limit negative", cell("rate_limit", "-1"), Code.BAD_NUMBER),
     ("signals", "increment zero", cell("increment", "0"), Code.BAD_NUMBER),
     ("signals", "a setpoint that drives", where(lambda r: r["relation"] == "drives", role="STATUS"), Code.LOOP_ROLE),
     ("signals", "name that formulas cannot use", lambda rows: [*rows, {**rows[0], "tag": "T 1"}], Code.BAD_SHAPE),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 
 import pytest
 from hypothesis import given, settings
@@ -40,6 +41,8 @@ def test_what_is_said_to_be_impossible_never_happens(text: str, seed: int) -> No
     formula = parse(text)
     hold, fail = can_hold(formula.root, RANGES), can_fail(formula.root, RANGES)
     assert hold or fail
+    # A tag that is added and taken away again is nothing, but for the rounding of the evaluation.
+    least = 1e-9 if any(len(re.findall(rf"(?<![\w.]){tag}(?![\w.])", text)) > 1 for tag in RANGES) else 0.0
     for _ in range(30):
         # Ends, small integers and anything between: that is where comparisons turn.
         point = {
@@ -50,9 +53,9 @@ def test_what_is_said_to_be_impossible_never_happens(text: str, seed: int) -> No
             margin = formula.margin_at(point)
         except ValueError:
             continue  # division by zero decides nothing
-        if margin >= 0:
+        if margin >= least:
             assert hold, f"{text!r} holds at {point}"
-        if margin < 0:
+        if margin < -least:
             assert fail, f"{text!r} fails at {point}"
 
 
@@ -86,6 +89,20 @@ def test_what_is_said_to_be_impossible_never_happens(text: str, seed: int) -> No
         ("abs(x) <= 3", True, False),
         ("abs(z.sp) >= 1", True, False),
         ("abs(-(z.sp)) >= 1.001", True, True),
+        ("x <= x", True, False),
+        ("x - x <= 1", True, False),
+        ("x - x >= 1", False, True),
+        ("2 * x - x <= 3", True, False),
+        ("(x + y) / 2 - y / 2 <= 1.5", True, False),
+        ("x + 1 - (x - y) <= 6", True, False),
+        ("x + y <= y + 2.9", True, True),
+        ("abs(x) - abs(x) <= 0", True, False),
+        ("(x - x) * y <= 0", True, False),
+        ("0 * x + y <= 5", True, False),
+        ("-(x) + x >= 0", True, False),
+        ("z.sp / z.sp <= 1", True, False),
+        ("x == x", True, False),
+        ("x / 0 <= x", True, True),
     ],
 )
 def test_what_can_be_proven_is(text: str, hold: bool, fail: bool) -> None:

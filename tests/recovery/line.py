@@ -25,7 +25,8 @@ from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.rules import GuardRules, QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.verdict import Rollout, RolloutResult, StepBand
-from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.attachment import Attachment
+from homeostat.guard.guard import Guard
 from homeostat.guard.seal import Sealer
 from homeostat.guard.sequencer import nominal_route
 from homeostat.links.clock import DeclaredClock

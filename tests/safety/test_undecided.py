@@ -10,6 +10,7 @@ import pytest
 
 from homeostat.agents.checks import judge, judge_safety, rollout_findings, target_finding, worst
 from homeostat.agents.cost import Cost
+from homeostat.campaign.limits_in_force import LimitsInForce
 from homeostat.campaign.scoring import exposures, inside_at_end
 from homeostat.domain.limits import LimitKind, Limits, Owner
 from homeostat.domain.production import Production
@@ -62,8 +63,9 @@ def test_thinking_ends_before_a_limit_that_can_no_longer_be_judged() -> None:
 
 def test_a_second_that_cannot_be_judged_is_a_second_outside() -> None:
     truth = Trajectory(1.0, 1.0, {"T": np.full((1, 10), 310.0), "L": np.array([[8.0] * 4 + [0.0] * 3 + [8.0] * 3])})
-    (found,) = exposures(truth, Limits((RATIO,), ()), 0.0, 0.0)
-    assert found.total_s == 3.0 and not inside_at_end(truth, Limits((RATIO,), ()))
+    force = LimitsInForce(Limits((RATIO,), ()))
+    (found,) = exposures(truth, force, 0.0)
+    assert found.total_s == 3.0 and not inside_at_end(truth, force)
 
 
 def test_a_candidate_that_cannot_be_judged_costs_more_than_any_other() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import string
 from dataclasses import replace
@@ -18,6 +19,14 @@ from homeostat.service.order import LARGEST, OrderError, run_identity
 from homeostat.trace import Journal, RunStarted, Summary
 
 YES = PersonCommand("approve-0001", "Ada", Role.OPERATOR, Verb.APPROVE, "search-1", "ab" * 32, "it helps")
+
+NOW_S = 1.7e9
+"""Seconds since 1970."""
+
+
+def now() -> float:
+    """A clock that stands."""
+    return NOW_S
 
 
 def run_in(folder: Path, seed: int = 1) -> Path:
@@ -42,15 +51,15 @@ def laid(run_dir: Path, name: str, content: bytes) -> Path:
 
 def text_of(run_dir: Path, **changed: object) -> bytes:
     fields = {
-        "schema": 1, "run": run_identity(run_dir), "id": "approve-0002", "person": "Ada", "role": "operator",
-        "verb": "approve", "subject": "search-1",
+        "schema": 2, "run": run_identity(run_dir), "id": "approve-0002", "issued_s": NOW_S, "person": "Ada",
+        "role": "operator", "verb": "approve", "subject": "search-1",
     }  # fmt: skip
     return json.dumps({**fields, **changed}).encode()
 
 
 def test_an_order_arrives_as_it_was_given_and_once(run_dir: Path) -> None:
-    inbox = Inbox(run_dir)
-    post(run_dir, YES)
+    inbox = Inbox(run_dir, now)
+    post(run_dir, YES, now)
     assert inbox.poll() == (YES,)
     assert inbox.poll() == () and Inbox(run_dir).poll() == ()
     assert [p.name for p in (run_dir / INBOX / TAKEN).iterdir()] == ["approve-0001.json"]
@@ -60,9 +69,11 @@ def test_an_order_arrives_as_it_was_given_and_once(run_dir: Path) -> None:
 @pytest.mark.parametrize(
     ("changed", "word"),
     [
-        ({"extra": 1}, "extra"), ({"schema": 2}, "schema"), ({"verb": "explode"}, "verb"), ({"role": "king"}, "role"),
-        ({"person": ""}, "person"), ({"person": 7}, "person"), ({"reason": "x" * 501}, "reason"),
-        ({"id": "approve-0003"}, "approve-0003"), ({"run": "0" * 64}, "another run"), ({"run": "../x"}, "run"),
+        ({"extra": 1}, "extra"), ({"schema": 1}, "schema"), ({"verb": "explode"}, "verb"), ({"role": "king"}, "role"),
+        ({"issued_s": "today"}, "issued_s"), ({"issued_s": -1.0}, "issued_s"), ({"issued_s": math.nan}, "issued_s"),
+        ({"issued_s": math.inf}, "issued_s"), ({"issued_s": None}, "issued_s"), ({"person": ""}, "person"),
+        ({"person": 7}, "person"), ({"reason": "x" * 501}, "reason"), ({"id": "approve-0003"}, "approve-0003"),
+        ({"run": "0" * 64}, "another run"), ({"run": "../x"}, "run"),
     ],
 )  # fmt: skip
 def test_a_malformed_order_is_one_line_of_trouble(run_dir: Path, changed: dict[str, object], word: str) -> None:
@@ -157,3 +168,29 @@ def test_an_order_that_breaks_the_schema_is_not_posted(run_dir: Path) -> None:
     with pytest.raises(OrderError, match="id"):
         post(run_dir, replace(YES, id="../../x"))
     assert list((run_dir / INBOX).iterdir()) == []
+
+
+@pytest.mark.parametrize("age_s", [0.0, 7.5, 86_400.0, -30.0])
+def test_an_order_is_delivered_with_its_age(run_dir: Path, age_s: float) -> None:
+    post(run_dir, YES, lambda: NOW_S - age_s)
+    assert Inbox(run_dir, now).poll() == (replace(YES, age_s=age_s),)
+
+
+def test_an_order_that_was_taken_and_is_laid_there_again_keeps_its_name_and_grows_old(run_dir: Path) -> None:
+    post(run_dir, YES, now)
+    inbox = Inbox(run_dir, lambda: NOW_S + 1.0)
+    (first,) = inbox.poll()
+    content = (run_dir / INBOX / TAKEN / "approve-0001.json").read_bytes()
+    laid(run_dir, "approve-0001.json", content)
+    (again,) = Inbox(run_dir, lambda: NOW_S + 100.0).poll()
+    assert first.age_s == 1.0 and again == replace(YES, age_s=100.0)
+    laid(run_dir, "approve-0009.json", content)
+    assert inbox.poll() == () and "names itself 'approve-0001'" in inbox.take_troubles()[0]
+
+
+def test_an_order_without_a_time_of_issue_is_none(run_dir: Path) -> None:
+    fields = json.loads(text_of(run_dir))
+    del fields["issued_s"]
+    laid(run_dir, "approve-0002.json", json.dumps(fields).encode())
+    inbox = Inbox(run_dir)
+    assert inbox.poll() == () and "issued_s" in inbox.take_troubles()[0]

@@ -124,19 +124,21 @@ class Draw:
         count = 1 if kind in ("abs", "negate") else 2
         return (kind, *(self.number(depth - 1) for _ in range(count)))
 
-    def logic(self, depth: int, temporal: bool = True) -> Tree:
-        """A logic tree of at most this depth."""
+    def logic(self, depth: int, temporal: bool = True, negated: bool = False) -> Tree:
+        """A logic tree of at most this depth; ``negated``: one that stands below a negation, where no ``==`` may."""
         if self.constants and self.rng.random() < 0.03:
             return (str(self.rng.choice(("true", "false"))),)
         if depth == 0 or self.rng.random() < 0.1:
-            return (str(self.rng.choice(COMPARISONS)), self.number(2), self.number(2))
+            operators = [o for o in COMPARISONS if not (negated and o == "==")]
+            return (str(self.rng.choice(operators)), self.number(2), self.number(2))
         kind = str(self.rng.choice(LOGIC + TEMPORAL if temporal else LOGIC))
         if kind not in TEMPORAL:
             count = {"not": 1, "implies": 2}.get(kind) or int(self.rng.integers(2, 4))
-            return (kind, *(self.logic(depth - 1, temporal) for _ in range(count)))
+            turned = {"not": [True], "implies": [True, False]}.get(kind, [False] * count)
+            return (kind, *(self.logic(depth - 1, temporal, negated != turns) for turns in turned))
         low, span = int(self.rng.integers(0, 5)), int(self.rng.integers(0, 6))
         bounds = (None, None) if self.rng.random() < 0.15 else (low, low + span)
-        return (kind, *bounds, *(self.logic(depth - 1) for _ in range(2 if kind == "until" else 1)))
+        return (kind, *bounds, *(self.logic(depth - 1, negated=negated) for _ in range(2 if kind == "until" else 1)))
 
     def signals(self, members: int, length: int) -> dict[str, np.ndarray]:
         """Signals on a coarse grid, so that equal values are common; shape (members, length)."""

@@ -46,6 +46,15 @@ TAGS = {name: Tag(name, Role.PV, "K", Range(0.0, 500.0), 1.0) for name in ("T1",
         ("max(T1, T2, 3) <= 3", 11, "expected an operator or ')'"),
         ("T1 <= 1e999", 7, "number '1e999' is too large"),
         ("T1 >= 2 and T1 != 3", 16, "'!=' can never be violated; write a distance, as in abs(a - b) >= 0.5"),
+        ("not T1 == 3", 8, "a negated '==' can never be violated; write a distance, as in abs(a - b) >= 0.5"),
+        ("T2 <= 1 and not (T1 <= 3 or 3 == T1)", 31, "a negated '==' can never be violated"),
+        ("not always[0,9](T2 >= 1 and T1 == 3)", 32, "a negated '==' can never be violated"),
+        ("not ((T1 <= 1) until (T1 + 1 == 3))", 30, "a negated '==' can never be violated"),
+        ("not not not (T1 == 3)", 17, "a negated '==' can never be violated"),
+        ("not (T2 <= 1 implies T1 == 3)", 25, "a negated '==' can never be violated"),
+        ("T1 == 3 implies T2 <= 1", 4, "a negated '==' can never be violated"),
+        ("T2 <= 1 -> eventually (T1 == 3) -> T2 <= 1", 27, "a negated '==' can never be violated"),
+        ("not (2 == 3 or T1 <= 3)", 8, "a negated '==' can never be violated"),
         ("always[5,1](T1 <= 3)", 8, "bounds [5,1] s are reversed"),
         ("always[-1,2](T1 <= 3)", 8, "bound -1 s is negative"),
         ("eventually[-3,-1](T1 <= 3)", 12, "bound -3 s is negative"),
@@ -90,6 +99,13 @@ def test_an_unknown_tag_is_named_with_its_column_and_near_matches(text: str, col
         parse(text, TAGS)
     assert f"formula {text!r}, column {column}: unknown tag {tag!r}; did you mean " in str(caught.value)
     assert near in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text", ["T1 == 3", "not not T1 == 3", "T2 <= 1 implies T1 == 3", "not (T1 == 3 implies T2 <= 1)"]
+)
+def test_an_equality_that_is_asked_for_is_read(text: str) -> None:
+    assert not parse(text).holds({"T1": 2.5, "T2": 0.5})
 
 
 def test_an_unknown_tag_of_an_expression_is_named() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from homeostat.campaign.recall import recall
 from homeostat.trace import Signature, read_events, verify
+from homeostat.trace.keys import VARIABLE, installation_key
 from tests.cli.command import homeostat
 from tests.trace.forgery import lines_of, rewrite
 
@@ -17,16 +18,23 @@ RUN = DATA / "format-1"
 TOLD = DATA / "format-1.txt"
 
 
-def test_it_verifies_and_is_said_to_be_unsigned() -> None:
+def test_it_agrees_with_itself_and_nobody_vouches_for_it() -> None:
     report = verify(RUN)
     assert (report.complete, report.problem, report.vouched.signature) == (True, None, Signature.OLDER)
-    done = homeostat("trace", "verify", "format-1", cwd=DATA)
-    assert (done.status, done.err) == (0, "") and "not signed" in done.out and done.out.count("\n") == 1
 
 
-def test_it_is_refused_where_a_key_is_asked_for() -> None:
-    done = homeostat("trace", "verify", "format-1", "--key", "ab" * 32, cwd=DATA)
-    assert done.status == 1 and "not signed" in done.out
+@pytest.mark.parametrize("key", [(), ("--key", "ab" * 32)])
+@pytest.mark.parametrize("installation", ["none", "own"])
+def test_a_run_that_says_it_is_older_than_signatures_is_said_with_a_status_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, key: tuple[str, ...], installation: str
+) -> None:
+    """Whoever takes the signatures out of a run can have it say the same."""
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "signing.key"))
+    if installation == "own":
+        installation_key()
+    done = homeostat("trace", "verify", "format-1", *key, cwd=DATA)
+    assert (done.status, done.err) == (3, "") and done.out.count("\n") == 1
+    assert "NOT SIGNED: it says that it was recorded before runs were signed, as anybody may have it say" in done.out
 
 
 def test_it_is_told_as_it_was() -> None:

@@ -9,8 +9,9 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise, product
 
 from homeostat.agents.candidates import design_commands
+from homeostat.campaign.limits_in_force import LimitsInForce, in_force
 from homeostat.campaign.scenario import Scenario
-from homeostat.campaign.scoring import kept_until, loses_no_more, outside_after, production_loss, worse
+from homeostat.campaign.scoring import kept_until, loses_no_more, outside_after, worse
 from homeostat.campaign.unattended import Diverted, fault_free, open_process, unattended, watch
 from homeostat.cases.case import Case
 from homeostat.cases.wiring import fallbacks, new_sequencer
@@ -23,34 +24,36 @@ from homeostat.trace.decisions import Attempted, ReleasedActions
 
 
 def avoidable(
-    case: Case, scenario: Scenario, truth: Trajectory, started_s: float, detected_s: float, released: ActionSet | None
-) -> bool:
-    """Whether ``truth`` violates a hard limit after ``detected_s`` that a fallback or ``released`` would have kept."""
-    limits = case.description.limits
-    outside = outside_after(truth, limits, started_s, detected_s)
+    case: Case, scenario: Scenario, truth: Trajectory, force: LimitsInForce, detected_s: float,
+    released: ActionSet | None,
+) -> bool:  # fmt: skip
+    """Whether ``truth`` violates a hard limit after ``detected_s`` that a fallback or ``released`` would have kept.
+
+    What is outside when start-up ends has to come back as what is outside at detection has.
+    """
+    outside = outside_after(truth, force, detected_s)
     if not outside:
         return False
     for actions, aborting in _tried(case, released):
         tried = diverted(case, scenario, detected_s, actions, aborting)
         if tried is None:
             continue
-        until = kept_until(outside_after(tried, limits, started_s, detected_s), tried, max(started_s, detected_s))
+        until = kept_until(outside_after(tried, force, detected_s), tried, force.settled_s(detected_s))
         if until is not None and worse(outside, until):
             return True
     return False
 
 
-def needless(case: Case, scenario: Scenario, truth: Trajectory, started_s: float, from_s: float) -> bool:
+def needless(case: Case, scenario: Scenario, truth: Trajectory, from_s: float) -> bool:
     """Whether leaving alone keeps every hard limit and loses no more of the production after ``from_s`` [s]."""
     try:
-        alone = unattended(case, scenario).truth
+        alone = unattended(case, scenario)
     except ProcessError:
         return False
-    if outside_after(alone, case.description.limits, started_s, started_s):
+    if outside_after(alone.truth, in_force(case.description, alone.states, alone.truth.start_s)):
         return False
     healthy = fault_free(case, scenario.seed, scenario.end_s).truth
-    lost = [production_loss(run, healthy, case.delivered, from_s) for run in (alone, truth)]
-    return loses_no_more(*lost)
+    return loses_no_more(alone.truth, truth, healthy, case.delivered, from_s)
 
 
 def as_usual(case: Case, states: Sequence[str]) -> bool:

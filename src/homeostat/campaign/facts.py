@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Protocol
 
 from homeostat.agents.planning import EVENT
 from homeostat.campaign.alternatives import as_usual, avoidable, needless, released_set
+from homeostat.campaign.limits_in_force import LimitsInForce, Span, in_force
 from homeostat.campaign.outcome import Facts
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import exposures, fed_at_end, has_product, inside_at_end
@@ -25,6 +25,8 @@ class Record(Protocol):
     """Whether every step is released, the steps of a batch as usual too."""
     started_s: float | None
     """Process time at which the plant left start-up [s]; None where it did not."""
+    start_ups: list[Span]
+    """Start-ups that the guard told of, from and to which process time [s]; the last may have no end yet: infinite."""
     states: list[tuple[str, float]]
     """States of the machine, each with the process time at which it was entered [s]."""
     attempts: list[Attempted]
@@ -39,24 +41,29 @@ def facts_of(
     case: Case, scenario: Scenario, record: Record, truth: Trajectory, healthy: Unattended, detected_s: float | None
 ) -> Facts:
     """The facts of a run; ``healthy``: the fault-free one, ``detected_s``: first report from the onset on [s]."""
-    limits, onset_s = case.description.limits, scenario.onset_s
-    started_s = math.inf if record.started_s is None else record.started_s
+    force, onset_s = limits_of(case, record, truth), scenario.onset_s
+    started_s = truth.start_s if record.started_s is None else record.started_s
     released = [event for _, event in record.released]
     usual = record.stepwise and as_usual(case, [state for state, _ in record.states])
     written = bool(released) and not record.fallbacks and not usual
     return Facts(
         avoidable=detected_s is not None and avoidable(
-            case, scenario, truth, started_s, detected_s,
+            case, scenario, truth, force, detected_s,
             released_set(case, released[0], record.attempts) if released else None,
         ),
-        inside_at_end=inside_at_end(truth, limits, started_s),
+        inside_at_end=inside_at_end(truth, force),
         fell_back=bool(record.fallbacks),
         missed=onset_s is not None and detected_s is None
-        and any(e.from_detection_s > 0.0 for e in exposures(truth, limits, started_s, onset_s)),
+        and any(e.from_detection_s > 0.0 for e in exposures(truth, force, onset_s)),
         released=bool(released),
-        needless=written and needless(case, scenario, truth, started_s, started_s if onset_s is None else onset_s),
+        needless=written and needless(case, scenario, truth, started_s if onset_s is None else onset_s),
         produces=_produces(case, record, truth, healthy),
     )  # fmt: skip
+
+
+def limits_of(case: Case, record: Record, truth: Trajectory) -> LimitsInForce:
+    """The limits that held in a run, at each of its moments."""
+    return in_force(case.description, record.states, truth.start_s, record.start_ups)
 
 
 def completion_s(case: Case, states: Sequence[tuple[str, float]]) -> float | None:

@@ -10,7 +10,7 @@ from homeostat.cases.wiring import guard_rules, new_sequencer
 from homeostat.domain.mode import Side
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.recognition import followed
+from homeostat.guard.recognition import Evidence, followed
 from homeostat.guard.sequencer import Sequencer, nominal_commands, what_follows
 
 
@@ -58,7 +58,7 @@ class LocalControl:
     def _taken_up(self, snapshot: Snapshot) -> Sequencer | None:
         """The nominal sequence from where the plant stands; None where nobody can tell, so that nothing is begun."""
         machine, limits = self._rules.machine, self._rules.limits
-        state = followed(machine, snapshot, self.told.state)
+        state = followed(machine, Evidence(snapshot, self._rules.writables), self.told.state)
         if state is None:
             return None
         sequencer = Sequencer(machine, limits)

@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 from homeostat.agents.bounds import Budget
 from homeostat.agents.crew import AskingProtocol, Monitoring, Proposer
 from homeostat.campaign.conditions import Conditions
-from homeostat.campaign.facts import completion_s, facts_of
+from homeostat.campaign.facts import completion_s, facts_of, limits_of
 from homeostat.campaign.label_given import LabelGiven
+from homeostat.campaign.limits_in_force import LimitsInForce, Span
 from homeostat.campaign.listening import ListeningModel, Said
 from homeostat.campaign.local_control import LocalControl, Told
 from homeostat.campaign.most_probable import MostProbable, without_ensemble
@@ -34,7 +35,7 @@ from homeostat.cases.wiring import (
     wire,
 )
 from homeostat.domain.diagnosis import Hypothesis
-from homeostat.domain.guard_events import FellBack, StateEntered, Tripped
+from homeostat.domain.guard_events import FellBack, StartUpBegan, StartUpEnded, StateEntered, Tripped
 from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
@@ -74,6 +75,8 @@ class RunResult:
     """Least margin of the first approval, each criterion in its own unit."""
     exposures: tuple[Exposure, ...]
     """Seconds outside each limit."""
+    force: LimitsInForce
+    """Which limits held when."""
     production_loss: float
     """Fraction of the fault-free production lost from the onset on [1]."""
     state: str
@@ -118,6 +121,7 @@ class Recorder:
         """
         self._clock, self.stepwise = clock, stepwise
         self.started_s: float | None = None
+        self.start_ups: list[Span] = []
         self.states: list[tuple[str, float]] = []
         self.diagnosed: list[tuple[float, Diagnosed]] = []
         self.attempts: list[Attempted] = []
@@ -134,6 +138,10 @@ class Recorder:
             case StateEntered():
                 self.states.append((event.state, at_s))
                 self.started_s = at_s if self.started_s is None else self.started_s
+            case StartUpBegan():
+                self.start_ups.append((event.since_s, math.inf))
+            case StartUpEnded() if self.start_ups:
+                self.start_ups[-1] = (self.start_ups[-1][0], min(at_s, self.start_ups[-1][1]))
             case Noticed():
                 self._before_notice_s = self._clock.total_s
             case Diagnosed():
@@ -280,7 +288,7 @@ def _score(
     case: Case, scenario: Scenario, seen: Recorder, process: TrueProcess, thinking_s: float, wall_s: float
 ) -> RunResult:
     truth, readings = process.truth(), process.measured()
-    healthy = fault_free(case, scenario.seed, scenario.end_s)
+    healthy, force = fault_free(case, scenario.seed, scenario.end_s), limits_of(case, seen, truth)
     # A report before the onset is a false alarm, not a detection.
     onset = scenario.onset_s
     reports = [t for t in (*(at_s for at_s, _ in seen.diagnosed), *seen.tripped_s) if onset is None or t >= onset]
@@ -297,7 +305,7 @@ def _score(
         released_s=first[0] if first else None,
         attempts=len(seen.attempts), hypotheses=believed[-1].hypotheses if believed else (), actions=commands,
         min_margin=first[1].min_margin if first else None,
-        exposures=exposures(truth, case.description.limits, started, detected),
+        exposures=exposures(truth, force, detected), force=force,
         production_loss=production_loss(truth, healthy.truth, case.delivered, onset if onset is not None else started),
         state=seen.states[-1][0] if seen.states else case.description.machine.initial.name,
         complete_s=completion_s(case, seen.states), nominal_s=completion_s(case, healthy.states),

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from homeostat.domain.limits import LimitKind, Limits
+from homeostat.campaign.limits_in_force import LimitsInForce
+from homeostat.domain.limits import LimitKind
 from homeostat.domain.production import Production
 from homeostat.domain.snapshot import Trajectory
 from homeostat.process.types import Row
@@ -38,30 +39,26 @@ class Exposure:
     from_detection_s: float
     """Seconds outside from detection on [s]."""
     total_s: float
-    """Seconds outside since the plant left start-up [s]."""
+    """Seconds outside in the whole run [s]."""
 
 
-def exposures(truth: Trajectory, limits: Limits, started_s: float, detected_s: float | None) -> tuple[Exposure, ...]:
-    """Exposure to every interlock and envelope."""
-    times = truth.times_s
-    running = times > started_s
-    late = times > (np.inf if detected_s is None else detected_s)
+def exposures(truth: Trajectory, force: LimitsInForce, detected_s: float | None) -> tuple[Exposure, ...]:
+    """Exposure to every interlock and envelope, where it is in ``force``."""
+    late = truth.times_s > (np.inf if detected_s is None else detected_s)
     result = []
-    for limit in limits.limits:
+    for limit in force.limits.limits:
         if limit.kind is LimitKind.PERMISSIVE:
             continue
-        margins = np.broadcast_to(limit.formula.margins(truth.signals, truth.dt_s), (1, times.size))
-        outside = ~(margins[0] >= 0.0) & running  # where it cannot be judged, too
+        outside = force.outside(limit, truth)  # where it cannot be judged, too
         seconds = (float((outside & late).sum()) * truth.dt_s, float(outside.sum()) * truth.dt_s)
         result.append(Exposure(limit.name, *seconds))
     return tuple(result)
 
 
-def inside_at_end(truth: Trajectory, limits: Limits, started_s: float = 0.0) -> bool:
-    """Whether the plant kept its hard limits over the last :data:`CALM_S` seconds, start-up left out."""
-    judged = truth.times_s > max(started_s, float(truth.times_s[-1]) - CALM_S)
-    margins = (limit.formula.margins(truth.signals, truth.dt_s) for limit in limits.hard)
-    return all((np.broadcast_to(m, (1, judged.size))[:, judged] >= 0.0).all() for m in margins)
+def inside_at_end(truth: Trajectory, force: LimitsInForce) -> bool:
+    """Whether the plant kept its hard limits over the last :data:`CALM_S` seconds."""
+    judged = truth.times_s > float(truth.times_s[-1]) - CALM_S
+    return not any(force.outside(limit, truth)[judged].any() for limit in force.limits.hard)
 
 
 def production_loss(
@@ -70,16 +67,17 @@ def production_loss(
     """Fraction of the fault-free production between two times that was lost [1].
 
     ``delivered`` names the true quantities whose sum is what was produced so far (delivered, or still in the plant).
-    NaN where nothing would have been produced in that time.
+    NaN where nothing would have been produced in that time, or where it is not known what was.
     """
-    first = int(np.searchsorted(truth.times_s, from_s))
-    last = truth.length - 1 if to_s is None else int(np.searchsorted(truth.times_s, to_s))
+    possible = _made(healthy, delivered, from_s, to_s)
+    return 1.0 - _made(truth, delivered, from_s, to_s) / possible if possible else math.nan
 
-    def made(run: Trajectory) -> float:
-        return float(sum(run.signals[d][0, last] - run.signals[d][0, first] for d in delivered))
 
-    possible = made(healthy)
-    return 1.0 - made(truth) / possible if possible else math.nan
+def _made(run: Trajectory, delivered: Sequence[str], from_s: float, to_s: float | None = None) -> float:
+    """What was produced between two times, in the unit of the ``delivered`` quantities; NaN where none is named."""
+    first = int(np.searchsorted(run.times_s, from_s))
+    last = run.length - 1 if to_s is None else int(np.searchsorted(run.times_s, to_s))
+    return float(sum(run.signals[d][0, last] - run.signals[d][0, first] for d in delivered)) if delivered else math.nan
 
 
 def fed_at_end(truth: Trajectory, production: Production) -> bool:
@@ -91,25 +89,26 @@ def fed_at_end(truth: Trajectory, production: Production) -> bool:
 
 def has_product(truth: Trajectory, healthy: Trajectory, delivered: Sequence[str]) -> bool:
     """Whether a run has its product: at least :data:`LEAST_PRODUCT` of what the fault-free run delivers."""
-    lost = production_loss(truth, healthy, delivered, truth.start_s)
-    return math.isnan(lost) or lost <= 1.0 - LEAST_PRODUCT + _EQUAL
+    possible = _made(healthy, delivered, truth.start_s)
+    return _made(truth, delivered, truth.start_s) >= (LEAST_PRODUCT - _EQUAL) * possible  # not where one is NaN
 
 
-def loses_no_more(loss: float, other: float) -> bool:
-    """Whether ``loss`` is no more than ``other``, both as :func:`production_loss` gives them, within SAME_LOSS."""
-    return math.isnan(loss) or math.isnan(other) or loss <= other + SAME_LOSS + _EQUAL
+def loses_no_more(
+    run: Trajectory, other: Trajectory, healthy: Trajectory, delivered: Sequence[str], from_s: float
+) -> bool:
+    """Whether ``run`` loses no more of the fault-free production after ``from_s`` [s] than ``other``, within SAME_LOSS.
+
+    Where nothing would have been produced, it is no more if ``run`` makes no less. What is not known is never no more.
+    """
+    made, others, possible = (_made(each, delivered, from_s) for each in (run, other, healthy))
+    return made >= others - (SAME_LOSS + _EQUAL) * abs(possible)
 
 
-def outside_after(truth: Trajectory, limits: Limits, started_s: float, from_s: float) -> dict[str, Row]:
-    """Hard limit -> times after ``from_s`` at which its true value is outside [s], start-up and empty ones left out."""
-    judged = truth.times_s > max(started_s, from_s)
-    found: dict[str, Row] = {}
-    for limit in limits.hard:
-        margins = np.broadcast_to(limit.formula.margins(truth.signals, truth.dt_s), (1, judged.size))
-        times = truth.times_s[judged & ~(margins[0] >= 0.0)]
-        if times.size:
-            found[limit.name] = times
-    return found
+def outside_after(truth: Trajectory, force: LimitsInForce, from_s: float = -math.inf) -> dict[str, Row]:
+    """Hard limit -> times after ``from_s`` at which its true value is outside [s], empty ones left out."""
+    judged = truth.times_s > from_s
+    found = {limit.name: truth.times_s[judged & force.outside(limit, truth)] for limit in force.limits.hard}
+    return {name: times for name, times in found.items() if times.size}
 
 
 def kept_until(outside: Mapping[str, Row], truth: Trajectory, from_s: float) -> dict[str, float] | None:

@@ -25,6 +25,7 @@ from homeostat.domain.mode import Side
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.production import Production
 from homeostat.domain.recovery import open_setpoints
+from homeostat.guard.settings import LEASE_WITHIN_S
 from homeostat.knowledge.build import GRAPH
 from homeostat.knowledge.store import GraphStore
 from homeostat.process.model import ProcessModel
@@ -76,6 +77,8 @@ class Case:
     """Default onset of a fault [s]."""
     panels: tuple[Panel, ...]
     """Panels of a run's figure."""
+    lease_within_s: float = LEASE_WITHIN_S
+    """Longest that the plant's link may need to give a lease [s]."""
     recipe: Side = Side.GUARD
     """Who runs the nominal sequence in modes that write; in the others the plant does."""
     remade: tuple[str, ...] = ()
@@ -139,6 +142,7 @@ def _case(
         totals=dict(settings.objective.totals),
         started=next(t.guard for t in description.machine.transitions if t.name == settings.run.started_by),
         start=_start(settings.start, description, model),
+        lease_within_s=settings.link.lease_within_s,
         recipe=Side(settings.recipe),
         end_s=settings.run.end_s,
         onset_s=settings.run.onset_s,

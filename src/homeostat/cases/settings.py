@@ -24,6 +24,7 @@ from homeostat.cases.bounds import (
     within,
 )
 from homeostat.domain.production import Production
+from homeostat.guard.settings import LEASE_WITHIN_S, LONGEST_LEASE_S
 from homeostat.twin.twin import TwinSettings
 
 MOST_STEPS: Final = 1_000_000
@@ -68,7 +69,7 @@ class ObjectiveTable(Table):
     """Tag whose mean is the production rate."""
     design_rate: Annotated[float, within(1e-9, 1e9, "(tag's unit)", "a plant is designed to produce something")]
     """Its value by design, in the tag's unit."""
-    delivered: list[Name]
+    delivered: Annotated[list[Name], Len(1, 40)]
     """True quantities whose sum is what was produced so far."""
     totals: dict[Name, Name] = {}
     """What is added up over a run -> the true quantity."""
@@ -82,9 +83,9 @@ class ObjectiveTable(Table):
 class TwinTable(Table):
     """``[twin]``: how the twin is judged and used; what the keys mean stands at `TwinSettings`."""
 
-    errors: dict[Name, Annotated[list[Deviation], Len(2, 2)]]
-    corrected: list[Name]
-    initial: dict[Name, Deviation]
+    errors: Annotated[dict[Name, Annotated[list[Deviation], Len(2, 2)]], Len(1)]
+    corrected: Annotated[list[Name], Len(1)]
+    initial: Annotated[dict[Name, Deviation], Len(1)]
     gain_error: Fraction
     replay_s: Stretch | None = None
     recent_s: Stretch | None = None
@@ -153,6 +154,15 @@ class PatienceTable(Table):
         return Patience(**self.given())
 
 
+class LinkTable(Table):
+    """``[link]``: what the plant's control system needs; the guard waits beside its ticks."""
+
+    lease_within_s: Annotated[
+        float, within(1.0, LONGEST_LEASE_S, "s", "a tick passes meanwhile, and an attempt is made every 600 s at least")
+    ] = LEASE_WITHIN_S
+    """Longest that it needs to give a lease, wall-clock [s]."""
+
+
 class FigureTable(Table):
     """``[[figure]]``: one panel; see `homeostat.cases.panel`."""
 
@@ -201,6 +211,8 @@ class Settings(Table):
     """How patient monitoring is."""
     patience: PatienceTable = PatienceTable()
     """How eagerly a plant is improved."""
+    link: LinkTable = LinkTable()
+    """What the plant's control system needs."""
     figure: list[FigureTable] = []
     """Panels of a run's figure."""
 

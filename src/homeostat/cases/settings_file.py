@@ -48,6 +48,9 @@ def _told(error: ErrorDetails) -> str:
         case "string_pattern_mismatch":
             like = _SPELLING.get(str(place[-1]), "a name without blanks")
             return f"{_words(place)}{_short(error['input'])} is not written as {like}"
+        case "too_short":
+            least, given = error["ctx"]["min_length"], error["ctx"]["actual_length"]
+            return f"{_words(place)}at least {least} items are needed, and there are {given}; add what is meant"
         case "value_error":
             return f"{_words(place)}{error['msg'].removeprefix('Value error, ')}"
     return f"{_words(place)}{error['msg']} (given: {_short(error['input'])})"

@@ -29,7 +29,8 @@ from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.ports import Clock, Lease, Source
 from homeostat.domain.recovery import Command, FallbackStrategy, Step
 from homeostat.domain.rules import GuardRules
-from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.attachment import Attachment
+from homeostat.guard.guard import Guard
 from homeostat.guard.memory import Memory
 from homeostat.guard.seal import Sealer, new_key
 from homeostat.guard.sequencer import Sequencer, nominal_route, what_follows
@@ -235,7 +236,8 @@ def wire(
     case: Case, lease: Lease | None, clock: Clock, trace: Trace, seed: int, arrangement: Arrangement = Arrangement()
 ) -> Assembly:
     """A guard for the plant behind ``lease``, and recovery beside it; ``seed`` seeds the twin's draws, as the run's."""
-    mode, patience, key = arrangement.mode, arrangement.guard, new_key()
+    mode, key = arrangement.mode, new_key()
+    patience = replace(arrangement.guard, lease_within_s=case.lease_within_s)
     rules = guard_rules(case, arrangement.protocol)
     guard = Guard(rules, Attachment(trace, lease, mode, {ISSUER: key}, arrangement.memory), patience)
 

@@ -78,6 +78,8 @@ class GuardStory:
                 yield Line(at_s, "latched", text, Tone.WARNING)
             case LatchReset():
                 text = f"by {' and '.join(event.persons)}: {event.reason}; the plant stands in {event.state!r}"
+                if event.candidates:
+                    text += f", or in one of {', '.join(n for n in event.candidates if n != event.state)}"
                 yield Line(at_s, "reset", text, Tone.GOOD)
             case AlarmRaised() | AlarmReturned() | AlarmAcknowledged():
                 yield from _alarm(event, at_s)

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from homeostat.cli.arguments import Commands
     from homeostat.trace import Report
 
+OLDER = 3
+"""Exit status for a run that nobody signed and whose format is older than signatures."""
+
 
 def configure(commands: Commands) -> None:
     """Declare the command."""
@@ -21,22 +24,23 @@ def configure(commands: Commands) -> None:
         help="check that a recorded run is complete, unaltered and signed",
         description="Check the hash chain and the signatures of a run's journal, whether its events agree with one "
         "another, its manifest and every file that the manifest names. A key is trusted only from outside the run.",
-        epilog="Exit status: 0 complete, unaltered and signed by a trusted key, or recorded before runs were signed; "
-        "1 incomplete, altered, contradicting itself, signed by a stranger or without a closing signature; 2 not a run "
-        "directory, or no key.",
+        epilog="Exit status: 0 complete, unaltered and signed by a trusted key; 1 incomplete, altered, contradicting "
+        "itself, signed by a stranger, without a signature or without a closing one; 2 not a run directory, or no key; "
+        "3 without a signature and in the format from before runs were signed: it agrees with itself, and anybody may "
+        "have written it.",
         allow_abbrev=False,
     )
     command.add_argument("run", type=Path, metavar="RUN", help="run directory")
     command.add_argument(
         "--key", action="append", metavar="PUBLIC",
-        help="public key to trust: a file, or 32 bytes in hexadecimal or base64; a run without signature is refused "
-        "then (may be given several times; default: the installation's key)",
+        help="public key to trust: a file, or 32 bytes in hexadecimal or base64 (may be given several times; default: "
+        "the installation's key)",
     )  # fmt: skip
     command.set_defaults(carry_out=carry_out)
 
 
 def carry_out(options: argparse.Namespace) -> int:
-    """Print what was found; 0 where the run is whole and vouched for, 1 where it is not."""
+    """Print what was found; 0 where the run is whole and a trusted key vouches for it."""
     from homeostat.domain.quotation import printable
     from homeostat.trace import Signature, verify
 
@@ -44,8 +48,9 @@ def carry_out(options: argparse.Namespace) -> int:
     report = verify(run_dir, trusted(options.key))
     for line in _told(report):
         print(printable(f"{run_dir}: {line}"))
-    vouched = (Signature.TRUSTED,) if options.key else (Signature.TRUSTED, Signature.OLDER)
-    return 0 if report.complete and report.vouched.signature in vouched else 1
+    if not report.complete:
+        return 1
+    return {Signature.TRUSTED: 0, Signature.OLDER: OLDER}.get(report.vouched.signature, 1)
 
 
 def trusted(given: list[str] | None) -> Collection[str]:
@@ -71,6 +76,8 @@ def run_directory(path: Path) -> Path:
 
 def _told(report: Report) -> Iterator[str]:
     """What was found, line by line; one where there is nothing but the first thing to say."""
+    from homeostat.trace import Signature
+
     if report.contradictions:
         yield from (f"CONTRADICTION: {sentence}" for sentence in report.contradictions)
         yield _signature(report)
@@ -78,8 +85,10 @@ def _told(report: Report) -> Iterator[str]:
         yield f"ALTERED: {report.problem}"
     elif report.problem is not None:
         yield f"{report.problem}; {_signature(report)}"
-    else:
+    elif report.vouched.signature is Signature.TRUSTED:
         yield f"complete and unaltered, {report.lines} events; {_signature(report)}"
+    else:
+        yield f"complete and in agreement with itself, {report.lines} events; {_signature(report)}"
 
 
 def _signature(report: Report) -> str:
@@ -96,5 +105,5 @@ def _signature(report: Report) -> str:
         case Signature.NOT_CLOSED:
             return f"NO CLOSING SIGNATURE: what comes after {covered} is not signed by a trusted key"
         case Signature.OLDER:
-            return "not signed: it was recorded before runs were signed, or says so"
+            return "NOT SIGNED: it says that it was recorded before runs were signed, as anybody may have it say"
     return "NOT SIGNED: anybody may have written it"

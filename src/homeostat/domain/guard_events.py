@@ -59,6 +59,17 @@ class TripLifted:
 
 
 @dataclass(frozen=True, slots=True)
+class TripLiftEnded:
+    """A reading whose trip was lifted has come back, or counts again."""
+
+    kind: ClassVar[str] = "trip-lift-ended"
+    limit: str
+    """Name of the limit."""
+    used_s: float
+    """For how long its trip has been lifted by now, all in all [s]."""
+
+
+@dataclass(frozen=True, slots=True)
 class Latched:
     """A fallback was activated; nothing more is released until a person resets the latch."""
 
@@ -78,6 +89,8 @@ class LatchReset:
     """Why, in their words."""
     state: str
     """State that the plant was found in."""
+    candidates: tuple[str, ...] = ()
+    """States that it may as well be in, that one among them; empty where it is plain."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +104,8 @@ class FellBack:
     """What was written."""
     reason: str
     """Why."""
+    answers: tuple[str, ...] = ()
+    """Violated limits against which it was chosen; none where another strategy was not obeyed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +141,23 @@ class FallbackIneffective:
     """One sentence."""
     acted: bool
     """Whether it is given up, and the next one acts; in observe and advise it is an alarm."""
+
+
+@dataclass(frozen=True, slots=True)
+class EffectFollowed:
+    """How far the time has come in which a strategy that stands must help; a restart goes on from here."""
+
+    kind: ClassVar[str] = "effect-followed"
+    strategy: str
+    """Name of the strategy."""
+    limit: str
+    """Name of the violated limit."""
+    at_s: float
+    """When this was so, process time [s]."""
+    passed_s: float
+    """How much of the time is over [s]."""
+    sums: tuple[float, ...]
+    """Ticks, ticks in which the margin was judged, and over these the sums of t, t*t, m, m*m and t*m."""
 
 
 @dataclass(frozen=True, slots=True)

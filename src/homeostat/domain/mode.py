@@ -78,3 +78,5 @@ class PersonCommand:
     """Digest of the action set that an approval is bound to."""
     reason: str = ""
     """Why, in the person's words."""
+    age_s: float = 0.0
+    """How old it was when it was delivered, by the clock of whoever delivers it [s]; 0 where it is given here."""

@@ -6,6 +6,7 @@ import unicodedata
 from collections.abc import Iterable
 
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
+from homeostat.domain.quotation import is_unseen
 from homeostat.guard.memory import REMEMBERED
 from homeostat.guard.texts import LONGEST, LONGEST_NAME, brief, fits
 
@@ -18,18 +19,21 @@ NEEDS_REASON = frozenset({Verb.RESET, Verb.REJECT, Verb.OUT_OF_SERVICE, Verb.FAL
 class Authority:
     """Judges the orders of people; remembers those that are used and the first of two who must agree."""
 
-    def __init__(self, persons: int, lasts_s: float) -> None:
-        """``persons``: how many people must agree to a reset, within ``lasts_s`` of each other [s]."""
-        self._persons, self._lasts_s = persons, lasts_s
+    def __init__(self, persons: int, lasts_s: float, oldest_s: float) -> None:
+        """``persons``: how many people must agree to a reset, within ``lasts_s`` of each other [s].
+
+        ``oldest_s``: oldest order that is carried out [s]. One that was recorded and is delivered again was answered
+        already, or is too old.
+        """
+        self._persons, self._lasts_s, self._oldest_s = persons, lasts_s, oldest_s
         self._used: dict[str, None] = {}
         self._agreed: dict[str, tuple[str, float]] = {}
 
     def objection(self, command: PersonCommand) -> str:
         """Why ``command`` may not be carried out whatever the plant is doing; empty where it may."""
-        names: tuple[object, ...] = (command.id, command.person, command.subject)
-        texts: tuple[object, ...] = (command.digest, command.reason)
-        if not (all(fits(n, LONGEST_NAME) for n in names) and all(fits(t, LONGEST) for t in texts)):
-            return f"an order has names of at most {LONGEST_NAME} characters and a reason of at most {LONGEST}"
+        malformed = _malformed(command)
+        if malformed:
+            return malformed
         verb: object = command.verb
         role: object = command.role
         if not (isinstance(verb, Verb) and isinstance(role, Role)):
@@ -38,13 +42,26 @@ class Authority:
             return "an order needs an identifier and the name of a person"
         if command.id in self._used:
             return f"order {command.id!r} was answered already"
+        untimely = self._untimely(command.age_s)
+        if untimely:
+            return untimely
         if command.verb in ENGINEERING and command.role is not Role.ENGINEER:
             return f"only an engineer may order {command.verb.value!r}"
-        if command.verb in NEEDS_REASON and not command.reason.strip():
+        if command.verb in NEEDS_REASON and not _folded(command.reason):
             return f"{command.verb.value!r} needs a reason"
         if command.verb is Verb.MODE and command.subject not in {m.value for m in Mode}:
             return f"there is no mode {command.subject!r}; there are {', '.join(m.value for m in Mode)}"
         return ""
+
+    def _untimely(self, age_s: object) -> str:
+        """Why an order of this age [s] is not carried out; empty where it is."""
+        if type(age_s) not in (int, float):
+            return f"the age of an order is a number of seconds, not of type {brief(type(age_s).__name__, 40)!r}"
+        if isinstance(age_s, (int, float)) and 0.0 <= age_s <= self._oldest_s:
+            return ""
+        if isinstance(age_s, (int, float)) and age_s < 0.0:
+            return f"the order was issued {-age_s:.6g} s in the future; set the clocks and give it again"
+        return f"the order is {age_s:.6g} s old and counts for {self._oldest_s:g} s; give it again"
 
     def remember(self, used: Iterable[str]) -> None:
         """Orders with these identifiers were answered, and are not carried out any more."""
@@ -65,6 +82,25 @@ class Authority:
         return agreed
 
 
-def _folded(person: str) -> str:
-    """One spelling for the names that a person might write differently."""
-    return " ".join(unicodedata.normalize("NFKC", person).casefold().split())
+def _malformed(command: PersonCommand) -> str:
+    """What of the texts of ``command`` is none, or is too long; empty where nothing is."""
+    names: dict[str, object] = {"identifier": command.id, "person": command.person, "subject": command.subject}
+    texts: dict[str, object] = {"digest": command.digest, "reason": command.reason}
+    for what, given in (names | texts).items():
+        if type(given) is not str:
+            return f"the {what} of an order is a plain text, not of type {brief(type(given).__name__, 40)!r}"
+    if all(fits(n, LONGEST_NAME) for n in names.values()) and all(fits(t, LONGEST) for t in texts.values()):
+        return ""
+    return f"an order has names of at most {LONGEST_NAME} characters and a reason of at most {LONGEST}"
+
+
+def _folded(text: str) -> str:
+    """One spelling for what people see as the same name; empty where they see nothing."""
+    before, folded = "", text
+    while folded != before:  # what is not seen may keep a letter and its accent apart
+        before, folded = folded, _once("".join(c for c in folded if not (is_unseen(c) or c.isspace())))
+    return folded
+
+
+def _once(text: str) -> str:
+    return unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", text).casefold())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from typing import TypeAlias
+from typing import NoReturn, TypeAlias
 
 from homeostat.domain.ports import Lease, Ticket, Wire
 from homeostat.domain.recovery import Command
@@ -42,17 +42,37 @@ class BoundedLease:
         self._lanes: list[Lane] = []
         self._questions: list[Lane] = []
 
+    @property
+    def awaited(self) -> bool:
+        """Whether a lease was asked for that nobody has yet: it is under way, has come, or is being given back."""
+        return self._taking is not None and not self._taking.over
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the link has answered somebody who waited for a lease in vain: :meth:`take` says what."""
+        return self._taking is not None and self._taking.arrived
+
+    @property
+    def overdue(self) -> str:
+        """That the link needs longer for a lease than it may; empty where it does not."""
+        return "" if self._taking is None else self._taking.overdue
+
     def take(self) -> BoundedWire:
-        """Take the lease, or claim one that was asked for before and came too late; raises as the link does."""
+        """Take the lease, or claim one that was asked for before and came too late; raises as the link does.
+
+        The link is asked for one lease at a time: NoAnswer as long as an earlier one is under way or given back.
+        """
         self._lanes = [lane for lane in self._lanes if lane.busy]
         if len(self._lanes) >= MOST:
             raise NoAnswer(f"{len(self._lanes)} writes hang in the link")
-        late, self._taking = self._taking, None
-        taking = late or _Taking(self._lease, self._settings.again_s)
-        if not taking.call.wait(0.0 if late else self._settings.lease_s):
-            self._taking = taking
-        wire = taking.claim()
-        return self.take() if wire is None else self._path(wire)
+        if not self.awaited:
+            self._taking = _Taking(self._lease, self._settings.lease_within_s)
+            self._taking.call.wait(self._settings.lease_s)
+        assert self._taking is not None, "it was asked for"
+        if not self._taking.claim():
+            self._taking.refuse()
+        call, self._taking = self._taking.call, None
+        return self._path(call.result())
 
     def beat(self) -> None:
         """Say that the guard is alive."""
@@ -79,35 +99,58 @@ class BoundedLease:
 
 
 class _Taking:
-    """A lease that is asked for. One that comes late is given back unless somebody claims it soon.
+    """A lease that is asked for. One that comes late is kept for a while, and given back where nobody claims it.
 
     Otherwise the plant would wait for a guard that does not know of its lease.
     """
 
-    def __init__(self, lease: Lease, claim_s: float) -> None:
-        self._lease, self._claim_s = lease, claim_s
-        self._lock, self._claimed, self._expired = threading.Lock(), threading.Event(), False
+    def __init__(self, lease: Lease, within_s: float) -> None:
+        """``within_s``: longest that the link may need, and longest that its answer is kept, wall-clock [s]."""
+        self._lease, self._within_s = lease, within_s
+        self._lock, self._claimed, self._ended, self._expired = threading.Lock(), threading.Event(), False, False
         self.call = Call("taking the lease", lease.take)
         threading.Thread(target=self._run, name="taking the lease", daemon=True).start()
 
-    def claim(self) -> Wire | None:
-        """The wire; None where it was given back meanwhile. NoAnswer where it has not come yet."""
-        if self.call.answered:
-            with self._lock:
+    @property
+    def over(self) -> bool:
+        """Whether nobody has claimed it, and it was given back."""
+        return self._ended
+
+    @property
+    def arrived(self) -> bool:
+        """Whether it can be claimed."""
+        return self.call.answered and not self._expired
+
+    @property
+    def overdue(self) -> str:
+        """That the link needs longer than it may; empty where it does not."""
+        if self.call.answered or self.call.age_s <= self._within_s:
+            return ""
+        return f"the link has not given a lease for {self.call.age_s:.1f} s; {self._within_s:g} s are allowed"
+
+    def claim(self) -> bool:
+        """Whether the link has answered, and the answer is the caller's from now on."""
+        with self._lock:
+            if self.arrived:
                 self._claimed.set()
-                if self._expired:
-                    return None
-        return self.call.result()
+            return self._claimed.is_set()
+
+    def refuse(self) -> NoReturn:
+        """Say why it cannot be claimed: NoAnswer."""
+        if self._expired:
+            raise NoAnswer("a lease that nobody has claimed is being given back")
+        raise NoAnswer(f"{self.call.name} has not answered for {self.call.age_s:.1f} s")
 
     def _run(self) -> None:
         self.call.run()
-        self._claimed.wait(self._claim_s)
+        self._claimed.wait(self._within_s)
         with self._lock:
             self._expired = not self._claimed.is_set()
         if self._expired:
-            with contextlib.suppress(Exception):  # what the link did not give, it need not take back
+            with contextlib.suppress(BaseException):  # what the link did not give, it need not take back
                 self.call.result()
                 self._lease.give_back()
+            self._ended = True
 
 
 class BoundedWire:

@@ -8,16 +8,20 @@ error. So the slowest return counts, and a reading that stands still does not. W
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from homeostat.domain.guard_events import EffectFollowed
 from homeostat.domain.recovery import Effect, FallbackStrategy
+from homeostat.guard.trial import Passed
 from homeostat.guard.trips import LONGEST_S, Violation
 
 SURE = 3.0
 """Standard errors by which a margin must rise."""
 FEWEST = 3
 """Fewest readings that have a slope with an error."""
+SHARE = 8
+"""How often in a period it is journalled how far it has come, at least; more often where that were 5 s or more."""
 UNSTATED = Effect(600.0)
 """What is expected where the tables say of no strategy that it brings a limit back."""
 
@@ -35,6 +39,18 @@ class _Period:
     m: float = 0.0
     mm: float = 0.0
     tm: float = 0.0
+    told_s: float = -math.inf
+
+    @classmethod
+    def of(cls, passed: Passed) -> _Period:
+        """One that goes on after a death."""
+        ticks, judged, *sums = passed.sums
+        return cls(passed.at_s, passed.passed_s, int(ticks), int(judged), *sums)
+
+    @property
+    def sums(self) -> tuple[float, ...]:
+        """What was seen of the margin, as it is journalled."""
+        return (float(self.ticks), float(self.judged), self.t, self.tt, self.m, self.mm, self.tm)
 
     def add(self, now_s: float, margin: float) -> None:
         """One tick more; a clock that leaps ahead ends no period early."""
@@ -85,6 +101,20 @@ class EffectWatch:
         """Another strategy acts, or none."""
         self._periods.clear()
 
+    def recall(self, effects: Mapping[str, Passed]) -> None:
+        """Go on after a death: the time without the guard counts as one tick does."""
+        self._periods = {name: _Period.of(passed) for name, passed in effects.items()}
+
+    def news(self, strategy: FallbackStrategy) -> tuple[EffectFollowed, ...]:
+        """How far the time of each violated limit has come, where a death would lose too much of it."""
+        found = []
+        for name, period in self._periods.items():
+            every_s = min(self._effect(strategy, name).acts_within_s / SHARE, LONGEST_S)
+            if period.passed_s - period.told_s >= every_s:
+                period.told_s = period.passed_s
+                found.append(EffectFollowed(strategy.name, name, period.now_s, period.passed_s, period.sums))
+        return tuple(found)
+
     def failed(
         self, now_s: float, strategy: FallbackStrategy, violations: Iterable[Violation]
     ) -> tuple[str, str] | None:
@@ -93,7 +123,7 @@ class EffectWatch:
         self._periods = {name: p for name, p in self._periods.items() if name in violated}
         found = None
         for name, violation in violated.items():
-            effect = strategy.serves.get(name, self._stated.get(name, UNSTATED))
+            effect = self._effect(strategy, name)
             period = self._periods.setdefault(name, _Period(now_s))
             period.add(now_s, violation.margin)
             if period.passed_s < effect.acts_within_s:
@@ -104,6 +134,9 @@ class EffectWatch:
                 text = f"{strategy.name!r} has stood for {period.passed_s:g} s and does not help: {why}"
                 found = name, f"{text}: {violation.reason}"
         return found
+
+    def _effect(self, strategy: FallbackStrategy, limit: str) -> Effect:
+        return strategy.serves.get(limit, self._stated.get(limit, UNSTATED))
 
 
 def _objection(period: _Period, effect: Effect, unit: str) -> str:

@@ -30,6 +30,7 @@ class Fallbacks:
         self._rules = rules
         self._ranked = rules.fallbacks
         self._taken = frozenset[str]()
+        self._first = ""
         self.spent: frozenset[str] = frozenset()
         """Strategies that have stood and not helped; none of them is taken again."""
 
@@ -43,34 +44,43 @@ class Fallbacks:
 
         One that does not pass its checks now is named and keeps its place: it is checked again when it acts.
         """
-        known = {s.name: s for s in self._rules.fallbacks}
+        known = {s.name for s in self._rules.fallbacks}
         wrong = [f"there is no fallback {name!r}" for name in names if name not in known]
-        first = [known[name] for name in dict.fromkeys(names) if name in known]
-        self._ranked = (*first, *(s for s in self._rules.fallbacks if s not in first))
-        for strategy in first:
+        for strategy in self.rank(names):
             chosen = self.checked(strategy, readings, in_service)
             if isinstance(chosen, str):
                 wrong.append(f"{strategy.name}: {chosen}")
         return tuple(wrong)
 
-    def begin(self, name: str = "") -> None:
-        """Start again with strategy ``name``; where there is none of that name, with the first one."""
-        self._taken = frozenset()
-        self._ranked = tuple(sorted(self._ranked, key=lambda s: s.name != name))
+    def rank(self, names: tuple[str, ...]) -> tuple[FallbackStrategy, ...]:
+        """Rank the strategies by ``names``, those left out after them; those that are named, in their order."""
+        known = {s.name: s for s in self._rules.fallbacks}
+        first = tuple(known[name] for name in dict.fromkeys(names) if name in known)
+        self._ranked = (*first, *(s for s in self._rules.fallbacks if s not in first))
+        return first
+
+    def begin(self, first: str = "", tried: frozenset[str] = frozenset()) -> None:
+        """Begin a round in which ``first`` is taken before all others; those that were ``tried`` had their turn."""
+        self._first, self._taken = first, tried - {first}
 
     def spend(self, name: str) -> None:
         """Strategy ``name`` has stood and not helped."""
         self.spent |= {name}
 
-    def take(self, limits: frozenset[str] = frozenset()) -> FallbackStrategy | None:
+    def take(
+        self, limits: frozenset[str] = frozenset(), others: frozenset[str] = frozenset()
+    ) -> FallbackStrategy | None:
         """The next strategy that has not stood in vain; None where every one was taken.
 
-        One that brings more of ``limits`` back is taken before those that bring back less.
+        One that brings more of ``limits`` back is taken before those that bring back less; of equals one that brings
+        more of the ``others`` back, then the one that stands before the others in rank.
         """
         left = [s for s in self._ranked if s.name not in self._taken | self.spent]
         if not left:
             return None
-        strategy = max(left, key=lambda s: len(limits & s.serves.keys()))
+        named = [s for s in left if s.name == self._first]
+        self._first = ""
+        strategy = max(named or left, key=lambda s: (len(limits & s.serves.keys()), len(others & s.serves.keys())))
         self._taken |= {strategy.name}
         return strategy
 

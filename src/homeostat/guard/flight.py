@@ -12,6 +12,8 @@ from homeostat.domain.write_events import Cause
 
 ROUNDING = 1e-9
 """Rounding of a target that is sent and read back, in any unit."""
+PUT_RIGHT = "put right"
+"""Source of a write that puts right what came late; it belongs to no strategy."""
 
 
 @dataclass(frozen=True, slots=True)

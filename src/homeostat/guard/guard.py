@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from itertools import islice
 
 from homeostat.domain.alarm import Alarm, Priority
 from homeostat.domain.guard_events import Armed, GuardStarted, ModeEntered, StateEntered, Stopped
 from homeostat.domain.mode import Mode, PersonCommand, Side
 from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Settled, Trouble, Withdraw
-from homeostat.domain.ports import Lease, Record
 from homeostat.domain.request import Request
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import Cause, TargetsHeld
+from homeostat.guard.arrivals import Arrivals
+from homeostat.guard.attachment import Attachment
 from homeostat.guard.flight import Progress, Write
 from homeostat.guard.lapse import Lapse
 from homeostat.guard.latch import Latch
 from homeostat.guard.mailbox import Mailbox
-from homeostat.guard.memory import Memory
 from homeostat.guard.modes import Modes
 from homeostat.guard.moves import Moves
 from homeostat.guard.pace import Pace
@@ -43,24 +41,6 @@ MOST_HEARD = 50
 """Most messages of one kind that are heard in a tick, requests and orders apart, and most fallbacks in a ranking."""
 
 
-@dataclass(frozen=True, slots=True)
-class Attachment:
-    """What a guard is attached to, and in which mode it begins."""
-
-    record: Record
-    """Where its events go."""
-    lease: Lease | None = None
-    """The right to write; None where the plant is only observed."""
-    mode: Mode = Mode.CLOSED_LOOP
-    """Mode in which it begins."""
-    keys: Mapping[str, bytes] = field(default_factory=dict)
-    """Issuer -> the key of its seals."""
-    memory: Memory | None = None
-    """What a journal says of the guard before; None for a plant that nobody has watched yet."""
-    goes_on: bool = True
-    """Whether a restart goes on in the journalled mode, as in simulation; a real plant stands in observe first."""
-
-
 class Guard:
     """Decides once per tick of its own clock, with a sample or with its absence; nothing that it calls can end it."""
 
@@ -72,10 +52,12 @@ class Guard:
         self._trips = TripWatch(rules, parts.note)
         self._latch, self._modes = Latch(parts), Modes(parts.tenure)
         self._lapse = Lapse(parts, self._latch)
-        self._steps, self._moves = Steps(parts, self._latch), Moves(parts, self._latch, self._lapse)
+        self._arrivals = Arrivals(parts)
+        self._steps = Steps(parts, self._latch, self._arrivals)
+        self._moves = Moves(parts, self._latch, self._lapse, self._arrivals)
         self._response = Response(parts, self._latch)
         self._requests = Requests(parts, dict(attachment.keys))
-        self._persons = Persons(Floor(parts, self._modes, self._latch, self._requests))
+        self._persons = Persons(Floor(parts, self._modes, self._latch, self._requests, self._steps))
         self._restart: Restart | None = None
         self._act_by_s: float | None = None
         self._wanted = Wanted(parts.alarms)
@@ -168,13 +150,14 @@ class Guard:
             mode = (memory.mode or mode) if self._attachment.goes_on else Mode.OBSERVE
             self._restart = Restart(parts, self._latch, self._steps, memory)
             self._restart.take_position(self._now_s, self._trips.start_up)
-            self._response.remember(memory.tripped)
+            self._trips.remember(memory.trial, self._now_s)
+            self._response.remember(memory.trial, memory.latched is not None)
             self._requests.remember(memory.requests)
             self._persons.remember(memory.orders)
-        objection = self._modes.enter(mode, self._now_s)
+        objection = self._modes.begin(mode, self._now_s)
         if objection:
             self._alarm("mode", objection, Priority.HIGH)
-        if memory is not None and (parts.rules.recipe is Side.GUARD or self.mode.writes):
+        if memory is not None:
             self._lapse.restart()
         rules = parts.rules
         recipe = rules.recipe if self.mode.writes else Side.PLANT
@@ -183,6 +166,8 @@ class Guard:
             self._now_s,
         )
         parts.note(ModeEntered(self.mode.value, ""), self._now_s)
+        if not self.mode.writes:
+            self._steps.withdraw(f"the guard stands in {self.mode.value!r} after a restart", self._now_s)
 
     def _look(self, sample: Snapshot | None) -> None:
         """What the plant says, and how far it can be trusted."""
@@ -195,6 +180,10 @@ class Guard:
     def _hold(self, sample: Snapshot | None) -> None:
         """Is the lease still the guard's? What was lost is taken again before anything is decided."""
         self._parts.tenure.check(self._now_s)
+        late = self._modes.late(self._now_s)
+        if late is not None:
+            self._parts.alarms.return_("mode", self._now_s)
+            self._parts.note(ModeEntered(late.value, "", "the lease has come"), self._now_s)
         self._follow_lease()
 
     def _follow_lease(self) -> None:
@@ -213,6 +202,8 @@ class Guard:
             restart.explain(readings)
             self._moves.judge(self._now_s, readings, self.mode)
             restart.resolve(self._now_s, readings)
+            if self._steps.withdrawn:
+                self._steps.withdraw("nobody wrote after a restart", self._now_s)
         elif self._now_s - self._began_s >= self._parts.settings.again_s:
             restart.act(self._now_s)
 
@@ -357,7 +348,7 @@ class Guard:
         self._modes.settle(now_s, sending=self._sending)
         parts.tenure.beat(now_s)
         self._follow_lease()
-        targets = parts.service.news()
+        targets = parts.service.news(but=self._arrivals.tags)
         if targets:
             parts.note(TargetsHeld(targets), now_s)
         self._hold_alarm("journal", parts.recorder.trouble)

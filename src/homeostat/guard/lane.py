@@ -22,7 +22,9 @@ class Call(Generic[T]):
 
     def __init__(self, name: str, do: Callable[[], T]) -> None:
         """``do`` it when :meth:`run` is called; ``name``: what is called, as an alarm says it."""
-        self._name, self._do, self._began_s = name, do, time.monotonic()
+        self.name = name
+        """What is called."""
+        self._do, self._began_s = do, time.monotonic()
         self._result: list[T] = []
         self._error: Exception | None = None
         self._ended = threading.Event()
@@ -32,6 +34,11 @@ class Call(Generic[T]):
         """Whether it has come back, or has raised."""
         return self._ended.is_set()
 
+    @property
+    def age_s(self) -> float:
+        """Time since it began, wall-clock [s]."""
+        return time.monotonic() - self._began_s
+
     def wait(self, wait_s: float) -> bool:
         """Whether it has come back within ``wait_s``, wall-clock [s]."""
         return self._ended.wait(wait_s)
@@ -39,7 +46,7 @@ class Call(Generic[T]):
     def result(self) -> T:
         """What it came back with; raises what it raised, and NoAnswer where it has not come back."""
         if not self.answered:
-            raise NoAnswer(f"{self._name} has not answered for {time.monotonic() - self._began_s:.1f} s")
+            raise NoAnswer(f"{self.name} has not answered for {self.age_s:.1f} s")
         if self._error is not None:
             raise self._error
         return self._result[0]

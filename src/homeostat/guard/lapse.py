@@ -14,7 +14,7 @@ from homeostat.guard.flight import same, shown
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.memory import LOCAL
 from homeostat.guard.parts import Parts
-from homeostat.guard.recognition import admits_all, recognise
+from homeostat.guard.recognition import Found, admits_all, recognise
 from homeostat.guard.service import Moved
 
 
@@ -105,36 +105,38 @@ class Lapse:
         rules, sequencer = self._parts.rules, self._parts.sequencer
         if rules.recipe is Side.PLANT and not sequencer.carries:
             return f"its own recipe goes on, followed in state {sequencer.state!r}"
-        position = self._position(moved, readings)
-        if position is not None and position[0] == sequencer.state:
-            return f"the sequence goes on in state {sequencer.state!r}"
-        state, steps = position or (recognise(rules.machine, readings, sequencer.state), ())
-        left, actions = sequencer.state, ActionSet((), state, steps)
+        evidence, left = self._parts.evidence(readings), sequencer.state
+        if admits_all(rules.machine.state(left), evidence):
+            return f"the sequence goes on in state {left!r}"
+        later = self._later(moved, readings)
+        found = Found(left) if later else recognise(rules.machine, evidence, left, rules.start_up.states)
+        state, steps = later[0] if later else (found.state, ())
+        actions = ActionSet((), state, steps)
         sequencer.load(actions, now_s, found=True)
         self._parts.note(loaded(LOCAL, actions, aborting=False), now_s)
-        if position is not None:
-            return f"the sequence goes on from state {state!r}"
-        return f"state {left!r} does not admit that, so the sequence has stopped; recovery or a person must act"
+        if later:
+            further = ", ".join(repr(name) for name, _ in later[1:])
+            return f"the sequence goes on from state {state!r}" + (f", and {further} would fit, too" if further else "")
+        told = f"; {found}" if found.candidates else ""
+        return f"state {left!r} does not admit that, so the sequence has stopped{told}; recovery or a person must act"
 
-    def _position(self, moved: Mapping[str, Moved], readings: Snapshot) -> tuple[str, tuple[Step, ...]] | None:
-        """Where the sequence stands, and the steps behind: the present state where it admits the targets in service.
+    def _later(self, moved: Mapping[str, Moved], readings: Snapshot) -> tuple[tuple[str, tuple[Step, ...]], ...]:
+        """Where the sequence may stand behind its present state, the nearest first, and the steps behind each.
 
-        Else the first later one that admits them and to which the plant's recipe has led: its steps up to there command
-        every target that was ``moved``. None where there is no such state.
+        The state admits the targets in service, and the plant's recipe has led there: its steps up to there command
+        every target that was ``moved``.
         """
-        rules, sequencer, tags = self._parts.rules, self._parts.sequencer, self._parts.service.tags
-        waiting = sequencer.waiting
-        if admits_all(rules.machine.state(sequencer.state), readings, tags):
-            return sequencer.state, waiting
+        rules, evidence, waiting = self._parts.rules, self._parts.evidence(readings), self._parts.sequencer.waiting
         led: dict[str, float | None] = {}
+        found: list[tuple[str, tuple[Step, ...]]] = []
         for n, step in enumerate(waiting, 1):
             led.update({c.tag: c.value for c in step.commands})
             by_recipe = all(
                 tag in led and same(led[tag], m.now, rules.writables[tag].tolerance) for tag, m in moved.items()
             )
-            if by_recipe and admits_all(rules.machine.state(step.target), readings, tags):
-                return step.target, waiting[n:]
-        return None
+            if by_recipe and admits_all(rules.machine.state(step.target), evidence):
+                found.append((step.target, waiting[n:]))
+        return tuple(found)
 
 
 def local(rules: GuardRules, tag: str, target: float | None) -> bool:

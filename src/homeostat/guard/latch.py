@@ -12,6 +12,7 @@ from homeostat.domain.write_events import Cause, StepLoaded
 from homeostat.guard.fallback import Chosen, Fallbacks
 from homeostat.guard.flight import Progress, Write
 from homeostat.guard.parts import Parts
+from homeostat.guard.trial import Trial
 
 
 class Latch:
@@ -33,6 +34,7 @@ class Latch:
         self._acting: Chosen | None = None
         self._loaded = self._held = False
         self._again_s = -math.inf
+        self._tried = frozenset[str]()
 
     @property
     def forced(self) -> frozenset[str]:
@@ -50,19 +52,19 @@ class Latch:
             return
         self.reason = reason
         self._parts.alarms.raise_("latched", reason, Priority.CRITICAL, now_s)
-        self.fallbacks.begin()
+        self.fallbacks.begin(next((s.name for s in self.fallbacks.ranked), ""))
         self._act(now_s, readings)
         self._parts.note(Latched(reason), now_s)
 
-    def escalate(self, limit: str, reason: str, now_s: float, readings: Snapshot | None) -> bool:
-        """``limit`` is violated although a fallback stands: the next strategy that passes its checks acts.
+    def escalate(self, limits: frozenset[str], reason: str, now_s: float, readings: Snapshot | None) -> bool:
+        """``limits`` are violated although a fallback stands: the next strategy that passes its checks acts.
 
         False where there is none; what stands is better than what the plant does by itself.
         """
-        chosen = self._next(now_s, readings, frozenset({limit}))
+        chosen = self._next(now_s, readings, limits)
         if chosen is None:
             return False
-        self._write(chosen, reason, now_s)
+        self._write(chosen, reason, now_s, limits)
         return True
 
     def give_way(self, tag: str, now_s: float, readings: Snapshot | None) -> None:
@@ -80,7 +82,7 @@ class Latch:
             return
         left, reason = writer.without(tag), f"somebody has moved {tag!r} meanwhile"
         fails = acting is not None and bool(self.violated or not left)
-        following = self._next(now_s, readings, self.violated) if fails else None
+        following = self._next(now_s, readings) if fails else None
         if left and following is None:
             return
         writer.overtake(now_s, reason)
@@ -98,19 +100,19 @@ class Latch:
             self.fallbacks.begin()
             self._acting, self._again_s = None, -math.inf
 
-    def give_up(self, limit: str, reason: str, now_s: float, readings: Snapshot | None) -> None:
+    def give_up(self, limits: frozenset[str], reason: str, now_s: float, readings: Snapshot | None) -> None:
         """What stands does not help: it acts no more before a reset, but the next one, and at last the plant's shed."""
         if self.strategy is not None:
             self.fallbacks.spend(self.strategy.name)
-        if not self.escalate(limit, reason, now_s, readings):
+        if not self.escalate(limits, reason, now_s, readings):
             self._shed(now_s)
 
-    def hold(self, reason: str, strategy: str, spent: frozenset[str]) -> None:
+    def hold(self, reason: str, strategy: str, spent: frozenset[str], trial: Trial) -> None:
         """Be latched again after a restart, before the plant was read; ``strategy`` had acted last.
 
-        ``spent`` are the strategies that do not help.
+        ``spent`` are the strategies that do not help, ``trial`` says who had a turn and which limits were violated.
         """
-        self.reason = reason
+        self.reason, self.violated, self._tried = reason, trial.violated, trial.tried
         self.strategy = next((s for s in self._parts.rules.fallbacks if s.name == strategy), None)
         for name in spent:
             self.fallbacks.spend(name)
@@ -126,7 +128,7 @@ class Latch:
             return  # another limit was violated before the plant was read, and a fallback is being sent
         acted = self.strategy.name if self.strategy is not None else ""
         self._held, self.standing = False, bool(acted) and not strategy and acted not in self.fallbacks.spent
-        self.fallbacks.begin(strategy or acted)
+        self.fallbacks.begin(strategy or acted, self._tried)
         if self.standing:
             self.fallbacks.take()  # what stands is not the next one
         else:
@@ -164,24 +166,28 @@ class Latch:
         elif ours and parts.writer.broken:
             parts.tenure.take(now_s)  # perhaps the lease was lost; the next attempt has a new one
         elif self._due(now_s):
-            self._act(now_s, readings, self.violated)
+            self._act(now_s, readings)
 
     def _due(self, now_s: float) -> bool:
         """Whether it is time to act: nothing stands, nothing is being sent, and the last vain round is over."""
-        return not self.standing and self._parts.writer.flying is None and now_s >= self._again_s
+        over = now_s >= self._again_s or self._parts.tenure.arrived  # with a lease that comes late it acts at once
+        return not self.standing and self._parts.writer.flying is None and over
 
-    def _act(self, now_s: float, readings: Snapshot | None, limits: frozenset[str] = frozenset()) -> None:
+    def _act(self, now_s: float, readings: Snapshot | None) -> None:
         """Write the next strategy that passes its checks; none stops a trip, so the plant's own shed is the last."""
-        chosen = self._next(now_s, readings, limits)
+        chosen = self._next(now_s, readings)
         if chosen is None:
             self._shed(now_s)
         else:
             self._write(chosen, self.reason or "", now_s)
 
-    def _next(self, now_s: float, readings: Snapshot | None, limits: frozenset[str]) -> Chosen | None:
-        """The next strategy that passes its checks, best one that brings ``limits`` back; None where none does."""
+    def _next(self, now_s: float, readings: Snapshot | None, limits: frozenset[str] = frozenset()) -> Chosen | None:
+        """The next strategy that passes its checks; None where none does.
+
+        Best one that brings ``limits`` back, then one that brings back whatever else is violated, then any.
+        """
         parts = self._parts
-        while (strategy := self.fallbacks.take(limits)) is not None:
+        while (strategy := self.fallbacks.take(limits, self.violated)) is not None:
             chosen = self.fallbacks.checked(strategy, readings, parts.service.tags)
             if isinstance(chosen, Chosen):
                 return chosen
@@ -194,7 +200,7 @@ class Latch:
         self._parts.writer.overtake(now_s, reason)
         self._parts.sequencer.stop()
 
-    def _write(self, chosen: Chosen, reason: str, now_s: float) -> None:
+    def _write(self, chosen: Chosen, reason: str, now_s: float, answers: frozenset[str] = frozenset()) -> None:
         parts, strategy, actions = self._parts, chosen.strategy, chosen.actions
         self._stop(now_s, "a fallback acts")
         if not parts.tenure.held:
@@ -207,7 +213,7 @@ class Latch:
         parts.writer.begin(write, now_s)
         if parts.writer.broken and not parts.tenure.take(now_s):  # a lease that was lost without a word costs no tick
             parts.writer.repeat(now_s)
-        parts.note(FellBack(strategy.name, actions.commands, reason), now_s)
+        parts.note(FellBack(strategy.name, actions.commands, reason, tuple(sorted(answers))), now_s)
         if parts.writer.accepted:
             self._load(chosen, now_s)
 

@@ -10,9 +10,9 @@ from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import Command
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.write_events import Cause, WriteResult
+from homeostat.guard.flight import PUT_RIGHT
+from homeostat.guard.trial import Trial
 
-PUT_RIGHT = "put right"
-"""Source of a write that puts right what came late; it belongs to no strategy."""
 LOCAL = "local control"
 """Source of a position of the sequence that the plant's own control has brought about."""
 REMEMBERED = 10_000
@@ -51,6 +51,8 @@ class OpenWrite:
     """Whether the sequence has gone on behind it."""
     given_up: bool = False
     """Whether something overtook it; whatever it brings, the sequence does not go on behind it."""
+    latched: bool = False
+    """Whether it was begun under a latch: a step is the fallback's own then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +85,8 @@ class Memory:
     """Whether its limits hold no more."""
     left: str | None = None
     """State that was left for the present one; None where it is known whether start-up began with that."""
-    tripped: frozenset[str] = frozenset()
-    """Limits that were violated since the last reset: what a latched fallback acts against."""
+    trial: Trial = field(default_factory=Trial)
+    """How the fallbacks have fared."""
     out: frozenset[str] = frozenset()
     """Tags that were out of service."""
     targets: Mapping[str, float | None] = field(default_factory=dict)
@@ -109,6 +111,8 @@ class Memory:
         for event in events:
             fold = _FOLDS.get(event.kind)
             memory = memory if fold is None else fold(memory, event.fields)
+            trial = memory.trial.fold(event.kind, event.fields)
+            memory = memory if trial is memory.trial else replace(memory, trial=trial)
         return memory
 
 
@@ -124,11 +128,14 @@ def _intended(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     """A fallback latches by its intention: whoever dies behind it must not come back unlatched."""
     number, cause, source = int(fields["write"]), Cause[fields["cause"]], str(fields["source"])
     before = memory.last if number == memory.writes else None
-    taken = before is not None and before.taken
+    paid = cause is Cause.SEQUENCE and memory.owed is not None and memory.owed.source == source
+    taken = paid or (before is not None and before.taken)
     write = OpenWrite(
-        cause, source, _commands(fields["commands"]), str(fields["state"]), _steps(fields["steps"]), taken
-    )
-    memory = replace(memory, writes=number, open={**memory.open, number: write}, last=write, owed=None)
+        cause, source, _commands(fields["commands"]), str(fields["state"]), _steps(fields["steps"]), taken,
+        latched=memory.latched is not None,
+    )  # fmt: skip
+    owed = memory.owed if source == PUT_RIGHT else None
+    memory = replace(memory, writes=number, open={**memory.open, number: write}, last=write, owed=owed)
     if cause is not Cause.FALLBACK or source == PUT_RIGHT:
         return memory
     if not taken:  # nothing that was to follow before a fallback follows after it
@@ -188,10 +195,10 @@ def _read_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 
 
 def _missed(memory: Memory, number: int, write: OpenWrite) -> Memory:
-    """A step that counts as taken is owed; behind a request nothing follows that the plant was read not to hold."""
+    """A step that counts as taken is owed; nothing follows a request or a start that the plant does not hold."""
     if write.cause is Cause.SEQUENCE and write.taken and not write.given_up:
         return replace(memory, owed=write)
-    if write.cause is Cause.REQUEST and write.taken and number == memory.writes:
+    if write.cause in (Cause.REQUEST, Cause.PERSON) and write.taken and number == memory.writes:
         return replace(_marked(memory, _not_behind), waiting=())
     return memory
 
@@ -230,7 +237,7 @@ def _served(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 def _reset(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     state = str(fields["state"])
     return replace(
-        memory, latched=None, tripped=frozenset(), strategy="", untold="", acted="", spent=frozenset(), state=state,
+        memory, mode=Mode.OBSERVE, latched=None, strategy="", untold="", acted="", spent=frozenset(), state=state,
         waiting=(), aborting=False, released=False, owed=None, left=None,
     )  # fmt: skip
 
@@ -257,13 +264,30 @@ def _answered(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     return replace(memory, waiting=()) if last is not None and last.taken else memory
 
 
+def _mode_entered(memory: Memory, fields: Mapping[str, Any]) -> Memory:
+    """Where nobody writes no step is owed any more, also once somebody does again; a fallback's latch lasts."""
+    mode = Mode(fields["mode"])
+    memory = replace(memory, mode=mode)
+    if mode.writes or memory.latched is not None:
+        return memory
+    opened = {n: replace(w, given_up=w.given_up or _stepped(w)) for n, w in memory.open.items()}
+    last = memory.last
+    if last is not None and _stepped(last):
+        last = _given_up(last)
+    return replace(memory, open=opened, last=last, owed=None)
+
+
+def _stepped(write: OpenWrite) -> bool:
+    """Whether ``write`` is a step that counts as taken."""
+    return write.cause is Cause.SEQUENCE and write.taken
+
+
 def _heard(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     return replace(memory, orders=(*memory.orders, str(fields["command"]))[-REMEMBERED:])
 
 
 _FOLDS: Mapping[str, Any] = {
-    "mode-entered": lambda m, f: replace(m, mode=Mode(f["mode"])),
-    "tripped": lambda m, f: replace(m, tripped=m.tripped | {str(f["limit"])}),
+    "mode-entered": _mode_entered,
     "latched": lambda m, f: replace(m, latched=str(f["reason"]), waiting=m.waiting if m.aborting else ()),
     "fell-back": _fell_back,
     "fallback-stands": _stands,

@@ -12,6 +12,7 @@ class Modes:
     def __init__(self, tenure: Tenure) -> None:
         """Everything begins in observe."""
         self._tenure = tenure
+        self._wanted: Mode | None = None
         self.mode = Mode.OBSERVE
         """The mode."""
 
@@ -20,10 +21,21 @@ class Modes:
 
         One that writes takes the lease also where it seems to be held: it may have been lost without a word.
         """
-        objection = self._tenure.take(now_s) if mode.writes else ""
+        objection, self._wanted = self._tenure.take(now_s) if mode.writes else "", None
         if not objection:
             self.mode = mode
         return objection
+
+    def begin(self, mode: Mode, now_s: float) -> str:
+        """Begin in ``mode``; why not, or empty. Where the lease is under way, :meth:`late` enters it later."""
+        objection = self.enter(mode, now_s)
+        self._wanted = mode if objection and self._tenure.awaited else None
+        return objection
+
+    def late(self, now_s: float) -> Mode | None:
+        """The mode that it was to begin in, where that is entered now, because the lease has come."""
+        wanted = self._wanted if self._tenure.arrived else None
+        return wanted if wanted is not None and not self.enter(wanted, now_s) else None
 
     def settle(self, now_s: float, sending: bool) -> None:
         """Give the lease back in a mode that does not write, unless a fallback is still being sent (``sending``)."""

@@ -7,21 +7,23 @@ from homeostat.domain.mode import Mode, Side
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import Cause
-from homeostat.guard.flight import GivenUp, Write, same, shown
-from homeostat.guard.lapse import Lapse
+from homeostat.guard.arrivals import Arrivals
+from homeostat.guard.flight import PUT_RIGHT, GivenUp, Write, same, shown
+from homeostat.guard.lapse import Lapse, local
 from homeostat.guard.latch import Latch
-from homeostat.guard.memory import PUT_RIGHT
 from homeostat.guard.parts import Parts
-from homeostat.guard.recognition import admits
 from homeostat.guard.service import Moved
 
 
 class Moves:
     """Notices within one tick that a target is not the guard's any more."""
 
-    def __init__(self, parts: Parts, latch: Latch, lapse: Lapse) -> None:
-        """``latch``: what arrives late is put right only while a fallback is latched; ``lapse``: what the plant did."""
-        self._parts, self._latch, self._lapse = parts, latch, lapse
+    def __init__(self, parts: Parts, latch: Latch, lapse: Lapse, arrivals: Arrivals) -> None:
+        """``latch``: what arrives late is put right only while a fallback is latched; ``lapse``: what the plant did.
+
+        ``arrivals``: what the plant's own recipe is doing.
+        """
+        self._parts, self._latch, self._lapse, self._arrivals = parts, latch, lapse, arrivals
         self._wrong: dict[str, Moved] = {}
         self._hands: list[tuple[Moved, float]] = []
 
@@ -35,29 +37,37 @@ class Moves:
         """Judge every target that the plant tells: the guard's, a late one of its own, the plant's, or a person's."""
         parts, latched = self._parts, self._latch.reason is not None
         tenure = parts.tenure
-        if not (tenure.held or tenure.lost) and now_s < tenure.given_back_s + parts.settings.again_s:
-            parts.service.track(readings)  # the plant's own control has taken over
-            return
+        given_back = not (tenure.held or tenure.lost) and now_s < tenure.given_back_s + parts.settings.again_s
+        if latched:
+            self._arrivals.clear()  # a fallback gives way to no part of a step
         self._hands.clear()
         moves = parts.service.moved(readings, self._pending)
         parts.service.expect(parts.writer.ramped(readings))
         for moved in moves:
-            if self._lapse.excuses(moved):
-                continue
+            if self._lapse.excuses(moved) or (given_back and local(parts.rules, moved.tag, moved.now)):
+                continue  # the plant's own control has taken over
             if latched and moved.tag in parts.service.tags and parts.writer.late(moved.tag, moved.now):
                 self._wrong[moved.tag] = moved
                 text = f"a write that was given up has moved {moved.tag!r} after all"
                 parts.alarms.say(f"late:{moved.tag}", text, Priority.HIGH, now_s)
-            elif not self._recipes(moved, mode):
+            elif not self._recipes(moved, now_s, readings, mode):
                 self._take_out(moved, now_s)
                 self._latch.give_way(moved.tag, now_s, readings)
+        for moved in self._arrivals.late(now_s):
+            self._take_out(moved, now_s)
 
-    def _recipes(self, moved: Moved, mode: Mode) -> bool:
-        """Whether the plant's own recipe has moved a target: with it the plant has entered a state that admits it."""
+    def _recipes(self, moved: Moved, now_s: float, readings: Snapshot, mode: Mode) -> bool:
+        """Whether the plant's own recipe has moved a target: with it the plant has entered a state that admits it.
+
+        Or it belongs to a step of the recipe that is arriving.
+        """
         parts, entered = self._parts, self._parts.sequencer.entered
-        if entered is None or (mode.writes and parts.rules.recipe is Side.GUARD):
+        if mode.writes and parts.rules.recipe is Side.GUARD:
             return False
-        return admits(parts.rules.machine.state(entered), moved.tag, moved.now)
+        admits = parts.evidence(readings).admits
+        if entered is not None and admits(parts.rules.machine.state(entered), moved.tag, moved.now):
+            return True
+        return self._arrivals.takes(moved, now_s)
 
     def excuse(self, now_s: float) -> None:
         """The lease was lost before this tick's heartbeat: what the plant's own control moved since was no person."""

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 from homeostat.domain.ports import GuardEvent, Lease, Record
 from homeostat.domain.rules import GuardRules
+from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.alarms import Alarms
 from homeostat.guard.bounded import bounded
+from homeostat.guard.recognition import Evidence
 from homeostat.guard.recorder import Recorder
 from homeostat.guard.sequencer import Sequencer
 from homeostat.guard.service import Service
@@ -46,6 +48,10 @@ class Parts:
         service = Service(rules.writables, recorder.note)
         tenure = Tenure(bounded(lease, settings), writer, alarms, recorder.note, settings)
         return cls(rules, settings, recorder, alarms, sequencer, service, writer, tenure)
+
+    def evidence(self, readings: Snapshot) -> Evidence:
+        """What ``readings`` tell of where the plant stands."""
+        return Evidence(readings, self.rules.writables, self.service.out)
 
     def note(self, event: GuardEvent, at_s: float) -> None:
         """Journal ``event``, which happened at process time ``at_s`` [s]."""

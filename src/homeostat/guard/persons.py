@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from homeostat.domain.alarm import Priority
 from homeostat.domain.guard_events import LatchReset, ModeEntered, PersonHeard
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.domain.recovery import ActionSet
@@ -17,6 +18,7 @@ from homeostat.guard.parts import Parts
 from homeostat.guard.recognition import recognise
 from homeostat.guard.requests import Requests
 from homeostat.guard.sequencer import nominal_commands, what_follows
+from homeostat.guard.steps import Steps
 from homeostat.guard.texts import LONGEST_NAME, brief, said
 from homeostat.guard.verification import Present, Unfit, verify_start
 
@@ -33,6 +35,8 @@ class Floor:
     """Fallback and latch."""
     requests: Requests
     """What waits for a person."""
+    steps: Steps
+    """What was released and is still to come."""
 
 
 class Persons:
@@ -41,8 +45,10 @@ class Persons:
     def __init__(self, floor: Floor) -> None:
         """``floor``: what orders act on."""
         self._floor = floor
-        self._authority = Authority(floor.parts.settings.persons, floor.parts.settings.person_s)
+        settings = floor.parts.settings
+        self._authority = Authority(settings.persons, settings.person_s, settings.order_s)
         self._starting: tuple[Write, str, ActionSet] | None = None
+        self._unread: tuple[Write, str] | None = None
         self._orders: dict[Verb, Callable[[PersonCommand, Present], str]] = {
             Verb.APPROVE: self._approve,
             Verb.REJECT: self._reject,
@@ -80,14 +86,29 @@ class Persons:
         self._authority.remember(used)
 
     def follow(self, write: Write | None, progress: Progress | None, now_s: float) -> None:
-        """Take note of how far ``write`` has come: a start is made once the plant has got its commands."""
+        """Take note of how far ``write`` has come: a start is made once the plant has got its commands.
+
+        Nothing follows behind one that the plant takes and does not hold, or that something overtakes before that.
+        """
         starting, parts = self._starting, self._floor.parts
-        if starting is None or write is not starting[0]:
-            return
-        if parts.writer.accepted or progress is Progress.CONFIRMED:
-            self._starting = None
+        made = parts.writer.accepted or progress is Progress.CONFIRMED
+        if starting is not None and write is starting[0] and made:
+            self._starting, self._unread = None, (starting[0], starting[1])
             parts.sequencer.load(starting[2], now_s)
             parts.note(loaded(starting[1], starting[2], aborting=False), now_s)
+        if self._unread is None:
+            return
+        if write is not self._unread[0] or progress is Progress.FAILED:
+            self._give_up(self._unread[1], now_s)
+        elif progress is Progress.CONFIRMED:
+            self._unread = None
+
+    def _give_up(self, start: str, now_s: float) -> None:
+        """Nothing follows ``start``, which the plant was not read to hold; what a fallback has loaded since stays."""
+        self._unread, parts = None, self._floor.parts
+        if self._floor.latch.reason is None:
+            parts.sequencer.stop()
+            parts.note(loaded(start, ActionSet((), parts.sequencer.state), aborting=False), now_s)
 
     def _approve(self, command: PersonCommand, present: Present) -> str:
         return self._floor.requests.agree(command.subject, command.digest)
@@ -116,7 +137,14 @@ class Persons:
             return objection
         if floor.latch.reason is None:  # a fallback is sent until it stands, whatever the mode
             floor.parts.writer.overtake(now_s, f"{command.person} changed the mode")
-        floor.requests.withdraw_all(f"{command.person} changed the mode to {mode.value!r}", now_s)
+        why = f"{command.person} changed the mode to {mode.value!r}"
+        if self._unread is not None:
+            text = f"{why} before the plant was read to hold {self._unread[1]!r}: nothing follows it"
+            floor.parts.alarms.say("write:person", text, Priority.HIGH, now_s)
+            self._give_up(self._unread[1], now_s)
+        floor.requests.withdraw_all(why, now_s)
+        if not mode.writes:
+            floor.steps.withdraw(why, now_s)
         floor.parts.note(ModeEntered(mode.value, command.person, command.reason), now_s)
         return ""
 
@@ -131,11 +159,14 @@ class Persons:
         agreed = self._authority.agree(command, now_s)
         if not agreed:
             return f"{floor.parts.settings.persons} people must agree to a reset; {command.person} is one of them"
-        state = recognise(floor.parts.rules.machine, readings, floor.parts.sequencer.state)
+        rules, sequencer = floor.parts.rules, floor.parts.sequencer
+        found = recognise(rules.machine, floor.parts.evidence(readings), sequencer.state, rules.start_up.states)
         floor.latch.reset(now_s)
         floor.modes.enter(Mode.OBSERVE, now_s)
-        floor.parts.sequencer.restore(state, (), aborting=False)
-        floor.parts.note(LatchReset(agreed, command.reason, state), now_s)
+        sequencer.restore(found.state, (), aborting=False)
+        if found.candidates:
+            floor.parts.alarms.say("position", str(found), Priority.MEDIUM, now_s)
+        floor.parts.note(LatchReset(agreed, command.reason, found.state, found.candidates), now_s)
         floor.parts.note(ModeEntered(Mode.OBSERVE.value, command.person, "reset"), now_s)
         return ""
 

@@ -8,6 +8,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.effect import EffectWatch
 from homeostat.guard.latch import Latch
 from homeostat.guard.parts import Parts
+from homeostat.guard.trial import Trial
 from homeostat.guard.trips import Violation
 
 
@@ -17,14 +18,18 @@ class Response:
     def __init__(self, parts: Parts, latch: Latch) -> None:
         """``latch``: the fallback."""
         self._parts, self._latch = parts, latch
-        self._violated = self._answered = self._returned = self._told = frozenset[str]()
+        self._violated = self._before = self._answered = self._returned = self._told = frozenset[str]()
         self._unanswered: dict[str, str] = {}
         self._effects = EffectWatch(parts.rules.fallbacks)
         self._strategy: str | None = None
 
-    def remember(self, tripped: frozenset[str]) -> None:
-        """A fallback that was latched before a restart answers the limits that had ``tripped``."""
-        self._answered = tripped
+    def remember(self, trial: Trial, latched: bool) -> None:
+        """Go on after a death: a fallback that is ``latched`` has no more time to help, and answers nothing new."""
+        self._before = trial.violated
+        if latched:
+            self._strategy = trial.acted or None
+            self._answered, self._returned = trial.answered, trial.returned
+            self._effects.recall(trial.effects)
 
     def take(self, violations: tuple[Violation, ...], now_s: float, readings: Snapshot | None, acts: bool) -> None:
         """Journal what is newly violated; ``acts``: whether somebody may write, so that a fallback may follow."""
@@ -35,7 +40,10 @@ class Response:
         for name in self._violated - names:
             self._parts.alarms.return_(f"trip:{name}", now_s)
             self._unanswered.pop(name, None)
-        ended = self._violated - names
+        for name in self._before - names:
+            text = "it was violated when the guard died, and has come back"
+            self._parts.alarms.say(f"trip:{name}", f"{name}: {text}", Priority.CRITICAL, now_s)
+        ended, self._before = (self._violated | self._before) - names, frozenset()
         self._answered -= ended  # one that comes back is answered by the next strategy
         self._violated = self._latch.violated = names
         strategy = self._latch.strategy.name if self._latch.strategy else None
@@ -69,20 +77,26 @@ class Response:
             for name in served:
                 del self._unanswered[name]
             failed = self._effects.failed(now_s, strategy, violations)
+            for event in self._effects.news(strategy) if not self._parts.tenure.lost else ():
+                self._parts.note(event, now_s)
             if failed is not None:
                 self._ineffective(strategy.name, *failed, now_s, acts)
                 if acts:
-                    self._answered |= self._unanswered.keys()
-                    self._unanswered.clear()
-                    self._latch.give_up(*failed, now_s, readings)
+                    limit, reason = failed
+                    self._latch.give_up(self._answer() | {limit}, reason, now_s, readings)
                     return
         if self._unanswered and acts:
-            limit, reason = next(iter(self._unanswered.items()))
-            self._answered |= self._unanswered.keys()
-            self._unanswered.clear()
-            if not self._latch.escalate(limit, reason, now_s, readings):
+            reason = next(iter(self._unanswered.values()))
+            if not self._latch.escalate(self._answer(), reason, now_s, readings):
                 text = f"no other fallback is left: {reason}"
                 self._parts.alarms.raise_("fallbacks", text, Priority.CRITICAL, now_s)
+
+    def _answer(self) -> frozenset[str]:
+        """The violated limits that nothing answers yet; what acts next is chosen against them."""
+        found = frozenset(self._unanswered)
+        self._answered |= found
+        self._unanswered.clear()
+        return found
 
     def _ineffective(self, strategy: str, limit: str, reason: str, now_s: float, acts: bool) -> None:
         if limit not in self._told:

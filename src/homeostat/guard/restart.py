@@ -10,9 +10,9 @@ from homeostat.domain.mode import Side
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import Cause, ReadBack
-from homeostat.guard.flight import Write, between, holds
+from homeostat.guard.flight import PUT_RIGHT, Write, between, holds
 from homeostat.guard.latch import Latch, loaded
-from homeostat.guard.memory import PUT_RIGHT, Memory, OpenWrite
+from homeostat.guard.memory import Memory, OpenWrite
 from homeostat.guard.parts import Parts
 from homeostat.guard.start_up import StartUpPhase
 from homeostat.guard.steps import Steps
@@ -27,8 +27,9 @@ class Restart:
         self._strategy = memory.strategy
         self._latched = memory.latched is not None
         self._overtaken = False
+        latch.fallbacks.rank(memory.trial.ranked)
         if memory.latched is not None:
-            latch.hold(memory.latched, memory.acted, memory.spent)
+            latch.hold(memory.latched, memory.acted, memory.spent, memory.trial)
         parts.writer.numbered = memory.writes
         parts.service.restore(memory.out)
         parts.service.recall(memory.targets)
@@ -82,7 +83,7 @@ class Restart:
                 self._carried_out(number, write, now_s)
             else:
                 self._missed(number, write, confirmed, deviating, now_s)
-        if self._memory.owed is not None and self._memory.latched is None and not self._overtaken:
+        if self._memory.owed is not None and self._owes(self._memory.owed):
             self._owe(self._memory.owed)
         self._restore(now_s, readings)
 
@@ -117,13 +118,22 @@ class Restart:
         """The plant does not hold all of it: a fallback is sent again, a step that counts as taken as well."""
         if write.source == PUT_RIGHT:
             self._strategy = self._memory.acted
-        elif write.cause is Cause.SEQUENCE and write.taken and not (write.given_up or self._latched or self._overtaken):
+        elif write.cause is Cause.SEQUENCE and write.taken and self._owes(write):
             self._owe(write)
         elif write.cause is not Cause.FALLBACK and (confirmed or write.taken):
-            if write.cause is Cause.REQUEST and write.taken and number == self._memory.writes:
+            behind = write.cause in (Cause.REQUEST, Cause.PERSON) and write.taken
+            if behind and number == self._memory.writes:
                 self._parts.sequencer.stop()  # nothing follows behind what the plant does not hold
             text = f"write {number} ({write.source}) was carried out in part: not {', '.join(deviating)}"
             self._parts.alarms.say("write:half", text, Priority.HIGH, now_s)
+
+    def _owes(self, write: OpenWrite) -> bool:
+        """Whether a step that counts as taken is still wanted: nothing came between, and its fallback, if any, stands.
+
+        Where a fallback is sent again, its later steps follow it once more by themselves.
+        """
+        same_life = write.latched == (self._memory.latched is not None)
+        return same_life and not (write.given_up or self._overtaken or self._strategy)
 
     def _owe(self, write: OpenWrite) -> None:
         self._steps.owe(Write(Cause.SEQUENCE, write.source, write.commands, write.state))

@@ -65,17 +65,20 @@ class Service:
         """The target that ``tag`` held when it was read last, in its unit; NaN where it never was."""
         return self._expected.get(tag, math.nan)
 
-    def news(self) -> dict[str, float | None]:
-        """Targets that the plant holds and no write says so, since the last call."""
-        found = {t: target for t, target in self._expected.items() if t not in self._told or target != self._told[t]}
+    def news(self, but: frozenset[str] = frozenset()) -> dict[str, float | None]:
+        """Targets that the plant holds and no write says so, since the last call; ``but`` those of some tags."""
+        held = {t: target for t, target in self._expected.items() if t not in but}
+        found = {t: target for t, target in held.items() if t not in self._told or target != self._told[t]}
         self._told.update(found)
         return found
 
     def adopt(self, commands: tuple[Command, ...], readings: Snapshot | None) -> None:
-        """What became of ``commands`` is what the plant says; it was no stranger."""
+        """What became of ``commands`` is what the plant says, which is news; it was no stranger."""
         if readings is not None:
             held = {c.tag: readings.accepted[c.tag] for c in commands if c.tag in readings.accepted}
             self._expected.update(held)
+            for tag in held:  # a ramp has brought it there step by step, and no write says so
+                self._told.pop(tag, None)
 
     def moved(
         self, readings: Snapshot, pending: Callable[[str, float | None, float | None], bool]
@@ -96,9 +99,10 @@ class Service:
                 found.append(Moved(tag, before, target))
         return tuple(found)
 
-    def track(self, readings: Snapshot) -> None:
-        """Take the plant's targets as they are: its own control commands it now."""
-        self._expected.update(readings.accepted)
+    def changed(self, readings: Snapshot) -> tuple[Moved, ...]:
+        """Targets that are not those that were read last; nobody takes note of it yet."""
+        known = ((t, before, readings.accepted[t]) for t, before in self._expected.items() if t in readings.accepted)
+        return tuple(Moved(t, before, now) for t, before, now in known if not same(before, now, self._tolerance(t)))
 
     def change(self, tag: str, in_service: bool, person: str, reason: str, at_s: float) -> bool:
         """Take ``tag`` out of service or bring it back; False where that changes nothing or the tag is not writable."""
@@ -107,3 +111,6 @@ class Service:
         (self._out.discard if in_service else self._out.add)(tag)
         self._note(ServiceChanged(tag, in_service, person, reason), at_s)
         return True
+
+    def _tolerance(self, tag: str) -> float:
+        return self._rules[tag].tolerance if tag in self._rules else 0.0

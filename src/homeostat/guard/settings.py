@@ -5,6 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+LEASE_WITHIN_S = 10.0
+"""Longest that a link may need for a lease where its plant states nothing else [s]."""
+LONGEST_LEASE_S = 600.0
+"""Longest that a link may be allowed to need for a lease [s]: as long as the longest wait between two attempts."""
+
 
 @dataclass(frozen=True, slots=True)
 class GuardSettings:
@@ -20,6 +25,8 @@ class GuardSettings:
     """Oldest release check on which something is released [s]."""
     person_s: float = 600.0
     """The same where a person has to say yes first [s]."""
+    order_s: float = 60.0
+    """Oldest order of a person that is carried out, between its issue and its delivery, wall-clock [s]."""
     persons: int = 1
     """People who must agree to a reset: one in simulation, two on a link."""
     sync_s: float = 0.1
@@ -27,12 +34,31 @@ class GuardSettings:
     call_s: float = 0.2
     """Longest wait for a link that may block to come back from a write or a heartbeat, wall-clock [s]."""
     lease_s: float = 0.5
-    """The same for a lease: without one not even a fallback can be sent."""
+    """The same for a lease: without one not even a fallback can be sent. What is late is awaited."""
+    lease_within_s: float = LEASE_WITHIN_S
+    """Longest that the plant's link may need to give a lease, wall-clock [s]: later it is an alarm.
+
+    What comes late is kept for so long, for whoever asks for it again, and then given back.
+    """
 
     def __post_init__(self) -> None:
-        for name in ("write_s", "again_s", "check_age_s", "person_s", "sync_s", "call_s", "lease_s"):
+        for name in (
+            "write_s",
+            "again_s",
+            "check_age_s",
+            "person_s",
+            "order_s",
+            "sync_s",
+            "call_s",
+            "lease_s",
+            "lease_within_s",
+        ):
             seconds = getattr(self, name)
             if not (math.isfinite(seconds) and seconds > 0.0):
                 raise ValueError(f"{name} is {seconds!r} s; it must be finite and more than 0 s")
+        if self.lease_within_s > LONGEST_LEASE_S:
+            raise ValueError(
+                f"lease_within_s is {self.lease_within_s!r} s; at most {LONGEST_LEASE_S:g} s are waited for"
+            )
         if self.attempts < 1 or self.persons < 1:
             raise ValueError(f"{self.attempts!r} attempts and {self.persons!r} persons; at least one of each is needed")

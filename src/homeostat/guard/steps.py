@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
+from homeostat.domain.alarm import Priority
 from homeostat.domain.guard_events import StepTaken
 from homeostat.domain.mode import Mode, Side
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import Cause
+from homeostat.guard.arrivals import Arrivals
 from homeostat.guard.flight import Progress, Write
 from homeostat.guard.latch import Latch, loaded
 from homeostat.guard.parts import Parts
@@ -21,9 +24,14 @@ from homeostat.guard.verification import command_finding
 class Steps:
     """Writes what the sequencer has due, whenever nothing else is under way."""
 
-    def __init__(self, parts: Parts, latch: Latch) -> None:
-        """``latch`` says whose steps they are: those of a fallback are kept from nothing but a person's tags."""
-        self._parts, self._latch = parts, latch
+    def __init__(self, parts: Parts, latch: Latch, arrivals: Arrivals) -> None:
+        """``latch`` says whose steps they are: those of a fallback are kept from nothing but a person's tags.
+
+        ``arrivals`` knows which steps of the plant's own recipe are on their way.
+        """
+        self._parts, self._latch, self._arrivals = parts, latch, arrivals
+        self.withdrawn = False
+        """Whether nobody was to write since this guard began: what was released before that is void."""
         self._step: Step | None = None
         self._owed: Write | None = None
         self._owed_under: str | None = None
@@ -36,6 +44,28 @@ class Steps:
     def drop(self) -> None:
         """Something else was released: what was owed to the plant is void."""
         self._owed = None
+
+    def withdraw(self, why: str, now_s: float) -> None:
+        """Nobody writes any more: what was released and waits does not go on when somebody writes again.
+
+        What the guard takes up again then is its own recipe, from where the plant stands. A fallback's steps are
+        another matter: they wait for a reset, which ends them.
+        """
+        owed, self._owed, self.withdrawn = self._owed, None, True
+        parts, sequencer = self._parts, self._parts.sequencer
+        if self._latch.reason is not None:
+            return
+        left = sequencer.waiting if sequencer.carries else ()
+        state, rules = sequencer.state, parts.rules
+        if left:
+            nominal = what_follows(rules.machine, state, nominal_commands(rules)) if rules.nominal else ()
+            sequencer.restore(state, nominal, aborting=False)
+            parts.note(loaded("", ActionSet((), state, nominal), aborting=False), now_s)
+            left = () if rules.recipe is Side.GUARD and left == nominal else left
+        named = [*([owed.source] if owed is not None else []), *(s.transition.name for s in left)]
+        if named:
+            text = f"{why}: {', '.join(map(repr, named))} waited to be written, and will not be"
+            parts.alarms.say("withdrawn", text, Priority.MEDIUM, now_s)
 
     def follow(self, write: Write | None, progress: Progress | None, now_s: float) -> None:
         """Take note of how far ``write``, a step, has come: taken once the plant has got it, due again if it failed."""
@@ -69,24 +99,40 @@ class Steps:
         if readings is None or not self.plants(mode) or parts.writer.flying is not None:
             return
         sequencer.look(readings)
-        machine, waiting = parts.rules.machine, sequencer.waiting
-        made = step_made(machine, readings, sequencer.state)
+        machine, waiting, evidence = parts.rules.machine, sequencer.waiting, parts.evidence(readings)
+        made = step_made(machine, evidence, sequencer.state, self._arrivals.look(now_s, readings))
+        if made is not None:
+            self._arrivals.enter(made.target, now_s)
+        elif self._arrivals.begun(readings):
+            return  # half of a step may look like another state
         if made is not None and waiting and waiting[0].target == made.target and not sequencer.released:
             self._taken(waiting[0], now_s)
             return
-        state = made.target if made is not None else followed(machine, readings, sequencer.state)
+        state = made.target if made is not None else self._elsewhere(readings)
         if state is not None and state != sequencer.state:
             actions = ActionSet((), state, what_follows(machine, state, nominal_commands(parts.rules)))
             sequencer.follow(state, actions.then, now_s, found=made is None)
             parts.note(loaded("", actions, aborting=False), now_s)
+
+    def _elsewhere(self, readings: Snapshot) -> str | None:
+        """State in which the plant stands without a step; what it does not admit was moved by a person just now.
+
+        Such a target tells nothing: the state that it seems to have left may be the present one.
+        """
+        parts, believed = self._parts, self._parts.sequencer.state
+        machine, evidence = parts.rules.machine, parts.evidence(readings)
+        state = followed(machine, evidence, believed)
+        if state is None:
+            return None
+        changed = parts.service.changed(readings)
+        foreign = frozenset(m.tag for m in changed if not evidence.admits(machine.state(state), m.tag, m.now))
+        return followed(machine, replace(evidence, out=evidence.out | foreign), believed)
 
     def go_on(self, now_s: float, readings: Snapshot | None, mode: Mode) -> None:
         """Begin to write the step that is due, where nothing else is under way."""
         parts = self._parts
         if readings is None or parts.writer.flying is not None:
             return
-        if not mode.writes:
-            self._owed = None  # what is left is the matter of the plant's own control and of people
         if self.plants(mode):
             return
         if parts.tenure.lost:

@@ -9,6 +9,7 @@ from homeostat.domain.alarm import Priority
 from homeostat.domain.ports import GuardEvent, Lease
 from homeostat.domain.write_events import LeaseLost, LeaseTried
 from homeostat.guard.alarms import Alarms
+from homeostat.guard.bounded import BoundedLease
 from homeostat.guard.settings import GuardSettings
 from homeostat.guard.texts import said
 from homeostat.guard.writer import Writer
@@ -48,6 +49,16 @@ class Tenure:
         """Whether the guard may write."""
         return self._writer.wire is not None
 
+    @property
+    def awaited(self) -> bool:
+        """Whether a lease that was asked for is still under way; nobody asks for another one meanwhile."""
+        return isinstance(self._lease, BoundedLease) and self._lease.awaited
+
+    @property
+    def arrived(self) -> bool:
+        """Whether a lease that somebody waited for in vain can be taken now."""
+        return isinstance(self._lease, BoundedLease) and self._lease.arrived and not self.held
+
     def take(self, now_s: float) -> str:
         """Take the lease, once more where it is held; why not, or empty."""
         if self._lease is None:
@@ -57,6 +68,8 @@ class Tenure:
             self._writer.wire = self._lease.take()
         except BaseException as broken:  # a link may break in any way
             objection = f"the plant gives no lease: {said(broken)}"
+            if self.awaited:
+                objection += f"; it may take {self._settings.lease_within_s:g} s"
         else:
             self.taken_s = now_s
         if self.lost:
@@ -67,16 +80,28 @@ class Tenure:
     def retake(self, now_s: float) -> bool:
         """Take a lost lease again: at once and in the ticks that follow, then after waits that double each time.
 
-        Whether it was given now. Whoever else wants it has it in the end; a person may order a writing mode, which
-        takes it whoever has it.
+        Whether it was given now. An attempt that is under way is awaited, and counts once it has come. Whoever else
+        wants the lease has it in the end; a person may order a writing mode, which takes it whoever has it.
         """
+        if not self.lost or self.held:
+            return False
+        if self.awaited:
+            return self.arrived and not self.take(now_s)
         vain = self._attempts - self._settings.attempts
         wait_s = min(self._settings.again_s * 2.0 ** min(vain, 20), LONGEST_S)
         due = now_s > self._tried_s and (vain < 0 or now_s >= self._tried_s + wait_s)
-        return bool(self.lost) and not self.held and due and not self.take(now_s)
+        return due and not self.take(now_s)
 
     def check(self, now_s: float) -> None:
-        """Ask the plant whether the lease lasts; a link that cannot say so has its heartbeat."""
+        """Ask the plant whether the lease lasts; a link that cannot say so has its heartbeat.
+
+        A lease that is under way for too long is an alarm.
+        """
+        late = self._lease.overdue if isinstance(self._lease, BoundedLease) else ""
+        if late:
+            self._alarms.raise_("lease:late", late, Priority.HIGH, now_s)
+        else:
+            self._alarms.return_("lease:late", now_s)
         try:
             over = bool(getattr(self._writer.wire, "void", False))
         except BaseException as broken:  # a link may break in any way

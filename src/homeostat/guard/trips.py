@@ -11,12 +11,13 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from homeostat.domain.guard_events import TripLifted
+from homeostat.domain.guard_events import TripLifted, TripLiftEnded
 from homeostat.domain.limits import Limit
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.rules import GuardRules, TripRule
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.start_up import StartUpPhase
+from homeostat.guard.trial import Trial
 from homeostat.stl.formula import Formula
 
 NEAR = 0.5
@@ -68,7 +69,7 @@ class TripWatch:
         self._watched = {name: _Watched() for name in self._limits}
         self._errors: tuple[Errors, ...] = ({},)
         self._at_s = math.inf
-        self._starting = False
+        self._starting: bool | None = None
         self.start_up = StartUpPhase(rules.start_up, rules.machine, note)
         """The phase in which some limits are others."""
 
@@ -84,6 +85,17 @@ class TripWatch:
             raise ValueError(f"an explanation corrects more readings than there are tags ({tags})")
         clean = tuple({t: float(e) for t, e in error.items() if math.isfinite(e)} for error in errors)
         self._errors = clean or ({},)
+
+    def remember(self, trial: Trial, now_s: float) -> None:
+        """Go on after a death: no trip may be lifted for longer than without it.
+
+        A limit that was violated is so until its sum has come back to zero: it must not look as if it had come back.
+        """
+        for name, watched in self._watched.items():
+            watched.lifted_s = trial.lifted_s(name, self._trips[name].lift_s, now_s)
+            if name in trial.violated:
+                watched.raw = watched.corrected = self._trips[name].cusum
+                watched.violated = True
 
     def judge(self, now_s: float, readings: Snapshot | None, state: str) -> tuple[Violation, ...]:
         """Every violated hard limit at ``now_s`` [s] in ``state``; ``readings`` are judged for quality already."""
@@ -116,7 +128,7 @@ class TripWatch:
 
     def _change(self, starting: bool) -> None:
         """Start-up begins or ends: a sum that was made against one limit says nothing about another."""
-        if starting is not self._starting:
+        if self._starting is not None and starting is not self._starting:
             for name in self._rules.start_up.limits.keys() & self._watched.keys():
                 watched = self._watched[name]
                 watched.raw, watched.corrected, watched.violated = 0.0, 0.0, False
@@ -141,13 +153,16 @@ class TripWatch:
         counted_s, corrected = min(dt_s, LONGEST_S), min(explained)
         watched.raw = _cumulated(watched.raw, raw, counted_s, rule.cusum)
         watched.corrected = _cumulated(watched.corrected, corrected, counted_s, rule.cusum)
-        lifted = watched.raw > rule.cusum and self._may_lift(rule, watched, raw, explained, carried)
+        size = max(explained) - (raw if math.isnan(said) else said)
+        lifted = watched.raw > rule.cusum and self._may_lift(rule, watched, size, explained, carried)
         if lifted:
             self._lift(rule, watched, now_s, dt_s)
         trips = watched.corrected > rule.cusum or (watched.raw > rule.cusum and not lifted)
         over = max(watched.raw, watched.corrected) > 0.0
         watched.violated = trips or (watched.violated and over and not lifted)
-        watched.lifting = watched.lifting and over
+        if watched.lifting and not over:
+            watched.lifting = False
+            self._note(TripLiftEnded(name, watched.lifted_s), now_s)
         return _violation(limit, min(raw, corrected)) if watched.violated else blind
 
     def _explained(self, limit: Limit, values: Mapping[str, float]) -> tuple[float, ...]:
@@ -164,11 +179,11 @@ class TripWatch:
         return None if any(map(math.isnan, margins)) else min(margins)
 
     def _may_lift(
-        self, rule: TripRule, watched: _Watched, raw: float, explained: tuple[float, ...], carried: float | None
+        self, rule: TripRule, watched: _Watched, size: float, explained: tuple[float, ...], carried: float | None
     ) -> bool:
-        """Whether a diagnosis may keep a reading from tripping: only where something else carries the limit."""
+        """Whether a correction of this ``size`` may keep a reading from tripping: only where something carries it."""
         refuted = all(self._errors)  # an empty mapping says that the readings may be right as they are
-        bounded = max(explained) - raw <= rule.lift and watched.lifted_s < rule.lift_s
+        bounded = size <= rule.lift and watched.lifted_s < rule.lift_s
         return refuted and bounded and min(explained) >= 0.0 and carried is not None and carried >= 0.0
 
     def _lift(self, rule: TripRule, watched: _Watched, now_s: float, dt_s: float) -> None:

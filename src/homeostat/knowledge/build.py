@@ -69,7 +69,7 @@ def refuse_incomplete(graph: bytes) -> None:
     store = EmbeddedStore()
     store.load(graph, RdfFormat.TURTLE)
     if broken := check_shapes(store):
-        more = "".join(f"\n  {violation}" for violation in broken[1:])
+        more = f" (and {len(broken) - 1} more)" if len(broken) > 1 else ""
         raise GraphError(Code.BAD_SHAPE, broken[0].focus, broken[0].message + more)
     plants = store.select(f"SELECT ?plant {{ ?plant a {CPSMod.SystemModel} }}")
     for row in plants:

@@ -8,7 +8,7 @@ from homeostat.domain.plant_description import PlantDescription
 from homeostat.domain.tag import Role
 from homeostat.stl.spelling import near_matches
 
-from . import consistency_commands, consistency_guard, consistency_rules
+from . import consistency_bounds, consistency_commands, consistency_guard, consistency_rules
 from .graph_error import Code, Found, GraphError
 
 
@@ -63,6 +63,11 @@ def inconsistencies(plant: PlantDescription, model: ModelInterface) -> tuple[Inc
         *consistency_guard.readings(plant),
         *consistency_guard.start_up(plant),
         *consistency_guard.effects(plant),
+        *consistency_bounds.trips(plant),
+        *consistency_bounds.effects(plant),
+        *consistency_bounds.readings(plant),
+        *consistency_bounds.commands(plant),
+        *consistency_bounds.symptoms(plant),
     ]
     return tuple(Inconsistency(code, thing, message) for code, thing, message in found)
 

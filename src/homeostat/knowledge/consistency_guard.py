@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from homeostat.domain.limits import Limit
 from homeostat.domain.plant_description import PlantDescription, Relation
 from homeostat.domain.rules import TripRule
+from homeostat.domain.tag import Role
 from homeostat.stl.formula import Formula
 
-from .consistency_rules import breakable, judged, momentary, ranges_of
+from .consistency_rules import judged, momentary, ranges_of, violable
 from .graph_error import Code, Found
 
 
@@ -23,16 +24,26 @@ def trips(plant: PlantDescription) -> Found:
         thing = f"trip of limit {name!r}"
         if name not in hard:
             yield Code.UNKNOWN_LIMIT, thing, "is not a hard limit, so it cannot trip; remove the row or make it hard"
-        elif rule.carrier is not None:
-            yield from _carrier(plant, thing, hard[name], rule.carrier)
+        else:
+            yield from _seen(plant, f"limit {name!r}", hard[name].formula)
+            if rule.carrier is not None:
+                yield from _carrier(plant, thing, hard[name], rule.carrier)
         yield from _lift(thing, rule)
+
+
+def _seen(plant: PlantDescription, thing: str, formula: Formula) -> Found:
+    """A rule about what the plant does must read something that the plant shows, not only what it is told."""
+    if formula.tags and not any(plant.tag(name).role in (Role.PV, Role.STATUS) for name in formula.tags):
+        message = f"'{formula}' reads commands only, so nothing that the plant does violates it; read a measured tag"
+        yield Code.LIMIT_NEVER_BROKEN, thing, message
 
 
 def _carrier(plant: PlantDescription, thing: str, limit: Limit, carrier: Formula) -> Found:
     ranges = ranges_of(plant)
     yield from momentary(thing, "carrier", carrier)
     yield from judged(plant, thing, carrier, ranges)
-    yield from breakable(thing, carrier, ranges)
+    yield from violable(plant, thing, carrier)
+    yield from _seen(plant, thing, carrier)
     for tag in sorted(carrier.tags & _dependent(plant, limit)):
         message = f"its carrier reads {tag!r}, which is what it should stand in for; use another instrument"
         yield Code.CARRIER_READS_LIMIT, thing, message
@@ -84,7 +95,8 @@ def start_up(plant: PlantDescription) -> Found:
             yield Code.UNKNOWN_LIMIT, thing, "is not a hard limit; start-up replaces hard limits only"
         yield from momentary(thing, "start-up limit", limit.formula)
         yield from judged(plant, thing, limit.formula, ranges)
-        yield from breakable(thing, limit.formula, ranges)
+        yield from violable(plant, thing, limit.formula)
+        yield from _seen(plant, thing, limit.formula)
 
 
 def effects(plant: PlantDescription) -> Found:

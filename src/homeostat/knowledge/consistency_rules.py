@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 from homeostat.domain.plant_description import PlantDescription
 from homeostat.stl.formula import Formula
-from homeostat.stl.tree import Always, Eventually, Node, Until, children, walk
+from homeostat.stl.text import render
+from homeostat.stl.tree import Always, Comparison, Eventually, Node, Not, Until, children, tags_of, walk
 
 from .graph_error import Code, Found
 from .intervals import Interval, Intervals, bounds, can_fail, can_hold
+from .reach import comparisons, deepest, ends
+
+ROOM: Final = 0.05
+"""Share of what a comparison can vary by that lies beyond it: nearer to its end no instrument shows a violation [1]."""
 
 
 def formulas(plant: PlantDescription) -> Found:
@@ -24,7 +30,7 @@ def formulas(plant: PlantDescription) -> Found:
     for limit in plant.limits.limits:
         yield from momentary(f"limit {limit.name!r}", "limit", limit.formula)
         yield from judged(plant, f"limit {limit.name!r}", limit.formula, ranges)
-        yield from breakable(f"limit {limit.name!r}", limit.formula, ranges)
+        yield from violable(plant, f"limit {limit.name!r}", limit.formula)
     for criterion in plant.limits.criteria:
         yield from judged(plant, f"criterion {criterion.name!r}", criterion.formula, ranges)
         yield from breakable(f"criterion {criterion.name!r}", criterion.formula, ranges)
@@ -57,8 +63,37 @@ def judged(plant: PlantDescription, thing: str, formula: Formula, ranges: Interv
 def breakable(thing: str, formula: Formula, ranges: Intervals) -> Found:
     """A formula that cannot fail inside ``ranges``."""
     if not can_fail(formula.root, ranges):
-        message = f"'{formula}' holds for all values inside the ranges of its tags, so it protects nothing"
+        message = f"'{formula}' holds for all values inside the ranges of its tags, so it protects nothing; correct it"
         yield Code.LIMIT_NEVER_BROKEN, thing, message
+
+
+def violable(plant: PlantDescription, thing: str, formula: Formula) -> Found:
+    """A rule about one moment that values inside the ranges of its tags cannot violate, or not by enough to be seen."""
+    ranges = ranges_of(plant)
+    never = list(breakable(thing, formula, ranges))
+    yield from never
+    if never or any(momentary(thing, "", formula)):
+        return
+    least = math.inf
+    for comparison, holds in comparisons(formula.root):
+        low, high = ends(comparison, holds, ranges)
+        least = min(least, ROOM * (high - low) / comparison.scale)
+        if -low < ROOM * (high - low) or high == low:
+            unit = _unit(plant, comparison, formula)
+            text = render(comparison if holds else Not(comparison))
+            message = f"'{text}' can be violated by at most {max(-low, 0.0):g} {unit} inside the ranges of its tags"
+            needed = f"less than {ROOM:.0%} of the {high - low:g} {unit} that it can vary by"
+            yield Code.LIMIT_NEVER_BROKEN, thing, f"{message}, {needed}, so it protects nothing; correct the value"
+    if (found := deepest(formula, ranges)) < least < math.inf:
+        shown = f"no values inside the ranges of its tags violate '{formula}' by more than {found:g} {formula.unit}"
+        message = f"{shown}, and {least:g} {formula.unit} are needed ({ROOM:.0%} of what it compares); correct it"
+        yield Code.LIMIT_NEVER_BROKEN, thing, message
+
+
+def _unit(plant: PlantDescription, comparison: Comparison, formula: Formula) -> str:
+    """Unit of the margin of one comparison, without its scale."""
+    units = {plant.tag(name).unit for name in tags_of(comparison)}
+    return units.pop() if len(units) == 1 else formula.unit
 
 
 def criteria(plant: PlantDescription, horizon_s: float) -> Found:

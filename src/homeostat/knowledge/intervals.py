@@ -1,7 +1,8 @@
 """Can a formula hold, and can it fail, for any values inside the ranges of its tags? Interval arithmetic on margins.
 
-The answers err on one side: 'cannot' is proven, 'can' may be wrong where a tag occurs more than once. A conjunction is
-sharper than its parts: bounds that it puts on one tag are intersected first.
+The answers err on one side: 'cannot' is proven, 'can' may be wrong where a tag occurs more than once, unless it is in a
+sum: ``x - x`` is 0, ``x * x`` may be negative. A conjunction is sharper than its parts: bounds that it puts on one tag
+are intersected first.
 """
 
 from __future__ import annotations
@@ -36,6 +37,8 @@ Interval: TypeAlias = tuple[float, float]
 """Lower and upper end."""
 Intervals: TypeAlias = Mapping[str, Interval]
 """One interval per tag."""
+_Sum: TypeAlias = tuple[dict[Arithmetic, float], float]
+"""Factor of every term that is no sum itself, and a constant."""
 
 _LEAST: Final = math.ulp(0.0)
 
@@ -70,7 +73,55 @@ def bounds(root: Logic) -> Iterator[Bound]:
 
 
 def span(node: Arithmetic, ranges: Intervals) -> Interval:
-    """Ends between which the term lies."""
+    """Ends between which the term lies; what a tag adds and takes away again is nothing."""
+    if not _repeats(node):
+        return _span(node, ranges)
+    factors, constant = _sum(node)
+    low = high = constant
+    for term, factor in factors.items():
+        ends = sorted(factor * end for end in _span(term, ranges))
+        low, high = low + ends[0], high + ends[1]
+    return (low, high)
+
+
+def _repeats(node: Arithmetic) -> bool:
+    """Whether a tag occurs more than once."""
+    names = [part.tag for part, _ in walk(node) if isinstance(part, TagValue)]
+    return len(names) > len(set(names))
+
+
+def _sum(node: Arithmetic) -> _Sum:
+    """The term as a sum in which each part occurs once."""
+    match node:
+        case Number():
+            return {}, node.value
+        case Negate():
+            return _times(-1.0, _sum(node.operand))
+        case Binary(operator="+"):
+            return _plus(_sum(node.left), _sum(node.right))
+        case Binary(operator="-"):
+            return _plus(_sum(node.left), _times(-1.0, _sum(node.right)))
+        case Binary(operator="/") if node.left == node.right:
+            return {}, 1.0  # where it has a value at all
+        case Binary():
+            (left, one), (right, other) = _sum(node.left), _sum(node.right)
+            if node.operator == "*" and not left:
+                return _times(one, (right, other))
+            if not right and (node.operator == "*" or other != 0.0):
+                return _times(other if node.operator == "*" else 1.0 / other, (left, one))
+    return {node: 1.0}, 0.0
+
+
+def _plus(one: _Sum, other: _Sum) -> _Sum:
+    factors = {part: one[0].get(part, 0.0) + other[0].get(part, 0.0) for part in {**one[0], **other[0]}}
+    return {part: factor for part, factor in factors.items() if factor != 0.0}, one[1] + other[1]
+
+
+def _times(factor: float, of: _Sum) -> _Sum:
+    return {part: factor * before for part, before in of[0].items() if factor != 0.0}, factor * of[1]
+
+
+def _span(node: Arithmetic, ranges: Intervals) -> Interval:
     match node:
         case Number():
             return (node.value, node.value)
@@ -113,7 +164,7 @@ def margin(node: Logic, ranges: Intervals) -> Interval:
         case Truth():
             return (math.inf, math.inf) if node.value else (-math.inf, -math.inf)
         case Comparison():
-            return _compare(node.operator, span(node.left, ranges), span(node.right, ranges))
+            return _compare(node.operator, span(Binary("-", node.left, node.right), ranges))
         case Not():
             low, high = margin(node.operand, ranges)
             return (-high, -low)
@@ -179,9 +230,8 @@ def _bound(node: Comparison) -> Bound | None:
     return None
 
 
-def _compare(operator: str, left: Interval, right: Interval) -> Interval:
+def _compare(operator: str, difference: Interval) -> Interval:
     """The margin of a comparison, without its scale; strictness is not seen, as in the evaluation."""
-    difference = (left[0] - right[1], left[1] - right[0])
     match operator:
         case "<=" | "<":
             return (-difference[1], -difference[0])

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final, final
 
@@ -24,8 +26,12 @@ MOST_SEEN: Final = 1000
 class Inbox:
     """The end at which a run takes what people order; nothing that lies there can end the run."""
 
-    def __init__(self, run_dir: Path) -> None:
-        """Make the inbox of the run in ``run_dir``; OSError where that cannot be done."""
+    def __init__(self, run_dir: Path, clock: Callable[[], float] = time.time) -> None:
+        """Make the inbox of the run in ``run_dir``; OSError where that cannot be done.
+
+        ``clock`` tells the seconds since 1970, by which orders grow old.
+        """
+        self._clock = clock
         self._run_dir, self._folder = run_dir, run_dir / INBOX
         self._taken = self._folder / TAKEN
         self._taken.mkdir(parents=True, exist_ok=True)
@@ -64,7 +70,7 @@ class Inbox:
         taken = self._taken / name
         try:
             (self._folder / name).replace(taken)
-            return read(taken, self._run)
+            return read(taken, self._run, self._clock())
         except (OSError, OrderError) as error:
             self._complain(f"order {name!r} is not taken: {error}", name)
             return None
@@ -77,14 +83,14 @@ class Inbox:
             self._left.add(name)
 
 
-def post(run_dir: Path, command: PersonCommand) -> None:
-    """Put an order into the inbox of the run in ``run_dir``.
+def post(run_dir: Path, command: PersonCommand, clock: Callable[[], float] = time.time) -> None:
+    """Put an order into the inbox of the run in ``run_dir``, issued now by ``clock``, in seconds since 1970.
 
     Raises:
         OrderError: the run has not begun, is over, or takes no orders; the order is not one.
         OSError: the file cannot be written.
     """
-    content = written(command, run_identity(run_dir))
+    content = written(command, run_identity(run_dir), clock())
     if (run_dir / MANIFEST).exists():
         raise OrderError(f"run {str(run_dir)!r} is over; there is nobody left to order anything")
     if not (run_dir / INBOX).is_dir():

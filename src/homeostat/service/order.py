@@ -31,9 +31,10 @@ class Order(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    schema_: Literal[1] = Field(alias="schema")
+    schema_: Literal[2] = Field(alias="schema")
     run: str = Field(pattern=r"^[0-9a-f]{64}$")
     id: str = Field(pattern=f"^{IDENTIFIER.pattern}$")
+    issued_s: float = Field(ge=0.0, allow_inf_nan=False)
     person: str = Field(min_length=1, max_length=_TEXT)
     role: Role = Field(strict=False)
     verb: Verb = Field(strict=False)
@@ -41,24 +42,31 @@ class Order(BaseModel):
     digest: str = Field(default="", max_length=_TEXT)
     reason: str = Field(default="", max_length=_TEXT)
 
-    @property
-    def command(self) -> PersonCommand:
-        """As the guard is told."""
-        return PersonCommand(self.id, self.person, self.role, self.verb, self.subject, self.digest, self.reason)
+    def command(self, now_s: float) -> PersonCommand:
+        """As the guard is told at ``now_s``, in seconds since 1970 as :attr:`issued_s` is."""
+        return PersonCommand(
+            self.id, self.person, self.role, self.verb, self.subject, self.digest, self.reason, now_s - self.issued_s
+        )
 
 
-def written(command: PersonCommand, run: str) -> bytes:
-    """The file of an order for ``run``; OrderError where it breaks the schema."""
-    fields = {name: getattr(command, name) for name in PersonCommand.__slots__}
+def written(command: PersonCommand, run: str, issued_s: float) -> bytes:
+    """The file of an order for ``run``, given at ``issued_s``, in seconds since 1970.
+
+    OrderError where it breaks the schema.
+    """
+    fields = {name: getattr(command, name) for name in PersonCommand.__slots__ if name != "age_s"}
     try:
-        order = Order.model_validate({"schema": 1, "run": run, **fields})
+        order = Order.model_validate({"schema": 2, "run": run, "issued_s": issued_s, **fields})
     except ValidationError as error:
         raise OrderError(_first(error)) from None
     return f"{order.model_dump_json(by_alias=True)}\n".encode()
 
 
-def read(path: Path, run: str) -> PersonCommand:
-    """The order in file ``path``, which was made for ``run``; OrderError where it is none that can be taken."""
+def read(path: Path, run: str, now_s: float) -> PersonCommand:
+    """The order in file ``path``, which was made for ``run``, as old as it is at ``now_s``, in seconds since 1970.
+
+    OrderError where it is none that can be taken.
+    """
     descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     with os.fdopen(descriptor, "rb") as file:
         content = file.read(LARGEST + 1)
@@ -72,7 +80,7 @@ def read(path: Path, run: str) -> PersonCommand:
         raise OrderError("it was made for another run, or before this one began")
     if f"{order.id}{ENDING}" != path.name:
         raise OrderError(f"it names itself {order.id!r}")
-    return order.command
+    return order.command(now_s)
 
 
 def run_identity(run_dir: Path) -> str:

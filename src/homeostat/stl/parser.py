@@ -33,12 +33,15 @@ from homeostat.stl.tree import (
     TagValue,
     Truth,
     Until,
+    negated_equalities,
     walk,
 )
 from homeostat.stl.units import Signal, check_units
 
 MAX_DEPTH = 100
 """Deepest nesting of operators; every recursive pass over a tree stays far inside Python's own limit."""
+
+_ALWAYS_HOLDS = "can never be violated; write a distance, as in abs(a - b) >= 0.5"
 
 _Start = Literal["formula", "expression"]
 _Bounds = tuple[float, float]
@@ -82,6 +85,8 @@ def _check(root: Node, tags: Mapping[str, Signal] | None) -> None:
             raise Flaw(1, f"nested deeper than {MAX_DEPTH} operators; split it into several rules")
         if tags is not None and isinstance(node, TagValue) and node.tag not in tags:
             raise Flaw(node.column, f"unknown tag {_shorten(node.tag)!r}{near_matches(node.tag, tags)}")
+    for equality in negated_equalities(root):
+        raise Flaw(equality.column, f"a negated '==' {_ALWAYS_HOLDS}")
     if tags is not None:
         check_units(root, tags)
 
@@ -140,9 +145,9 @@ class _Builder(Transformer[Token, Node]):
 
     def comparison(self, left: Arithmetic, operator: Token, right: Arithmetic) -> Comparison:
         if operator == "!=":
-            raise Flaw(_position(operator), "'!=' can never be violated; write a distance, as in abs(a - b) >= 0.5")
+            raise Flaw(_position(operator), f"'!=' {_ALWAYS_HOLDS}")
         symbol: Comparator = operator.value
-        return Comparison(symbol, left, right)
+        return Comparison(symbol, left, right, column=_position(operator))
 
     def true(self) -> Truth:
         return Truth(True)

@@ -92,6 +92,8 @@ class Comparison:
     """Right operand."""
     scale: float = 1.0
     """What the difference is divided by; 1 unless the formula mixes units."""
+    column: int = field(default=0, compare=False)
+    """Offset of the operator in the formula's text, counted from 1; 0 when unknown. Not part of equality."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,6 +201,22 @@ def walk(root: Node) -> Iterator[tuple[Node, int]]:
         node, depth = stack.pop()
         yield node, depth
         stack.extend((child, depth + 1) for child in reversed(children(node)))
+
+
+def negated_equalities(root: Node) -> Iterator[Comparison]:
+    """Every ``==`` below ``root`` that is negated once negations are pushed inwards; not recursive."""
+    stack = [(root, False)]
+    while stack:
+        node, negated = stack.pop()
+        match node:
+            case Comparison() if negated and node.operator == "==":
+                yield node
+            case Not():
+                stack.append((node.operand, not negated))
+            case Implies():
+                stack += [(node.conclusion, negated), (node.premise, not negated)]
+            case _:
+                stack += [(child, negated) for child in reversed(children(node))]
 
 
 def tags_of(root: Node) -> frozenset[str]:

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Final
 
 from homeostat import __version__
 from homeostat.trace.chain import digest
@@ -17,6 +18,11 @@ UNSIGNED_FORMAT = 1
 """The format before signatures, which is still read."""
 FORMAT = 2
 """Version of the run directory's format."""
+OLDER_KINDS: Final = frozenset({
+    "run-started", "run-finished", "noticed", "departed", "retrieved", "diagnosed", "fallback-armed", "model-called",
+    "attempted", "gave-up", "left-as-is", "released", "state-entered", "fell-back",
+})  # fmt: skip
+"""Every kind of event that the format before signatures knew."""
 _SINCE_2 = ("configuration", "key", "signature")
 """Fields that the format before does not have."""
 

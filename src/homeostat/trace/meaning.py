@@ -14,16 +14,11 @@ from homeostat.trace.encode import Json
 from homeostat.trace.events import RunFinished, RunStarted
 from homeostat.trace.evidence import Evidence, text, word
 from homeostat.trace.lives import lives_of_requests, lives_of_writes, writes_that_mode_or_latch_forbid
-from homeostat.trace.manifest import UNSIGNED_FORMAT
+from homeostat.trace.manifest import OLDER_KINDS, UNSIGNED_FORMAT
 from homeostat.trace.replay import Record
 
 MOST = 20
 """Contradictions that are told; the rest would say no more."""
-_OLDER: Final = frozenset({
-    "run-started", "run-finished", "noticed", "departed", "retrieved", "diagnosed", "fallback-armed", "model-called",
-    "attempted", "gave-up", "left-as-is", "released", "state-entered", "fell-back",
-})  # fmt: skip
-"""Every kind of event that the format before signatures knew."""
 _WITHOUT_FALLBACK: Final = frozenset({"recovered", "no-action", "held"})
 """Outcomes of runs in which no fallback acted."""
 
@@ -63,7 +58,7 @@ def kinds(evidence: Evidence) -> Iterator[str]:
     if evidence.manifest is None or evidence.manifest.format != UNSIGNED_FORMAT:
         return
     for record in evidence.records:
-        if record.kind not in _OLDER or record.happened_s != record.at_s:
+        if record.kind not in OLDER_KINDS or record.happened_s != record.at_s:
             yield f"line {record.seq}: format {UNSIGNED_FORMAT} has no event like this {record.kind!r}"
 
 

@@ -25,7 +25,8 @@ from homeostat.domain.request import Request, RequestStatus, Seal
 from homeostat.domain.rules import GuardRules, QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import WriteIntended
-from homeostat.guard.guard import Attachment, Guard
+from homeostat.guard.attachment import Attachment
+from homeostat.guard.guard import Guard
 from homeostat.guard.memory import Memory
 from homeostat.guard.seal import Sealer
 from homeostat.guard.sequencer import nominal_route

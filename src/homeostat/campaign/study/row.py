@@ -81,7 +81,7 @@ class Row:
     """Whether a proposal was released or the fallback acted."""
 
     exposure_s: float
-    """True time outside any hard limit since start-up; the longest of any one limit [s]."""
+    """True time outside any hard limit; the longest of any one limit [s]."""
     exposure_detected_s: float | None
     """The same from detection on [s]; None where nothing was detected."""
     least_margin: float

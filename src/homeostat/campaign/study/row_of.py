@@ -10,6 +10,7 @@ from typing import TypedDict
 import numpy as np
 
 from homeostat.campaign.belief import merge
+from homeostat.campaign.limits_in_force import LimitsInForce
 from homeostat.campaign.runner import RunResult
 from homeostat.campaign.scoring import inside_at_end
 from homeostat.campaign.step_scores import StepScores
@@ -43,11 +44,10 @@ class Observed:
     """Its trace."""
 
 
-def succeeded(job: Job, run: RunResult) -> bool:
-    """Whether a run ended inside its hard limits, a batch complete, without the fallback."""
-    case = loaded(job.scenario.case)
-    ended = run.complete_s is not None or run.nominal_s is None
-    return ended and run.actor != "fallback" and inside_at_end(run.truth, case.description.limits, run.started_s)
+def succeeded(run: RunResult) -> bool:
+    """Whether a run ended inside its hard limits, a batch complete or start-up over, without the fallback."""
+    ended = run.complete_s is not None or (run.nominal_s is None and not run.force.starting(run.truth)[-1])
+    return ended and run.actor != "fallback" and inside_at_end(run.truth, run.force)
 
 
 def notable(job: Job, run: RunResult) -> bool:
@@ -58,7 +58,7 @@ def notable(job: Job, run: RunResult) -> bool:
     if job.entrant.who in YARDSTICKS:
         return False
     hard = {limit.name for limit in loaded(job.scenario.case).description.limits.hard}
-    return not succeeded(job, run) or any(e.total_s > 0.0 for e in run.exposures if e.limit in hard)
+    return not succeeded(run) or any(e.total_s > 0.0 for e in run.exposures if e.limit in hard)
 
 
 def row_of(job: Job, seen: Observed, trace: str) -> Row:
@@ -67,7 +67,7 @@ def row_of(job: Job, seen: Observed, trace: str) -> Row:
     hard = {limit.name for limit in case.description.limits.hard}
     exposed = [e for e in run.exposures if e.limit in hard]
     origin = s.onset_s if s.onset_s is not None else run.started_s
-    margin, limit = least_margin(case, run.truth, run.started_s)
+    margin, limit = least_margin(case, run.truth, run.force)
     usage = usage_of(seen.events, run.said)
     attempts = [e for e in seen.events if isinstance(e, Attempted)]
     releases, fallbacks = _count(seen.events, ReleasedActions), _count(seen.events, FellBack)
@@ -77,7 +77,7 @@ def row_of(job: Job, seen: Observed, trace: str) -> Row:
         proposer=job.entrant.label, ablation=job.ablation, seed=s.seed, fault=s.fault,
         severity=tuple(f.severity for f in s.faults), onset_s=tuple(f.onset_s for f in s.faults),
         batch=run.nominal_s is not None,
-        outcome=run.outcome.value, success=succeeded(job, run), actor=run.actor, state=run.state, reason=run.reason,
+        outcome=run.outcome.value, success=succeeded(run), actor=run.actor, state=run.state, reason=run.reason,
         detection_s=_after(run.detected_s, s.onset_s), false_alarm=run.false_alarm,
         released_s=_after(run.released_s, origin), releases=releases, fallbacks=fallbacks, attempts=len(attempts),
         refused=sum(not a.approved for a in attempts), decisions=_count(seen.events, Noticed),
@@ -116,21 +116,20 @@ def _step_columns(steps: StepScores | None) -> StepColumns:
     )  # fmt: skip
 
 
-def least_margin(case: Case, truth: Trajectory, from_s: float) -> tuple[float, str]:
-    """Least true margin to a hard limit after ``from_s`` in scales of its unit, and the limit's name.
+def least_margin(case: Case, truth: Trajectory, force: LimitsInForce) -> tuple[float, str]:
+    """Least true margin to a hard limit since start-up in scales of its unit, and the limit's name.
 
-    ValueError where the run ends before anything can be judged.
+    A run that ends in start-up is judged by the limits of start-up. ValueError for one that ends with its beginning.
     """
-    judged = truth.times_s > from_s
-    found: list[tuple[float, str]] = []
-    for limit in case.description.limits.hard:
-        margins = np.broadcast_to(limit.formula.margins(truth.signals, truth.dt_s), (1, judged.size))[0, judged]
-        if margins.size:
-            scale = case.description.scales.get(limit.formula.unit, 1.0)
-            least = float(np.where(np.isnan(margins), -np.inf, margins).min())  # undecided is the worst
-            found.append((least / scale, limit.name))
-    if not found:
+    if truth.length < 2:
         raise ValueError(f"the run ends at {truth.times_s[-1]:g} s, before there is anything to judge; make it longer")
+    starting, scales = force.starting(truth), case.description.scales
+    judged = np.ones_like(starting) if starting.all() else ~starting
+    found: list[tuple[float, str]] = []
+    for limit in force.limits.hard:
+        margins = force.margins(limit, truth, scales)[judged]
+        least = float(np.where(np.isnan(margins), -np.inf, margins).min())  # undecided is the worst
+        found.append((least, limit.name))
     return min(found)
 
 

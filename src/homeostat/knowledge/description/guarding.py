@@ -18,11 +18,11 @@ from ..graph_error import Code, GraphError
 from ..store import GraphStore
 from .entry import Entry, entries, unique
 
-LONGEST_S: Final = {
-    "stale_s": 60.0, "frozen_s": 3600.0, "grace_s": 60.0, "confirm_s": 60.0, "lift_s": 3600.0, "start_up_s": 86_400.0,
-    "acts_within_s": 3600.0,
+TIMES_S: Final[Mapping[str, tuple[float, float]]] = {
+    "stale_s": (1.0, 60.0), "frozen_s": (3.0, 60.0), "grace_s": (0.0, 60.0), "confirm_s": (1.0, 60.0),
+    "lift_s": (0.0, 600.0), "start_up_s": (1.0, 86_400.0), "acts_within_s": (3.0, 600.0),
 }  # fmt: skip
-"""Column -> longest time that can be meant [s]."""
+"""Column -> shortest and longest time that can be meant, of a plant that is sampled once per second [s]."""
 _MAY_BE_ZERO: Final = frozenset({"grace_s", "cusum", "lift", "lift_s", "tolerance", "rest"})
 
 
@@ -101,9 +101,9 @@ def _optionalbounded_number(entry: Entry, column: str) -> float | None:
 
 
 def _bounded(entry: Entry, column: str, value: float) -> float:
-    longest = LONGEST_S.get(column, math.inf)
-    if not 0.0 <= value <= longest or (value == 0.0 and column not in _MAY_BE_ZERO):
-        least = ">= 0" if column in _MAY_BE_ZERO else "> 0"
-        most = "" if math.isinf(longest) else f" and <= {longest:g} s"
-        raise GraphError(Code.BAD_NUMBER, entry.thing, f"{column} {value:g} must be {least}{most}; correct the cell")
+    least, most = TIMES_S.get(column, (0.0, math.inf))
+    if not least <= value <= most or (value == 0.0 and column not in _MAY_BE_ZERO):
+        low = f">= {least:g}" if least or column in _MAY_BE_ZERO else "> 0"
+        high = "" if math.isinf(most) else f" and <= {most:g} s"
+        raise GraphError(Code.BAD_NUMBER, entry.thing, f"{column} {value:g} must be {low}{high}; correct the cell")
     return value

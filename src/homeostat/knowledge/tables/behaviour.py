@@ -8,10 +8,9 @@ from pydantic import model_validator
 
 from homeostat.domain.limits import LimitKind, Owner
 
-from ..description.guarding import LONGEST_S
+from ..description.guarding import TIMES_S
 from ..graph_error import Code
 from .cells import (
-    SMALL,
     CellError,
     Component,
     Condition,
@@ -42,7 +41,9 @@ class OperatingState(Row):
     recovery_target: YesNo
     risk: Annotated[int, whole(0, 1000, "a rank, 0 for the least risk")]
     start_up: YesNo
-    start_up_s: Annotated[float | None, number(SMALL, LONGEST_S["start_up_s"], "s", "no start-up takes longer")] = None
+    start_up_s: Annotated[
+        float | None, number(*TIMES_S["start_up_s"], "s", "a start-up takes a sample and at most a day")
+    ] = None
     settled_when: Condition
     description: Text | None = None
 
@@ -141,6 +142,13 @@ class FallbackLimit(Row):
 
     strategy: Annotated[str, Refers("strategy")]
     limit: LimitName
-    acts_within_s: Annotated[float, number(SMALL, LONGEST_S["acts_within_s"], "s", "what helps later does not help")]
+    acts_within_s: Annotated[
+        float,
+        number(
+            *TIMES_S["acts_within_s"],
+            "s",
+            "it takes three readings to see whether it helps, and what helps later does not help",
+        ),
+    ]
     rest: Size
     description: Text

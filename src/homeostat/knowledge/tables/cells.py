@@ -27,8 +27,8 @@ BIG: Final = 1e9
 """No quantity of a plant is larger in a unit that somebody would choose for it."""
 SMALL: Final = 1e-9
 """What must be more than nothing is at least this, in its unit."""
-DAY_S: Final = 86_400.0
-"""One day [s]."""
+HOUR_S: Final = 3_600.0
+"""One hour [s]: the readings that the twin keeps."""
 
 
 class CellError(ValueError):
@@ -212,7 +212,7 @@ OptionalPositive: TypeAlias = Annotated[float | None, number(SMALL, BIG, "(its u
 """A value above 0, or nothing."""
 Size: TypeAlias = Annotated[float, number(0.0, BIG, "(its unit)", "it cannot be negative")]
 """A value that is not negative, in the unit of what it is about."""
-Wait: TypeAlias = Annotated[float, number(0.0, DAY_S, "s", "nothing is waited for longer than a day")]
+Wait: TypeAlias = Annotated[float, number(0.0, HOUR_S, "s", "the twin keeps an hour of readings")]
 """A time that may be none [s]."""
 
 

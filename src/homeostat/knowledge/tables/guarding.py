@@ -8,10 +8,9 @@ from pydantic import model_validator
 
 from homeostat.domain.mode import Side
 
-from ..description.guarding import LONGEST_S
+from ..description.guarding import TIMES_S
 from ..graph_error import Code
 from .cells import (
-    SMALL,
     CellError,
     Condition,
     LimitName,
@@ -31,11 +30,16 @@ class Quality(Row):
     """When a reading may be believed."""
 
     tag: Tag
-    stale_s: Annotated[float, number(SMALL, LONGEST_S["stale_s"], "s", "an older reading is never the present one")]
+    stale_s: Annotated[
+        float,
+        number(*TIMES_S["stale_s"], "s", "readings come once per second, and an older one is never the present one"),
+    ]
     noise: OptionalPositive = None
-    frozen_s: Annotated[float | None, number(SMALL, LONGEST_S["frozen_s"], "s", "later it does not matter")] = None
+    frozen_s: Annotated[
+        float | None, number(*TIMES_S["frozen_s"], "s", "noise may repeat a reading, but not for longer")
+    ] = None
     fastest: OptionalPositive = None
-    grace_s: Annotated[float, number(0.0, LONGEST_S["grace_s"], "s", "nobody may be blind for longer")]
+    grace_s: Annotated[float, number(*TIMES_S["grace_s"], "s", "nobody may be blind for longer")]
     description: Text
 
     @model_validator(mode="after")
@@ -51,10 +55,10 @@ class Trip(Row):
 
     limit: LimitName
     cusum: Size
-    grace_s: Annotated[float, number(0.0, LONGEST_S["grace_s"], "s", "nobody may be blind for longer")]
+    grace_s: Annotated[float, number(*TIMES_S["grace_s"], "s", "nobody may be blind for longer")]
     carrier: OptionalCondition = None
     lift: Size
-    lift_s: Annotated[float, number(0.0, LONGEST_S["lift_s"], "s", "no trip is lifted for longer")]
+    lift_s: Annotated[float, number(*TIMES_S["lift_s"], "s", "no trip is lifted for longer")]
     description: Text
 
     @model_validator(mode="after")
@@ -82,7 +86,10 @@ class Writable(Row):
 
     tag: Tag
     tolerance: Size
-    confirm_s: Annotated[float, number(SMALL, LONGEST_S["confirm_s"], "s", "a plant that obeys later does not obey")]
+    confirm_s: Annotated[
+        float,
+        number(*TIMES_S["confirm_s"], "s", "it is read back a tick later, and a plant that obeys later does not obey"),
+    ]
     ramped_by: Annotated[str, words_of(Side)]
     automatic: YesNo
     description: Text

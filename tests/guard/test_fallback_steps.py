@@ -1,0 +1,125 @@
+"""Later steps of a fallback that the plant was read not to hold: sent until they stand, also by the next life."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from homeostat.domain.guard_events import FallbackStands, FellBack, StepTaken
+from homeostat.domain.recovery import Command, Effect, FallbackStrategy, Step
+from homeostat.domain.write_events import WriteIntended
+from tests.guard.test_trial import killed
+from tests.guard.vessel import CLOSE, DRAIN, MACHINE, RULES, Vessel, World, awaited, running
+
+COOL = awaited("cool", "shut", "emptying", "L <= 5")
+MACHINE_2 = replace(MACHINE, transitions=(*MACHINE.transitions, COOL))
+STEP = Step(COOL, (Command("F.sp", 0.0, 0.005), Command("V.man", 0.5, 0.2)))
+TWO = replace(CLOSE, actions=replace(CLOSE.actions, then=(STEP,)))
+RULES_2 = replace(RULES, machine=MACHINE_2, fallbacks=(TWO,))
+
+
+class Deaf(Vessel):
+    """A vessel that takes some commands and carries none of them out."""
+
+    deaf: frozenset[str] = frozenset()
+
+    def send(self, commands: tuple[Command, ...]) -> Any:
+        held = {c.tag: self.accepted[c.tag] for c in commands if c.tag in self.deaf}
+        answer = super().send(commands)
+        self.accepted.update(held)
+        return answer
+
+
+def owing(ticks: int) -> World:
+    """A fallback that stands, and whose later step the link has taken and the plant not."""
+    vessel = Deaf()
+    world = running(rules=RULES_2, vessel=vessel)
+    world.tick(3, L=14.0)
+    assert world.journal.of(FallbackStands)
+    vessel.deaf = frozenset({"V.man"})
+    world.tick(1, L=4.0)
+    while not world.journal.of(StepTaken)[1:]:
+        world.tick()
+    world.tick(ticks)
+    vessel.wire.clear()
+    return world
+
+
+def heal(world: World) -> None:
+    assert isinstance(world.vessel, Deaf)
+    world.vessel.deaf = frozenset()
+
+
+@pytest.mark.parametrize("ticks", [0, 1, 3, 12, 19, 22, 24])
+def test_a_later_step_that_is_owed_is_sent_again_after_a_death(ticks: int) -> None:
+    world = owing(ticks)
+    heal(world)
+    world = killed(world, RULES_2)
+    world.tick(25)
+    assert world.vessel.accepted["V.man"] == 0.5 and STEP.commands in world.sent
+    assert world.seen[-1].state == "emptying" and len(world.journal.of(FellBack)) == 1
+    sent = len(world.sent)
+    world.tick(25)
+    assert len(world.sent) == sent, "what stands is not sent again"
+
+
+def test_it_is_sent_again_through_as_many_deaths_as_there_are() -> None:
+    world = owing(1)
+    for ticks in (2, 11, 13, 1):
+        world = killed(world, RULES_2)
+        world.tick(ticks)
+    heal(world)
+    world = killed(world, RULES_2)
+    world.tick(25)
+    assert world.vessel.accepted["V.man"] == 0.5
+    assert len({e.write for e in world.journal.of(WriteIntended) if e.source == "cool"}) > 2
+
+
+def test_a_step_of_a_strategy_that_was_given_up_is_not_sent_again() -> None:
+    stated = {"LIM-FULL": Effect(6.0)}
+    rules = replace(RULES_2, fallbacks=(replace(TWO, serves=stated), replace(DRAIN, serves=stated)))
+    vessel = Deaf()
+    world = running(rules=rules, vessel=vessel)
+    world.tick(3, L=14.0)
+    vessel.deaf = frozenset({"V.man"})
+    world.tick(1, L=4.0)
+    while not world.journal.of(StepTaken)[1:]:
+        world.tick()
+    world.tick(1, L=14.0)
+    while [e.strategy for e in world.journal.of(FellBack)] != ["close", "drain"]:
+        world.tick()
+    vessel.deaf = frozenset()
+    vessel.wire.clear()
+    world = killed(world, rules)
+    world.tick(20, L=8.0)
+    assert STEP.commands not in world.sent and world.vessel.accepted["V.man"] == 1.0
+
+
+@pytest.mark.parametrize("before", [(), ("third",)])
+def test_after_one_that_is_not_obeyed_one_that_serves_the_violated_limit_acts_then_the_others_then_the_shed(
+    before: tuple[str, ...],
+) -> None:
+    def named(name: str, strategy: FallbackStrategy, *limits: str) -> FallbackStrategy:
+        return replace(strategy, name=name, serves={limit: Effect(50.0) for limit in limits})
+
+    first, hot = named("first", DRAIN, "LIM-FULL"), named("hot", CLOSE, "LIM-HOT")
+    rules = replace(RULES, fallbacks=(first, hot, named("none", CLOSE), named("full", CLOSE, "LIM-FULL")))
+    world = running(rules=rules)
+    world.vessel.ignores = True
+    world.tick(1, L=14.0)
+    while "shed" not in world.alarms:
+        world.tick()
+        if before and len(world.journal.of(FellBack)) == 2:
+            world, before = killed(world, rules), ()
+    found = [e.strategy for e in world.journal.of(FellBack)]
+    assert list(dict.fromkeys(found)) == ["first", "full", "hot", "none"]
+
+
+def test_one_that_fails_its_checks_is_followed_by_one_that_serves_the_violated_limit() -> None:
+    void = FallbackStrategy("void", replace(CLOSE.actions, target="nowhere"))
+    serving = replace(CLOSE, name="full", serves={"LIM-FULL": Effect(50.0)})
+    world = running(rules=replace(RULES, fallbacks=(void, DRAIN, serving)))
+    world.tick(1, L=14.0)
+    assert [e.strategy for e in world.journal.of(FellBack)] == ["full"]
