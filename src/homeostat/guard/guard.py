@@ -7,9 +7,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from homeostat.domain.alarm import Alarm, Priority
-from homeostat.domain.guard_events import Armed, GuardStarted, ModeEntered, StateEntered, Stopped
+from homeostat.domain.guard_events import GuardStarted, ModeEntered, StateEntered, Stopped
 from homeostat.domain.mode import Mode, PersonCommand, Side
-from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Settled, Trouble, Withdraw
+from homeostat.domain.observation import (
+    Arm,
+    Correction,
+    FallBack,
+    Message,
+    NoAction,
+    Observation,
+    Settled,
+    Trouble,
+    Withdraw,
+)
 from homeostat.domain.ports import Lease, Record
 from homeostat.domain.request import Request
 from homeostat.domain.rules import GuardRules
@@ -31,6 +41,7 @@ from homeostat.guard.response import Response
 from homeostat.guard.restart import Restart
 from homeostat.guard.settings import GuardSettings
 from homeostat.guard.steps import Steps
+from homeostat.guard.time_to_act import TimeToAct
 from homeostat.guard.trips import TripWatch
 from homeostat.guard.verification import Present
 
@@ -63,13 +74,13 @@ class Guard:
         self._quality = QualityWatch(rules.qualities, rules.tags, parts.note)
         self._trips = TripWatch(rules, parts.note)
         self._latch, self._modes = Latch(parts), Modes(parts.tenure)
+        self._time = TimeToAct(parts.note, lambda: tuple(s.name for s in self._latch.fallbacks.ranked))
         self._lapse = Lapse(parts, self._latch)
         self._steps, self._moves = Steps(parts, self._latch), Moves(parts, self._latch, self._lapse)
         self._response = Response(parts, self._latch)
         self._requests = Requests(parts, dict(attachment.keys))
         self._persons = Persons(Floor(parts, self._modes, self._latch, self._requests))
         self._restart: Restart | None = None
-        self._act_by_s: float | None = None
         self._troubles: set[str] = set()
         self._pace = Pace()
         self._now_s, self._began_s = self._pace.now_s, math.nan
@@ -159,6 +170,7 @@ class Guard:
             mode = (memory.mode or mode) if self._attachment.goes_on else Mode.OBSERVE
             self._restart = Restart(parts, self._latch, self._steps, memory)
             self._restart.take_position(self._now_s, self._trips.start_up)
+            self._time.by_s = memory.act_by_s
             self._response.remember(memory.tripped)
             self._requests.remember(memory.requests)
             self._persons.remember(memory.orders)
@@ -204,6 +216,8 @@ class Guard:
             restart.explain(readings)
             self._moves.judge(self._now_s, readings, self.mode)
             restart.resolve(self._now_s, readings)
+            if restart.released:
+                self._time.end(self._now_s)
         elif self._now_s - self._began_s >= self._parts.settings.again_s:
             restart.act(self._now_s)
 
@@ -238,7 +252,7 @@ class Guard:
         self._latch.follow(write, progress, now_s, readings)
         self._steps.follow(write, progress, now_s)
         if write is not None and write.cause is Cause.REQUEST and progress is Progress.CONFIRMED:
-            self._act_by_s = None
+            self._time.over()
         self._moves.read(now_s, readings)
 
     def _objection(self, write: Write, readings: Snapshot) -> str:
@@ -268,6 +282,8 @@ class Guard:
                 self._trips.correct(message.errors)
             case Arm():
                 self._arm(message)
+            case NoAction():
+                self._time.end(self._now_s)
             case FallBack():
                 self._activate(message.reason)
             case Trouble():
@@ -290,7 +306,7 @@ class Guard:
         return Present(self._now_s, readings, parts.sequencer.state, parts.service.tags, near, above)
 
     def _arm(self, message: Arm) -> None:
-        """Rank the fallbacks, and take note of a time by which recovery must have acted."""
+        """Rank the fallbacks, and take note of a time by which recovery must have acted, which only comes nearer."""
         if self.latched is not None:
             return  # one is acting already, in the order in which they were ranked
         by_s = message.act_by_s
@@ -298,32 +314,32 @@ class Guard:
             raise ValueError(f"fallbacks cannot be armed to act by {by_s!r} s")
         for line in self._latch.fallbacks.arm(message.strategies, self._seen, self._parts.service.tags):
             self._parts.alarms.say("arming", line, Priority.MEDIUM, self._now_s)
-        self._act_by_s = by_s
-        ranked = tuple(s.name for s in self._latch.fallbacks.ranked)
-        self._parts.note(Armed(ranked, by_s), self._now_s)
+        self._time.arm(by_s, self._now_s)
 
     def _decide(self, sample: Snapshot | None) -> None:
         """A request before the sequence; the trip was before both."""
         if self.latched is not None:
-            self._act_by_s = None
-        by_s = self._act_by_s
-        if by_s is not None and self._now_s >= by_s and not self._requests.written:
+            self._time.over()
+        unread = self._restart is not None  # what was being written when the guard died may stand
+        waits = self._requests.written or (unread and self._now_s - self._began_s < self._parts.settings.again_s)
+        if self._time.has_passed(self._now_s) and not waits:
             self._activate("recovery has not acted in the time that physics leaves")
-        if self._restart is not None:
+        if unread:
             return
         if self.latched is None and self._requests.decide(self._present(), self.mode, self._oldest_s):
             self._steps.drop()
             if not self._requests.written:
-                self._act_by_s = None
+                self._time.over()
             return
         self._steps.go_on(self._now_s, self._seen, self.mode)
 
     def _activate(self, reason: str) -> None:
         """Have the fallback act, where somebody may write; else it is an alarm."""
-        self._act_by_s = None
         if not self.mode.writes:
+            self._time.end(self._now_s)
             self._alarm("fallback wanted", reason, Priority.CRITICAL)
             return
+        self._time.over()
         self._requests.withdraw_all(reason, self._now_s)
         self._latch.activate(str(reason)[:500], self._now_s, self._seen)
 
@@ -371,5 +387,5 @@ class Guard:
             self._trips.start_up.enter(state, at_s)
         return Observation(
             self._now_s, self._seen, sequencer.state, sequencer.rest(), sequencer.way(), sequencer.refused, entered,
-            self.latched, self.mode, self._requests.drain(), self._sample,
+            self.latched, self.mode, self._requests.drain(), self._sample, self._time.by_s,
         )  # fmt: skip
