@@ -27,7 +27,7 @@ class ScriptedMonitoring:
     """Implements `homeostat.agents.crew.Monitoring`: notices at the given times, and remembers what was done."""
 
     def __init__(
-        self, *notice_s: float, answer: Callable[[float], Diagnosis] = diagnosis, bug: Exception | None = None
+        self, *notice_s: float, answer: Callable[[float], Diagnosis] = diagnosis, bug: BaseException | None = None
     ) -> None:
         """``bug`` is raised by `diagnose`."""
         self._notice_s = set(notice_s)
@@ -62,7 +62,9 @@ class ScriptedMonitoring:
 class ScriptedPlanning:
     """Implements `homeostat.agents.crew.Planning`: one path after the other, the last one for ever."""
 
-    def __init__(self, machine: StateMachine, *paths: Sequence[str] | Revise | Exception, delay_s: float = 0.0) -> None:
+    def __init__(
+        self, machine: StateMachine, *paths: Sequence[str] | Revise | BaseException, delay_s: float = 0.0
+    ) -> None:
         """``paths``: names of transitions, or what to raise; `NoAdmissiblePlan` where there is none."""
         self._machine = machine
         self._paths = list(paths)
@@ -75,7 +77,7 @@ class ScriptedPlanning:
         if not self._paths:
             raise NoAdmissiblePlan("the script has no path")
         answer = self._paths[min(len(self.asked), len(self._paths)) - 1]
-        if isinstance(answer, Exception):
+        if isinstance(answer, BaseException):
             raise answer
         if isinstance(answer, Revise):
             return answer
@@ -86,7 +88,9 @@ class ScriptedPlanning:
 class ScriptedAction:
     """Implements `homeostat.agents.crew.Action`: one answer after the other, the last one for ever."""
 
-    def __init__(self, *answers: ActionSet | Revise | Exception, delay_s: float = 0.0, thread_s: float = 0.0) -> None:
+    def __init__(
+        self, *answers: ActionSet | Revise | BaseException, delay_s: float = 0.0, thread_s: float = 0.0
+    ) -> None:
         """``delay_s``: thinking that can be interrupted; ``thread_s``: in a thread, which cannot."""
         self._answers = list(answers)
         self._delay_s, self._thread_s = delay_s, thread_s
@@ -98,7 +102,7 @@ class ScriptedAction:
         if self._thread_s:
             await asyncio.to_thread(time.sleep, self._thread_s)
         answer = self._answers[min(len(self.asked), len(self._answers)) - 1]
-        if isinstance(answer, Exception):
+        if isinstance(answer, BaseException):
             raise answer
         return answer
 
@@ -141,7 +145,7 @@ class ScriptedValidation:
 class ScriptedReprompting:
     """Implements `homeostat.agents.crew.Reprompting`: hands the findings on and asks for another path each time."""
 
-    def __init__(self, bug: Exception | None = None) -> None:
+    def __init__(self, bug: BaseException | None = None) -> None:
         self._bug = bug
 
     async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:

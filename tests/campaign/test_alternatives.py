@@ -14,6 +14,7 @@ from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.limits_in_force import LimitsInForce, in_force
 from homeostat.campaign.operation import Operation
 from homeostat.campaign.outcome import OutcomeKind
+from homeostat.campaign.releases import Releases
 from homeostat.campaign.runner import RunResult, run, run_steered
 from homeostat.campaign.scenario import Scenario, scenario
 from homeostat.campaign.scoring import outside_after
@@ -25,7 +26,7 @@ from homeostat.domain.recovery import ActionSet, Command
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import Attempted, ReleasedActions
+from homeostat.trace.decisions import Attempted
 from tests.twin.followed import reactor
 
 STUCK = scenario(reactor(), "cool_stuck_closed", 1, 1450.0, None, 2400.0)
@@ -99,7 +100,7 @@ def test_acting_is_needed_where_leaving_alone_loses_more() -> None:
 
 def test_a_release_is_found_again_with_its_later_steps() -> None:
     result, trace = batch()
-    released, attempts = trace.of(ReleasedActions)[0], trace.of(Attempted)
+    released, attempts = Releases.of(entry.event for entry in trace.entries).made[0], trace.of(Attempted)
     actions = released_set(mixing(), released, attempts)
     assert actions is not None and actions.digest == released.digest and actions.then
     (path,) = {a.path for a in attempts if a.digest == released.digest}

@@ -195,13 +195,13 @@ def test_the_word_of_a_person_holds_as_long_as_it_may_and_no_longer() -> None:
      " ADA\t", "A d\u00a0a", "\uff21\uff44\uff41", "Ada\u2028"],
 )  # fmt: skip
 def test_a_name_with_what_nobody_sees_is_the_same_person(same: str) -> None:
-    authority = Authority(2, 20.0)
+    authority = Authority(2, 20.0, 60.0)
     assert authority.agree(order(1, "Ada"), 100.0) == () == authority.agree(order(2, same), 101.0)
     assert authority.agree(order(3, "Bo"), 102.0) == (same, "Bo")
 
 
 def test_spellings_of_a_letter_are_the_same_person() -> None:
-    authority = Authority(2, 20.0)
+    authority = Authority(2, 20.0, 60.0)
     for person in ("Ji\u0159\u00ed", "Jir\u030ci\u0301", "JI\u0158I\u0301", "Jir\u034f\u030c\u200di\u0301"):
         assert authority.agree(order(1, person), 100.0) == ()
     assert authority.agree(order(2, "Jiri"), 100.0), "an accent is seen"
@@ -209,7 +209,7 @@ def test_spellings_of_a_letter_are_the_same_person() -> None:
 
 @pytest.mark.parametrize("nothing", ["\u200b", "\u00ad \u3164", "\x00", "\t\n"])
 def test_a_name_or_a_reason_that_shows_nothing_is_none(nothing: str) -> None:
-    said = Authority(1, 600.0).objection
+    said = Authority(1, 600.0, 60.0).objection
     assert said(replace(order(1), person=nothing)) == "an order needs an identifier and the name of a person"
     assert said(replace(order(1), reason=nothing)) == "'reset' needs a reason"
 

@@ -121,8 +121,14 @@ def test_being_called_off_is_a_timeout_in_the_record_and_nothing_else(tmp_path: 
     assert read_calls(file)[0].failure is Failure.TIMEOUT
 
 
-@pytest.mark.parametrize("bug", [RuntimeError("oops"), KeyError("choices"), AssertionError(), RecursionError("deep")])
-def test_a_bug_of_a_model_is_a_failure_of_the_model(bug: Exception) -> None:
+@pytest.mark.parametrize(
+    "bug",
+    [
+        RuntimeError("oops"), KeyError("choices"), AssertionError(), RecursionError("deep"), SystemExit(0),
+        asyncio.CancelledError("of its own"),
+    ],
+)  # fmt: skip
+def test_a_bug_of_a_model_is_a_failure_of_the_model(bug: BaseException) -> None:
     outcome, trace = recorded(bug)
     assert outcome.failure is Failure.MALFORMED
     assert event(trace).failure == "MALFORMED" and type(bug).__name__ in event(trace).detail

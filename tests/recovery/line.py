@@ -147,7 +147,7 @@ class LineTwin:
         self.heating = heating
         self.last: Snapshot | None = None
         self.result: Callable[[ActionSet], RolloutResult] = lambda actions: RolloutResult.COMPLETED
-        self.bug: Callable[[ActionSet], Exception | None] = lambda actions: None
+        self.bug: Callable[[ActionSet], BaseException | None] = lambda actions: None
         self.bands: Callable[[ActionSet], tuple[StepBand, ...]] = lambda actions: ()
 
     def observe(self, snapshot: Snapshot) -> None:

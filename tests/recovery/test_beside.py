@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
+from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
 
@@ -61,3 +63,47 @@ def test_what_waits_is_done_in_its_turn_and_by_no_more_threads() -> None:
     for future in later:
         future.result(WAIT_S)
     assert sorted(k for k, _ in done) == list(range(10)) and len({name for _, name in done}) <= MOST
+
+
+class Ends(BaseException):
+    """Something that is no Exception."""
+
+
+class Stops(StopIteration):
+    """A StopIteration of somebody's own."""
+
+
+@pytest.mark.parametrize(
+    ("raised", "got"),
+    [
+        (StopIteration(7), RuntimeError), (Stops(), RuntimeError), (StopAsyncIteration(), StopAsyncIteration),
+        (asyncio.CancelledError(), asyncio.CancelledError), (SystemExit(0), SystemExit), (Ends(), Ends),
+        (KeyboardInterrupt(), KeyboardInterrupt), (GeneratorExit(), GeneratorExit), (MemoryError(), MemoryError),
+    ],
+)  # fmt: skip
+def test_whatever_is_raised_reaches_whoever_waits_in_an_event_loop(
+    raised: BaseException, got: type[BaseException]
+) -> None:
+    def fail() -> None:
+        raise raised
+
+    async def wait(begin: Callable[..., Future[None]]) -> BaseException | None:
+        ended = asyncio.wrap_future(begin(fail))
+        await asyncio.wait({ended}, timeout=WAIT_S)
+        assert ended.done()
+        return ended.exception()
+
+    for begin in (start, DaemonExecutor().submit):
+        error = asyncio.run(wait(begin))
+        assert isinstance(error, got)
+        if isinstance(raised, StopIteration):
+            assert type(raised).__name__ in str(error) and error.__cause__ is raised
+
+
+def test_who_waits_in_an_event_loop_for_an_iteration_that_stops_gets_an_error_and_no_result() -> None:
+    async def wait() -> object:
+        asyncio.get_running_loop().set_default_executor(DaemonExecutor())
+        return await asyncio.wait_for(asyncio.to_thread(next, iter(())), WAIT_S)
+
+    with pytest.raises(RuntimeError, match="StopIteration"):
+        asyncio.run(wait())

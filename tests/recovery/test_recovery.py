@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
+from collections.abc import Callable
 
 import pytest
 
 from homeostat.agents.crew import NoAdmissiblePlan, Proposer
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
-from homeostat.domain.guard_events import FellBack
+from homeostat.domain.guard_events import Armed, FellBack
 from homeostat.domain.verdict import Approve, HandedOver, LeftAlone, Released, RolloutResult
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.trace.decisions import Attempted, ReleasedActions
@@ -97,35 +99,35 @@ class Bug(Exception):
     """Something that nobody expects."""
 
 
-def broken(role: str) -> Stage:
-    """A stage on which one role has a bug."""
+def broken(role: str, error: Callable[[str], BaseException] = Bug, times: int = 1) -> Stage:
+    """A stage on which one role has a bug: it raises ``error``; rehearsals of what was approved do so ``times``."""
     stage = Stage(ScriptedAction(BAD, GOOD), start=305.0)
     match role:
         case "monitoring":
-            stage.monitoring = ScriptedMonitoring(50.0, bug=Bug(role))
+            stage.monitoring = ScriptedMonitoring(50.0, bug=error(role))
         case "planning":
-            stage.planning = ScriptedPlanning(MACHINE, Bug(role))
+            stage.planning = ScriptedPlanning(MACHINE, error(role))
         case "action":
-            stage.action = ScriptedAction(Bug(role))
+            stage.action = ScriptedAction(error(role))
         case "simulation":
-            stage.twin.bug = lambda actions: Bug(role)
+            stage.twin.bug = lambda actions: error(role)
         case "simulation of the proposal":
-            stage.twin.bug = lambda actions: Bug(role) if actions == BAD else None
+            stage.twin.bug = lambda actions: error(role) if actions == BAD else None
         case "validation":
 
             def fail(*_: object) -> Approve:
-                raise Bug(role)
+                raise error(role)
 
             stage.validation = ScriptedValidation(fail)
         case "reprompting":
-            stage.reprompting = ScriptedReprompting(Bug(role))
+            stage.reprompting = ScriptedReprompting(error(role))
         case "rehearsal":
             stage.action = ScriptedAction(GOOD)
             tried: list[object] = []
 
-            def second(actions: object) -> Bug | None:
+            def second(actions: object) -> BaseException | None:
                 tried.append(actions)
-                return Bug(role) if tried.count(GOOD) == 2 else None
+                return error(role) if actions == GOOD and tried.count(GOOD) in range(2, 2 * times + 1, 2) else None
 
             stage.twin.bug = second
     return stage
@@ -153,6 +155,36 @@ def test_a_bug_that_does_not_go_away_ends_recovery_and_the_fallback_acts_in_time
     (fell,) = stage.trace.of(FellBack)
     assert "has not acted in the time that physics leaves" in fell.reason
     assert safe(stage) and stage.plant.hottest <= 313.0
+
+
+class Ends(BaseException):
+    """Something that is no Exception."""
+
+
+@pytest.mark.parametrize("error", [asyncio.CancelledError, SystemExit, StopIteration, KeyboardInterrupt, Ends])
+@pytest.mark.parametrize("role", ["planning", "action", "simulation of the proposal", "validation", "rehearsal"])
+def test_whatever_does_not_go_away_the_fallback_acts_at_the_first_time_that_was_armed(
+    role: str, error: Callable[[str], BaseException]
+) -> None:
+    stage = broken(role, error, times=3)
+    if role == "simulation of the proposal":
+        stage.action = ScriptedAction(BAD)
+    run(stage)
+    assert len(stage.alarms) == 3 and len(stage.lost) == 1 and stage.trace.of(ReleasedActions) == ()
+    times_s = [armed.act_by_s for armed in stage.trace.of(Armed)]
+    assert times_s[0] is not None and times_s == sorted(times_s, reverse=True), "it only comes nearer"
+    acted_s, _ = stage.plant.written[0]
+    assert times_s[-1] <= acted_s <= times_s[-1] + 1.0 and safe(stage) and stage.plant.hottest <= 313.0
+    assert len(stage.plant.readings) == 120, "the run goes to its end"
+
+
+@pytest.mark.parametrize("error", [asyncio.CancelledError, SystemExit, StopIteration])
+@pytest.mark.parametrize("role", ["monitoring", "simulation"])
+def test_whatever_ends_a_diagnosis_or_the_first_prediction_is_told_three_times_and_the_limit_trips(
+    role: str, error: Callable[[str], BaseException]
+) -> None:
+    stage = run(broken(role, error))
+    assert len(stage.alarms) == 3 and len(stage.lost) == 1 and safe(stage) and stage.plant.hottest <= 313.5
 
 
 def test_a_bug_while_watching_is_an_alarm() -> None:
@@ -215,7 +247,7 @@ def test_blindness_trips_after_its_grace_time(value: float) -> None:
     stage.plant.disturb = fail
     run(stage)
     (fell,) = stage.trace.of(FellBack)
-    assert "could not be judged for 3 s" in fell.reason
+    assert "could not be judged for 4 s; 3 s are allowed" in fell.reason
     assert stage.plant.written[0][0] == 63.0 and safe(stage)
 
 

@@ -12,10 +12,11 @@ import pytest
 from homeostat.agents.bounds import Budget
 from homeostat.agents.crew import NoAdmissiblePlan
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.observation import Arm, FallBack
+from homeostat.domain.observation import Arm, FallBack, NoAction, Observation
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import HandedOver, LeftAlone, Outcome, Released, RolloutResult
+from homeostat.recovery.deadline import SHORTEST_S
 from homeostat.recovery.plant_rules import Bounds
 from homeostat.trace.decisions import Diagnosed, LeftAsIs, Noticed, Retrieved
 from tests.agents.scripted import ScriptedAction, diagnosis
@@ -169,6 +170,7 @@ def test_a_diagnosis_that_takes_too_long_leaves_nothing_known() -> None:
         let_go.set()
     assert done.alarms == [("recovery:diagnosis", "the diagnosis took longer than 0.01 s; nothing counts as known")]
     assert done.armed == [Arm(())] and done.kinds == ["noticed"] and done.handed_over == []
+    assert done.sent(NoAction) == [], "a time to act by that stands goes on"
 
 
 class Late:
@@ -246,8 +248,9 @@ def test_a_fault_that_does_no_harm_is_left_alone_and_the_least_margin_is_said() 
 def test_what_is_released_is_followed_by_monitoring_and_nothing_stays_armed_by_time() -> None:
     done = Recovery(ticks(1, 20, DOOMED)).run()
     assert done.monitoring.outcomes == [Released(GOOD, 10.0)] and done.released == [10.0]
-    urgent, calm = done.armed
-    assert urgent.act_by_s is not None and calm == Arm(urgent.strategies) and set(calm.strategies) == {"drain", "vent"}
+    (urgent,) = done.armed
+    assert urgent.act_by_s is not None and set(urgent.strategies) == {"drain", "vent"}
+    assert done.sent(NoAction) == [], "the guard ends the time when it has read what was released"
 
 
 def test_what_nobody_can_mend_is_handed_over_and_stays_armed_by_time() -> None:
@@ -255,6 +258,31 @@ def test_what_nobody_can_mend_is_handed_over_and_stays_armed_by_time() -> None:
     assert done.handed_over == ["scripted: no proposal was approved in 1 attempts"]
     assert len(done.armed) == 1 and done.armed[0].act_by_s is not None
     assert done.monitoring.outcomes == [], "it is told when the fallback has acted"
+
+
+def standing(first: int, last: int, hot: float, by_s: float) -> tuple[Observation, ...]:
+    """Ticks at which a time to act by stands in the guard."""
+    return tuple(replace(seen, act_by_s=by_s) for seen in ticks(first, last, hot))
+
+
+def test_a_plant_that_is_left_alone_ends_a_time_that_an_earlier_thought_has_named() -> None:
+    done = Recovery(standing(1, 20, FINE, 40.0), Watching(10.0)).run()
+    assert len(done.sent(NoAction)) == 1 and done.armed[-1].act_by_s is None and done.kinds[-1] == "left-as-is"
+    assert Recovery(ticks(1, 20, FINE), Watching(10.0)).run().sent(NoAction) == [], "there is nothing to end"
+
+
+def test_where_a_time_stands_a_plant_that_seems_healthy_is_rolled_out_before_it_is_left_alone() -> None:
+    calm = Recovery(standing(1, 20, FINE, 40.0), watching(10.0, answer=nothing)).run()
+    assert len(calm.sent(NoAction)) == 1 and calm.when(LeftAsIs) == [10.0]
+    doomed = Recovery(standing(1, 20, DOOMED, 40.0), watching(10.0, answer=nothing)).run()
+    assert doomed.sent(NoAction) == [] and doomed.released == [10.0]
+
+
+def test_a_time_that_stands_bounds_the_thinking() -> None:
+    done = Recovery(standing(1, 20, DOOMED, 17.0), thinking=0).run()
+    assert done.action.asked[0][0].deadline_s == 7.0
+    passed = Recovery(standing(1, 20, DOOMED, 10.0), thinking=0).run()
+    assert passed.action.asked[0][0].deadline_s == SHORTEST_S
 
 
 def test_what_is_asked_of_a_proposer() -> None:

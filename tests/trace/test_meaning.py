@@ -244,6 +244,28 @@ def test_a_result_that_contradicts_the_journal_is_found(tmp_path: Path, name: st
     assert not report.complete and report.problem and report.problem.startswith("the result")
 
 
+UNTOLD = (*RUN[:4], STARTED, *ACCEPTED, intended(), ended(), READ, answered("confirmed"), *RUN[5:])
+"""A run whose release only the guard tells: recovery was overtaken."""
+
+
+@pytest.mark.parametrize(
+    ("events", "released_s", "agrees"),
+    [
+        (UNTOLD, 9.0, True), (UNTOLD, 12.0, True), (UNTOLD, 11.0, False), (UNTOLD, None, False),
+        ((*RUN[:4], *RUN[5:]), None, True), ((UNTOLD[0], *UNTOLD[4:13], *UNTOLD[1:4], *UNTOLD[13:]), None, True),
+    ],
+    ids=["when it was sent", "when it stood", "else", "never", "nothing was sent", "a step as usual"],
+)  # fmt: skip
+def test_a_release_is_what_the_guard_has_written(
+    tmp_path: Path, events: tuple[Event, ...], released_s: float | None, agrees: bool
+) -> None:
+    content = {"case": "cstr", "released_s": released_s, "actions": RESULT["actions"] if released_s else []}
+    (tmp_path / "result.json").write_text(json.dumps(content))
+    report = record(tmp_path, *events, summary=Summary(7, "recovered"))
+    assert report.complete == agrees, report.contradictions
+    assert agrees or report.contradictions[0].startswith("the result's 'released_s' is")
+
+
 def test_every_event_of_the_guard_can_be_kept(tmp_path: Path) -> None:
     memory = MemoryTrace()
     for event in (*WROTE, FELL, LATCHED, FALLBACK, SEQUENCE, *RETRIED):

@@ -10,6 +10,7 @@ from itertools import pairwise, product
 
 from homeostat.agents.candidates import design_commands
 from homeostat.campaign.limits_in_force import LimitsInForce, in_force
+from homeostat.campaign.releases import Release
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import kept_until, loses_no_more, outside_after, worse
 from homeostat.campaign.unattended import Diverted, fault_free, open_process, unattended, watch
@@ -20,7 +21,7 @@ from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.snapshot import Trajectory
 from homeostat.guard.sequencer import nominal_route
 from homeostat.process.batch import ProcessError
-from homeostat.trace.decisions import Attempted, ReleasedActions
+from homeostat.trace.decisions import Attempted
 
 
 def avoidable(
@@ -74,7 +75,7 @@ def diverted(
         return None
 
 
-def released_set(case: Case, released: ReleasedActions, attempts: Sequence[Attempted]) -> ActionSet | None:
+def released_set(case: Case, released: Release, attempts: Sequence[Attempted]) -> ActionSet | None:
     """The action set that was released, with its later steps; None where the record does not tell them.
 
     The record has the digest of the set and the states on the way; where the steps between these with what their states

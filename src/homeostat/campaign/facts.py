@@ -9,13 +9,14 @@ from homeostat.agents.planning import EVENT
 from homeostat.campaign.alternatives import as_usual, avoidable, needless, released_set
 from homeostat.campaign.limits_in_force import LimitsInForce, Span, in_force
 from homeostat.campaign.outcome import Facts
+from homeostat.campaign.releases import Release
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import exposures, fed_at_end, has_product, inside_at_end
 from homeostat.campaign.unattended import Unattended
 from homeostat.cases.case import Case
 from homeostat.domain.guard_events import FellBack
 from homeostat.domain.snapshot import Trajectory
-from homeostat.trace.decisions import Attempted, ReleasedActions
+from homeostat.trace.decisions import Attempted
 
 
 class Record(Protocol):
@@ -31,10 +32,13 @@ class Record(Protocol):
     """States of the machine, each with the process time at which it was entered [s]."""
     attempts: list[Attempted]
     """Proposals that were judged."""
-    released: list[tuple[float, ReleasedActions]]
-    """Process time [s] and what was released then."""
     fallbacks: list[tuple[float, FellBack]]
     """Process time [s] and which fallback acted then."""
+
+    @property
+    def released(self) -> Sequence[Release]:
+        """What was released, in order."""
+        ...
 
 
 def facts_of(
@@ -43,7 +47,7 @@ def facts_of(
     """The facts of a run; ``healthy``: the fault-free one, ``detected_s``: first report from the onset on [s]."""
     force, onset_s = limits_of(case, record, truth), scenario.onset_s
     started_s = truth.start_s if record.started_s is None else record.started_s
-    released = [event for _, event in record.released]
+    released = record.released
     usual = record.stepwise and as_usual(case, [state for state, _ in record.states])
     written = bool(released) and not record.fallbacks and not usual
     return Facts(

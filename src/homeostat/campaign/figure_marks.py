@@ -100,7 +100,7 @@ def explained(run: RunResult, milestones: Milestones, machine: StateMachine) -> 
         marks.append(Mark(run.detected_s, f"noticed{_when(run.detected_s, onset)}", _NOTICED, "solid"))
     if milestones.releases:
         first = milestones.releases[0]
-        words = f"actions released{_when(first.at_s, onset)}, to reach {labels[first.what]!r}"
+        words = f"actions released{_when(first.at_s, onset)}, to reach {labels.get(first.what, first.what)!r}"
         marks.append(Mark(first.at_s, words, _RELEASED, "solid"))
     if milestones.fallbacks:
         first = milestones.fallbacks[0]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from homeostat.campaign.releases import Releases
 from homeostat.domain.guard_events import FellBack, StateEntered
-from homeostat.trace.decisions import Attempted, Diagnosed, ReleasedActions
+from homeostat.trace.decisions import Attempted, Diagnosed
 from homeostat.trace.events import Event
 
 
@@ -26,28 +27,30 @@ class Milestones:
         """Nothing has happened yet."""
         self.reports: list[float] = []
         """Process times of monitoring's reports [s]."""
-        self.releases: list[Moment] = []
-        """Releases, each with the state that it led to."""
         self.fallbacks: list[Moment] = []
         """Moments at which a fallback acted, each with its strategy."""
         self.states: list[Moment] = []
         """Supervisory states, each from the time at which it was entered."""
         self.reason = ""
         """Why the first fallback acted; empty where none did."""
-        self.approved: Attempted | None = None
+        self._releases = Releases()
+
+    @property
+    def releases(self) -> tuple[Moment, ...]:
+        """Releases, each with the state that it leads to."""
+        return tuple(Moment(release.at_s, release.target) for release in self._releases.made)
+
+    @property
+    def approved(self) -> Attempted | None:
         """The attempt that was released first; None where none was."""
-        self._last: Attempted | None = None
+        return next((release.approved for release in self._releases.made), None)
 
     def __call__(self, event: Event, at_s: float) -> None:
         """Take one event."""
+        self._releases.take(event, at_s)
         match event:
             case Diagnosed():
                 self.reports.append(at_s)
-            case Attempted():
-                self._last = event
-            case ReleasedActions():
-                self.approved = self.approved or self._last
-                self.releases.append(Moment(at_s, event.target))
             case FellBack():
                 self.reason = self.reason or event.reason
                 self.fallbacks.append(Moment(at_s, event.strategy))

@@ -22,7 +22,7 @@ class OutcomeKind(StrEnum):
     RECOVERED = "recovered"
     """Something was released, and the plant produces: its batch is complete, or it is fed at the end."""
     NO_ACTION = "no_action"
-    """Nothing was released."""
+    """Nothing was released: no request was written, not even in part or in vain."""
     HELD = "held"
     """Something was released, and the plant is safe but does not produce."""
 
@@ -59,7 +59,7 @@ class Facts:
     missed: bool
     """There was a fault that violates a limit, and it was never reported."""
     released: bool
-    """Something was released."""
+    """Something was released: the guard has begun to write a request, whatever became of it."""
     needless: bool
     """Leaving alone keeps every hard limit and loses no more production."""
     produces: bool

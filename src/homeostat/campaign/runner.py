@@ -18,6 +18,7 @@ from homeostat.campaign.local_control import LocalControl, Told
 from homeostat.campaign.most_probable import MostProbable, without_ensemble
 from homeostat.campaign.operation import Operation
 from homeostat.campaign.outcome import OutcomeKind, outcome
+from homeostat.campaign.releases import Release, Releases
 from homeostat.campaign.scenario import Scenario
 from homeostat.campaign.scoring import Exposure, exposures, production_loss
 from homeostat.campaign.shown import Shown, Watcher
@@ -45,7 +46,7 @@ from homeostat.links.simulated import LinkConfiguration, SimulatedLink
 from homeostat.links.true_process import TrueProcess
 from homeostat.trace import MemoryTrace, Trace
 from homeostat.trace.archive import Archive, NoArchive
-from homeostat.trace.decisions import Attempted, Diagnosed, Noticed, ReleasedActions
+from homeostat.trace.decisions import Attempted, Diagnosed, Noticed
 from homeostat.trace.events import Event
 
 
@@ -125,15 +126,25 @@ class Recorder:
         self.states: list[tuple[str, float]] = []
         self.diagnosed: list[tuple[float, Diagnosed]] = []
         self.attempts: list[Attempted] = []
-        self.released: list[tuple[float, ReleasedActions]] = []
+        self._releases = Releases()
+        self._usual = 0
         self.fallbacks: list[tuple[float, FellBack]] = []
         self.tripped_s: list[float] = []
         self._before_notice_s = 0.0
         self.thinking_s: float | None = None
         """Thinking from the notice that led to the first action until that action [s]; None while nothing was done."""
 
+    @property
+    def released(self) -> tuple[Release, ...]:
+        """What was released, in order."""
+        if not self.stepwise:
+            return self._releases.made
+        return self._releases.made[self._usual :] if self.diagnosed else ()
+
     def __call__(self, event: Event, at_s: float) -> None:
         """Take one event."""
+        if self._releases.take(event, at_s) and (self.diagnosed or not self.stepwise):
+            self._acted()
         match event:
             case StateEntered():
                 self.states.append((event.state, at_s))
@@ -145,12 +156,10 @@ class Recorder:
             case Noticed():
                 self._before_notice_s = self._clock.total_s
             case Diagnosed():
+                self._usual = self._usual if self.diagnosed else len(self._releases.made)
                 self.diagnosed.append((at_s, event))
             case Attempted():
                 self.attempts.append(event)
-            case ReleasedActions() if self.diagnosed or not self.stepwise:
-                self.released.append((at_s, event))
-                self._acted()
             case Tripped():
                 self.tripped_s.append(at_s)
             case FellBack():
@@ -294,17 +303,17 @@ def _score(
     reports = [t for t in (*(at_s for at_s, _ in seen.diagnosed), *seen.tripped_s) if onset is None or t >= onset]
     detected = min(reports, default=None)
     first = seen.released[0] if seen.released else None
-    believed = [e for t, e in seen.diagnosed if first is None or t <= first[0]]
-    actor = "fallback" if seen.fallbacks else (seen.released[-1][1].proposer if seen.released else "none")
-    commands = seen.fallbacks[-1][1].commands if seen.fallbacks else (seen.released[-1][1].commands if first else ())
+    believed = [e for t, e in seen.diagnosed if first is None or t <= first.at_s]
+    actor = "fallback" if seen.fallbacks else (seen.released[-1].proposer if seen.released else "none")
+    commands = seen.fallbacks[-1][1].commands if seen.fallbacks else (seen.released[-1].commands if first else ())
     started = seen.started_s if seen.started_s is not None else truth.start_s
     return RunResult(
         scenario=scenario, outcome=outcome(facts_of(case, scenario, seen, truth, healthy, detected)),
         actor=actor, detected_s=detected,
         false_alarm=bool(seen.diagnosed) if onset is None else len(reports) < len(seen.diagnosed),
-        released_s=first[0] if first else None,
+        released_s=first.at_s if first else None,
         attempts=len(seen.attempts), hypotheses=believed[-1].hypotheses if believed else (), actions=commands,
-        min_margin=first[1].min_margin if first else None,
+        min_margin=first.min_margin if first else None,
         exposures=exposures(truth, force, detected), force=force,
         production_loss=production_loss(truth, healthy.truth, case.delivered, onset if onset is not None else started),
         state=seen.states[-1][0] if seen.states else case.description.machine.initial.name,

@@ -206,8 +206,7 @@ class Assembly:
     def run(self, source: Source, hook: Hook = lambda seen: None, scale: float | None = None) -> None:
         """Go on until ``source`` ends, in virtual time, or at ``scale`` process seconds per wall-clock second.
 
-        ``hook`` is shown every observation. Raises ProcessError where a simulated plant leaves the physical world, and
-        what recovery ended with where that was no error.
+        ``hook`` is shown every observation. Raises ProcessError where a simulated plant leaves the physical world.
         """
         loop = Loop(self.guard, source, self.exchange, hook)
         reason = "the run was interrupted"
@@ -218,8 +217,6 @@ class Assembly:
         finally:
             self.worker.join(END_S)
             self.guard.stop(reason)
-        if self.worker.left is not None:
-            raise self.worker.left
 
 
 def guard_rules(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> GuardRules:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 import warnings
@@ -29,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")  # a terminal without Unicode must not stop a run
     options = parser().parse_args(arguments)
     try:
-        status: int = options.carry_out(options)
+        status: int = _carried_out(options)
         sys.stdout.flush()
         return status
     except KeyboardInterrupt:
@@ -44,6 +45,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(error, _refusals()):
             return _fail(_words(error), BAD_USAGE)
         raise
+
+
+def _carried_out(options: argparse.Namespace) -> int:
+    """The command's exit status, which nothing inside it may choose by ending the process."""
+    try:
+        status: int = options.carry_out(options)
+    except SystemExit as end:
+        raise RuntimeError(f"the command was ended from within, with status {end.code!r}") from end
+    return status
 
 
 def _fail(message: str, status: int) -> int:

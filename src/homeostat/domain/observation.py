@@ -38,6 +38,8 @@ class Observation:
     """Answers that were given in this tick."""
     sample: Snapshot | None
     """What the instruments said, as it came: a reading that is not believed is evidence all the same; None for none."""
+    act_by_s: float | None = None
+    """Process time at which a fallback acts unless the guard hears of something better [s]; None for no such time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,12 +54,21 @@ class Withdraw:
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """A ranking of the fallbacks, and perhaps a time by which recovery must have acted."""
+    """A ranking of the fallbacks, and perhaps a time by which recovery must have acted.
+
+    Where such a time stands already the earlier one counts. What ends it: a request that the plant was read to hold, a
+    fallback that acts, the alarm in its place where nobody writes, and :class:`NoAction`. Thinking again does not.
+    """
 
     strategies: tuple[str, ...]
     """Names of strategies, the best first; those that are left out follow in the order of the tables."""
     act_by_s: float | None = None
-    """Process time at which the first strategy acts unless the guard hears of something better [s]."""
+    """Process time at which the first strategy acts unless the guard hears of something better [s]; None: not named."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoAction:
+    """Recovery has looked at the plant as it is and decided that nothing is to be written: no time to act by stands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,4 +105,4 @@ class Settled:
     """Identifier of the alarm."""
 
 
-Message: TypeAlias = Request | Withdraw | Arm | Correction | FallBack | Trouble | Settled | PersonCommand
+Message: TypeAlias = Request | Withdraw | Arm | NoAction | Correction | FallBack | Trouble | Settled | PersonCommand

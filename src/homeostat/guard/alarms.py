@@ -35,6 +35,13 @@ class Alarms:
         self._standing[name] = Alarm(name, cause, priority, at_s)
         self._note(AlarmRaised(name, cause, priority), at_s)
 
+    def hold(self, name: str, cause: str, at_s: float) -> None:
+        """Alarm ``name`` lasts as long as there is a ``cause``."""
+        if cause:
+            self.raise_(name, cause, Priority.HIGH, at_s)
+        else:
+            self.return_(name, at_s)
+
     def say(self, name: str, cause: str, priority: Priority, at_s: float) -> None:
         """Raise alarm ``name`` of something that is over already: it stands until somebody has seen it."""
         self.raise_(name, cause, priority, at_s)

@@ -7,9 +7,19 @@ from collections import Counter
 from itertools import islice
 
 from homeostat.domain.alarm import Alarm, Priority
-from homeostat.domain.guard_events import Armed, GuardStarted, ModeEntered, StateEntered, Stopped
+from homeostat.domain.guard_events import GuardStarted, ModeEntered, StateEntered, Stopped
 from homeostat.domain.mode import Mode, PersonCommand, Side
-from homeostat.domain.observation import Arm, Correction, FallBack, Message, Observation, Settled, Trouble, Withdraw
+from homeostat.domain.observation import (
+    Arm,
+    Correction,
+    FallBack,
+    Message,
+    NoAction,
+    Observation,
+    Settled,
+    Trouble,
+    Withdraw,
+)
 from homeostat.domain.request import Request
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
@@ -32,6 +42,7 @@ from homeostat.guard.restart import Restart
 from homeostat.guard.settings import GuardSettings
 from homeostat.guard.steps import Steps
 from homeostat.guard.texts import said
+from homeostat.guard.time_to_act import TimeToAct
 from homeostat.guard.trips import TripWatch
 from homeostat.guard.troubles import Troubles
 from homeostat.guard.verification import Present
@@ -51,6 +62,7 @@ class Guard:
         self._quality = QualityWatch(rules.qualities, rules.tags, parts.note)
         self._trips = TripWatch(rules, parts.note)
         self._latch, self._modes = Latch(parts), Modes(parts.tenure)
+        self._time = TimeToAct(parts.note, lambda: tuple(s.name for s in self._latch.fallbacks.ranked))
         self._lapse = Lapse(parts, self._latch)
         self._arrivals = Arrivals(parts)
         self._steps = Steps(parts, self._latch, self._arrivals)
@@ -59,7 +71,6 @@ class Guard:
         self._requests = Requests(parts, dict(attachment.keys))
         self._persons = Persons(Floor(parts, self._modes, self._latch, self._requests, self._steps))
         self._restart: Restart | None = None
-        self._act_by_s: float | None = None
         self._wanted = Wanted(parts.alarms)
         self._troubles = Troubles(parts.alarms)
         self._pace = Pace()
@@ -136,10 +147,7 @@ class Guard:
         """The guard's time goes on, also where the clock does not."""
         wrong = self._pace.advance(now_s)
         self._now_s = self._pace.now_s
-        if wrong:
-            self._alarm("clock", wrong, Priority.HIGH)
-        else:
-            self._parts.alarms.return_("clock", self._now_s)
+        self._parts.alarms.hold("clock", wrong, self._now_s)
 
     def _begin(self, sample: Snapshot | None) -> None:
         if not math.isnan(self._began_s):
@@ -150,6 +158,7 @@ class Guard:
             mode = (memory.mode or mode) if self._attachment.goes_on else Mode.OBSERVE
             self._restart = Restart(parts, self._latch, self._steps, memory)
             self._restart.take_position(self._now_s, self._trips.start_up)
+            self._time.by_s = memory.act_by_s
             self._trips.remember(memory.trial, self._now_s)
             self._response.remember(memory.trial, memory.latched is not None)
             self._requests.remember(memory.requests)
@@ -173,7 +182,7 @@ class Guard:
         """What the plant says, and how far it can be trusted."""
         self._seen = self._quality.assess(self._now_s, sample)
         self._sample = None if self._quality.trouble else sample
-        self._hold_alarm("link", self._quality.trouble)
+        self._parts.alarms.hold("link", self._quality.trouble, self._now_s)
         if self._seen is not None:
             self._parts.service.expect(self._parts.writer.see(self._seen))
 
@@ -204,6 +213,8 @@ class Guard:
             restart.resolve(self._now_s, readings)
             if self._steps.withdrawn:
                 self._steps.withdraw("nobody wrote after a restart", self._now_s)
+            if restart.released:
+                self._time.end(self._now_s)
         elif self._now_s - self._began_s >= self._parts.settings.again_s:
             restart.act(self._now_s)
 
@@ -215,7 +226,7 @@ class Guard:
     def _trip(self, sample: Snapshot | None) -> None:
         """Before anything else is written, tried again or heard: is a hard limit violated?"""
         violations = self._trips.judge(self._now_s, self._seen, self._parts.sequencer.state)
-        self._hold_alarm("start-up", self._trips.start_up.overdue)
+        self._parts.alarms.hold("start-up", self._trips.start_up.overdue, self._now_s)
         self._response.take(violations, self._now_s, self._seen, self.mode.writes)
         if violations and self.latched is None:
             self._activate(violations[0].reason)
@@ -237,7 +248,7 @@ class Guard:
         self._latch.follow(write, progress, now_s, readings)
         self._steps.follow(write, progress, now_s)
         if write is not None and write.cause is Cause.REQUEST and progress is Progress.CONFIRMED:
-            self._act_by_s = None
+            self._time.over()
         self._moves.read(now_s, readings)
 
     def _objection(self, write: Write, readings: Snapshot) -> str:
@@ -271,6 +282,8 @@ class Guard:
                 self._trips.correct(message.errors)
             case Arm():
                 self._arm(message)
+            case NoAction():
+                self._time.end(self._now_s)
             case FallBack():
                 self._wish(message.reason)
             case Trouble():
@@ -290,7 +303,7 @@ class Guard:
         return Present(self._now_s, readings, parts.sequencer.state, parts.service.tags, near, above)
 
     def _arm(self, message: Arm) -> None:
-        """Rank the fallbacks, and take note of a time by which recovery must have acted."""
+        """Rank the fallbacks, and take note of a time by which recovery must have acted, which only comes nearer."""
         if self.latched is not None:
             return  # one is acting already, in the order in which they were ranked
         by_s = message.act_by_s
@@ -301,28 +314,27 @@ class Guard:
             raise ValueError(f"more than {MOST_HEARD} fallbacks cannot be ranked")
         for line in self._latch.fallbacks.arm(names, self._seen, self._parts.service.tags):
             self._parts.alarms.say("arming", line, Priority.MEDIUM, self._now_s)
-        self._act_by_s = by_s
-        ranked = tuple(s.name for s in self._latch.fallbacks.ranked)
-        self._parts.note(Armed(ranked, by_s), self._now_s)
+        self._time.arm(by_s, self._now_s)
 
     def _decide(self, sample: Snapshot | None) -> None:
         """A request before the sequence; the trip was before both."""
         if self.mode.alone:
             self._wanted.drop()
         if self.latched is not None:
-            self._act_by_s = None
-        by_s = self._act_by_s
-        if by_s is not None and self._now_s >= by_s and not self._requests.written:
+            self._time.over()
+        unread = self._restart is not None  # what was being written when the guard died may stand
+        waits = self._requests.written or (unread and self._now_s - self._began_s < self._parts.settings.again_s)
+        if self._time.has_passed(self._now_s) and not waits:
             reason = "recovery has not acted in the time that physics leaves"
             if not self.mode.writes:
                 self._wanted.wish(reason, None, self._now_s)
             self._activate(reason)
-        if self._restart is not None:
+        if unread:
             return
         if self.latched is None and self._requests.decide(self._present(), self.mode, self._oldest_s):
             self._steps.drop()
             if not self._requests.written:
-                self._act_by_s = None
+                self._time.over()
             return
         self._steps.go_on(self._now_s, self._seen, self.mode)
 
@@ -331,14 +343,17 @@ class Guard:
         if self.mode.alone:
             self._activate(reason)
         elif self.latched is None:
-            self._wanted.wish(reason, self._act_by_s, self._now_s)
+            self._wanted.wish(reason, self._time.by_s, self._now_s)
+            if not self.mode.writes:
+                self._time.end(self._now_s)
 
     def _activate(self, reason: str) -> None:
         """Have the fallback act, where somebody may write; else it is an alarm."""
-        self._act_by_s = None
         if not self.mode.writes:
+            self._time.end(self._now_s)
             self._wanted.call(reason, self._now_s)
             return
+        self._time.over()
         self._requests.withdraw_all(reason, self._now_s)
         self._latch.activate(str(reason)[:500], self._now_s, self._seen)
 
@@ -351,7 +366,7 @@ class Guard:
         targets = parts.service.news(but=self._arrivals.tags)
         if targets:
             parts.note(TargetsHeld(targets), now_s)
-        self._hold_alarm("journal", parts.recorder.trouble)
+        self._parts.alarms.hold("journal", parts.recorder.trouble, self._now_s)
         lost = parts.recorder.lost
         if lost > self._lost:
             self._lost = lost
@@ -370,13 +385,6 @@ class Guard:
     def _alarm(self, name: str, cause: str, priority: Priority) -> None:
         self._parts.alarms.raise_(name, cause, priority, self._now_s)
 
-    def _hold_alarm(self, name: str, cause: str) -> None:
-        """Alarm ``name`` lasts as long as there is a ``cause``."""
-        if cause:
-            self._alarm(name, cause, Priority.HIGH)
-        else:
-            self._parts.alarms.return_(name, self._now_s)
-
     def _observed(self) -> Observation:
         sequencer, answers = self._parts.sequencer, self._requests.drain()
         self._wanted.hear(answers)
@@ -387,5 +395,5 @@ class Guard:
             self._trips.start_up.enter(state, at_s)
         return Observation(
             self._now_s, self._seen, sequencer.state, sequencer.rest(), sequencer.way(), sequencer.refused, entered,
-            self.latched, self.mode, answers, self._sample,
+            self.latched, self.mode, answers, self._sample, self._time.by_s,
         )  # fmt: skip

@@ -101,6 +101,8 @@ class Memory:
     """A step that counts as taken, and that the plant was read not to hold; None where none is."""
     requests: tuple[str, ...] = ()
     """Requests that were authorised, the last ones."""
+    act_by_s: float | None = None
+    """Process time by which recovery must have acted [s]; None for no such time."""
     orders: tuple[str, ...] = ()
     """Orders of people that were answered, carried out or not, the last ones."""
 
@@ -141,7 +143,7 @@ def _intended(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     if not taken:  # nothing that was to follow before a fallback follows after it
         memory = replace(memory, waiting=(), aborting=True)
     latched = memory.latched or f"fallback {source!r} was being written"
-    return replace(memory, strategy=source, untold="", acted=source, latched=latched)
+    return replace(memory, strategy=source, untold="", acted=source, latched=latched, act_by_s=None)
 
 
 def _ended(memory: Memory, fields: Mapping[str, Any]) -> Memory:
@@ -184,6 +186,8 @@ def _read_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
         return _missed(memory, number, write)
     if write.cause is Cause.FALLBACK and write.source == memory.strategy:
         memory = replace(memory, strategy="", untold=write.source)
+    if write.cause is Cause.REQUEST and not write.given_up:
+        memory = replace(memory, act_by_s=None)
     if number != memory.writes or write.taken or write.given_up or write.source == PUT_RIGHT:
         return memory
     memory = _marked(memory, _behind)
@@ -248,12 +252,24 @@ def _stands(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 
 
 def _fell_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
-    return replace(memory, latched=str(fields["reason"]), acted=str(fields["strategy"]))
+    return replace(memory, latched=str(fields["reason"]), acted=str(fields["strategy"]), act_by_s=None)
+
+
+def _armed(memory: Memory, fields: Mapping[str, Any]) -> Memory:
+    by_s = fields["act_by_s"]
+    return replace(memory, act_by_s=None if by_s is None else float(by_s))
+
+
+def _latched(memory: Memory, fields: Mapping[str, Any]) -> Memory:
+    waiting = memory.waiting if memory.aborting else ()
+    return replace(memory, latched=str(fields["reason"]), waiting=waiting, act_by_s=None)
 
 
 def _answered(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     """A seal is used once it was authorised; nothing follows behind a write whose request was answered with a no."""
     status, name = RequestStatus(fields["status"]), str(fields["request"])
+    if status is RequestStatus.CONFIRMED:
+        return replace(memory, act_by_s=None)
     if status is RequestStatus.AUTHORISED:
         return replace(memory, requests=(*memory.requests, name)[-REMEMBERED:])
     last = memory.last
@@ -288,7 +304,8 @@ def _heard(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 
 _FOLDS: Mapping[str, Any] = {
     "mode-entered": _mode_entered,
-    "latched": lambda m, f: replace(m, latched=str(f["reason"]), waiting=m.waiting if m.aborting else ()),
+    "armed": _armed,
+    "latched": _latched,
     "fell-back": _fell_back,
     "fallback-stands": _stands,
     "fallback-ineffective": lambda m, f: replace(m, spent=m.spent | {str(f["strategy"])}) if f["acted"] else m,

@@ -28,6 +28,8 @@ class Restart:
         self._latched = memory.latched is not None
         self._overtaken = False
         latch.fallbacks.rank(memory.trial.ranked)
+        self.released = False
+        """Whether a request was being written when the guard died, and the plant holds it."""
         if memory.latched is not None:
             latch.hold(memory.latched, memory.acted, memory.spent, memory.trial)
         parts.writer.numbered = memory.writes
@@ -99,7 +101,10 @@ class Restart:
             self._strategy = ""
             self._parts.note(FallbackStands(write.source), now_s)
         overtaken = self._overtaken or write.given_up or number != self._memory.writes
-        if overtaken or write.taken or write.source == PUT_RIGHT:
+        if overtaken or write.source == PUT_RIGHT:
+            return
+        self.released = self.released or write.cause is Cause.REQUEST
+        if write.taken:
             return
         sequencer = self._parts.sequencer
         if write.cause is Cause.SEQUENCE:

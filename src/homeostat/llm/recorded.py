@@ -73,10 +73,11 @@ class RecordedModel:
             struck = ModelError(error.failure, self._line(str(error.detail)), error.retry_after_s, requests)
             self._record(question, None, struck, begin)
             raise struck from None
-        except asyncio.CancelledError:
-            self._record(question, None, ModelError(Failure.TIMEOUT, "the time for thinking was used up"), begin)
-            raise
-        except Exception as error:  # a model is outside the system: a bug in it is no answer, and nothing more
+        except (Exception, SystemExit, asyncio.CancelledError) as error:
+            if isinstance(error, asyncio.CancelledError) and _is_cancelled():
+                self._record(question, None, ModelError(Failure.TIMEOUT, "the time for thinking was used up"), begin)
+                raise
+            # A model is outside the system: a bug in it is no answer, and nothing more.
             failed = ModelError(Failure.MALFORMED, self._line(f"{type(error).__name__}: {error}"))
             self._record(question, None, failed, begin)
             raise failed from None
@@ -145,6 +146,12 @@ def _checked(reply: Reply) -> Reply:
     if usage.cost_usd is not None and not (_is_number(usage.cost_usd) and usage.cost_usd >= 0.0):
         raise ValueError("the model has a cost that is no number of at least 0")
     return reply
+
+
+def _is_cancelled() -> bool:
+    """Whether somebody has cancelled the asking, and the model does not only say so."""
+    task = asyncio.current_task()
+    return task is not None and task.cancelling() > 0
 
 
 def _is_count(value: object) -> bool:

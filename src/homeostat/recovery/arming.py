@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from homeostat.agents.checks import judge_safety
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.limits import Limits
-from homeostat.domain.observation import Arm, Correction
+from homeostat.domain.observation import Arm, Correction, NoAction
 from homeostat.domain.recovery import FallbackStrategy
 from homeostat.domain.verdict import Approve, Finding, Rollout, Verdict
 from homeostat.recovery.deadline import act_by_s, deadline_s
@@ -54,16 +55,24 @@ class Arming:
     def __init__(self, scene: Scene, rules: PlantRules, bounds: Bounds) -> None:
         """``rules`` hold the strategies in table order."""
         self._scene, self._rules, self._budget = scene, rules, bounds.budget
-        self._armed = Arm(())
+        self._named = False
+
+    @property
+    def stands(self) -> bool:
+        """Whether there is a time by which recovery must have acted, be it one of an earlier thought."""
+        return self._named or self._scene.now.act_by_s is not None
 
     async def arm(self, diagnosis: Diagnosis, idle: Rollout) -> float:
         """Arm the best fallback under ``diagnosis``; the thinking time that is left then [s].
 
-        Where the rollouts are late, the strategies stay in the order of the tables.
+        Where the rollouts are late, the strategies stay in the order of the tables. A time to act by that stands in the
+        guard bounds the thinking as well: thinking again does not put it off.
         """
         scene, budget, limits = self._scene, self._budget, self._rules.limits
+        standing_s = scene.now.act_by_s
         scene.desk.put(Correction(scene.crew.simulation.instrument_errors(diagnosis)))
-        left_s = deadline_s(idle, limits, budget.latency_s, budget.reserve_s)
+        until_s = math.inf if standing_s is None else standing_s - scene.seen_s
+        left_s = deadline_s(idle, limits, budget.latency_s, budget.reserve_s, until_s)
         by_s = act_by_s(idle, limits, scene.seen_s, budget.reserve_s)
         try:
             ranked = await scene.within("arming the fallback", budget.arming_s, self._ranked(diagnosis))
@@ -81,10 +90,15 @@ class Arming:
         """Nothing is known: the first fallback of the tables is to act first."""
         self._send(Arm(()))
 
+    def begin(self) -> None:
+        """Somebody thinks anew; of a time to act by only the guard knows."""
+        self._named = False
+
     def relax(self) -> None:
-        """Recovery has done what it can: nothing need act by itself any more."""
-        if self._armed.act_by_s is not None:
-            self._send(Arm(self._armed.strategies))
+        """The plant is to be left as it is: nothing need act by itself any more."""
+        if self.stands:
+            self._scene.desk.put(NoAction())
+            self._named = False
 
     async def _ranked(self, diagnosis: Diagnosis) -> tuple[ValidatedFallback, ...]:
         simulation = self._scene.crew.simulation
@@ -92,5 +106,5 @@ class Arming:
         return rank(rollouts, self._rules.limits)
 
     def _send(self, arm: Arm) -> None:
-        self._armed = arm
+        self._named = self._named or arm.act_by_s is not None
         self._scene.desk.put(arm)

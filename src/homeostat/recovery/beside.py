@@ -77,9 +77,18 @@ class _Job:
         try:
             result = self.call()
         except BaseException as error:  # it belongs to whoever waits
-            self.future.set_exception(error)
+            self.future.set_exception(_tellable(error))
         else:
             self.future.set_result(result)
+
+
+def _tellable(error: BaseException) -> BaseException:
+    """``error`` as a coroutine can be told it: a StopIteration would end its wait with a result, or never."""
+    if not isinstance(error, StopIteration):
+        return error
+    told = RuntimeError(f"the work was ended by {type(error).__name__}: {error}")
+    told.__cause__ = error
+    return told
 
 
 def _thread(work: Callable[[], None]) -> None:

@@ -131,7 +131,10 @@ class Exchange:
         return answer
 
     async def think(self, work: Coroutine[Any, Any, None]) -> bool:
-        """Do ``work`` as charged thinking; whether it came to its end before something overtook it."""
+        """Do ``work`` as charged thinking; whether it came to its end before something overtook it.
+
+        RuntimeError where it was cancelled by anything else than what overtook it here: that is a bug in it.
+        """
 
         async def charged() -> None:
             await work
@@ -148,11 +151,14 @@ class Exchange:
             task.cancel()  # where who waits for it is cancelled; nothing where it has ended
             with self._changed:
                 self._clock.stop()
+                overtaken = self._overtaken is not None or self._over
                 self._work, self._overtaken = None, None
-        if task.cancelled():
+        if not task.cancelled():
+            task.result()
+            return True
+        if overtaken:
             return False
-        task.result()
-        return True
+        raise RuntimeError("thinking was cancelled, and nothing has overtaken it")
 
     @property
     def behind(self) -> bool:

@@ -58,10 +58,12 @@ class Releasing:
             self._note_refusal(found, findings)
             raise Refused(findings)
         answer = await self._ask(checked.request)
+        if answer.status is RequestStatus.CONFIRMED:
+            self._note_release(found, answer.at_s)
+        await scene.look()
         match answer.status:
             case RequestStatus.CONFIRMED:
                 scene.progress.expect(found.actions.then, checked.rollout)
-                self._note_release(found)
                 return Released(found.actions, scene.seen_s)
             case RequestStatus.ADVISED:
                 return LeftAlone(scene.seen_s, found.approval.min_margin)
@@ -74,13 +76,11 @@ class Releasing:
                 raise Refused(() if answer.finding is None else (answer.finding,))
 
     async def _ask(self, request: Request) -> Answer:
-        """The guard's final answer; what passed meanwhile was seen."""
+        """The guard's final answer."""
         scene = self._scene
         waits_for_person = scene.now.mode is Mode.APPROVE
         within_s = self._budget.person_s if waits_for_person else self._budget.answer_s
-        answer = await scene.desk.ask(request, within_s)
-        await scene.look()
-        return answer
+        return await scene.desk.ask(request, within_s)
 
     def _refuse_if_overtaken(self, found: Approved) -> None:
         if self._scene.now.state != found.path.states[0]:
@@ -89,6 +89,7 @@ class Releasing:
     def _note_refusal(self, found: Approved, findings: tuple[Finding, ...]) -> None:
         self._scene.record(ReleaseRefused(found.proposer, found.actions.digest, findings))
 
-    def _note_release(self, found: Approved) -> None:
+    def _note_release(self, found: Approved, at_s: float) -> None:
+        """Before anything else is waited for: whoever is overtaken then says no more."""
         actions = found.actions
-        self._scene.record(ReleasedActions.of(found.proposer, actions, found.approval.min_margin))
+        self._scene.record(ReleasedActions.of(found.proposer, actions, found.approval.min_margin), at_s)

@@ -92,6 +92,7 @@ class Supervisor:
         Where the batch departs from its prediction, it is judged again although no fault explains why.
         """
         scene, departed = self._scene, departure is not None
+        self._arming.begin()
         try:
             scene.record(Noticed(tuple(s.rule for s in self._monitoring.symptoms)))
             if departure is not None:
@@ -101,11 +102,12 @@ class Supervisor:
                 return
             if diagnosis.faulty:
                 scene.record(Diagnosed.of(diagnosis), diagnosis.at_s)
-            if diagnosis.faulty or departed or self._agenda.step_is_due:
+            if diagnosis.faulty or departed or self._agenda.step_is_due or self._arming.stands:
                 outcome = await self.recover(diagnosis)
                 if isinstance(outcome, HandedOver):
                     return  # until the fallback has acted it may still be overtaken
-                self._arming.relax()
+                if isinstance(outcome, LeftAlone):
+                    self._arming.relax()
                 if diagnosis.faulty or (departed and isinstance(outcome, Released)):
                     self._monitoring.follow(outcome)
         finally:

@@ -1,8 +1,9 @@
-"""Worker: recovery in a thread of its own, with an event loop of its own; a bug in it is an alarm."""
+"""Worker: recovery in a thread of its own, with an event loop of its own; whatever ends it is an alarm."""
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import threading
 from collections.abc import Callable, Coroutine
 from typing import Any
@@ -23,8 +24,7 @@ class Worker:
         """``supervise`` reads from ``exchange`` until there is nothing more; ``alarm`` is told of every bug in it."""
         self._exchange, self._supervise, self._alarm = exchange, supervise, alarm
         self._thread = threading.Thread(target=self._run, name="recovery", daemon=True)
-        self.left: BaseException | None = None
-        """What ended recovery for good, where it is no error but somebody's wish to end the run; None otherwise."""
+        self._executor = DaemonExecutor()
 
     def start(self) -> None:
         """Begin; returns at once."""
@@ -36,20 +36,23 @@ class Worker:
         return not self._thread.is_alive()
 
     def _run(self) -> None:
-        try:
-            with asyncio.Runner() as runner:
-                runner.get_loop().set_default_executor(DaemonExecutor())
-                runner.run(self._restarting())
-        except BaseException as error:  # nobody sees what a thread raises: whoever drives the loop raises it again
-            self.left = error
-            self._exchange.give_up(f"recovery was ended by {type(error).__name__}")
-
-    async def _restarting(self) -> None:
         for number in range(1, MOST + 1):
-            try:
-                await self._supervise()
+            if self._supervised(number):
                 return
-            except Exception as error:  # recovery may be wrong in any way; the plant is watched all the same
+        self._exchange.give_up(f"recovery failed {MOST} times and is not begun again")
+
+    def _supervised(self, number: int) -> bool:
+        """Supervise in an event loop of its own, since what fails may have spoiled it; whether that came to its end.
+
+        Whatever is raised here is a bug, be it a wish to end the process: a person's Ctrl-C reaches the main thread.
+        """
+        ended = False
+        with contextlib.suppress(BaseException), asyncio.Runner() as runner:  # what is left in it may fail as well
+            runner.get_loop().set_default_executor(self._executor)
+            try:
+                runner.run(self._supervise())
+                ended = True
+            except BaseException as error:  # told before what is left in the event loop is cancelled
                 text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
                 self._alarm(f"recovery failed ({number} of {MOST}): {text}")
-        self._exchange.give_up(f"recovery failed {MOST} times and is not begun again")
+        return ended

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Final
 
-from homeostat.domain.guard_events import FellBack, GuardStarted, StateEntered
+from homeostat.domain.guard_events import FellBack, GuardStarted, RequestAnswered, StateEntered
 from homeostat.domain.recovery import action_digest
 from homeostat.domain.write_events import WriteIntended
 from homeostat.trace.decisions import Attempted, Diagnosed, ReleasedActions
@@ -161,9 +161,20 @@ def _stated(evidence: Evidence) -> Iterator[tuple[str, list[Json]]]:
     reports = [r.happened_s for r in evidence.of(Diagnosed.kind) if r.happened_s >= begin]
     yield "detected_s", [*reports[:1]] if reports else [None]
     known = next((r.seq for r in evidence.of(Diagnosed.kind)), math.inf)
-    releases = list(evidence.of(ReleasedActions.kind))
-    times_s: list[Json] = [r.happened_s for r in releases]
-    yield "released_s", times_s if any(r.seq > known for r in releases) else [None, *times_s]
+    times_s, begun = _releases(evidence)
+    yield "released_s", times_s if any(seq > known for seq in begun) else [None, *times_s]
+
+
+def _releases(evidence: Evidence) -> tuple[list[Json], list[int]]:
+    """Times that a release may bear [s], and the line in which each begins: the guard's, else what recovery said."""
+    said = list(evidence.of(ReleasedActions.kind))
+    written = [
+        (text(r, "source" if r.kind == WriteIntended.kind else "request"), r)
+        for r in evidence.of(WriteIntended.kind, RequestAnswered.kind)
+        if word(r.fields.get("cause")) == "request" or word(r.fields.get("status")) == "confirmed"
+    ]
+    begun = {name: r.seq for name, r in reversed(written)}
+    return [r.happened_s for r in (*said, *(r for _, r in written))], list(begun.values()) or [r.seq for r in said]
 
 
 def _untyped(commands: Json) -> Json:

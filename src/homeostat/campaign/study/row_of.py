@@ -11,6 +11,7 @@ import numpy as np
 
 from homeostat.campaign.belief import merge
 from homeostat.campaign.limits_in_force import LimitsInForce
+from homeostat.campaign.releases import Releases
 from homeostat.campaign.runner import RunResult
 from homeostat.campaign.scoring import inside_at_end
 from homeostat.campaign.step_scores import StepScores
@@ -22,7 +23,7 @@ from homeostat.cases.case import Case
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.guard_events import FellBack
 from homeostat.domain.snapshot import Trajectory
-from homeostat.trace.decisions import Attempted, Noticed, ReleasedActions
+from homeostat.trace.decisions import Attempted, Noticed
 from homeostat.trace.events import Event
 
 SPILLED = "spilled_L"
@@ -70,7 +71,7 @@ def row_of(job: Job, seen: Observed, trace: str) -> Row:
     margin, limit = least_margin(case, run.truth, run.force)
     usage = usage_of(seen.events, run.said)
     attempts = [e for e in seen.events if isinstance(e, Attempted)]
-    releases, fallbacks = _count(seen.events, ReleasedActions), _count(seen.events, FellBack)
+    releases, fallbacks = len(Releases.of(seen.events).made), _count(seen.events, FellBack)
     belief = _belief(run.hypotheses, s.fault)
     return Row(
         job=job.name, case=s.case, scenario=job.label, kind=job.kind, published=job.published,
