@@ -13,6 +13,7 @@ from homeostat.campaign.conditions import Conditions
 from homeostat.campaign.figure import draw
 from homeostat.campaign.milestones import Milestones
 from homeostat.campaign.operation import Operation
+from homeostat.campaign.recorded_plant import place
 from homeostat.campaign.recording import FIGURE, RunDirectory
 from homeostat.campaign.result import RESULT, Result, result_of
 from homeostat.campaign.runner import RunResult, run
@@ -132,7 +133,7 @@ def _started(
     case: Case, scenario: Scenario, thinking: Thinking, proposer: str, chosen: tuple[Setting, ...],
     language: Language | None,
 ) -> RunStarted:  # fmt: skip
-    configuration = [Setting("configuration", case.configuration)]
+    configuration = [Setting("configuration", case.configuration), *place(case)]
     configuration += [Setting(f"made again {name}", "it was older than its sources") for name in case.remade]
     configuration += [Setting("end_s", scenario.end_s), Setting("seeds", NAMING)]
     for fault in scenario.faults:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
     from homeostat.cli.line import Line
     from homeostat.cli.story import Story
     from homeostat.domain.plant_description import PlantDescription
-    from homeostat.trace import Event, Record
+    from homeostat.trace import Event, Record, RunStarted
 
 _UNTOLD = (LookupError, TypeError, ValueError, ArithmeticError, AttributeError)
 """What words for a record of somebody else's making may run into."""
@@ -31,6 +33,7 @@ def configure(commands: Commands) -> None:
         allow_abbrev=False,
     )
     command.add_argument("run", type=Path, metavar="RUN", help="run directory")
+    command.add_argument("--case", metavar="PATH", help="folder of the run's plant, where it is not where it was")
     command.add_argument("--json", action="store_true", help="print the result as the run did with --json")
     command.set_defaults(carry_out=carry_out)
 
@@ -46,7 +49,7 @@ def carry_out(options: argparse.Namespace) -> int:
     if options.json:
         _print_result(run_dir)
     else:
-        _tell(run_dir, report.intact)
+        _tell(run_dir, report.intact, options.case)
     if report.problem is not None:
         print(printable(f"homeostat: {str(run_dir)!r}: {report.problem}"), file=sys.stderr)
     return 0 if report.complete else 1
@@ -61,10 +64,9 @@ def _print_result(run_dir: Path) -> None:
     print(result.to_json())
 
 
-def _tell(run_dir: Path, intact: bool) -> None:
+def _tell(run_dir: Path, intact: bool, given: str | None) -> None:
     from homeostat.campaign.recall import recall
     from homeostat.campaign.result import read_result
-    from homeostat.cases.case import load_case
     from homeostat.cli.story import Story
     from homeostat.trace import BrokenChain, RunStarted, read_events
 
@@ -74,7 +76,7 @@ def _tell(run_dir: Path, intact: bool) -> None:
         for record in read_events(run_dir):
             event = recall(record)
             if isinstance(event, RunStarted):
-                plant = load_case(event.case).description
+                plant = _plant(event, run_dir, given)
                 story = Story(plant, run_dir)
             if event is not None and story is not None:
                 for line in _lines(story, event, record):
@@ -84,6 +86,58 @@ def _tell(run_dir: Path, intact: bool) -> None:
     result = read_result(run_dir) if intact else None
     if result is not None and story is not None and plant is not None:
         print("", *_summary(result, story, plant, run_dir), sep="\n")
+
+
+def _plant(started: RunStarted, run_dir: Path, given: str | None) -> PlantDescription:
+    """The plant of the run, whose words and units tell it; what the run says itself where that is not to be had.
+
+    A plant has code, so where it is, is not believed of a journal that nobody vouches for.
+    """
+    from homeostat.campaign.recorded_plant import recorded_case, recorded_folder
+    from homeostat.cases.case import load_case
+    from homeostat.cases.error import CaseError
+    from homeostat.cases.folder import case_names
+    from homeostat.cli.unknown_plant import unknown_plant
+    from homeostat.domain.quotation import printable
+    from homeostat.knowledge.graph_error import GraphError
+
+    folder = recorded_folder(started)
+    try:
+        if given is None and folder is not None and not _vouched(run_dir):
+            raise CaseError(f"nobody vouches for where the run's plant is ({folder!r}); name its folder with --case")
+        return recorded_case(started, given).description
+    except (CaseError, GraphError) as error:
+        if given is not None:
+            raise
+        installed = folder is None and started.case in case_names()
+        words = "told in the words of the installed plant" if installed else "told without the plant's words and units"
+        print(printable(f"homeostat: {error}; {words}"), file=sys.stderr)
+        return load_case(started.case).description if installed else unknown_plant(started.case, _told(run_dir))
+
+
+def _vouched(run_dir: Path) -> bool:
+    """Whether a trusted key signed how the run began."""
+    from homeostat.cli.trace_verify import trusted
+    from homeostat.trace import verify
+    from homeostat.trace.keys import KeyTrouble
+
+    try:
+        return verify(run_dir, trusted(None)).vouched.lines > 0
+    except KeyTrouble:
+        return False
+
+
+def _told(run_dir: Path) -> Iterator[object]:
+    """Everything that the run has kept, up to where it cannot be read any more."""
+    from homeostat.campaign.recall import RecallError, recall
+    from homeostat.campaign.result import ResultError, read_result
+    from homeostat.trace import BrokenChain, read_events
+
+    with contextlib.suppress(BrokenChain, RecallError):
+        for record in read_events(run_dir):
+            yield recall(record)
+    with contextlib.suppress(ResultError):
+        yield read_result(run_dir)
 
 
 def _lines(story: Story, event: Event, record: Record) -> list[Line]:

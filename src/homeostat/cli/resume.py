@@ -28,6 +28,7 @@ def configure(commands: Commands) -> None:
         allow_abbrev=False,
     )
     command.add_argument("run", type=Path, metavar="RUN", help="run directory")
+    command.add_argument("--case", metavar="PATH", help="folder of the run's plant, where it is not where it was")
     command.add_argument("--out", type=Path, metavar="DIR", help="go on in a copy, in this new directory")
     command.add_argument(
         "--pace",
@@ -43,9 +44,10 @@ def carry_out(options: argparse.Namespace) -> int:
     """Check everything, go on, show, keep; the exit status says what happened."""
     from homeostat.agents.crew import AskingProtocol
     from homeostat.campaign.conditions import Conditions
+    from homeostat.campaign.recorded_plant import recorded_case
     from homeostat.campaign.recording import RunDirectory
     from homeostat.campaign.resumption import Past, ResumptionError, told
-    from homeostat.cases.case import load_case
+    from homeostat.cases.error import CaseError
     from homeostat.cli.run import Going, carry
     from homeostat.cli.trace_verify import run_directory
     from homeostat.trace import read_events
@@ -56,14 +58,14 @@ def carry_out(options: argparse.Namespace) -> int:
         raise UsageError(f"run {str(run_dir)!r} is over; begin another one")
     try:
         past = Past.of(tuple(read_events(run_dir)))
-        case = load_case(past.started.case)
+        case = recorded_case(past.started, options.case)
         scenario = past.scenario(case)
         chosen = past.settings
         if options.pace is not None and "pace" not in chosen:
             raise ResumptionError("it is not paced; leave --pace out")
         if chosen.get("protocol") != AskingProtocol.ROUTE.value:
             raise ResumptionError("it was asked for step by step, and what was asked is not in its journal")
-    except ResumptionError as reason:
+    except (CaseError, ResumptionError) as reason:
         raise ResumptionError(f"run {str(run_dir)!r} cannot go on: {reason}") from None
     path = run_dir if options.out is None else _copied(run_dir, options.out)
     directory = RunDirectory.resume(path)
