@@ -18,7 +18,7 @@ def observation(
 ) -> Observation:
     """A tick of a plant that stands in ``running``."""
     snapshot = Snapshot(now_s, {"T": 300.0})
-    return Observation(now_s, snapshot, "running", IDLE, None, None, (), latched, mode, answers)
+    return Observation(now_s, snapshot, "running", IDLE, None, None, (), latched, mode, answers, snapshot)
 
 
 class Scripted:

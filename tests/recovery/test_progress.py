@@ -33,7 +33,7 @@ def expecting(slack_s: float = SLACK_S) -> tuple[ProgressMonitor, Sequencer]:
 def seen(subject: Sequencer, at_s: float) -> Observation:
     """What the guard says of ``subject`` at ``at_s`` [s]."""
     return Observation(
-        at_s, None, subject.state, subject.rest(), subject.way(), subject.refused, (), None, Mode.CLOSED_LOOP, ()
+        at_s, None, subject.state, subject.rest(), subject.way(), subject.refused, (), None, Mode.CLOSED_LOOP, (), None
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -22,12 +23,13 @@ from homeostat.domain.guard_events import (
 )
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Observation
-from homeostat.domain.recovery import ActionSet
-from homeostat.domain.write_events import ReadBack, WriteEnded, WriteIntended, WriteResult
+from homeostat.domain.recovery import ActionSet, Step
+from homeostat.domain.write_events import Cause, ReadBack, WriteEnded, WriteIntended, WriteResult
 from homeostat.guard.memory import Memory
 from homeostat.links.retracing import Retracing
 from homeostat.links.simulated import SimulatedLink
 from homeostat.trace import Event, Record, RunFinished, RunStarted
+from homeostat.trace.decisions import Attempted, ReleasedActions
 
 
 class ResumptionError(ValueError):
@@ -106,6 +108,29 @@ class Past:
         local.told = seen.told
         return tuple(observations)
 
+    def unsaid(self, case: Case) -> ReleasedActions | None:
+        """The release that the plant of ``case`` has and that recovery did not live to record; None for none."""
+        results, margins, proposers = self._results(), dict[str, float](), dict[str, str]()
+        begun: WriteIntended | None = None
+        written: WriteIntended | None = None
+        for event, _ in self.events:
+            match event:
+                case Attempted() if event.approved:
+                    margins[event.digest] = min(f.margin for f in event.findings)
+                case WriteIntended() if event.cause is Cause.REQUEST:
+                    begun = event if event.attempt == 1 else begun  # another attempt may send what is left
+                    arrived = results[event.write, event.attempt] not in (None, WriteResult.FAILED)
+                    written = begun if arrived else written
+                case RequestAnswered():
+                    proposers[event.request] = event.proposer
+                    if written and event.request == written.source and event.status in ("failed", "withdrawn"):
+                        written = None
+                case ReleasedActions() | FellBack():
+                    written = None
+        if written is None:
+            return None
+        return _release(case, written, proposers.get(written.source, ""), margins.get(written.digest, math.inf))
+
     def _results(self) -> dict[tuple[int, int], WriteResult | None]:
         """Write and attempt -> what became of it; None where nothing is known."""
         results: dict[tuple[int, int], WriteResult | None] = {}
@@ -122,7 +147,7 @@ class _Seen:
     """Follows the events and says how each tick looked to recovery."""
 
     def __init__(self, initial: str) -> None:
-        self._last = Observation(0.0, None, initial, ActionSet((), ""), None, None, (), None, Mode.OBSERVE, ())
+        self._last = Observation(0.0, None, initial, ActionSet((), ""), None, None, (), None, Mode.OBSERVE, (), None)
         self._flying: int | None = None
         self._waiting = 0
 
@@ -158,7 +183,17 @@ class _Seen:
     def observed(self, link: SimulatedLink) -> Observation:
         """The next tick of ``link``."""
         snapshot = link.advance()
-        return replace(self._last, now_s=link.now_s, snapshot=snapshot)
+        return replace(self._last, now_s=link.now_s, snapshot=snapshot, sample=snapshot)
+
+
+def _release(case: Case, written: WriteIntended, proposer: str, margin: float) -> ReleasedActions:
+    """What recovery would have recorded of a request that was ``written``."""
+    by_name = {t.name: t for t in case.description.machine.transitions}
+    try:
+        then = tuple(Step(by_name[step.transition], step.commands) for step in written.steps)
+    except KeyError as unknown:
+        raise ResumptionError(f"{case.name!r} has no transition {unknown}, which was released") from None
+    return ReleasedActions.of(proposer, ActionSet(written.commands, written.state, then), margin)
 
 
 def told(past: Past) -> Iterator[str]:

@@ -239,6 +239,8 @@ def run(
         if operation.past is not None:
             for event, at_s in operation.past.events:
                 recorder(event, at_s)
+            if (unsaid := operation.past.unsaid(case)) is not None:
+                trace.record(unsaid, operation.past.at_s)
             assembly.exchange.remember(operation.past.retrace(link, local))
         assembly.run(link.source, _hook(shown, assembly, operation, local), operation.pace)
     result = _score(case, scenario, recorder, process, clock.total_s, time.monotonic() - begin)

@@ -14,7 +14,8 @@ class Mode(StrEnum):
     ADVISE = "advise"
     """Nobody writes; what would be released is shown."""
     APPROVE = "approve"
-    """A request is written after a person's yes; trips and later steps of what was approved go by themselves."""
+    """A request is written after a person's yes; trips, a time to act by that passes, and later steps of what was
+    approved go by themselves."""
     CLOSED_LOOP = "closed-loop"
     """Everything that passes the guard is written."""
 
@@ -22,6 +23,11 @@ class Mode(StrEnum):
     def writes(self) -> bool:
         """Whether anything at all may be written."""
         return self in (Mode.APPROVE, Mode.CLOSED_LOOP)
+
+    @property
+    def alone(self) -> bool:
+        """Whether recovery's word is enough: its requests are written, and where it gives up the fallback acts."""
+        return self is Mode.CLOSED_LOOP
 
 
 class Side(StrEnum):

@@ -36,7 +36,7 @@ class Observation:
     """Mode of the plant."""
     answers: tuple[Answer, ...]
     """Answers that were given in this tick."""
-    sample: Snapshot | None = None
+    sample: Snapshot | None
     """What the instruments said, as it came: a reading that is not believed is evidence all the same; None for none."""
     act_by_s: float | None = None
     """Process time at which a fallback acts unless the guard hears of something better [s]; None for no such time."""
@@ -81,7 +81,7 @@ class Correction:
 
 @dataclass(frozen=True, slots=True)
 class FallBack:
-    """Recovery has nothing to release and asks for the fallback."""
+    """Recovery has nothing to release and wants the fallback, which acts in closed loop and is an alarm elsewhere."""
 
     reason: str
     """Why."""

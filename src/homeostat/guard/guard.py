@@ -46,6 +46,7 @@ from homeostat.guard.time_to_act import TimeToAct
 from homeostat.guard.trips import TripWatch
 from homeostat.guard.troubles import Troubles
 from homeostat.guard.verification import Present
+from homeostat.guard.wanted import Wanted
 
 MOST_HEARD = 50
 """Most messages of one kind that are heard in a tick, requests and orders apart, and most fallbacks in a ranking."""
@@ -70,7 +71,7 @@ class Guard:
         self._requests = Requests(parts, dict(attachment.keys))
         self._persons = Persons(Floor(parts, self._modes, self._latch, self._requests, self._steps))
         self._restart: Restart | None = None
-        self._wished = False
+        self._wanted = Wanted(parts.alarms)
         self._troubles = Troubles(parts.alarms)
         self._pace = Pace()
         self._now_s, self._began_s = self._pace.now_s, math.nan
@@ -229,8 +230,7 @@ class Guard:
         self._response.take(violations, self._now_s, self._seen, self.mode.writes)
         if violations and self.latched is None:
             self._activate(violations[0].reason)
-        elif not violations and not self._wished:
-            self._parts.alarms.return_("fallback wanted", self._now_s)
+        self._wanted.follow(bool(violations), self.latched is not None, self._now_s)
 
     def _write_on(self, sample: Snapshot | None) -> None:
         """What somebody else has moved, and how far the write under way has come."""
@@ -275,7 +275,6 @@ class Guard:
         now_s = self._now_s
         match message:
             case Request():
-                self._wished = False
                 self._requests.receive(message, now_s, self._oldest_s, self.latched)
             case Withdraw():
                 self._requests.withdraw(message.request, message.reason, now_s)
@@ -319,14 +318,17 @@ class Guard:
 
     def _decide(self, sample: Snapshot | None) -> None:
         """A request before the sequence; the trip was before both."""
-        if self.mode.writes:
-            self._wished = False
+        if self.mode.alone:
+            self._wanted.drop()
         if self.latched is not None:
             self._time.over()
         unread = self._restart is not None  # what was being written when the guard died may stand
         waits = self._requests.written or (unread and self._now_s - self._began_s < self._parts.settings.again_s)
         if self._time.has_passed(self._now_s) and not waits:
-            self._wish("recovery has not acted in the time that physics leaves")
+            reason = "recovery has not acted in the time that physics leaves"
+            if not self.mode.writes:
+                self._wanted.wish(reason, None, self._now_s)
+            self._activate(reason)
         if unread:
             return
         if self.latched is None and self._requests.decide(self._present(), self.mode, self._oldest_s):
@@ -337,15 +339,17 @@ class Guard:
         self._steps.go_on(self._now_s, self._seen, self.mode)
 
     def _wish(self, reason: str) -> None:
-        """Recovery wants the fallback; where nobody may write that stays an alarm until it has something better."""
-        self._wished = not self.mode.writes
-        self._activate(reason)
+        """Recovery gives up; where a person has the say that stays an alarm until it has something better."""
+        if self.mode.alone:
+            self._activate(reason)
+        elif self.latched is None:
+            self._wanted.wish(reason, self._time.by_s, self._now_s)
 
     def _activate(self, reason: str) -> None:
         """Have the fallback act, where somebody may write; else it is an alarm."""
         if not self.mode.writes:
             self._time.end(self._now_s)
-            self._alarm("fallback wanted", reason, Priority.CRITICAL)
+            self._wanted.call(reason, self._now_s)
             return
         self._time.over()
         self._requests.withdraw_all(reason, self._now_s)
@@ -380,7 +384,8 @@ class Guard:
         self._parts.alarms.raise_(name, cause, priority, self._now_s)
 
     def _observed(self) -> Observation:
-        sequencer = self._parts.sequencer
+        sequencer, answers = self._parts.sequencer, self._requests.drain()
+        self._wanted.hear(answers)
         entered = sequencer.drain()
         for state, at_s in entered:
             self._parts.note(StateEntered(state), at_s)
@@ -388,5 +393,5 @@ class Guard:
             self._trips.start_up.enter(state, at_s)
         return Observation(
             self._now_s, self._seen, sequencer.state, sequencer.rest(), sequencer.way(), sequencer.refused, entered,
-            self.latched, self.mode, self._requests.drain(), self._sample, self._time.by_s,
+            self.latched, self.mode, answers, self._sample, self._time.by_s,
         )  # fmt: skip

@@ -216,6 +216,8 @@ class Exchange:
         """Something overtakes what recovery thinks about now: it is cancelled, and sends nothing more."""
         with self._changed:
             if self._work is not None:
+                if self._parked is not None:
+                    self._clock.collect_s()  # what passed while it waited was no thinking
                 self._overtaken, self._parked = reason, None
                 _soon(self._work[0], self._work[1].cancel)
 
