@@ -344,8 +344,6 @@ class Guard:
             self._activate(reason)
         elif self.latched is None:
             self._wanted.wish(reason, self._time.by_s, self._now_s)
-            if not self.mode.writes:
-                self._time.end(self._now_s)
 
     def _activate(self, reason: str) -> None:
         """Have the fallback act, where somebody may write; else it is an alarm."""

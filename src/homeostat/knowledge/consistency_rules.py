@@ -34,6 +34,8 @@ def formulas(plant: PlantDescription) -> Found:
     for criterion in plant.limits.criteria:
         yield from judged(plant, f"criterion {criterion.name!r}", criterion.formula, ranges)
         yield from breakable(f"criterion {criterion.name!r}", criterion.formula, ranges)
+        if criterion.hard:
+            yield from roomy(plant, f"criterion {criterion.name!r}", criterion.formula)
 
 
 def ranges_of(plant: PlantDescription) -> dict[str, Interval]:
@@ -70,24 +72,31 @@ def breakable(thing: str, formula: Formula, ranges: Intervals) -> Found:
 def violable(plant: PlantDescription, thing: str, formula: Formula) -> Found:
     """A rule about one moment that values inside the ranges of its tags cannot violate, or not by enough to be seen."""
     ranges = ranges_of(plant)
-    never = list(breakable(thing, formula, ranges))
+    never = [*breakable(thing, formula, ranges), *roomy(plant, thing, formula)]
     yield from never
     if never or any(momentary(thing, "", formula)):
         return
-    least = math.inf
-    for comparison, holds in comparisons(formula.root):
-        low, high = ends(comparison, holds, ranges)
-        least = min(least, ROOM * (high - low) / comparison.scale)
-        if -low < ROOM * (high - low) or high == low:
-            unit = _unit(plant, comparison, formula)
-            text = render(comparison if holds else Not(comparison))
-            message = f"'{text}' can be violated by at most {max(-low, 0.0):g} {unit} inside the ranges of its tags"
-            needed = f"less than {ROOM:.0%} of the {high - low:g} {unit} that it can vary by"
-            yield Code.LIMIT_NEVER_BROKEN, thing, f"{message}, {needed}, so it protects nothing; correct the value"
-    if (found := deepest(formula, ranges)) < least < math.inf:
+    sizes = [(ends(node, holds, ranges), node.scale) for node, holds in comparisons(formula.root)]
+    least = min((ROOM * (high - low) / scale for (low, high), scale in sizes), default=0.0)
+    if (found := deepest(formula, ranges)) < least:
         shown = f"no values inside the ranges of its tags violate '{formula}' by more than {found:g} {formula.unit}"
         message = f"{shown}, and {least:g} {formula.unit} are needed ({ROOM:.0%} of what it compares); correct it"
         yield Code.LIMIT_NEVER_BROKEN, thing, message
+
+
+def roomy(plant: PlantDescription, thing: str, formula: Formula) -> Found:
+    """A comparison so near to the end of what it compares that no instrument shows its violation."""
+    for comparison, holds in comparisons(formula.root):
+        low, high = ends(comparison, holds, ranges_of(plant))
+        text = render(comparison if holds else Not(comparison))
+        if not math.isfinite(high - low):
+            message = f"'{text}' divides by what may be 0 inside the ranges of its tags; multiply it out"
+            yield Code.BAD_FORMULA, thing, message
+        elif -low < ROOM * (high - low) or high == low:
+            unit = _unit(plant, comparison, formula)
+            message = f"'{text}' can be violated by at most {max(-low, 0.0):g} {unit} inside the ranges of its tags"
+            needed = f"less than {ROOM:.0%} of the {high - low:g} {unit} that it can vary by"
+            yield Code.LIMIT_NEVER_BROKEN, thing, f"{message}, {needed}, so it protects nothing; correct the value"
 
 
 def _unit(plant: PlantDescription, comparison: Comparison, formula: Formula) -> str:

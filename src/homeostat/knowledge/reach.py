@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.stl.formula import Formula
-from homeostat.stl.tree import And, Comparison, Implies, Logic, Not, Or
+from homeostat.stl.tree import Always, And, Comparison, Eventually, Implies, Logic, Not, Or, Until
 
 from .intervals import Interval, Intervals, bounds, margin
 
@@ -36,11 +36,11 @@ def deepest(formula: Formula, ranges: Intervals) -> float:
     if not stations:
         return max(-formula.margin_at({}), 0.0)
     least = _tried(formula, stations) if math.prod(map(len, stations.values())) <= MOST else _sought(formula, stations)
-    return max(-least, 0.0)
+    return abs(min(least, 0.0))
 
 
 def comparisons(root: Logic, holds: bool = True) -> Iterator[tuple[Comparison, bool]]:
-    """The comparisons of a rule about one moment, each with whether it has to hold (or to fail) for the rule's sake."""
+    """The comparisons of a rule, each with whether it has to hold (or to fail) for the rule's sake."""
     match root:
         case Comparison():
             yield root, holds
@@ -52,6 +52,11 @@ def comparisons(root: Logic, holds: bool = True) -> Iterator[tuple[Comparison, b
         case Implies():
             yield from comparisons(root.premise, not holds)
             yield from comparisons(root.conclusion, holds)
+        case Always() | Eventually():
+            yield from comparisons(root.operand, holds)
+        case Until():
+            yield from comparisons(root.condition, holds)
+            yield from comparisons(root.goal, holds)
 
 
 def ends(comparison: Comparison, holds: bool, ranges: Intervals) -> Interval:

@@ -112,6 +112,9 @@ class ModelParameter(Row):
         if self.spread == "relative" and self.sd > 1.0:
             message = f"sd {self.sd:g} is more than the value itself; a relative one is a fraction from 0 to 1"
             raise CellError(Code.BAD_NUMBER, message)
+        if self.spread == "absolute" and self.sd > abs(self.value):
+            message = f"sd {self.sd:g} {self.unit} is more than the value itself, {self.value:g} {self.unit}; lower it"
+            raise CellError(Code.BAD_NUMBER, message)
         return self
 
 
