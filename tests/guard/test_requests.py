@@ -83,7 +83,7 @@ def test_only_what_was_shown_to_a_person_is_offered_and_can_be_answered() -> Non
     approval(world, "r1", digest=stop.actions.digest)
     world.tick()
     heard = tell(world, Verb.APPROVE, "r2", digest=stop.actions.digest)
-    assert heard.reason == "no request 'r2' waits for a person"
+    assert heard.reason == "no request 'r2' waits for a person; did you mean 'r1'?"
     assert statuses(world) == ["authorised", "offered"] and world.sent == []
     world = running(mode=Mode.APPROVE)
     stop = world.ask(actions=STOP)
