@@ -152,7 +152,7 @@ class EffectFollowed:
     """Name of the strategy."""
     limit: str
     """Name of the violated limit."""
-    at_s: float
+    judged_s: float
     """When this was so, process time [s]."""
     passed_s: float
     """How much of the time is over [s]."""
