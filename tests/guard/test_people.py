@@ -379,3 +379,12 @@ def test_a_person_acknowledges_by_an_order() -> None:
     world = latched()
     assert tell(world, Verb.ACKNOWLEDGE, "latched", role=Role.OPERATOR).done
     assert world.journal.of(AlarmAcknowledged)[-1].person == "Ada"
+
+
+def test_a_reset_needs_a_plant_that_answers() -> None:
+    world = running()
+    world.tick(5, L=14.0)
+    world.silent(20)
+    world.order(Verb.RESET, reason="all is well")
+    world.silent()
+    assert world.guard.latched is not None
