@@ -12,13 +12,13 @@ from homeostat.domain.recovery import ActionSet
 from homeostat.domain.write_events import Cause
 from homeostat.guard.authority import Authority
 from homeostat.guard.flight import Progress, Write
-from homeostat.guard.latch import Latch, loaded
+from homeostat.guard.latch import Latch
 from homeostat.guard.modes import Modes
 from homeostat.guard.objections import no_alarm, no_start, unchanged_service
 from homeostat.guard.parts import Parts
 from homeostat.guard.recognition import recognise
 from homeostat.guard.requests import Requests
-from homeostat.guard.sequencer import nominal_commands, what_follows
+from homeostat.guard.sequencer import loaded, nominal_commands, what_follows
 from homeostat.guard.steps import Steps
 from homeostat.guard.texts import LONGEST_NAME, brief, said
 from homeostat.guard.verification import Present, Unfit, verify_start

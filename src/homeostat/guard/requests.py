@@ -12,11 +12,11 @@ from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.verdict import Finding
 from homeostat.domain.write_events import Cause
 from homeostat.guard.flight import Progress, Write
-from homeostat.guard.latch import loaded
 from homeostat.guard.memory import REMEMBERED
 from homeostat.guard.objections import no_request
 from homeostat.guard.parts import Parts
 from homeostat.guard.permissives import refusal
+from homeostat.guard.sequencer import loaded
 from homeostat.guard.texts import brief, said
 from homeostat.guard.verification import Present, Unfit, authorise, mapped, verify
 
