@@ -30,8 +30,7 @@ EMPTY = rollout(at=(1, 3), L=0.0)
 @pytest.mark.parametrize("limits", [Limits((RATIO,), ()), Limits((), (QUOTIENT,))])
 def test_a_rollout_that_leaves_a_rule_undecided_is_refused(limits: Limits) -> None:
     assert isinstance(judge(ACTIONS, rollout(), limits, RUNNING, TAGS), Approve)
-    for verdict in (judge(ACTIONS, EMPTY, limits, RUNNING, TAGS),
-                    judge_safety(ACTIONS, EMPTY, limits)):  # fmt: skip
+    for verdict in (judge(ACTIONS, EMPTY, limits, RUNNING, TAGS), judge_safety(ACTIONS, EMPTY, limits)):
         assert isinstance(verdict, Revise)
         (finding,) = verdict.violated
         assert finding.margin == -math.inf and finding.member == 1 and "cannot be judged" in finding.message
