@@ -94,9 +94,7 @@ def test_requests_go_all_the_same_and_the_plants_recipe_waits_for_their_steps() 
 
 
 def test_what_was_released_ends_in_observe_and_the_batch_goes_on_by_the_recipe_from_where_it_stands() -> None:
-    person = Person([
-        (145.0, Verb.MODE, {"subject": "observe"}), (150.0, Verb.MODE, {"subject": "closed-loop"})
-    ])  # fmt: skip
+    person = Person([(145.0, Verb.MODE, {"subject": "observe"}), (150.0, Verb.MODE, {"subject": "closed-loop"})])
     trace = MemoryTrace()
     trace.subscribe(person)
     what = scenario(case(), "clogging", 3, onset_s=100.0, severity=0.98, end_s=400.0, location="main")

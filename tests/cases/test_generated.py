@@ -20,6 +20,7 @@ from homeostat.cases.learn_baselines import main as learn
 from homeostat.knowledge.build import GRAPH
 from homeostat.knowledge.graph_error import Code, GraphError
 from homeostat.knowledge.seal import is_sealed, seal, with_one_line_end
+from homeostat.trace import read_events
 from tests.cases.copies import Copy
 from tests.cli.command import homeostat, refused
 
@@ -132,6 +133,19 @@ def test_graph_check_sees_an_altered_graph_with_a_new_hash(reactor: Copy, tmp_pa
     assert done.status == 1 and "plant.ttl: is not what its tables make" in done.out
 
 
+def test_what_is_made_again_is_said_to_the_person_and_in_the_first_event(reactor: Copy, tmp_path: Path) -> None:
+    reactor.replace(LIMITS, "T1 <= 313", "T1 <= 312.9")
+    checked = homeostat("graph", "check", "./cstr", cwd=tmp_path)
+    assert f"run 'python -m homeostat.knowledge.build {reactor.folder}'" in checked.out
+    done = homeostat("run", "./cstr", "--end", "20", "--out", "run", cwd=tmp_path)
+    assert done.err == "homeostat: made again cstr/plant.ttl: its tables are newer\n"
+    started = next(iter(read_events(tmp_path / "run")))
+    stated = {setting["name"]: setting["value"] for setting in started.fields["configuration"]}
+    assert stated["made again plant.ttl"] == "it was older than its sources"
+    again = homeostat("run", "./cstr", "--end", "20", "--out", "again", cwd=tmp_path)
+    assert again.err == ""
+
+
 def test_a_changed_table_takes_effect_at_the_next_load(reactor: Copy) -> None:
     configuration = reactor.load().configuration
     reactor.replace(LIMITS, "T1 <= 313", "T1 <= 312.9")
@@ -143,12 +157,15 @@ def test_a_changed_table_takes_effect_at_the_next_load(reactor: Copy) -> None:
     assert (again.remade, again.configuration) == ((), case.configuration)
 
 
-def test_a_folder_that_cannot_be_written_is_loaded_as_its_tables_say(module: Copy) -> None:
+def test_a_folder_that_cannot_be_written_is_loaded_as_its_tables_say(
+    module: Copy, caplog: pytest.LogCaptureFixture
+) -> None:
     before = module.text(GRAPH)
     module.replace("engineering/faults.csv", "Clogging of the main line", "Clogged main line")
     (module.folder / f".{GRAPH}.{os.getpid()}.partial").mkdir()  # stands where the new graph is to be written first
     case = module.load()
     assert case.remade == (GRAPH,) and module.text(GRAPH) == before
+    assert "it is not kept, because" in caplog.text
     assert case.description.fault("clogging_main").label == "Clogged main line"
     assert is_sealed(case.files.contents[GRAPH])
 

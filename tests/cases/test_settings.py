@@ -102,6 +102,11 @@ def test_an_absurd_value_is_one_line(key: str, value: str, words: str) -> None:
     assert words in message and message.startswith("some/case.toml: ") and "\n" not in message
 
 
+def test_a_misspelt_key_comes_before_the_one_that_is_missing_by_it() -> None:
+    with pytest.raises(CaseError, match=r"there is no key 'startedby'; did you mean 'started_by'.*\(and 1 more\)$"):
+        read(TEXT.replace("started_by", "startedby", 1))
+
+
 @pytest.mark.parametrize("table", ["errors", "initial"])
 def test_a_table_that_names_nothing_is_one_line(table: str) -> None:
     start = TEXT.index(f"[twin.{table}]")

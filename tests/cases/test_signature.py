@@ -98,4 +98,11 @@ def test_what_cannot_be_signed(tmp_path: Path) -> None:
     refused(homeostat("plant", "sign", "cstr", "--key", "none", *words, cwd=tmp_path), "'none'")
     refused(homeostat("plant", "sign", "cstr", "--key", "own.key", *words[:3], " ", cwd=tmp_path), "--reason")
     refused(homeostat("plant", "verify", "cstr", "--key", "no key", cwd=tmp_path), "no public key")
+    known = ("--key", "own.key.pub", "--signature")
+    refused(homeostat("plant", "verify", "cstr", *known, "/no/plant.sig", cwd=tmp_path), "'/no/plant.sig' cannot")
+    refused(homeostat("plant", "verify", "cstr", *known, ".", cwd=tmp_path), "'.' cannot be used")
+    signing = ("plant", "sign", "cstr", "--key", "own.key", *words)
+    refused(homeostat(*signing, "--out", "no/cstr.sig", cwd=tmp_path), "homeostat: 'no/cstr.sig' cannot be used")
+    long = "x" * 250  # the name of the file beside it is longer still
+    refused(homeostat("plant", "keygen", long, cwd=tmp_path), f"homeostat: '{long}' cannot be used")
     assert not (tmp_path / "cstr" / SIGNATURE).exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import time
 from collections.abc import Iterator
@@ -67,7 +68,7 @@ def test_a_request_is_listed_and_approved(faulty: Going) -> None:
     request, digest = command[1], command[3]
     status, listed = faulty.order("approve")
     assert status == 0 and f"{request}  by search  --digest {digest}" in listed
-    assert "VI202.cmd to" in listed and "LIM-B201-HIGH +" in listed
+    assert "VI202.cmd to" in listed and "  leads to  held, by" in listed and "stuck_closed_VI202" in listed
     status, text = faulty.order("approve", request)
     assert status == 2 and "--digest" in text
     assert faulty.order("approve", request, "--digest", "0" * 12)[0] == 3
@@ -80,12 +81,14 @@ def test_a_request_is_listed_and_approved(faulty: Going) -> None:
 
 def test_people_change_service_mode_and_more_while_a_run_goes_on(healthy: Going) -> None:
     healthy.told("state")
-    assert healthy.order("approve") == (0, "no request waits for a person\n")
+    status, listed = healthy.order("approve")
+    assert status == 0 and listed.startswith("no request waits for a person at ")
     assert healthy.order("fall-back", "--reason", "smoke")[0] == 0
     healthy.told("latched")
     assert healthy.order("in-service", "VI203.cmd", "--out")[0] == 3  # without a reason
     assert healthy.order("in-service", "VI203.cmd", "--out", "--reason", "maintenance")[0] == 0
-    assert healthy.order("in-service", "nonsense")[0] == 3
+    status, said = healthy.order("in-service", "VI203.cmdd")
+    assert status == 3 and "there is no tag 'VI203.cmdd'; did you mean 'VI203.cmd'" in said
     assert healthy.order("mode", "approve", "--role", "operator") == (
         3, "mode approve: refused, only an engineer may order 'mode'\n"
     )  # fmt: skip
@@ -103,8 +106,26 @@ def test_people_change_service_mode_and_more_while_a_run_goes_on(healthy: Going)
 def test_an_order_to_nothing_is_refused(tmp_path: Path, record: Path) -> None:
     refused(homeostat("reset", "nowhere", "--reason", "x", cwd=tmp_path), "nowhere")
     refused(homeostat("reset", str(record), "--reason", "x", cwd=tmp_path), "is over")
+    refused(homeostat("approve", str(record), cwd=tmp_path), "is over")
+    shutil.copytree(record, tmp_path / "emptied")
+    (tmp_path / "emptied" / "manifest.json").unlink()
+    refused(homeostat("approve", "emptied", cwd=tmp_path), "does not go on")
+    (tmp_path / "emptied" / "events.jsonl").write_bytes(b"")
+    refused(homeostat("approve", "emptied", cwd=tmp_path), "no run that has begun")
     refused(homeostat("approve", str(record), "r", "--digest", "abc", cwd=tmp_path), "8 or more")
     refused(homeostat("reset", str(record), cwd=tmp_path), "--reason")
+
+
+def test_the_first_of_two_people_is_heard(tmp_path: Path) -> None:
+    for run in going(tmp_path, "--pace", "2", "--persons", "2"):
+        run.told("state")
+        assert run.order("fall-back", "--reason", "smoke")[0] == 0
+        run.told("latched")
+        said = "reset: heard; 1 of 2 people; another person must order it too\n"
+        assert run.order("reset", "--reason", "no smoke", "--person", "Ada") == (0, said)
+        assert run.order("reset", "--reason", "no smoke", "--person", "Bo") == (0, "reset: done\n")
+        assert "by Ada and Bo" in run.told("reset")
+        assert "Ada (engineer) ordered reset; 1 of 2 people" in (run.cwd / "out.txt").read_text()
 
 
 def test_a_paced_run_declares_no_thinking(tmp_path: Path) -> None:

@@ -75,7 +75,7 @@ ODD = (
 )
 CELLS = st.one_of(
     st.sampled_from(NUMBERS), st.sampled_from(WORDS), st.sampled_from(ODD), st.text(max_size=8), st.floats().map(repr)
-)  # fmt: skip
+)
 UNHURRIED = [HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
 
 

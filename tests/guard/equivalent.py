@@ -5,8 +5,6 @@ from __future__ import annotations
 EQUIVALENT: dict[tuple[str, str], str] = {
     # recorder
     ("if job.done.wait(min(wait_s, self._wait_s)):", "arguments -> swapped"): "the lesser of two times is the same",
-    # moves
-    ("self._hands.clear()", "call -> pass"): "what is older than this tick is passed over; cleared, it does not grow",
     # service
     ("unmoved = same(before, target, rule.tolerance)", "arguments -> swapped"): "being the same goes both ways",
     # tenure

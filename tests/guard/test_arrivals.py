@@ -126,7 +126,7 @@ def killed(world: World, mode: Mode, rules: GuardRules) -> World:
     memory = Memory.of(Line(e.kind, encode_fields(e, e.kind)) for e, _ in world.journal.events)
     return World(
         rules=rules, vessel=world.vessel, memory=replace(memory, mode=mode), record=Journal(world.journal.events)
-    )  # fmt: skip
+    )
 
 
 def test_a_part_at_the_moment_of_a_kill_is_not_taken_for_known_and_told_by_the_next_life() -> None:

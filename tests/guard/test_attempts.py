@@ -214,3 +214,18 @@ def test_a_target_that_the_plant_does_not_tell_is_not_known_to_hold() -> None:
     assert statuses(world)[-1] == "accepted" and not {a for a in world.alarms if a.startswith("guard:")}
     world.tick()
     assert statuses(world)[-1] == "confirmed"
+
+
+def test_a_late_attempt_that_a_later_one_had_overtaken_is_put_right_while_latched() -> None:
+    world = running()
+    world.vessel.hangs = True
+    world.ask()
+    world.tick(4)  # the first attempt hangs and times out
+    world.vessel.hangs = False
+    world.tick(4)
+    assert statuses(world)[-1] == "confirmed"
+    world.tick(4, L=14.0)
+    assert world.guard.latched is not None
+    world.vessel.accepted["F.sp"] = 0.02
+    world.tick(3)
+    assert world.vessel.accepted["F.sp"] == 0.0 and "F.sp" not in world.guard.out_of_service

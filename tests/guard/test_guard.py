@@ -130,3 +130,12 @@ def test_a_strategy_that_fails_a_check_gives_way_to_the_next() -> None:
     # Without F.sp the feed would go on against a closed valve: PRM-OPEN forbids both strategies.
     assert world.sent == []
     assert "shed" in world.alarms
+
+
+def test_a_limit_that_is_violated_again_calls_the_next_strategy() -> None:
+    world = running()
+    world.tick(5, L=14.0)
+    world.tick(20, L=8.0)
+    world.tick(5, L=14.0)
+    assert [c for c in world.sent if c == DRAIN.actions.commands] == [DRAIN.actions.commands]
+    assert len(world.sent) == 2

@@ -140,9 +140,7 @@ class Life:
         self.death = death
         plant = DeadlyPlant(self.vessel, death)
         memory = Memory.of(self.disk.lines) if self.deaths else None
-        attachment = Attachment(
-            DeadlyRecord(self.disk, death), plant, Mode.CLOSED_LOOP, {"check": KEY}, memory=memory
-        )  # fmt: skip
+        attachment = Attachment(DeadlyRecord(self.disk, death), plant, Mode.CLOSED_LOOP, {"check": KEY}, memory=memory)
         self.guard = Guard(self.rules, attachment, SETTINGS)
         self.began_at = len(self.disk.lines)
 

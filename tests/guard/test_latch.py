@@ -112,9 +112,7 @@ def test_noise_about_a_limit_makes_one_trip() -> None:
 
 
 def test_a_later_step_leaves_a_persons_tag_alone_unless_its_row_says_so() -> None:
-    machine = replace(
-        MACHINE, transitions=(*MACHINE.transitions, awaited("cool", "shut", "emptying", "L <= 5"))
-    )  # fmt: skip
+    machine = replace(MACHINE, transitions=(*MACHINE.transitions, awaited("cool", "shut", "emptying", "L <= 5")))
     cool = Step(machine.transitions[-1], (Command("F.sp", 0.0, 0.005), Command("V.man", 0.5, 0.2)))
     strategy = replace(CLOSE, actions=replace(CLOSE.actions, then=(cool,)))
     for forced, sent in ((frozenset[str](), cool.commands[:1]), (frozenset({"V.man"}), cool.commands)):

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.guard_events import FallbackStands
+from homeostat.domain.guard_events import FallbackStands, ServiceChanged
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from tests.guard.vessel import DRAIN, RULES, World, running
@@ -48,6 +48,16 @@ def test_a_move_that_leads_to_no_state_of_the_recipe_is_somebody_s(mode: Mode, r
     world.tick()
     assert world.guard.out_of_service == {"T.sp"} and "moved:T.sp" in world.alarms
     assert cause(world, "moved:T.sp") == "somebody changed 'T.sp' from 310 to 300"
+
+
+def test_however_often_somebody_moves_a_tag_only_what_moved_last_is_kept() -> None:
+    world = running()
+    for number in range(20):
+        world.vessel.accepted["T.sp"] = 300.0 + number
+        order(world, Verb.IN_SERVICE, "T.sp")
+        world.tick()
+    assert len([e for e in world.journal.of(ServiceChanged) if not e.in_service]) == 20
+    assert len(world.guard._moves._hands) <= 1  # memory of a guard that runs for years
 
 
 @pytest.mark.parametrize(("moved_s", "noticed"), [(14.0, False), (15.0, True)])

@@ -379,7 +379,7 @@ def test_a_start_needs_a_reading_a_journal_and_a_transition_that_somebody_decide
     assert world.sent == [] and world.seen[-1].state == "shut"
     world = World(vessel=Vessel())
     world.tick(1, L=1.0)
-    assert reason(world, Verb.START, "start") == "'start' does not leave state 'waiting'"
+    assert reason(world, Verb.START, "start") == "'start' is taken by itself once its guard holds: 'L >= 5'"
 
 
 @pytest.mark.parametrize(

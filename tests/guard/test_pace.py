@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from homeostat.guard.pace import Pace
-from tests.guard.vessel import World
+from tests.guard.vessel import World, running
 
 NAN, INF = math.nan, math.inf
 
@@ -96,3 +96,19 @@ def test_a_number_that_is_too_large_for_a_time_ends_no_supervision() -> None:
     assert "clock" in world.alarms and world.seen[-1].now_s == 3.5
     world.tick(2)
     assert "clock" not in world.alarms
+
+
+def test_one_leap_of_the_clock_trips_nothing_and_is_caught_up_at_once() -> None:
+    world = running()
+    sample = world.vessel.sample()
+    world.guard.tick(sample.at_s + 60.0, sample)
+    assert "clock" in world.alarms
+    seen = world.tick(30)
+    assert world.guard.latched is None and seen.now_s == world.vessel.now_s and "clock" not in world.alarms
+
+
+def test_a_clock_that_goes_on_from_where_it_leapt_to_is_believed() -> None:
+    world = running()
+    world.vessel.now_s += 600.0  # the machine slept
+    world.tick(3)
+    assert world.seen[-1].now_s == world.vessel.now_s and world.guard.latched is None

@@ -60,14 +60,17 @@ def latched() -> World:
         ({"reason": "x" * 501}, "a reason of at most 500"),
         ({"role": "engineer"}, "there is no order"),
         ({"verb": "reset"}, "there is no order"),
-        ({"verb": Verb.MODE, "subject": "manual"}, "there is no mode 'manual'"),
-        ({"verb": Verb.ACKNOWLEDGE, "subject": "none"}, "there is no alarm 'none'"),
+        ({"verb": Verb.MODE, "subject": "manual"}, "there is no mode 'manual'; there are observe,"),
+        ({"verb": Verb.MODE, "subject": "aprove"}, "there is no mode 'aprove'; did you mean 'approve', 'advise'?"),
+        ({"verb": Verb.ACKNOWLEDGE, "subject": "latchd"}, "there is no alarm 'latchd'; did you mean 'latched'?"),
         ({"verb": Verb.FALL_BACK, "reason": "now"}, "a fallback has acted already"),
         ({"verb": Verb.MODE, "subject": "closed-loop"}, "a fallback is latched; reset it first"),
         ({"verb": Verb.IN_SERVICE, "subject": "T"}, "'T' is not writable"),
-        ({"verb": Verb.APPROVE, "subject": "r1"}, "no request 'r1' waits"),
+        ({"verb": Verb.IN_SERVICE, "subject": "T.spp"}, "there is no tag 'T.spp'; did you mean 'T.sp'"),
+        ({"verb": Verb.IN_SERVICE, "subject": "T.sp"}, "'T.sp' is in service already"),
+        ({"verb": Verb.APPROVE, "subject": "r1"}, "no request 'r1' waits for a person; none does"),
         ({"verb": Verb.REJECT, "subject": "r1"}, "no request 'r1' waits"),
-        ({"verb": Verb.START, "subject": "restart"}, "no latch"),
+        ({"verb": Verb.START, "subject": "restart"}, "a fallback is latched; reset it first"),
     ],
 )
 def test_an_order_that_is_not_carried_out_says_why(changed: dict[str, Any], why: str) -> None:
@@ -118,21 +121,27 @@ def test_two_people_agree_within_their_time_and_one_person_is_one() -> None:
     world = running(settings=GuardSettings(persons=2, person_s=20.0, sync_s=5.0))
     world.tick(6, L=14.0)
     heard = tell(world, Verb.RESET, reason="seen", person="Ada")
-    assert not heard.done and "2 people must agree" in heard.reason
-    assert not tell(world, Verb.RESET, reason="seen", person=" ADA ").done
+    assert (heard.done, heard.missing) == (False, 1)
+    assert heard.reason == "1 of 2 people; another person must order it too"
+    again = tell(world, Verb.RESET, reason="seen", person=" ADA ")
+    assert (again.done, again.missing) == (False, 1)
     assert not tell(world, Verb.RESET, reason="seen", person="Ａda").done
     world.tick(25)
     assert not tell(world, Verb.RESET, reason="seen", person="Bo").done  # Ada's word is old
-    assert tell(world, Verb.RESET, reason="seen", person="Ada").done
+    last = tell(world, Verb.RESET, reason="seen", person="Ada")
+    assert (last.done, last.missing) == (True, 0)
     assert set(world.journal.of(LatchReset)[0].persons) == {"Bo", "Ada"}
 
 
 def test_the_way_back_is_a_start_by_an_engineer_under_every_check() -> None:
     world = latched()
     assert tell(world, Verb.RESET, reason="repaired").done
-    assert "needs a mode that writes" in tell(world, Verb.START, "restart").reason
+    assert tell(world, Verb.START, "restart").reason == "a start needs a mode that writes; this one is 'observe'"
     assert tell(world, Verb.MODE, "closed-loop").done
-    assert "does not leave state 'shut'" in tell(world, Verb.START, "adjust").reason
+    why = tell(world, Verb.START, "adjust").reason
+    assert why == "'adjust' does not leave state 'shut', but 'running'; from here lead restart"
+    why = tell(world, Verb.START, "restrt").reason
+    assert why == "there is no transition 'restrt'; did you mean 'restart'?"
     world.vessel.values["T"] = 312.0
     world.tick(8)
     assert "'T <= 311' does not hold" in tell(world, Verb.START, "restart").reason
@@ -370,3 +379,12 @@ def test_a_person_acknowledges_by_an_order() -> None:
     world = latched()
     assert tell(world, Verb.ACKNOWLEDGE, "latched", role=Role.OPERATOR).done
     assert world.journal.of(AlarmAcknowledged)[-1].person == "Ada"
+
+
+def test_a_reset_needs_a_plant_that_answers() -> None:
+    world = running()
+    world.tick(5, L=14.0)
+    world.silent(20)
+    world.order(Verb.RESET, reason="all is well")
+    world.silent()
+    assert world.guard.latched is not None

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from homeostat.domain.limits import LimitKind, Limits, Owner
+from homeostat.domain.limits import Criterion, LimitKind, Limits, Owner
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding
@@ -83,12 +83,13 @@ def test_readings_that_give_no_number_leave_a_limit_undecided() -> None:
 
 
 def test_a_margin_that_is_not_known_is_violated_without_limit() -> None:
-    found = finding("CRT", Owner.PLANNING, HOT.formula, "Vessel", math.nan, 30.0, 4)
+    criterion = Criterion("CRT", Owner.PLANNING, HOT.formula, True, "", "Vessel")
+    found = finding(criterion, math.nan, 30.0, 4)
     assert found == Finding(
         "CRT", Owner.PLANNING, -math.inf, "K", 0.0, 4,
         "Vessel: 'T <= 313' cannot be judged, a value that it needs is not known (CRT)",
     )  # fmt: skip
-    found = finding("CRT", Owner.PLANNING, HOT.formula, "Vessel", -1.25, 30.0, 4)
+    found = finding(criterion, -1.25, 30.0, 4)
     assert found == Finding(
         "CRT", Owner.PLANNING, -1.25, "K", 30.0, 4, "Vessel: 'T <= 313' is violated by 1.25 K at 30 s (CRT)"
     )

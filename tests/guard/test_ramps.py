@@ -14,9 +14,7 @@ from homeostat.domain.snapshot import Snapshot
 from tests.guard.test_blocking_links import QUICK, Blocked
 from tests.guard.vessel import CLOSE, DRAIN, RULES, Vessel, World, running, statuses
 
-GUARDED = replace(
-    RULES, writables={t: replace(r, ramped_by=Side.GUARD) for t, r in RULES.writables.items()}
-)  # fmt: skip
+GUARDED = replace(RULES, writables={t: replace(r, ramped_by=Side.GUARD) for t, r in RULES.writables.items()})
 SLOW = ActionSet((Command("T.sp", 300.0, 0.5),), "running")
 
 

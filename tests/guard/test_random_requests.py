@@ -37,8 +37,7 @@ def test_no_request_is_accepted_that_breaks_a_check() -> None:
 
     accepted = {"T.sp": 310.0, "F.sp": 0.0, "V.man": None, "X.cmd": 1.0}
     report = attack(RULES, readings, "running", accepted, COUNT)
-    print(report)
-    assert report.wrongly == [] and report.altered == []
-    assert report.unanswered == []
-    assert report.accepted > 0.02 * COUNT
-    assert [name for name in CHECKS if not report.refusals[name]] == []
+    assert report.wrongly == [] and report.altered == [], report
+    assert report.unanswered == [], report
+    assert report.accepted > 0.02 * COUNT, report
+    assert [name for name in CHECKS if not report.refusals[name]] == [], report

@@ -171,7 +171,7 @@ BOTH = {"T_sp": 0.5, "F_sp": 0.0, "flow": 0.5}
         ((awaited("in", "idle", "drained", "false"),), (), (1, 0), Found("drained")),
         ((decided("in", "heating", "pouring"),), (), (0, 1), Found("drained", ("pouring", "drained"))),
     ],
-)  # fmt: skip
+)
 def test_of_several_that_fit_what_follows_on_the_believed_one_counts_and_then_the_most_cautious(
     ways: tuple[Transition, ...], wide: tuple[str, ...], risks: tuple[int, int], found: Found
 ) -> None:

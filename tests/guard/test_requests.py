@@ -83,7 +83,7 @@ def test_only_what_was_shown_to_a_person_is_offered_and_can_be_answered() -> Non
     approval(world, "r1", digest=stop.actions.digest)
     world.tick()
     heard = tell(world, Verb.APPROVE, "r2", digest=stop.actions.digest)
-    assert heard.reason == "no request 'r2' waits for a person"
+    assert heard.reason == "no request 'r2' waits for a person; did you mean 'r1'?"
     assert statuses(world) == ["authorised", "offered"] and world.sent == []
     world = running(mode=Mode.APPROVE)
     stop = world.ask(actions=STOP)
@@ -356,3 +356,24 @@ def test_a_request_that_writes_nothing_now_is_released_before_the_deadline_all_t
     world.ask(actions=ActionSet((), "running", (POUR,)), path=("adjust", "empty"))
     world.tick(5)
     assert statuses(world)[-1] == "confirmed" and world.guard.latched is None
+
+
+def test_later_steps_of_a_request_that_failed_are_not_carried_out() -> None:
+    world = running()
+    world.vessel.ignores = True
+    world.ask(actions=ROUTE, path=("adjust", "empty"))
+    world.tick(14)
+    assert statuses(world)[-1] == "failed"
+    world.vessel.ignores = False
+    world.tick(5, L=9.5)
+    assert ROUTE.then[0].commands not in world.sent
+
+
+def test_who_uses_a_name_again_gets_an_answer_of_its_own() -> None:
+    world = running(mode=Mode.APPROVE)
+    first = world.ask()
+    world.tick()
+    world.ask(replace(first, proposer="stranger"))
+    world.tick()
+    assert statuses(world)[-1] == "offered"
+    assert statuses(world, "r1#again") == ["refused"]

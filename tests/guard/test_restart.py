@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -11,8 +12,8 @@ from homeostat.domain.guard_events import AlarmRaised, PersonHeard, RequestAnswe
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import FallBack
 from homeostat.domain.recovery import Command
-from homeostat.domain.write_events import ReadBack, WriteIntended
-from homeostat.guard.memory import Memory
+from homeostat.domain.write_events import Cause, ReadBack, WriteIntended
+from homeostat.guard.memory import Memory, OpenWrite
 from tests.guard.test_hands import dies, remembered
 from tests.guard.test_lapse import Sheds
 from tests.guard.test_memory import remembered as told
@@ -231,3 +232,15 @@ def test_a_write_that_was_read_before_the_death_is_not_read_again() -> None:
     world.tick(2)
     assert world.journal.of(ReadBack) == [] and world.journal.of(StepTaken) == []
     assert world.sent == [] and world.journal.of(WriteIntended) == []
+
+
+def test_a_restart_that_trips_before_it_has_read_the_plant_sends_nothing_of_before() -> None:
+    open_step = OpenWrite(Cause.SEQUENCE, "start", (Command("F.sp", 0.03, 0.005),), "running", (), True)
+    memory = Memory(mode=Mode.CLOSED_LOOP, state="running", waiting=(), writes=1, open={1: open_step}, last=open_step)
+    world = World(memory=memory)
+    world.vessel.values["L"] = 14.0
+    blind = replace(world.vessel.sample(), accepted={})
+    world.seen.append(world.guard.tick(blind.at_s, blind))
+    world.tick(20)
+    assert world.guard.latched is not None
+    assert (Command("F.sp", 0.03, 0.005),) not in world.sent

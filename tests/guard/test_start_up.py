@@ -224,3 +224,12 @@ def test_a_start_names_the_check_that_it_fails() -> None:
     world = ready()
     world.order(Verb.OUT_OF_SERVICE, "V.man", reason="maintenance")
     assert started(world).check == "CHK-SERVICE" and world.sent == []
+
+
+def test_the_limits_of_start_up_end_when_the_plant_could_leave_it_whoever_keeps_it_there() -> None:
+    world = World()
+    world.tick(3, L=4.0, T=340.0)
+    assert world.guard.latched is None
+    world.order(Verb.OUT_OF_SERVICE, "F.sp", reason="maintenance")
+    world.tick(20, L=8.0)
+    assert world.seen[-1].state != "running" and world.guard.latched is not None

@@ -14,8 +14,10 @@ from tests.guard.vessel import (
     ADJUSTED,
     BEGIN,
     CLOSE,
+    DRAIN,
     MACHINE,
     POUR,
+    ROUTE,
     RULES,
     World,
     awaited,
@@ -246,3 +248,17 @@ def test_a_step_that_never_reached_the_plant_is_due_again_10_s_after_it_failed()
     world.vessel.raises = False
     world.tick(20)
     assert times(world)[3:] == [failed_s + 10.0] and taken(world) == [(StepTaken("start", "running"), failed_s + 10.0)]
+
+
+def test_a_step_owed_from_before_a_person_s_fallback_is_void() -> None:
+    world = running()
+    world.ask(actions=ROUTE, path=("adjust", "empty"))
+    world.tick(2)
+    world.vessel.ignores = True
+    world.tick(12, L=9.5)  # the step is taken by the link, ignored by the plant, and owed
+    world.vessel.ignores = False
+    world.order(Verb.FALL_BACK, reason="smoke")
+    world.tick()
+    world.tick(30, L=8.0)
+    after = world.sent[world.sent.index(DRAIN.actions.commands) + 1 :]
+    assert after == []

@@ -17,7 +17,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.quality import QualityWatch
 from homeostat.guard.trips import TripWatch
 from homeostat.stl.formula import parse
-from tests.guard.vessel import HOT, RULES, TAGS, limit
+from tests.guard.vessel import HOT, RULES, TAGS, limit, running
 
 LIMIT = limit("LIM-HOT", LimitKind.INTERLOCK, "T <= 313", hard=True)
 RULE = TripRule("LIM-HOT", 8.0, 6.0, parse("Tx <= 311.5", TAGS), lift=10.0, lift_s=20.0)
@@ -339,3 +339,15 @@ def test_a_sentence_names_the_limit_the_margin_and_the_unit() -> None:
     (violation,) = w.watch.judge(7.0, Snapshot(7.0, hot(312.0)), "running")
     assert violation.reason == "'T <= 313' was violated and holds by no more than 1 K (LIM-HOT)"
     assert HOT.name == violation.limit and violation.unit == "K"
+
+
+def test_a_reading_that_is_uncertain_for_good_counts_after_the_grace_of_its_limit() -> None:
+    world = running()
+    for _ in range(30):
+        sample = world.vessel.sample()
+        hot = {**sample.values, "T": 330.0 + 0.01 * sample.at_s}
+        doubted = Snapshot(
+            sample.at_s, hot, uncertain=frozenset({"T"}), reasons={"T": "maintenance"}, accepted=sample.accepted
+        )
+        world.seen.append(world.guard.tick(sample.at_s, doubted))
+    assert world.guard.latched is not None and "LIM-HOT" in world.guard.latched

@@ -267,9 +267,7 @@ def test_a_late_write_that_cannot_be_put_right_has_the_fallback_act_again() -> N
     assert world.vessel.accepted["F.sp"] == 0.0 and world.guard._latch.standing
 
 
-GUARDED = replace(
-    RULES, writables={t: replace(r, ramped_by=Side.GUARD) for t, r in RULES.writables.items()}
-)  # fmt: skip
+GUARDED = replace(RULES, writables={t: replace(r, ramped_by=Side.GUARD) for t, r in RULES.writables.items()})
 SLOW = ActionSet((Command("T.sp", 300.0, 0.5),), "running")
 
 

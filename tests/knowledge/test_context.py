@@ -92,8 +92,7 @@ def test_a_larger_budget_shows_no_less() -> None:
 
 def test_what_does_not_fit_does_not_end_the_list() -> None:
     triples = chain(4)
-    triples += [Triple(node("n1"), RDFS.comment, Literal("x " * 50 + str(k)))
-                for k in range(6)]  # fmt: skip
+    triples += [Triple(node("n1"), RDFS.comment, Literal("x " * 50 + str(k))) for k in range(6)]
     found = shown(triples, shown(chain(4)).tokens)
     assert "n1" in found.left_out and names(found) == ["n0", "n2", "n3"]
 

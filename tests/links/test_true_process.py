@@ -16,9 +16,7 @@ from tests.cases.cstr.reactor import MODEL, VARIABLES
 from tests.contracts.link import equal
 
 
-def process(
-    seed: int = 3, faults: tuple[FaultState, ...] = (), noise: float = 1.0, **changes: float
-) -> TrueProcess:  # fmt: skip
+def process(seed: int = 3, faults: tuple[FaultState, ...] = (), noise: float = 1.0, **changes: float) -> TrueProcess:
     """A reactor at its start."""
     configuration = PlantConfiguration(reactor.parameters(**changes), reactor.inputs(), faults, 1e6, seed, noise)
     return TrueProcess(MODEL, VARIABLES, configuration)

@@ -38,9 +38,7 @@ def served(module: str, *arguments: str, within_s: float = START_S) -> Iterator[
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     # Into a file: nobody reads a pipe while the tests run, and a full one would stop the server.
     with tempfile.TemporaryFile("w+") as errors:
-        process = subprocess.Popen(
-            command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=errors, text=True
-        )  # fmt: skip
+        process = subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=errors, text=True)
         late = threading.Timer(within_s, process.kill)
         late.start()
         try:

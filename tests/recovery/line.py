@@ -76,7 +76,7 @@ MACHINE = StateMachine(
         _step("hold_reduced", "reduced", "still"),
         _step("when_cold", "running", "reduced", "T <= 290"),
     ),
-)  # fmt: skip
+)
 COOLS = Transition("cools", "running", "reduced", "", parse("T <= 290", TAGS), on_decision=False)
 COOLING = replace(MACHINE, transitions=(*MACHINE.transitions, COOLS))
 """A line whose nominal route goes on when it is cold."""

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from homeostat.domain.mode import Mode
+from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import FallBack, Withdraw
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import Answer, Request, RequestStatus, Seal
@@ -301,3 +301,9 @@ def test_whatever_recovery_does_equal_runs_are_equal(script: list[str], cost_s: 
         return list(run.guard.taken), seen
 
     assert once() == once()
+
+
+def test_recovery_does_not_speak_for_a_person() -> None:
+    exchange = Exchange(DeclaredClock(0.0), lambda message: True, lambda cause: None)
+    with pytest.raises(PermissionError, match="Ada"):
+        exchange.put(PersonCommand("o1", "Ada", Role.ENGINEER, Verb.RESET, reason="looks fine"))

@@ -199,7 +199,7 @@ TEXTS: dict[str, tuple[str, ...]] = {
         "<!-- #include file='/etc/passwd' -->",
         "$(reboot) `reboot` ; reboot",
     ),
-}  # fmt: skip
+}
 
 CORPUS: tuple[Injection, ...] = tuple(
     Injection(f"{technique} {number}", technique, text)

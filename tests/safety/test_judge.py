@@ -191,7 +191,7 @@ def test_the_target_is_judged_in_every_member_at_the_end() -> None:
 
 def test_a_formula_is_judged_by_its_worst_member() -> None:
     tried = rollout(at=(1, 3), dt_s=2.0, T=330.0)
-    finding = worst("X", Owner.ACTION, CALM.formula, "d", tried.trajectory.signals, 2.0)
+    finding = worst(CALM, tried.trajectory.signals, 2.0)
     assert finding.margin == pytest.approx(-17.1) and (finding.member, finding.at_s) == (1, 6.0)
 
 

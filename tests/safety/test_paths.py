@@ -200,13 +200,6 @@ def test_the_messages_name_the_mistake() -> None:
         machine.state("c")
 
 
-def test_an_open_transition_leaves_the_state_and_its_guard_holds() -> None:
-    there, wet = Transition("t", "a", "b", "fault", parse("x >= 0.5")), Transition("u", "b", "a", "fault", TRUE)
-    machine = StateMachine("m", (state("a", initial=True), state("b")), (there, wet))
-    assert machine.open_from("a", {"x": 0.5}) == (there,) and machine.open_from("a", {"x": 0.4999}) == ()
-    assert machine.open_from("b", {"x": 0.0}) == (wet,)
-
-
 @pytest.mark.parametrize(
     ("states", "transitions", "message"),
     [

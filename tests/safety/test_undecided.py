@@ -12,7 +12,7 @@ from homeostat.agents.checks import judge, judge_safety, rollout_findings, targe
 from homeostat.agents.cost import Cost
 from homeostat.campaign.limits_in_force import LimitsInForce
 from homeostat.campaign.scoring import exposures, inside_at_end
-from homeostat.domain.limits import LimitKind, Limits, Owner
+from homeostat.domain.limits import Criterion, LimitKind, Limits, Owner
 from homeostat.domain.production import Production
 from homeostat.domain.snapshot import Trajectory
 from homeostat.domain.verdict import Approve, Revise
@@ -30,8 +30,7 @@ EMPTY = rollout(at=(1, 3), L=0.0)
 @pytest.mark.parametrize("limits", [Limits((RATIO,), ()), Limits((), (QUOTIENT,))])
 def test_a_rollout_that_leaves_a_rule_undecided_is_refused(limits: Limits) -> None:
     assert isinstance(judge(ACTIONS, rollout(), limits, RUNNING, TAGS), Approve)
-    for verdict in (judge(ACTIONS, EMPTY, limits, RUNNING, TAGS),
-                    judge_safety(ACTIONS, EMPTY, limits)):  # fmt: skip
+    for verdict in (judge(ACTIONS, EMPTY, limits, RUNNING, TAGS), judge_safety(ACTIONS, EMPTY, limits)):
         assert isinstance(verdict, Revise)
         (finding,) = verdict.violated
         assert finding.margin == -math.inf and finding.member == 1 and "cannot be judged" in finding.message
@@ -40,7 +39,7 @@ def test_a_rollout_that_leaves_a_rule_undecided_is_refused(limits: Limits) -> No
 def test_the_undecided_member_is_the_worst_one_in_any_order() -> None:
     for order in ([1.0, 0.0, 2.0], [0.0, 1.0, 2.0], [2.0, 1.0, 0.0]):
         signals = {"x": np.array(order)[:, np.newaxis]}
-        found = worst("A", Owner.ACTION, parse("1 / x <= 0.7"), "Ratio", signals, 1.0)
+        found = worst(Criterion("A", Owner.ACTION, parse("1 / x <= 0.7"), True, "", "Ratio"), signals, 1.0)
         assert not found.satisfied and found.margin == -math.inf and found.member == order.index(0.0)
 
 

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import math
 import os
 import string
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import BinaryIO
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.domain.mode import PersonCommand, Role, Verb
-from homeostat.service.inbox import INBOX, MOST, TAKEN, Inbox, post, take_back
+from homeostat.service.inbox import INBOX, MOST, TAKEN, Inbox, post, refuse_unattended, take_back
 from homeostat.service.order import LARGEST, OrderError, run_identity
 from homeostat.trace import Journal, RunStarted, Summary
+from homeostat.trace.files import JOURNAL
 
 YES = PersonCommand("approve-0001", "Ada", Role.OPERATOR, Verb.APPROVE, "search-1", "ab" * 32, "it helps")
 
@@ -29,13 +33,27 @@ def now() -> float:
     return NOW_S
 
 
+LOCKS: list[BinaryIO] = []
+"""What keeps the runs of these tests going on: a run holds the lock of its journal."""
+
+
 def run_in(folder: Path, seed: int = 1) -> Path:
-    """A run that has begun, with an inbox."""
+    """A run that has begun and goes on, with an inbox."""
     journal = Journal(folder)
     journal.record(RunStarted("vessel", (), seed), 0.0)
     journal.__exit__(None, None, None)
+    LOCKS.append((folder / JOURNAL).open("rb"))
+    fcntl.flock(LOCKS[-1], fcntl.LOCK_EX)
     (folder / INBOX).mkdir()
     return folder
+
+
+@pytest.fixture(autouse=True)
+def let_go() -> Iterator[None]:
+    """Runs end with their test."""
+    yield
+    while LOCKS:
+        LOCKS.pop().close()
 
 
 @pytest.fixture
@@ -139,6 +157,19 @@ def test_an_order_for_another_run_is_refused(run_dir: Path, tmp_path: Path) -> N
     (other / INBOX / "approve-0001.json").replace(run_dir / INBOX / "approve-0001.json")
     inbox = Inbox(run_dir)
     assert inbox.poll() == () and "another run" in inbox.take_troubles()[0]
+
+
+def test_nobody_orders_anything_of_a_run_that_was_killed_or_emptied(run_dir: Path) -> None:
+    refuse_unattended(run_dir)
+    LOCKS.pop().close()
+    with pytest.raises(OrderError, match="does not go on: it was killed"):
+        refuse_unattended(run_dir)
+    with pytest.raises(OrderError, match="does not go on: it was killed"):
+        post(run_dir, YES)
+    assert list((run_dir / INBOX).iterdir()) == []
+    (run_dir / JOURNAL).write_bytes(b"")
+    with pytest.raises(OrderError, match="no run that has begun"):
+        refuse_unattended(run_dir)
 
 
 def test_nobody_orders_anything_of_a_run_that_has_not_begun_is_over_or_takes_no_orders(tmp_path: Path) -> None:

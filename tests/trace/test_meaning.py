@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 
 import pytest
 
+from homeostat.campaign.recall import EVENTS
 from homeostat.domain.alarm import Priority
 from homeostat.domain.guard_events import (
     AlarmRaised,
@@ -24,6 +25,7 @@ from homeostat.domain.guard_events import (
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.write_events import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
 from homeostat.trace import Event, Journal, Report, RunFinished, RunStarted, Setting, Summary, verify
+from homeostat.trace.chain import HAPPENED, HEADER
 from homeostat.trace.decisions import Attempted, Diagnosed, LaterStep, ReleasedActions
 from homeostat.trace.meaning import MOST
 from homeostat.trace.memory import MemoryTrace
@@ -271,3 +273,8 @@ def test_every_event_of_the_guard_can_be_kept(tmp_path: Path) -> None:
     for event in (*WROTE, FELL, LATCHED, FALLBACK, SEQUENCE, *RETRIED):
         memory.record(event, 0.0)
     assert {r.fields.get("cause") for r in memory.records()} >= {"REQUEST", "FALLBACK", "SEQUENCE"}
+
+
+@pytest.mark.parametrize("event", EVENTS, ids=lambda event: str(event.kind))
+def test_no_field_of_an_event_has_a_name_that_every_line_has(event: type[Event]) -> None:
+    assert is_dataclass(event) and {field.name for field in fields(event)} & {*HEADER, HAPPENED} == set()

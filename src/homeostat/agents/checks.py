@@ -14,7 +14,6 @@ from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, RolloutResult, Verdict
 from homeostat.guard.permissives import finding, refusal
-from homeostat.stl.formula import Formula
 
 REPEATED = "CHK-REPEATED"
 """Name of the refusal of a proposal that was judged before."""
@@ -70,19 +69,14 @@ def rollout_findings(
     """
     signals, dt_s = rollout.trajectory.signals, rollout.trajectory.dt_s
     covered_s = rollout.trajectory.length * dt_s
-    found = [
-        _too_short(c, covered_s) or worst(c.name, c.owner, c.formula, c.description, signals, dt_s) for c in criteria
-    ]
+    found = [_too_short(c, covered_s) or worst(c, signals, dt_s) for c in criteria]
     for limit in limits:
         if limit.kind is LimitKind.PERMISSIVE:
             margins = _permissive_margins(limit, signals, actions)
         else:
             margins = np.atleast_2d(limit.formula.margins(signals, dt_s))
         member, row = np.unravel_index(_worst(margins), margins.shape)
-        found.append(
-            finding(limit.name, Owner.ACTION, limit.formula, limit.description, float(margins[member, row]),
-                     float(row) * dt_s, int(member))
-        )  # fmt: skip
+        found.append(finding(limit, float(margins[member, row]), float(row) * dt_s, int(member)))
     return tuple(found)
 
 
@@ -99,15 +93,11 @@ def _permissive_margins(
     return np.asarray(np.minimum.reduce(np.broadcast_arrays(*found)))
 
 
-def worst(
-    name: str, owner: Owner, formula: Formula, description: str, signals: Mapping[str, NDArray[np.float64]], dt_s: float
-) -> Finding:
-    """The finding of one formula on a rollout: its least margin over the members."""
-    margin = formula.evaluate(signals, dt_s)
+def worst(criterion: Criterion, signals: Mapping[str, NDArray[np.float64]], dt_s: float) -> Finding:
+    """The finding of one criterion on a rollout: its least margin over the members."""
+    margin = criterion.formula.evaluate(signals, dt_s)
     member = _worst(margin.value)
-    return finding(
-        name, owner, formula, description, float(margin.value[member]), float(margin.worst_at_s[member]), member
-    )
+    return finding(criterion, float(margin.value[member]), float(margin.worst_at_s[member]), member)
 
 
 def _worst(margins: NDArray[np.float64]) -> int:
@@ -131,10 +121,9 @@ def target_finding(rollout: Rollout, target: State) -> Finding:
     margins = target.settled_when.margins(last, rollout.trajectory.dt_s)
     member = _worst(margins[:, 0])
     end_s = (rollout.trajectory.length - 1) * rollout.trajectory.dt_s
-    return finding(
-        target_name(target), Owner.PLANNING, target.settled_when, f"State {target.name!r} is reached",
-        float(margins[member, 0]), end_s, member,
-    )  # fmt: skip
+    reached = f"State {target.name!r} is reached"
+    criterion = Criterion(target_name(target), Owner.PLANNING, target.settled_when, False, "", reached)
+    return finding(criterion, float(margins[member, 0]), end_s, member)
 
 
 def command_findings(actions: ActionSet, target: State, tags: Mapping[str, Tag]) -> tuple[Finding, ...]:

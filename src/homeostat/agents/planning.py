@@ -29,9 +29,10 @@ class SearchPlanning:
         faults = plausible_faults(situation.diagnosis)
         for path in open_paths(self._plant, self._grounding, situation, advice):
             return path
-        tried = ", ".join(sorted({states[-1] for states in advice.refused_paths})) or "none"
+        tried = ", ".join(sorted({states[-1] for states in advice.refused_paths}))
         present = ", ".join(faults) or "no fault"
-        raise NoAdmissiblePlan(f"no path from {situation.state!r} is open with {present}; targets refused: {tried}")
+        reason = f"no path from {situation.state!r} is open with {present}"
+        raise NoAdmissiblePlan(f"{reason}; targets refused: {tried}" if tried else reason)
 
 
 def open_paths(

@@ -77,7 +77,7 @@ def _ways(case: Case) -> Iterator[tuple[RecoveryPath, dict[str, float]]]:
         ranges = {
             r.tag: np.linspace(r.low, r.high, LEVELS).tolist()
             for r in open_setpoints([machine.state(name) for name in path.states])
-        }  # fmt: skip
+        }
         for values in itertools.product(*ranges.values()):
             yield path, dict(zip(ranges, values, strict=True))
 

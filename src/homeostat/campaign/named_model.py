@@ -67,8 +67,13 @@ class NamedModel:
         return ScriptedModel(self.name, script)
 
     def _provider(self) -> LanguageModel:
-        from homeostat.llm.address import parse_address
+        from homeostat.llm.address import check_host, parse_address
 
+        try:
+            for host in self.allow_hosts:
+                check_host(host)
+        except ValueError as error:
+            raise NoSuchModel(f"--allow-host: {error}") from None
         try:
             address = parse_address(self.name)
         except ValueError as error:

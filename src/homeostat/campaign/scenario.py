@@ -69,7 +69,8 @@ def scenario(
     if onset_s is not None and not names:
         raise ScenarioError(f"onset {onset_s:g} s needs a fault; name one, or leave the onset out")
     if names and not 0.0 <= onset < end:
-        raise ScenarioError(f"onset {onset:g} s must lie in the run, 0 s to {end:g} s; choose an earlier onset")
+        remedy = "choose an earlier onset, or a later end" if onset >= end else "choose an onset from 0 s on"
+        raise ScenarioError(f"onset {onset:g} s must lie in the run, 0 s to {end:g} s; {remedy}")
     if severity is not None and len(names) != 1:
         raise ScenarioError(f"severity {severity:g} needs exactly one fault, {fault!r} names {len(names)}")
     states = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
+import logging
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -86,7 +86,11 @@ def baseline_sources(case: Case) -> str:
 
 
 def _with(files: PlantFiles, name: str, content: bytes) -> PlantFiles:
-    """``files`` with another ``content`` of ``name``, on disk as well where the folder can be written."""
-    with contextlib.suppress(OSError):
+    """``files`` with another ``content`` of ``name``, on disk as well where the folder can be written; that is said."""
+    why = "its tables are newer" if name == GRAPH else "what it follows from has changed"
+    try:
         write_whole(files.folder / name, content)
+    except OSError:
+        why += f"; it is not kept, because {str(files.folder)!r} cannot be written"
+    logging.getLogger(__name__).warning("made again %s: %s", f"{files.folder.name}/{name}", why)
     return PlantFiles(files.folder, dict(sorted({**files.contents, name: content}.items())))

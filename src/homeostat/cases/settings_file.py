@@ -22,7 +22,10 @@ _SPELLING: Final = {
 
 
 def read_settings(files: PlantFiles) -> Settings:
-    """The settings of the plant; CaseError with the first mistake and the number of the others."""
+    """The settings of the plant; CaseError with the first mistake and the number of the others.
+
+    A key that there is not comes before everything else: misspelt, it is why another one is missing.
+    """
     where = f"{files.folder.name}/{SETTINGS}"
     try:
         content = tomllib.loads(files.content(SETTINGS).decode("utf-8"))
@@ -31,8 +34,9 @@ def read_settings(files: PlantFiles) -> Settings:
     try:
         return Settings.model_validate(content)
     except ValidationError as error:
-        first, *others = error.errors(include_url=False)
-        more = f" (and {len(others)} more)" if others else ""
+        found = error.errors(include_url=False)
+        first = next((e for e in found if e["type"] == "extra_forbidden"), found[0])  # its remedy may cure the others
+        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
         raise CaseError(f"{where}: {_told(first)}{more}") from None
 
 

@@ -72,7 +72,7 @@ def check_signature(
         with path.open("rb") as stream:
             found = Signature.model_validate_json(stream.read(_MOST_BYTES))
     except FileNotFoundError:
-        return f"the configuration is not signed: there is no {path.name}; sign it with 'homeostat plant sign'"
+        return f"the configuration is not signed: there is no {str(path)!r}; sign it with 'homeostat plant sign'"
     except OSError as error:
         return f"the signature {str(path)!r} cannot be read: {error.strerror}"
     except ValidationError as error:

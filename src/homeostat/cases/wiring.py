@@ -102,16 +102,14 @@ class Workbench:
         """The deterministic proposer that is always there."""
         d = self.case.description
         action = SearchAction(self.twin, d.limits, d.tags_by_name, self.case.production, d.scales)
-        return Proposer(
-            "search", SearchPlanning(d, self.grounding), action, MarginReprompting(d.scales), improves=True
-        )  # fmt: skip
+        return Proposer("search", SearchPlanning(d, self.grounding), action, MarginReprompting(d.scales), improves=True)
 
     def speaking(self) -> Proposer:
         """The language model's proposer; AssertionError in a run without one."""
         assert self.language is not None, "the run has no language model"
         return self.language.proposer(
             self.case, self.grounding, self.simulation, self.trace, self.archive, self.protocol
-        )  # fmt: skip
+        )
 
 
 Propose = Callable[[Workbench], tuple[Proposer, ...]]

@@ -120,7 +120,8 @@ def _disagreements(plant: Plant, store: GraphStore) -> Iterator[str]:
     from homeostat.knowledge.provenance import stale_tables
 
     for table in stale_tables(plant.files.folder, store.dump(RdfFormat.N_TRIPLES), RdfFormat.N_TRIPLES):
-        yield f"[{Code.STALE_GRAPH}] table {table!r}: changed after the graph was built; run 'make graph'"
+        remedy = f"run 'python -m homeostat.knowledge.build {plant.files.folder}'"
+        yield f"[{Code.STALE_GRAPH}] table {table!r}: changed after the graph was built; {remedy}"
     yield from map(str, check_shapes(store))
     try:
         described = read_plant(store, plant.system)

@@ -124,7 +124,9 @@ def _because(reason: str) -> str:
 def _person(event: PersonHeard, at_s: float) -> Iterator[Line]:
     """Orders without an event of their own, and all that were refused."""
     about = f" {event.subject}" if event.subject else ""
-    if not event.done:
+    if event.missing:
+        yield Line(at_s, "person", f"{event.person} ({event.role.value}) ordered {event.verb}{about}; {event.reason}")
+    elif not event.done:
         text = f"{event.person} ({event.role.value}) ordered {event.verb}{about}, refused because {event.reason}"
         yield Line(at_s, "person", text, Tone.WARNING)
     elif (done := _BY_PERSON.get(Verb(event.verb))) is not None:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from io import TextIOWrapper
 
 from homeostat.cli.arguments import UsageError
+from homeostat.cli.notices import notices
 from homeostat.cli.parser import parser
 
 BAD_USAGE = 2
@@ -30,7 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")  # a terminal without Unicode must not stop a run
     options = parser().parse_args(arguments)
     try:
-        status: int = _carried_out(options)
+        with notices():
+            status: int = _carried_out(options)
         sys.stdout.flush()
         return status
     except KeyboardInterrupt:

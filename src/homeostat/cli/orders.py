@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from homeostat.cli.arguments import UsageError
 
 if TYPE_CHECKING:
     from homeostat.cli.arguments import Commands, Parser
-    from homeostat.service.answers import Waiting
+    from homeostat.domain.plant_description import PlantDescription
+    from homeostat.service.answers import Heard, Waiting
+    from homeostat.trace import Record
 
 REFUSED: Final = 3
 """Exit status of an order that the guard refused."""
@@ -20,7 +21,8 @@ PATIENCE_S: Final = 10.0
 LEAST_DIGITS: Final = 8
 """Fewest digits that name a digest."""
 _EPILOG: Final = (
-    "Exit status: 0 done; 3 refused by the guard, which says why; 2 no such run, it is over, or it does not answer. "
+    "Exit status: 0 done, or heard where more people must order it; 3 refused by the guard, which says why; 2 no such "
+    "run, it is over, or it does not answer. "
     "Name and role are a claim: the guard checks what the role may order and journals both; simulation trusts them."
 )
 
@@ -91,22 +93,31 @@ def carry_out(options: argparse.Namespace) -> int:
         what = "the order was taken back" if left else "but has taken the order; look at what it does"
         raise UsageError(f"run {str(run_dir)!r} does not answer, {what}; it is over, or does not go on")
     about = f"{options.verb} {options.subject}".rstrip()
-    text = f"{about}: done" if heard.done else f"{about}: refused, {heard.reason}"
-    print(printable(text))
-    return 0 if heard.done else REFUSED
+    print(printable(f"{about}: {_said(heard)}"))
+    return 0 if heard.done or heard.counts else REFUSED
+
+
+def _said(heard: Heard) -> str:
+    """What came of an order, in words."""
+    if heard.done:
+        return "done"
+    return f"heard; {heard.reason}" if heard.counts else f"refused, {heard.reason}"
 
 
 def _approve(options: argparse.Namespace) -> int:
     """Approve a request, or list those that wait."""
+    from homeostat.cli.offers import Offers
     from homeostat.cli.trace_verify import run_directory
     from homeostat.domain.quotation import printable
     from homeostat.service.answers import waiting
+    from homeostat.service.inbox import refuse_unattended
     from homeostat.trace import read_events
 
     run_dir = run_directory(options.run)
     if not options.subject:
-        found = waiting(read_events(run_dir))
-        for line in _listed(found) if found else ["no request waits for a person"]:
+        refuse_unattended(run_dir)
+        records = tuple(read_events(run_dir))
+        for line in Offers.of(records).lines(_plant(records)):
             print(printable(line))
         return 0
     if not options.digest:
@@ -122,24 +133,16 @@ def _whole(digest: str, request: str, found: tuple[Waiting, ...]) -> str:
     return next((w.digest for w in found if w.request == request and w.digest.startswith(digest)), digest)
 
 
-def _listed(found: tuple[Waiting, ...]) -> Iterator[str]:
-    for request in found:
-        yield f"{request.request}  by {request.proposer}  --digest {request.digest}"
-        orders = ", ".join(map(_command, request.commands))
-        yield f"  commands  {orders or 'not in the journal'}"
-        if request.findings:
-            yield f"  margins   {', '.join(map(_margin, request.findings))}"
+def _plant(records: tuple[Record, ...]) -> PlantDescription | None:
+    """The plant of a run; None where it is not known here, or not like that: a person must decide all the same."""
+    from homeostat.cases.case import load_case
+    from homeostat.cases.error import CaseError
+    from homeostat.knowledge.graph_error import GraphError
 
-
-def _command(command: Mapping[str, Any]) -> str:
-    value, rate = command["value"], command["rate"]
-    text = f"{command['tag']} to {'automatic' if value is None else f'{value:.4g}'}"
-    return text if rate is None else f"{text} at {rate:.4g}/s"
-
-
-def _margin(finding: Mapping[str, Any]) -> str:
-    unit = "" if finding["unit"] in ("", "1") else f" {finding['unit']}"
-    return f"{finding['criterion']} {float(finding['margin']):+.3g}{unit}"
+    try:
+        return load_case(str(records[0].fields["case"]), learned=False).description
+    except (CaseError, GraphError, LookupError):
+        return None
 
 
 def _login() -> str:

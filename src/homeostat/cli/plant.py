@@ -34,7 +34,12 @@ def configure(commands: Commands) -> None:
     signing.add_argument("--key", type=Path, required=True, metavar="FILE", help="private key, as 'keygen' wrote it")
     signing.add_argument("--person", required=True, metavar="NAME", help="who signs")
     signing.add_argument("--reason", required=True, metavar="TEXT", help="why, for example the number of the review")
-    signing.add_argument("--out", type=Path, metavar="FILE", help="where to put it (default: plant.sig of the plant)")
+    signing.add_argument(
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help="file to write; it is replaced as a whole (default: plant.sig of the plant)",
+    )
     signing.set_defaults(carry_out=sign)
     verifying = commands.add_parser(
         "verify",
@@ -91,6 +96,8 @@ def verify(options: argparse.Namespace) -> int:
     from homeostat.trace.keys import read_public
 
     trusted = [read_public(key) for key in options.key]
+    if options.signature is not None:
+        options.signature.open("rb").close()  # one that was named and is not there is a mistake in the command
     case = load_case(options.case)
     reason = check_signature(case.files.folder, case.configuration, trusted, options.signature)
     print(f"{case.name} {case.configuration}: {reason or 'signed by a trusted key'}")

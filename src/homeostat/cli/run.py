@@ -117,7 +117,6 @@ class Going(NamedTuple):
 def carry(going: Going, as_json: bool) -> int:
     """Run, show, keep; the exit status."""
     from homeostat.campaign.recorded_run import record_run
-    from homeostat.cli.notices import notices
     from homeostat.cli.story import Story
     from homeostat.cli.summary import summary
     from homeostat.domain.quotation import printable
@@ -141,7 +140,7 @@ def carry(going: Going, as_json: bool) -> int:
         view.progress(snapshot.at_s, snapshot.values, story.phase, story.state)
 
     try:
-        with directory, notices():
+        with directory:
             done = record_run(
                 case, chosen, directory, going.thinking, going.proposer, on_event, on_snapshot, going.speaker,
                 going.conditions, operation=going.operation,

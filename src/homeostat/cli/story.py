@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from homeostat.campaign.belief import merge
+from homeostat.cli.folding import ATTEMPT, Folding
 from homeostat.cli.guard_story import GuardStory
 from homeostat.cli.line import Line, Tone
 from homeostat.cli.wording import beliefs, commands, quantity, worst
@@ -57,6 +58,7 @@ class Story:
         self._notices = 0
         self._acted = False
         self._asked: set[str] = set()
+        self._folding = Folding()
         self.faults: tuple[Onset, ...] = ()
         """The injected faults."""
         self.phase = "starting"
@@ -65,11 +67,13 @@ class Story:
         """State of the supervisory state machine."""
         self.reason = ""
         """Why the first fallback acted; empty where none did."""
+        self.acted_s: float | None = None
+        """Process time of the last release, or of the last fallback once one has acted; None where nothing was done."""
 
     def watch(self, at_s: float) -> Iterator[Line]:
         """The plant was seen at ``at_s`` [s]: nobody is thinking."""
         self.phase = "starting" if self.state == self._plant.machine.initial.name else "watching"
-        yield from self._pass_time(at_s)
+        yield from self._folding.show(self._pass_time(at_s))
 
     def _pass_time(self, at_s: float) -> Iterator[Line]:
         while self._coming and self._coming[0].at_s <= at_s:
@@ -79,7 +83,10 @@ class Story:
             yield Line(onset.at_s, "onset", f"{fault.label}: {fault.name} {size} (ground truth)", Tone.WARNING)
 
     def tell(self, event: Event, at_s: float) -> Iterator[Line]:
-        """The lines of one event, with what happened in the plant before it."""
+        """The lines of one event, with what happened in the plant before it; what says the same again is counted."""
+        yield from self._folding.fold(event, at_s, self._lines(event, at_s))
+
+    def _lines(self, event: Event, at_s: float) -> Iterator[Line]:
         yield from self._pass_time(at_s)
         yield from self._guard.tell(event, at_s)
         match event:
@@ -106,6 +113,7 @@ class Story:
                 yield Line(at_s, "gave up", event.reason, Tone.MUTED)
             case ReleasedActions():
                 self._acted = True
+                self.acted_s = self.acted_s if self.reason else at_s
                 yield Line(at_s, "released", commands(event.commands, self._plant), Tone.GOOD)
             case ReleaseRefused():
                 text = f"{event.proposer}: the release check, because {printable(event.reason)}"
@@ -118,7 +126,7 @@ class Story:
                 yield Line(at_s, "state", f"{label} ({event.state})", Tone.MUTED)
             case FellBack():
                 self._acted, self.state = True, event.strategy
-                self.reason = self.reason or event.reason
+                self.reason, self.acted_s = self.reason or event.reason, at_s
                 text = f"{event.strategy!r}: {commands(event.commands, self._plant)}, because {event.reason}"
                 yield Line(at_s, "fallback", text, Tone.BAD)
             case RunFinished():
@@ -161,7 +169,7 @@ class Story:
         if not self._acted:  # a review's proposal is told in full only where it is released
             text += f": {commands(event.commands, self._plant)}"
         text += f"; {verdict}, {worst(event.findings, self._scales)}"
-        return Line(at_s, "attempt", text, Tone.PLAIN if event.approved else Tone.MUTED)
+        return Line(at_s, ATTEMPT, text, Tone.PLAIN if event.approved else Tone.MUTED)
 
 
 def _call(event: ModelCalled, at_s: float) -> Line:

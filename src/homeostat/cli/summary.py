@@ -31,7 +31,7 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
     yield HEADLINES[result.outcome]
     yield _row("Fault", "; ".join(_injected(onset, plant) for onset in story.faults) or "none")
     yield _row("Noticed", _noticed(result, plant))
-    yield _row("Done", _done(result, plant))
+    yield _row("Done", _done(result, story.acted_s, plant))
     if story.reason:
         yield _row("Why", story.reason)
     yield _row("Limits", _outside(result))
@@ -65,14 +65,17 @@ def _noticed(result: Result, plant: PlantDescription) -> str:
     return f"{text}; believed {beliefs(result.hypotheses, plant)}"
 
 
-def _done(result: Result, plant: PlantDescription) -> str:
+def _done(result: Result, acted_s: float | None, plant: PlantDescription) -> str:
+    """The last commands that were released, or a fallback's; they were written at ``acted_s`` [s]."""
     if not result.actions:
         return "nothing"
     who = {"fallback": "the fallback", "search": "the search", "language": "the language model"}
     text = f"by {who.get(result.actor, result.actor)}: {commands(result.actions, plant)}"
-    if result.released_s is None:
+    if acted_s is None:
         return text
-    return f"{text} (first release at {result.released_s:.0f} s)"
+    earlier = result.released_s is not None and result.released_s < acted_s
+    first = f"; the first release was at {result.released_s:.0f} s" if earlier else ""
+    return f"{text} (at {acted_s:.0f} s{first})"
 
 
 def _batch(result: Result, plant: PlantDescription) -> str:
@@ -93,7 +96,7 @@ def _steps(steps: StepScores) -> str:
 
 def _outside(result: Result) -> str:
     parts = [
-        f"{e.limit} broken for {e.total_s:g} s, {e.from_detection_s:g} s of them after the fault was noticed"
+        f"{e.limit} violated for {e.total_s:g} s, {e.from_detection_s:g} s of them after the fault was noticed"
         for e in result.limit_exposure_s
         if e.total_s > 0.0
     ]

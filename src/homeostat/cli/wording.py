@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 
 from homeostat.campaign.belief import Belief
@@ -45,9 +46,15 @@ def commands(orders: Iterable[Command], plant: PlantDescription) -> str:
 
 
 def worst(findings: Iterable[Finding], scales: Mapping[str, float]) -> str:
-    """The finding that is nearest to its limit, or furthest beyond, in terms of what counts in its unit."""
+    """The finding that is nearest to its limit, or furthest beyond, in terms of what counts in its unit.
+
+    A check that refuses whatever the margins are is told in its own words.
+    """
     found = min(findings, key=lambda f: f.margin / scales.get(f.unit, 1.0), default=None)
     if found is None:
         return "nothing was checked"
+    if not math.isfinite(found.margin):  # a check that no margin can satisfy
+        named = f"({found.criterion})"
+        return found.message if named in found.message else f"{found.message} {named}"
     unit = "" if found.unit in ("1", "") else f" {found.unit}"
     return f"worst margin {found.margin:+.3g}{unit} ({found.criterion})"

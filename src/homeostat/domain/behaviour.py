@@ -118,10 +118,6 @@ class StateMachine:
         """Whether ``state`` is left neither on ``event`` nor by itself."""
         return not any(t.source == state and (t.event == event or not t.on_decision) for t in self.transitions)
 
-    def open_from(self, state: str, values: Mapping[str, float]) -> tuple[Transition, ...]:
-        """Transitions that leave ``state`` and whose guard holds at ``values``."""
-        return tuple(t for t in self.transitions if t.source == state and t.guard.holds(values))
-
     def paths(
         self, start: str, values: Mapping[str, float], event: str, blocked: Collection[str], longest: int = 3,
         unreliable: Collection[str] = (),

@@ -152,7 +152,7 @@ class EffectFollowed:
     """Name of the strategy."""
     limit: str
     """Name of the violated limit."""
-    at_s: float
+    judged_s: float
     """When this was so, process time [s]."""
     passed_s: float
     """How much of the time is over [s]."""
@@ -246,6 +246,8 @@ class PersonHeard:
     """Why, or why not."""
     check: str = ""
     """Name of the check that refused it; empty where none of the plant's did."""
+    missing: int = 0
+    """People who must order it too: it counts, and is carried out once they do; 0 where nobody must."""
 
 
 @dataclass(frozen=True, slots=True)

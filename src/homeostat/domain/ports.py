@@ -70,6 +70,14 @@ class Ticket(Protocol):
 class Wire(Protocol):
     """The writing side of a link: held by the guard's one writer, and only in modes that write."""
 
+    @property
+    def void(self) -> bool:
+        """Whether the plant says that the lease is over; False from a link that cannot say so: it has its heartbeat.
+
+        Asked once per tick, and may raise: then nothing is known of it.
+        """
+        ...
+
     def send(self, commands: tuple[Command, ...]) -> Ticket:
         """Begin to write ``commands``, in order; returns at once where the lease says so, and may raise.
 

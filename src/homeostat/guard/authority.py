@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.quotation import is_unseen
 from homeostat.guard.memory import REMEMBERED
+from homeostat.guard.objections import no_mode
 from homeostat.guard.texts import LONGEST, LONGEST_NAME, brief, fits
 
 ENGINEERING = frozenset({Verb.RESET, Verb.MODE, Verb.START})
@@ -50,7 +51,7 @@ class Authority:
         if command.verb in NEEDS_REASON and not _folded(command.reason):
             return f"{command.verb.value!r} needs a reason"
         if command.verb is Verb.MODE and command.subject not in {m.value for m in Mode}:
-            return f"there is no mode {command.subject!r}; there are {', '.join(m.value for m in Mode)}"
+            return no_mode(command.subject)
         return ""
 
     def _untimely(self, age_s: object) -> str:
@@ -68,6 +69,11 @@ class Authority:
         self._used.update(dict.fromkeys(used))
         while len(self._used) > REMEMBERED:
             self._used.pop(next(iter(self._used)))
+
+    @property
+    def missing(self) -> int:
+        """People who must still agree to a reset that was agreed to last."""
+        return self._persons - len(self._agreed)
 
     def agree(self, command: PersonCommand, now_s: float) -> tuple[str, ...]:
         """Everybody who has agreed to a reset, once they are enough; empty while somebody is missing."""

@@ -172,7 +172,7 @@ class BoundedWire:
 
     def _asked(self) -> bool:
         """What the link says; a wire that is void once stays so, and is also where the answer came too late."""
-        self._over = bool(getattr(self._wire, "void", False))
+        self._over = bool(self._wire.void)
         return self._over
 
     def send(self, commands: tuple[Command, ...]) -> BoundedTicket:

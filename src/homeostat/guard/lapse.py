@@ -11,10 +11,11 @@ from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import Cause
 from homeostat.guard.flight import same, shown
-from homeostat.guard.latch import Latch, loaded
+from homeostat.guard.latch import Latch
 from homeostat.guard.memory import LOCAL
 from homeostat.guard.parts import Parts
 from homeostat.guard.recognition import Found, admits_all, recognise
+from homeostat.guard.sequencer import loaded
 from homeostat.guard.service import Moved
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.guard_events import FallbackSkipped, FallbackStands, FellBack, Latched, SequenceLoaded, Shed
-from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
+from homeostat.domain.guard_events import FallbackSkipped, FallbackStands, FellBack, Latched, Shed
+from homeostat.domain.recovery import Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.write_events import Cause, StepLoaded
+from homeostat.domain.write_events import Cause
 from homeostat.guard.fallback import Chosen, Fallbacks
 from homeostat.guard.flight import Progress, Write
 from homeostat.guard.parts import Parts
+from homeostat.guard.sequencer import loaded
 from homeostat.guard.trial import Trial
 
 
@@ -255,9 +256,3 @@ class Latch:
             parts.note(Shed(reason), now_s)
         parts.alarms.raise_("shed", f"{reason}; the plant's own control goes on", Priority.CRITICAL, now_s)
         parts.tenure.give_back(now_s)
-
-
-def loaded(source: str, actions: ActionSet, aborting: bool) -> SequenceLoaded:
-    """The event of a sequencer that goes on with ``actions``."""
-    steps = tuple(StepLoaded(s.transition.name, s.commands) for s in actions.then)
-    return SequenceLoaded(source, actions.target, steps, aborting)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from homeostat.domain.limits import Limit, LimitKind, Limits, Owner
+from homeostat.domain.limits import Criterion, Limit, LimitKind, Limits, Owner
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding
-from homeostat.stl.formula import Formula
 
 
 def permissive_findings(snapshot: Snapshot, commands: Sequence[Command], limits: Limits) -> tuple[Finding, ...]:
@@ -24,7 +23,7 @@ def permissive_findings(snapshot: Snapshot, commands: Sequence[Command], limits:
     for p in limits.of_kind(LimitKind.PERMISSIVE):
         blind = unjudged(p, values)
         if blind is None:
-            found.append(finding(p.name, Owner.ACTION, p.formula, p.description, p.formula.margin_at(values), 0.0, 0))
+            found.append(finding(p, p.formula.margin_at(values)))
         else:
             found.append(refusal(p.name, blind))
     return tuple(found)
@@ -44,16 +43,20 @@ def unjudged(limit: Limit, values: Mapping[str, float]) -> str | None:
     return f"{limit.formula.text!r} {reason} ({limit.name})"
 
 
-def finding(
-    name: str, owner: Owner, formula: Formula, description: str, margin: float, at_s: float, member: int
-) -> Finding:
-    """What a formula's margin says, with a sentence for a person; one that is undecided is violated without limit."""
+def finding(rule: Limit | Criterion, margin: float, at_s: float = 0.0, member: int = 0) -> Finding:
+    """What the margin of a limit or criterion says, with a sentence for a person.
+
+    ``margin`` [its unit] is the worst one, of ``member``, ``at_s`` [s] after the snapshot; NaN where it is undecided,
+    which is violated without limit. Whoever proposes commands can cure a limit.
+    """
+    owner = rule.owner if isinstance(rule, Criterion) else Owner.ACTION
+    said, unit = f"{rule.description}: {rule.formula.text!r}", rule.formula.unit
     if math.isnan(margin):
-        message = f"{description}: {formula.text!r} cannot be judged, a value that it needs is not known ({name})"
-        return Finding(name, owner, -math.inf, formula.unit, 0.0, member, message)
+        message = f"{said} cannot be judged, a value that it needs is not known ({rule.name})"
+        return Finding(rule.name, owner, -math.inf, unit, 0.0, member, message)
     state = "holds" if margin >= 0 else "is violated"
-    message = f"{description}: {formula.text!r} {state} by {abs(margin):.4g} {formula.unit} at {at_s:.0f} s ({name})"
-    return Finding(name, owner, margin, formula.unit, at_s, member, message)
+    message = f"{said} {state} by {abs(margin):.4g} {unit} at {at_s:.0f} s ({rule.name})"
+    return Finding(rule.name, owner, margin, unit, at_s, member, message)
 
 
 def refusal(name: str, message: str, owner: Owner = Owner.ACTION) -> Finding:

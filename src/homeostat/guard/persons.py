@@ -12,15 +12,26 @@ from homeostat.domain.recovery import ActionSet
 from homeostat.domain.write_events import Cause
 from homeostat.guard.authority import Authority
 from homeostat.guard.flight import Progress, Write
-from homeostat.guard.latch import Latch, loaded
+from homeostat.guard.latch import Latch
 from homeostat.guard.modes import Modes
+from homeostat.guard.objections import no_alarm, no_start, unchanged_service
 from homeostat.guard.parts import Parts
 from homeostat.guard.recognition import recognise
 from homeostat.guard.requests import Requests
-from homeostat.guard.sequencer import nominal_commands, what_follows
+from homeostat.guard.sequencer import loaded, nominal_commands, what_follows
 from homeostat.guard.steps import Steps
 from homeostat.guard.texts import LONGEST_NAME, brief, said
 from homeostat.guard.verification import Present, Unfit, verify_start
+
+
+@dataclass(frozen=True, slots=True)
+class Counted:
+    """An order that counts, and is carried out once others order it too."""
+
+    missing: int
+    """How many others."""
+    text: str
+    """The same in words."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +60,7 @@ class Persons:
         self._authority = Authority(settings.persons, settings.person_s, settings.order_s)
         self._starting: tuple[Write, str, ActionSet] | None = None
         self._unread: tuple[Write, str] | None = None
-        self._orders: dict[Verb, Callable[[PersonCommand, Present], str]] = {
+        self._orders: dict[Verb, Callable[[PersonCommand, Present], str | Counted]] = {
             Verb.APPROVE: self._approve,
             Verb.REJECT: self._reject,
             Verb.RESET: self._reset,
@@ -63,10 +74,11 @@ class Persons:
 
     def hear(self, command: PersonCommand, present: Present) -> None:
         """Carry out ``command`` if nothing is against it, and journal what came of it."""
-        objection, check = self._authority.objection(command), ""
+        objection, check, missing = self._authority.objection(command), "", 0
         if not objection:
             try:
-                objection = self._orders[command.verb](command, present)
+                came = self._orders[command.verb](command, present)
+                objection, missing = (came.text, came.missing) if isinstance(came, Counted) else (came, 0)
             except Unfit as unfit:
                 objection, check = unfit.finding.message, unfit.finding.criterion
             except BaseException as error:  # whoever orders something gets an answer
@@ -76,9 +88,8 @@ class Persons:
         )
         self._authority.remember((name,))
         role = command.role if isinstance(command.role, Role) else Role.OPERATOR
-        event = PersonHeard(
-            name, person, role, verb, subject, not objection, objection or brief(command.reason), check
-        )  # fmt: skip
+        reason = objection or brief(command.reason)
+        event = PersonHeard(name, person, role, verb, subject, not objection, reason, check, missing)
         self._floor.parts.note(event, present.now_s)
 
     def remember(self, used: Iterable[str]) -> None:
@@ -117,8 +128,10 @@ class Persons:
         return self._floor.requests.reject(command.subject, f"{command.person}: {command.reason}", present.now_s)
 
     def _acknowledge(self, command: PersonCommand, present: Present) -> str:
-        known = self._floor.parts.alarms.acknowledge(command.subject, command.person, present.now_s)
-        return "" if known else f"there is no alarm {command.subject!r}"
+        alarms = self._floor.parts.alarms
+        if alarms.acknowledge(command.subject, command.person, present.now_s):
+            return ""
+        return no_alarm(command.subject, (alarm.id for alarm in alarms.standing))
 
     def _service(self, command: PersonCommand, present: Present) -> str:
         service, into = self._floor.parts.service, command.verb is Verb.IN_SERVICE
@@ -126,7 +139,7 @@ class Persons:
             if into:
                 self._floor.parts.alarms.return_(f"moved:{command.subject}", present.now_s)
             return ""
-        return f"{command.subject!r} is not writable, or it is {command.verb.value} already"
+        return unchanged_service(command.subject, self._floor.parts.rules, service)
 
     def _mode(self, command: PersonCommand, present: Present) -> str:
         floor, mode, now_s = self._floor, Mode(command.subject), present.now_s
@@ -148,7 +161,7 @@ class Persons:
         floor.parts.note(ModeEntered(mode.value, command.person, command.reason), now_s)
         return ""
 
-    def _reset(self, command: PersonCommand, present: Present) -> str:
+    def _reset(self, command: PersonCommand, present: Present) -> str | Counted:
         floor, now_s, readings = self._floor, present.now_s, present.readings
         if floor.latch.reason is None:
             return "nothing is latched"
@@ -158,7 +171,7 @@ class Persons:
             return "the plant does not answer; nobody can say in which state it would be left"
         agreed = self._authority.agree(command, now_s)
         if not agreed:
-            return f"{floor.parts.settings.persons} people must agree to a reset; {command.person} is one of them"
+            return self._counted()
         rules, sequencer = floor.parts.rules, floor.parts.sequencer
         found = recognise(rules.machine, floor.parts.evidence(readings), sequencer.state, rules.start_up.states)
         floor.latch.reset(now_s)
@@ -169,6 +182,12 @@ class Persons:
         floor.parts.note(LatchReset(agreed, command.reason, found.state, found.candidates), now_s)
         floor.parts.note(ModeEntered(Mode.OBSERVE.value, command.person, "reset"), now_s)
         return ""
+
+    def _counted(self) -> Counted:
+        """A reset that more people must order."""
+        persons, missing = self._floor.parts.settings.persons, self._authority.missing
+        others = "another person" if missing == 1 else f"{missing} other people"
+        return Counted(missing, f"{persons - missing} of {persons} people; {others} must order it too")
 
     def _fall_back(self, command: PersonCommand, present: Present) -> str:
         floor = self._floor
@@ -186,12 +205,14 @@ class Persons:
         rules, writer, now_s = floor.parts.rules, floor.parts.writer, present.now_s
         leaving = (t for t in rules.machine.transitions if t.source == present.state and t.on_decision)
         found = next((t for t in leaving if t.name == command.subject), None)
-        if not floor.modes.mode.writes or floor.latch.reason is not None:
-            return "a start needs a mode that writes, and no latch"
+        if floor.latch.reason is not None:
+            return "a fallback is latched; reset it first"
+        if not floor.modes.mode.writes:
+            return f"a start needs a mode that writes; this one is {floor.modes.mode.value!r}"
         if floor.parts.tenure.lost:
             return f"the lease is lost: {floor.parts.tenure.lost}"
         if found is None:
-            return f"{command.subject!r} does not leave state {present.state!r}"
+            return no_start(command.subject, rules, present.state)
         if present.readings is None:
             return "there is no reading to decide on"
         by_state = nominal_commands(rules)

@@ -12,10 +12,11 @@ from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.verdict import Finding
 from homeostat.domain.write_events import Cause
 from homeostat.guard.flight import Progress, Write
-from homeostat.guard.latch import loaded
 from homeostat.guard.memory import REMEMBERED
+from homeostat.guard.objections import no_request
 from homeostat.guard.parts import Parts
 from homeostat.guard.permissives import refusal
+from homeostat.guard.sequencer import loaded
 from homeostat.guard.texts import brief, said
 from homeostat.guard.verification import Present, Unfit, authorise, mapped, verify
 
@@ -137,7 +138,7 @@ class Requests:
         """A person says yes to request ``name`` with this ``digest``; why not, or empty."""
         asked = self._waiting.get(name)
         if asked is None or not asked.offered:
-            return f"no request {name!r} waits for a person"
+            return no_request(name, (request.id for request in self.offered))
         if digest != asked.request.actions.digest:
             return f"the digest is not that of request {name!r}; look at it again"
         asked.agreed = True
@@ -147,7 +148,7 @@ class Requests:
         """A person says no to request ``name``; why not, or empty."""
         asked = self._waiting.get(name)
         if asked is None or not asked.offered:
-            return f"no request {name!r} waits for a person"
+            return no_request(name, (request.id for request in self.offered))
         del self._waiting[name]
         self._answer(asked.request, RequestStatus.REFUSED, now_s, refusal("CHK-PERSON", reason))
         return ""

@@ -11,9 +11,10 @@ from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import Cause, ReadBack
 from homeostat.guard.flight import PUT_RIGHT, Write, between, holds
-from homeostat.guard.latch import Latch, loaded
+from homeostat.guard.latch import Latch
 from homeostat.guard.memory import Memory, OpenWrite
 from homeostat.guard.parts import Parts
+from homeostat.guard.sequencer import loaded
 from homeostat.guard.start_up import StartUpPhase
 from homeostat.guard.steps import Steps
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from homeostat.domain.behaviour import StateMachine
+from homeostat.domain.guard_events import SequenceLoaded
 from homeostat.domain.limits import Limits
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
 from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.write_events import StepLoaded
 from homeostat.guard.permissives import permissive_findings, usable
 
 
@@ -181,3 +183,9 @@ def what_follows(machine: StateMachine, start: str, commands: dict[str, tuple[Co
         here = taken.target
         been.add(here)
     return tuple(steps)
+
+
+def loaded(source: str, actions: ActionSet, aborting: bool) -> SequenceLoaded:
+    """The event of a sequencer that goes on with ``actions``."""
+    steps = tuple(StepLoaded(s.transition.name, s.commands) for s in actions.then)
+    return SequenceLoaded(source, actions.target, steps, aborting)

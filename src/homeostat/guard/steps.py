@@ -13,11 +13,11 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import Cause
 from homeostat.guard.arrivals import Arrivals
 from homeostat.guard.flight import Progress, Write
-from homeostat.guard.latch import Latch, loaded
+from homeostat.guard.latch import Latch
 from homeostat.guard.parts import Parts
 from homeostat.guard.permissives import permissive_findings
 from homeostat.guard.recognition import followed, step_made
-from homeostat.guard.sequencer import nominal_commands, what_follows
+from homeostat.guard.sequencer import loaded, nominal_commands, what_follows
 from homeostat.guard.verification import command_finding
 
 

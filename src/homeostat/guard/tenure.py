@@ -102,8 +102,9 @@ class Tenure:
             self._alarms.raise_("lease:late", late, Priority.HIGH, now_s)
         else:
             self._alarms.return_("lease:late", now_s)
+        wire = self._writer.wire
         try:
-            over = bool(getattr(self._writer.wire, "void", False))
+            over = wire is not None and bool(wire.void)
         except BaseException as broken:  # a link may break in any way
             said(broken)
             return

@@ -108,7 +108,7 @@ def _without_effect(trial: Trial, fields: Mapping[str, Any]) -> Trial:
 
 
 def _followed(trial: Trial, fields: Mapping[str, Any]) -> Trial:
-    passed = Passed(float(fields["at_s"]), float(fields["passed_s"]), tuple(map(float, fields["sums"])))
+    passed = Passed(float(fields["judged_s"]), float(fields["passed_s"]), tuple(map(float, fields["sums"])))
     return replace(trial, effects={**trial.effects, str(fields["limit"]): passed})
 
 

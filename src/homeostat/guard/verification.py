@@ -271,4 +271,4 @@ def _commands_of(given: tuple[Any, ...]) -> tuple[Command, ...]:
             None if c.rate is None else _number(c.rate),
         )
         for c in given
-    )  # fmt: skip
+    )

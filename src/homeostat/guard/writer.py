@@ -330,10 +330,7 @@ class Writer:
 
     def _deviating(self, write: Write, readings: Snapshot) -> tuple[str, ...]:
         """Tags whose accepted target is not what was commanded."""
-        return tuple(
-            c.tag for c in write.commands
-            if not holds(c, readings, self._tolerance(c.tag))
-        )  # fmt: skip
+        return tuple(c.tag for c in write.commands if not holds(c, readings, self._tolerance(c.tag)))
 
     def _tolerance(self, tag: str) -> float:
         return self._rules[tag].tolerance if tag in self._rules else 0.0

@@ -117,7 +117,7 @@ _PATTERNS: Final[dict[Reason, tuple[str, ...]]] = {
         r"\b(?=\w*\d)(?=\w*[a-z])(?=\w*[A-Z])[A-Za-z0-9+/]{20,}={0,2}|\b[0-9a-f]{24,}\b|\bbase64\b",
         r"&#\d+;|\\x[0-9a-f]{2}|\w%[0-9A-F]{2}\w",
     ),
-}  # fmt: skip
+}
 _RULES: Final = tuple((reason, re.compile(p)) for reason, patterns in _PATTERNS.items() for p in patterns)
 
 

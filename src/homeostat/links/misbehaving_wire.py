@@ -7,14 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import final
 
-from homeostat.domain.ports import Ticket
+from homeostat.domain.ports import Ticket, Wire
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.bad_writes import BadWrite
 from homeostat.links.errors import LinkError
 from homeostat.links.simulated import WIRE_LOG_LENGTH
 from homeostat.links.timetable import Timetable
-from homeostat.links.virtual import Answered, Arrival, LeasedWire, Link
+from homeostat.links.virtual import Answered, Arrival, Link
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class WriteSide:
         """``link`` is the one beneath; ``block`` returns when a write may begin."""
         self._link, self.block = link, block
         self._script = Timetable(script)
-        self._late: list[tuple[float, tuple[Command, ...], LeasedWire]] = []
+        self._late: list[tuple[float, tuple[Command, ...], Wire]] = []
         self._pretended: dict[str, float | None] = {}
         self.log: deque[Arrival] = deque(maxlen=WIRE_LOG_LENGTH)
         """What was handed to any wire, the oldest first."""
@@ -59,7 +59,7 @@ class WriteSide:
         self._script.move(self.now_s)
         return self._script.active[0] if self._script.active else None
 
-    def postpone(self, commands: tuple[Command, ...], at_s: float, wire: LeasedWire) -> None:
+    def postpone(self, commands: tuple[Command, ...], at_s: float, wire: Wire) -> None:
         """``commands`` reach the plant at process time ``at_s`` [s]."""
         self._late.append((at_s, commands, wire))
 
@@ -92,7 +92,7 @@ class WriteSide:
 class MisbehavingWire:
     """Implements :class:`homeostat.domain.ports.Wire` and :class:`homeostat.links.bad_writes.Delivery`."""
 
-    def __init__(self, side: WriteSide, wire: LeasedWire) -> None:
+    def __init__(self, side: WriteSide, wire: Wire) -> None:
         """``wire`` is the one beneath."""
         self._side, self._wire = side, wire
 

@@ -86,19 +86,10 @@ class Arrival:
     """What the sender was told of it; empty where nothing went wrong."""
 
 
-class LeasedWire(Wire, Protocol):
-    """A wire that knows whether its lease lasts."""
-
-    @property
-    def void(self) -> bool:
-        """Whether the lease is over."""
-        ...
-
-
 class Link(Source, Lease, Protocol):
     """A plant in virtual time, with everything that a test or a study may do to it."""
 
-    def take(self) -> LeasedWire:
+    def take(self) -> Wire:
         """Take the lease; LinkError where the plant does not give it."""
         ...
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ipaddress
 import os
+import re
 from dataclasses import dataclass
 from typing import Final
 from urllib.parse import urldefrag
@@ -14,6 +16,7 @@ _KNOWN: Final = {
     OLLAMA: ("http://127.0.0.1:11434/v1", "OLLAMA_API_KEY"),
 }
 """Provider -> where it is, and the environment variable with its key."""
+_HOST: Final = re.compile(r"[\w-]+(\.[\w-]+)*\.?")
 SERVER_KEY: Final = "HOMEOSTAT_LLM_KEY"
 """Environment variable with the key of a server that is given by its address."""
 KEY_VARIABLES: Final = (*(variable for _, variable in _KNOWN.values()), SERVER_KEY)
@@ -74,6 +77,19 @@ def parse_address(text: str) -> ModelAddress:
         raise ValueError(f"{text!r} names no model; it must be {forms} or http://HOST:PORT/v1#MODEL")
     url, variable = _KNOWN[provider]
     return ModelAddress(text, provider, model, url, variable)
+
+
+def check_host(text: str) -> None:
+    """ValueError where ``text`` is not the name or the address of a host alone: it would never be the one reached.
+
+    >>> check_host("llm.plant.example")
+    """
+    if _HOST.fullmatch(text):
+        return
+    try:
+        ipaddress.ip_address(text)  # one of version 6 has colons
+    except ValueError:
+        raise ValueError(f"{text!r} is not a host; give its name alone, without http://, port and path") from None
 
 
 def _may_hold_a_secret(text: str) -> bool:

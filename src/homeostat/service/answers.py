@@ -10,7 +10,6 @@ from typing import Any, Final, Protocol
 
 from homeostat.domain.guard_events import PersonHeard, RequestAnswered
 from homeostat.domain.request import RequestStatus
-from homeostat.trace.decisions import Attempted
 from homeostat.trace.files import JOURNAL, MANIFEST
 from homeostat.trace.replay import parse
 
@@ -19,6 +18,11 @@ _LOOK_S: Final = 0.1
 
 class Recorded(Protocol):
     """One event as a journal holds it."""
+
+    @property
+    def at_s(self) -> float:
+        """Process time of its line [s]."""
+        ...
 
     @property
     def kind(self) -> str:
@@ -38,7 +42,9 @@ class Heard:
     done: bool
     """Whether it was carried out."""
     reason: str
-    """Why not, or the person's own reason."""
+    """Why not, who else must order it, or the person's own reason."""
+    counts: bool = False
+    """Whether it counts though it was not carried out: more people must order it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,28 +57,22 @@ class Waiting:
     """Who proposed it."""
     digest: str
     """Digest of its action set."""
-    commands: tuple[Mapping[str, Any], ...]
-    """Its first commands, each with ``tag``, ``value`` and ``rate``; empty where the journal does not have them."""
-    findings: tuple[Mapping[str, Any], ...]
-    """What was checked before, each with ``criterion``, ``margin`` and ``unit``."""
+    at_s: float
+    """Process time from which it waits [s]."""
 
 
 def waiting(events: Iterable[Recorded]) -> tuple[Waiting, ...]:
     """Requests that ``events``, in order, leave waiting for a person, the oldest first."""
-    attempts: dict[str, Mapping[str, Any]] = {}
     found: dict[str, Waiting] = {}
     for event in events:
+        if event.kind != RequestAnswered.kind:
+            continue
         fields = event.fields
-        if event.kind == Attempted.kind:
-            attempts[str(fields["digest"])] = fields
-        elif event.kind == RequestAnswered.kind and fields["status"] == RequestStatus.OFFERED.value:
-            known = attempts.get(str(fields["digest"]), {"commands": (), "findings": ()})
-            found[str(fields["request"])] = Waiting(
-                str(fields["request"]), str(fields["proposer"]), str(fields["digest"]),
-                tuple(known["commands"]), tuple(known["findings"]),
-            )  # fmt: skip
-        elif event.kind == RequestAnswered.kind:
-            found.pop(str(fields["request"]), None)
+        request = str(fields["request"])
+        if fields["status"] == RequestStatus.OFFERED.value:
+            found[request] = Waiting(request, str(fields["proposer"]), str(fields["digest"]), event.at_s)
+        else:
+            found.pop(request, None)
     return tuple(found.values())
 
 
@@ -92,7 +92,8 @@ def wait_for(run_dir: Path, order: str, after: int, within_s: float) -> Heard | 
         for event, end in _lines(run_dir / JOURNAL, after):
             after = end
             if event.kind == PersonHeard.kind and event.fields["command"] == order:
-                return Heard(bool(event.fields["done"]), str(event.fields["reason"]))
+                fields = event.fields
+                return Heard(bool(fields["done"]), str(fields["reason"]), int(fields.get("missing", 0)) > 0)
         if over or time.monotonic() >= deadline:
             return None
         time.sleep(_LOOK_S)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import time
 from collections.abc import Callable
@@ -10,7 +11,7 @@ from typing import Final, final
 
 from homeostat.domain.mode import PersonCommand
 from homeostat.service.order import ENDING, IDENTIFIER, OrderError, read, run_identity, written
-from homeostat.trace.files import MANIFEST, write_whole
+from homeostat.trace.files import JOURNAL, MANIFEST, write_whole
 
 INBOX: Final = "inbox"
 """Folder of the run directory that orders are put into."""
@@ -83,18 +84,38 @@ class Inbox:
             self._left.add(name)
 
 
+def refuse_unattended(run_dir: Path) -> None:
+    """OrderError where nobody takes orders of the run in ``run_dir``: not begun, over, left, or not to be talked to."""
+    run_identity(run_dir)
+    if (run_dir / MANIFEST).exists():
+        raise OrderError(f"run {str(run_dir)!r} is over; there is nobody left to order anything")
+    if not _is_written(run_dir):
+        raise OrderError(
+            f"run {str(run_dir)!r} does not go on: it was killed or broke off; 'homeostat resume' goes on with it"
+        )
+    if not (run_dir / INBOX).is_dir():
+        raise OrderError(f"run {str(run_dir)!r} takes no orders; start it with --mode approve, or with --pace")
+
+
+def _is_written(run_dir: Path) -> bool:
+    """Whether a process holds the journal: its lock ends with the process."""
+    with (run_dir / JOURNAL).open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+    return False
+
+
 def post(run_dir: Path, command: PersonCommand, clock: Callable[[], float] = time.time) -> None:
     """Put an order into the inbox of the run in ``run_dir``, issued now by ``clock``, in seconds since 1970.
 
     Raises:
-        OrderError: the run has not begun, is over, or takes no orders; the order is not one.
+        OrderError: nobody takes orders of the run, or the order is not one.
         OSError: the file cannot be written.
     """
     content = written(command, run_identity(run_dir), clock())
-    if (run_dir / MANIFEST).exists():
-        raise OrderError(f"run {str(run_dir)!r} is over; there is nobody left to order anything")
-    if not (run_dir / INBOX).is_dir():
-        raise OrderError(f"run {str(run_dir)!r} takes no orders; start it with --mode approve, or with --pace")
+    refuse_unattended(run_dir)
     write_whole(run_dir / INBOX / f"{command.id}{ENDING}", content)
 
 

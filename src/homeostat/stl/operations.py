@@ -79,9 +79,7 @@ def _known(difference: Program, unknown: float) -> Program:
     return margin
 
 
-POINT: Final = Operations(
-    _value_of, _quotient, _smaller, _larger, _known, _same, min, max, _looks_ahead, _looks_ahead
-)  # fmt: skip
+POINT: Final = Operations(_value_of, _quotient, _smaller, _larger, _known, _same, min, max, _looks_ahead, _looks_ahead)
 """One float per tag; a tag that is absent is unknown."""
 
 

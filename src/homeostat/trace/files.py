@@ -35,7 +35,10 @@ def describe(path: Path, run_dir: Path) -> StoredFile:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file that other readers see either not at all or whole, even after a power cut."""
+    """Write a file that other readers see either not at all or whole, even after a power cut.
+
+    Raises OSError, which names ``path``, where it cannot be written.
+    """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
         with temporary.open("wb") as file:
@@ -43,6 +46,8 @@ def write_whole(path: Path, content: bytes) -> None:
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(path)
+    except OSError as error:  # it names the temporary file
+        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         temporary.unlink(missing_ok=True)
     folder = os.open(path.parent, os.O_RDONLY)

@@ -127,11 +127,17 @@ def _from_pem(text: str, given: str) -> str:
 
 
 def make_key(path: Path) -> None:
-    """Write a new key and, beside it, its public half; where another process is faster, its key stands."""
+    """Write a new key and, beside it, its public half; where another process is faster, its key stands.
+
+    Raises OSError, which names ``path`` or its folder, where it cannot be written.
+    """
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     seed = os.urandom(_BYTES)
     fresh = path.with_name(f".{path.name}.{os.getpid()}.{seed[:4].hex()}")
-    file = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    try:
+        file = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    except OSError as error:  # it names the file beside
+        raise OSError(error.errno, error.strerror, str(path)) from error
     try:
         os.write(file, f"{seed.hex()}\n".encode())
         os.fsync(file)

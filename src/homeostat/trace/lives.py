@@ -163,7 +163,7 @@ def writes_that_mode_or_latch_forbid(evidence: Evidence) -> Iterator[str]:
     mode, latched, fell = "", 0, False
     for record in evidence.of(
         GuardStarted.kind, ModeEntered.kind, Latched.kind, LatchReset.kind, FellBack.kind, WriteIntended.kind
-    ):  # fmt: skip
+    ):
         match record.kind:
             case GuardStarted.kind | ModeEntered.kind:
                 mode = word(record.fields.get("mode"))

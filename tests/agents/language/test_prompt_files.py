@@ -34,9 +34,9 @@ def test_a_place_without_value_is_an_error() -> None:
 
 
 def test_a_place_that_is_empty_leaves_no_line() -> None:
-    assert "\n\n" not in fill("action.prompt", dict.fromkeys(
-        ("situation", "where", "commands", "turtle", "omission", "feedback"), "")
-    )  # fmt: skip
+    assert "\n\n" not in fill(
+        "action.prompt", dict.fromkeys(("situation", "where", "commands", "turtle", "omission", "feedback"), "")
+    )
 
 
 NAMES = sorted(path.name for path in Path(str(PROMPTS)).iterdir())

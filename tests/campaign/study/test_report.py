@@ -188,7 +188,6 @@ def test_seeds_in_few_words() -> None:
 
 def test_the_optional_packages_are_imported_where_they_are_used() -> None:
     probe = (
-        "import sys, homeostat.campaign.study.report\n"
-        "assert not {'scipy', 'jinja2', 'matplotlib'} & set(sys.modules)"
-    )  # fmt: skip
+        "import sys, homeostat.campaign.study.report\nassert not {'scipy', 'jinja2', 'matplotlib'} & set(sys.modules)"
+    )
     subprocess.run([sys.executable, "-c", probe], check=True, timeout=60, env={"PYTHONPATH": ":".join(sys.path)})

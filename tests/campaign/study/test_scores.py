@@ -15,7 +15,7 @@ from homeostat.campaign.study.groups import (
     overall,
     scenarios,
     source,
-)  # fmt: skip
+)
 from homeostat.campaign.study.row import DO_NOTHING, HINDSIGHT
 from homeostat.campaign.study.safety import safety_of
 from homeostat.campaign.study.scores import effort_of, latency_of, solvers, success_of

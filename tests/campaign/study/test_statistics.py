@@ -22,7 +22,7 @@ from homeostat.campaign.study.statistics import (
     rate,
     spread,
     wilson,
-)  # fmt: skip
+)
 
 COUNTS = st.integers(1, 400).flatmap(lambda of: st.tuples(st.integers(0, of), st.just(of)))
 VALUES = st.lists(st.floats(-1e3, 1e3, allow_nan=False).map(lambda v: round(v, 3)), min_size=2, max_size=15)

@@ -1,7 +1,7 @@
 """What an attack needs of a version of the code that is attacked.
 
 Every attack runs on this code, which must withstand it, and on commit 170fbcd, which must fail for the stated reason.
-The numbers S1 to S17 are those of a review of that commit; S18, mutation, is ``tests/safety/test_mutants.py``.
+S1 to S17 number the attacks; S18, mutation, is ``tests/guard/test_mutants.py``.
 """
 
 from __future__ import annotations

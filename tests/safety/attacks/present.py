@@ -131,9 +131,8 @@ class Link:
         if seen is None:
             return None
         return Snapshot(
-            seen["at_s"], seen["values"], frozenset(seen["bad"]), taken_s=seen["taken_s"],
-            accepted=self.plant.read_back,
-        )  # fmt: skip
+            seen["at_s"], seen["values"], frozenset(seen["bad"]), taken_s=seen["taken_s"], accepted=self.plant.read_back
+        )
 
     def take(self) -> Link:
         return self

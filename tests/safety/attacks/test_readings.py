@@ -53,9 +53,7 @@ def test_s8_past_one_bad_reading_shut_the_plant_down(past: Past, kind: str) -> N
     assert report.fallbacks == [50.0] and report.latched is not None
 
 
-EXPLAINED = Attack(
-    start=305.0, heating=0.1, notices_s=(50.0,), error=60.0, jump_s=100.0, jump_K=8.0, end_s=200.0
-)  # fmt: skip
+EXPLAINED = Attack(start=305.0, heating=0.1, notices_s=(50.0,), error=60.0, jump_s=100.0, jump_K=8.0, end_s=200.0)
 """A diagnosis says that the temperature reads 60 K too high; then it is truly too high."""
 
 

@@ -128,9 +128,7 @@ class TeachingReprompting:
     ) -> tuple[Owner, str]:
         """The model's own advice; the rules' where it has none."""
         told = Advice(violated, attempts=(*before.attempts, attempt))
-        values = {
-            "situation": situation_text(situation, self._plant), "feedback": feedback_text(told, self._plant),
-        }  # fmt: skip
+        values = {"situation": situation_text(situation, self._plant), "feedback": feedback_text(told, self._plant)}
         system, kind = fill("reprompting.system", {"rules": prompt_file("rules", self._kind)}), reprompting_type()
         asked = question("reprompting", situation, system, fill("reprompting.prompt", values), kind, self._kind)
         try:

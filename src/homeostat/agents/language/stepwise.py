@@ -145,7 +145,7 @@ class StepReprompting(TeachingReprompting):
 
     async def _asked(
         self, situation: Situation, attempt: Attempt, before: Advice, violated: tuple[Finding, ...], route: Owner
-    ) -> tuple[Owner, str]:  # fmt: skip
+    ) -> tuple[Owner, str]:
         return route, ""
 
 

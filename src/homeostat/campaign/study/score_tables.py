@@ -55,7 +55,7 @@ _EFFORT: Final = (
     Column("price [USD]", Kind.SPREAD, "price of a run by the provider's list: median (worst)", 4),
     Column("unanswered", Kind.COUNT, "questions that got no answer, all runs together"),
     Column("counted by", Kind.TEXT, "who counted the tokens"),
-)  # fmt: skip
+)
 _AGENTS: Final = (
     Column("agent", Kind.TEXT),
     Column("calls", Kind.SPREAD, "its questions per run: median (worst)"),

@@ -38,10 +38,8 @@ def gallery(rows: Sequence[Row]) -> Gallery:
     safety = [
         picture
         for key, case, own in per_case
-        for picture in (
-            strips(f"Every run: {case}", own, PROCESS, f"runs-{key}"), trade_off(case, own, f"trade-{key}")
-        )
-    ]  # fmt: skip
+        for picture in (strips(f"Every run: {case}", own, PROCESS, f"runs-{key}"), trade_off(case, own, f"trade-{key}"))
+    ]
     return Gallery(
         success=tuple(heat_map(case, own, f"heat-{key}") for key, case, own in per_case),
         safety=_drawn(safety),

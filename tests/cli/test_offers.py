@@ -1,0 +1,77 @@
+"""What a person decides by: the listing of the requests that wait."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from homeostat.cases.case import load_case
+from homeostat.cli.offers import Offers
+from homeostat.domain.diagnosis import FaultState, Hypothesis
+from homeostat.domain.guard_events import Armed, RequestAnswered
+from homeostat.domain.limits import Owner
+from homeostat.domain.recovery import Command
+from homeostat.domain.verdict import Finding
+from homeostat.trace import Event, Journal, Record, RunStarted, read_events
+from homeostat.trace.decisions import Attempted, Diagnosed
+
+PLANT = load_case("cstr", learned=False).description
+
+
+def found(criterion: str, margin: float, unit: str, message: str = "") -> Finding:
+    return Finding(criterion, Owner.ACTION, margin, unit, 0.0, 0, message)
+
+
+FINDINGS = (
+    found("LIM-T-HIGH", 7.0, "K"), found("ACC-A", 30.0, "K", "A"), found("ACC-B", 31.0, "K", "B"),
+    found("TARGET-reduced", 1.5, "K", "State 'reduced' is reached"), found("ACC-C", 32.0, "K", "C"),
+    found("ACC-D", 33.0, "K", "D"), found("ACC-E", 34.0, "K", "E"),
+)  # fmt: skip
+ASKED: tuple[tuple[Event, float], ...] = (
+    (RunStarted("cstr", (), 1), 0.0),
+    (Diagnosed((), (
+        Hypothesis((FaultState("cool_stuck_closed", 0.3, 2000.0),), 0.9), Hypothesis((), 0.1),
+    )), 2004.0),
+    (Armed(("shut_feed", "rest"), 2093.0), 2005.0),
+    (Attempted(1, "search", ("reduced", "held"), (Command("F1.sp", 0.02, 0.001),), "d1", True, FINDINGS, 4), 2006.0),
+    (RequestAnswered("r1", "search", "d1", "offered"), 2008.0),
+)  # fmt: skip
+
+
+def listed(folder: Path, *events: tuple[Event, float], known: bool = True) -> list[str]:
+    with Journal(folder) as journal:
+        for event, at_s in events:
+            journal.record(event, at_s)
+    records: tuple[Record, ...] = tuple(read_events(folder))
+    return list(Offers.of(records).lines(PLANT if known else None))
+
+
+def test_a_request_is_listed_with_all_that_a_person_decides_by(tmp_path: Path) -> None:
+    assert listed(tmp_path, *ASKED) == [
+        "r1  by search  --digest d1",
+        "  believed  90 % cool_stuck_closed 0.3; 10 % nothing is wrong",
+        "  time      offered at 2008 s, void by 2608 s; the fallback 'shut_feed' acts at 2093 s unless something is "
+        "released; the journal has come to 2008 s",
+        "  leads to  held, by reduced > held",
+        "  commands  F1.sp to 0.02 L/s at 0.001 L/s per s",
+        "  margins   State 'reduced' is reached +1.5 K (TARGET-reduced)",
+        "            T1: Highest reactor temperature, +7 K (LIM-T-HIGH)",
+        "            A +30 K (ACC-A)",
+        "            B +31 K (ACC-B)",
+        "            C +32 K (ACC-C)",
+        "            and 2 more, all further from their limits",
+    ]
+
+
+def test_a_plant_that_is_not_known_here_is_decided_on_by_names_and_margins(tmp_path: Path) -> None:
+    lines = listed(tmp_path, *ASKED, known=False)
+    assert "  believed  90 % cool_stuck_closed; 10 % none" in lines
+    assert "  commands  F1.sp to 0.02 at 0.001 per s" in lines
+
+
+@pytest.mark.parametrize("events", [ASKED[:-1], (*ASKED, (RequestAnswered("r1", "search", "d1", "withdrawn"), 2010.0))])
+def test_where_nothing_waits_that_is_said_with_its_time(
+    tmp_path: Path, events: tuple[tuple[Event, float], ...]
+) -> None:
+    assert listed(tmp_path, *events) == [f"no request waits for a person at {events[-1][1]:.0f} s"]

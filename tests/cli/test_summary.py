@@ -1,0 +1,62 @@
+"""The end of a run in words: what was done when, and which limits were not kept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from homeostat.campaign.result import Result, read_result
+from homeostat.campaign.scoring import Exposure
+from homeostat.cases.case import load_case
+from homeostat.cli.story import Story
+from homeostat.cli.summary import summary
+from homeostat.domain.guard_events import FellBack
+from homeostat.domain.recovery import Command
+from homeostat.trace import Event
+from homeostat.trace.decisions import ReleasedActions
+
+PLANT = load_case("cstr", learned=False).description
+FIRST, LAST = (Command("F1.sp", 0.01, None),), (Command("F1.sp", 0.02, None),)
+
+
+def released(commands: tuple[Command, ...]) -> ReleasedActions:
+    return ReleasedActions("search", commands, "d", "reduced_load", 1.0)
+
+
+@pytest.fixture
+def result(record: Path) -> Result:
+    found = read_result(record)
+    assert found is not None
+    return found
+
+
+def rows(result: Result, *events: tuple[Event, float]) -> dict[str, str]:
+    story = Story(PLANT)
+    for event, at_s in events:
+        list(story.tell(event, at_s))
+    lines = list(summary(result, story, PLANT, Path("run")))[1:]
+    return {line[2:13].strip(): line[14:] for line in lines}
+
+
+def test_what_was_done_is_told_with_its_own_time(result: Result) -> None:
+    once = replace(result, actions=FIRST, released_s=2008.0)
+    assert rows(once, (released(FIRST), 2008.0))["Done"] == "by the search: F1.sp to 0.01 L/s (at 2008 s)"
+    again = replace(result, actions=LAST, released_s=2008.0)
+    assert rows(again, (released(FIRST), 2008.0), (released(LAST), 4021.0))["Done"] == (
+        "by the search: F1.sp to 0.02 L/s (at 4021 s; the first release was at 2008 s)"
+    )
+
+
+def test_a_fallback_is_told_with_its_own_time(result: Result) -> None:
+    fell = replace(result, actor="fallback", actions=LAST, released_s=2008.0)
+    events: list[tuple[Event, float]] = [(released(FIRST), 2008.0), (FellBack("isolate", LAST, "too hot"), 2093.0)]
+    assert rows(fell, *events, (released(FIRST), 4000.0))["Done"] == (
+        "by the fallback: F1.sp to 0.02 L/s (at 2093 s; the first release was at 2008 s)"
+    )
+
+
+def test_a_limit_that_was_not_kept_is_violated(result: Result) -> None:
+    outside = replace(result, limit_exposure_s=(Exposure("LIM-T-HIGH", 3.0, 49.0),))
+    assert rows(outside)["Limits"] == ("LIM-T-HIGH violated for 49 s, 3 s of them after the fault was noticed")
