@@ -8,7 +8,7 @@ import time
 import pytest
 
 from homeostat.domain.guard_events import AlarmReturned, FallbackStands, Stopped
-from homeostat.domain.ports import GuardEvent
+from homeostat.domain.ports import GuardEvent, Kept
 from homeostat.domain.write_events import WriteIntended
 from homeostat.guard import recorder as module
 from homeostat.guard.recorder import Recorder
@@ -331,3 +331,27 @@ def test_a_stop_is_the_last_that_is_journalled() -> None:
     assert world.journal.kinds[-1] == "stopped" and world.journal.kinds.count("stopped") == 1
     seen = world.guard.tick(100.0, None)
     assert seen.latched is None and world.sent == []
+
+
+def test_what_the_record_keeps_by_itself_is_not_recorded_again() -> None:
+    class Keeping(Journal):
+        room = False
+
+        def record(self, event: GuardEvent, at_s: float) -> None:
+            super().record(event, at_s)
+            self.sync()
+
+        def sync(self) -> None:
+            if not self.room:
+                raise Kept("no room")
+
+    journal = Keeping()
+    recorder = Recorder(journal, 5.0)
+    for event in events(2):
+        recorder.note(event, 1.0)
+    recorder.settle()
+    assert recorder.trouble == "the journal failed: no room" and not recorder.commit()
+    journal.room = True
+    recorder.settle()
+    assert (recorder.trouble, recorder.lost) == ("", 0)
+    assert [event for event, _ in journal.events] == events(2)

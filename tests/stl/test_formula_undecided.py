@@ -103,8 +103,8 @@ def test_a_point_is_a_signal_of_one_sample(seed: int) -> None:
     for member in range(4):
         point = {tag: float(s[member, 0]) for tag, s in signals.items()}
         given = {tag: value for tag, value in point.items() if not math.isnan(value)}
-        np.testing.assert_equal(formula.margin_at(point), float(margin[member]), err_msg=formula.text)
-        np.testing.assert_equal(formula.margin_at(given), float(margin[member]), err_msg=formula.text)
+        np.testing.assert_equal(formula.margin_at(point) + 0.0, float(margin[member]) + 0.0, err_msg=formula.text)
+        np.testing.assert_equal(formula.margin_at(given) + 0.0, float(margin[member]) + 0.0, err_msg=formula.text)
         assert formula.holds(point) is bool(each[member]) is bool(margin[member] >= 0.0)
 
 

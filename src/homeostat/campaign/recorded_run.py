@@ -14,7 +14,7 @@ from homeostat.campaign.figure import draw
 from homeostat.campaign.milestones import Milestones
 from homeostat.campaign.operation import Operation
 from homeostat.campaign.recorded_plant import place
-from homeostat.campaign.recording import FIGURE, RunDirectory
+from homeostat.campaign.recording import FIGURE, TRAJECTORY, RunDirectory
 from homeostat.campaign.result import RESULT, Result, result_of
 from homeostat.campaign.runner import RunResult, run
 from homeostat.campaign.scenario import Scenario
@@ -84,33 +84,36 @@ def record_run(
     as in :func:`homeostat.campaign.runner.run`; ``kept`` says whether anybody will look at the run: if not, there is
     neither trajectory nor figure.
 
+    Where the disk is full, the run goes on to its end; what is missing of its record is in ``directory.missing``.
+
     A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other exception leaves it
     without manifest, which verifies as incomplete.
     """
-    journal, milestones, seen = directory.journal, Milestones(), _LastTime(watcher)
-    journal.subscribe(milestones)
-    journal.subscribe(subscriber)
+    trace, milestones, seen = directory.trace, Milestones(), _LastTime(watcher)
+    trace.subscribe(milestones)
+    trace.subscribe(subscriber)
     conditions, operation = conditions or Conditions(), operation or Operation()
     chosen = (*conditions.settings, *operation.settings)
     if operation.past is None:
-        journal.record(_started(case, scenario, thinking, proposer, chosen, language), 0.0)
+        trace.record(_started(case, scenario, thinking, proposer, chosen, language), 0.0)
     else:
         for event, at_s in operation.past.events:
             milestones(event, at_s)
     try:
         done = run(
-            case, scenario, journal, thinking.clock(), watcher=seen, archive=directory, language=language,
+            case, scenario, trace, thinking.clock(), watcher=seen, archive=directory, language=language,
             conditions=conditions, propose=propose, known=known, operation=operation,
         )  # fmt: skip
         stepwise = language is not None and conditions.protocol is AskingProtocol.PER_STEP
         steps = score_steps(case, scenario, done.said) if stepwise else None
-        journal.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
+        directory.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
         result = result_of(done, directory.path, steps)
-        directory.store_whole(RESULT, f"{result.to_json()}\n".encode())
+        with directory.spared(RESULT):
+            directory.store_whole(RESULT, f"{result.to_json()}\n".encode())
         if kept(done):
             _store(case, directory, done, milestones)
     except KeyboardInterrupt:
-        journal.record(RunFinished(INTERRUPTED, "stopped from outside"), seen.at_s)
+        directory.record(RunFinished(INTERRUPTED, "stopped from outside"), seen.at_s)
         directory.close(Summary(scenario.seed, INTERRUPTED, case.configuration))
         raise
     directory.close(Summary(scenario.seed, result.outcome.value, case.configuration))
@@ -155,5 +158,7 @@ def _started(
 
 def _store(case: Case, directory: RunDirectory, done: RunResult, milestones: Milestones) -> None:
     units = {tag.name: tag.unit for tag in case.description.tags}
-    directory.store_trajectory(done.measured, done.truth, units)
-    directory.store_whole(FIGURE, draw(case, done, milestones))
+    with directory.spared(TRAJECTORY):
+        directory.store_trajectory(done.measured, done.truth, units)
+    with directory.spared(FIGURE):
+        directory.store_whole(FIGURE, draw(case, done, milestones))

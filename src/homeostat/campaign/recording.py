@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import hashlib
 import itertools
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Self, final
 
 from homeostat.domain.snapshot import Trajectory
-from homeostat.trace import Journal, Manifest, StoredFile, Summary
+from homeostat.trace import Followed, Journal, Manifest, StoredFile, Summary
 from homeostat.trace.artifacts import write_parquet, write_text
-from homeostat.trace.files import JOURNAL, describe, write_whole
+from homeostat.trace.events import Event
+from homeostat.trace.files import JOURNAL, MANIFEST, describe, write_whole
 from homeostat.trace.keys import KeyTrouble, SigningKey, installation_key
 
 TRAJECTORY = "trajectory.parquet"
@@ -81,9 +83,7 @@ class RunDirectory:
                 with contextlib.suppress(OSError):
                     folder.rmdir()
             raise
-        self.path = path
-        """The directory."""
-        self._texts: dict[str, StoredFile] = {}
+        self._set_up(path)
 
     @classmethod
     def resume(cls, path: Path) -> Self:
@@ -95,7 +95,7 @@ class RunDirectory:
         directory._lock = _held(path)
         key, directory.unsigned = _key()
         directory.journal = Journal.resume(path, key)
-        directory.path, directory._texts = path, {}
+        directory._set_up(path)
         return directory
 
     @classmethod
@@ -108,6 +108,37 @@ class RunDirectory:
                 path.mkdir()  # fails where another process has just taken the name
                 return cls(path)
         raise AssertionError("counting never ends")
+
+    def _set_up(self, path: Path) -> None:
+        self.path = path
+        """The directory."""
+        self.trace = Followed(self.journal)
+        """Where events go: followers are told of each, also where there is no room for it."""
+        self._texts: dict[str, StoredFile] = {}
+        self._missing: dict[str, str] = {}
+
+    @property
+    def missing(self) -> str:
+        """What of the run could not be stored, and why, in one line; empty where nothing is missing."""
+        events = {f"{n} event{'s' * (n != 1)}": "no room"} if (n := self.trace.missing) else {}
+        return "; ".join(f"{what}: {why}" for what, why in {**events, **self._missing}.items())
+
+    def keeps(self, name: str) -> bool:
+        """Whether the file called ``name`` is not among what could not be stored."""
+        return name not in self._missing
+
+    @contextlib.contextmanager
+    def spared(self, what: str) -> Iterator[None]:
+        """Go on where there is no room for ``what``, which is `missing` then."""
+        try:
+            yield
+        except OSError as error:
+            self._missing.setdefault(what, str(error))
+
+    def record(self, event: Event, at_s: float) -> None:
+        """Record ``event``, which happened at process time ``at_s`` [s]; where there is no room, it is `missing`."""
+        with contextlib.suppress(OSError):  # it is told, and waits
+            self.trace.record(event, at_s)
 
     def store_query(self, text: str) -> StoredFile:
         """Keep a question; the file's name is relative to the run directory."""
@@ -137,9 +168,19 @@ class RunDirectory:
         write_whole(self.path / name, content)
         return describe(self.path / name, self.path)
 
-    def close(self, summary: Summary) -> Manifest:
-        """End the run: the manifest confirms every file that is here now."""
-        return self.journal.close(summary)
+    def close(self, summary: Summary) -> Manifest | None:
+        """End the run: the manifest confirms every file that is here now; None where anything is `missing`."""
+        with contextlib.suppress(OSError):  # the last chance of what waits for room
+            self.trace.sync()
+        if not self.missing:
+            with self.spared(MANIFEST):
+                return self.journal.close(summary)
+        return None
+
+    def take_troubles(self) -> tuple[str, ...]:
+        """What went wrong beside the record since this was last asked, one line each."""
+        signing = self.journal.take_troubles()
+        return (*self.trace.take_troubles(), *(() if self.missing else signing))
 
     def __enter__(self) -> Self:
         return self
@@ -148,13 +189,17 @@ class RunDirectory:
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         try:
-            self.journal.__exit__(kind, error, traceback)
+            with self.spared(JOURNAL):
+                self.journal.__exit__(kind, error, traceback)
         finally:
             os.close(self._lock)
 
     def _store_text(self, folder: str, text: str, suffix: str) -> StoredFile:
         key = f"{folder}{suffix}\n{text}"
         if key not in self._texts:  # agents ask the same again, and writing waits for the disk while they think
-            stored = write_text(self.path / folder, text, suffix)
-            self._texts[key] = describe(self.path / folder / stored.name, self.path)
+            content = text.encode()
+            self._texts[key] = StoredFile("", len(content), hashlib.sha256(content).hexdigest())
+            with self.spared(folder):
+                stored = write_text(self.path / folder, text, suffix)
+                self._texts[key] = describe(self.path / folder / stored.name, self.path)
         return self._texts[key]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 from collections.abc import Callable, Mapping
@@ -185,7 +186,8 @@ def run_steered(
 
 def _note_states(sequencer: Sequencer, trace: Trace) -> None:
     for state, at_s in sequencer.drain():
-        trace.record(StateEntered(state), at_s)
+        with contextlib.suppress(OSError):  # a full disk is no reason not to score the run
+            trace.record(StateEntered(state), at_s)
 
 
 def run(

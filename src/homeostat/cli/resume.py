@@ -51,10 +51,10 @@ def carry_out(options: argparse.Namespace) -> int:
     from homeostat.cli.run import Going, carry
     from homeostat.cli.trace_verify import run_directory
     from homeostat.trace import read_events
-    from homeostat.trace.files import MANIFEST
+    from homeostat.trace.files import MANIFEST, RESULT
 
     run_dir = run_directory(options.run)
-    if (run_dir / MANIFEST).exists():
+    if (run_dir / MANIFEST).exists() or (run_dir / RESULT).exists():
         raise UsageError(f"run {str(run_dir)!r} is over; begin another one")
     try:
         past = Past.of(tuple(read_events(run_dir)))

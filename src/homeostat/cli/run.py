@@ -29,6 +29,9 @@ STATUS = {
 }  # fmt: skip
 """Outcome -> exit status."""
 
+NOT_STORED = 1
+"""Exit status of a run whose result could not be stored; what it came to is printed all the same."""
+
 
 def configure(commands: Commands) -> None:
     """Declare the command."""
@@ -117,6 +120,7 @@ class Going(NamedTuple):
 def carry(going: Going, as_json: bool) -> int:
     """Run, show, keep; the exit status."""
     from homeostat.campaign.recorded_run import record_run
+    from homeostat.campaign.result import RESULT
     from homeostat.cli.story import Story
     from homeostat.cli.summary import summary
     from homeostat.domain.quotation import printable
@@ -147,14 +151,17 @@ def carry(going: Going, as_json: bool) -> int:
             )  # fmt: skip
     finally:
         view.close()
-    for trouble in directory.journal.take_troubles():
+    for trouble in directory.take_troubles():
         print(f"homeostat: {printable(trouble)}", file=sys.stderr)
     result = done.result
     if as_json:
         print(result.to_json())
     else:
         print("", *summary(result, story, case.description, directory.path), sep="\n")
-    return STATUS[result.outcome]
+    if directory.missing:
+        words = f"the record in {str(directory.path)!r} is incomplete: {directory.missing}"
+        print(f"homeostat: {printable(words)}", file=sys.stderr)
+    return STATUS[result.outcome] if directory.keeps(RESULT) else NOT_STORED
 
 
 def _view(case: Case, chosen: Scenario, as_json: bool) -> View:

@@ -41,11 +41,15 @@ class GuardEvent(Protocol):
     """Name of the event in the journal."""
 
 
+class Kept(OSError):
+    """A record has no room for an event, keeps it and stores it later by itself; nobody needs to record it again."""
+
+
 class Record(Protocol):
     """Where the guard's events go; it may fail and it may hang, and the guard goes on."""
 
     def record(self, event: GuardEvent, at_s: float) -> None:
-        """Append ``event``, which happened at process time ``at_s`` [s]."""
+        """Append ``event``, which happened at process time ``at_s`` [s]; Kept where that must wait for room."""
         ...
 
     def sync(self) -> None:

@@ -8,7 +8,7 @@ import threading
 from collections import deque
 from dataclasses import dataclass, field
 
-from homeostat.domain.ports import GuardEvent, Record
+from homeostat.domain.ports import GuardEvent, Kept, Record
 from homeostat.guard.texts import said
 
 URGENT_S = 0.1
@@ -140,6 +140,9 @@ class Recorder:
             assert first.event is not None
             try:
                 self._record.record(first.event, first.at_s)
+            except Kept:  # the record stores it itself once there is room
+                self._kept.popleft()
+                raise
             except OSError:
                 raise
             except Exception:  # the record cannot take this one, and will not later

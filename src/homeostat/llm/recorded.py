@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import logging
 import math
@@ -100,7 +101,8 @@ class RecordedModel:
             cost_usd=reply.usage.cost_usd if reply else None,
             wall_requests=reply.requests if reply else error.requests if error else 0, wall_latency_s=latency_s,
         )  # fmt: skip
-        self._trace.record(event, question.at_s)
+        with contextlib.suppress(OSError):  # a full disk is the guard's alarm, and no failure of the model
+            self._trace.record(event, question.at_s)
         self._append(_call(question, reply, error, event))
 
     def _append(self, call: Call) -> None:

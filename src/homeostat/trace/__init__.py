@@ -2,6 +2,7 @@
 
 from homeostat.trace.events import Event, Resumed, RunFinished, RunStarted, Setting, Signed, Subscriber, Trace
 from homeostat.trace.files import StoredFile
+from homeostat.trace.followed import Followed
 from homeostat.trace.journal import Journal
 from homeostat.trace.manifest import Manifest, Summary
 from homeostat.trace.memory import Entry, MemoryTrace
@@ -13,6 +14,7 @@ __all__ = [
     "BrokenChain",
     "Entry",
     "Event",
+    "Followed",
     "Journal",
     "Manifest",
     "MemoryTrace",

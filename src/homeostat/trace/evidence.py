@@ -11,13 +11,16 @@ from typing import Final
 from homeostat.domain.guard_events import (
     AlarmRaised,
     AlarmReturned,
+    FallbackStands,
     FellBack,
     GuardStarted,
     Latched,
     LatchReset,
     ModeEntered,
+    PersonHeard,
     RequestAnswered,
     SequenceLoaded,
+    ServiceChanged,
     StateEntered,
 )
 from homeostat.domain.write_events import ReadBack, WriteEnded, WriteIntended
@@ -31,9 +34,9 @@ from homeostat.trace.replay import Record
 _TOLD: Final = frozenset(
     event.kind
     for event in (
-        AlarmRaised, AlarmReturned, FellBack, GuardStarted, Latched, LatchReset, ModeEntered, ReadBack,
-        ReleasedActions, RequestAnswered, RunFinished, RunStarted, SequenceLoaded, StateEntered, WriteEnded,
-        WriteIntended,
+        AlarmRaised, AlarmReturned, FallbackStands, FellBack, GuardStarted, Latched, LatchReset, ModeEntered,
+        PersonHeard, ReadBack, ReleasedActions, RequestAnswered, RunFinished, RunStarted, SequenceLoaded,
+        ServiceChanged, StateEntered, WriteEnded, WriteIntended,
     )
 )  # fmt: skip
 """Events whose fields a rule looks at; of the others it counts that they happened, and when."""

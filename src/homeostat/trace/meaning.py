@@ -9,11 +9,13 @@ from typing import Final
 from homeostat.domain.guard_events import FellBack, GuardStarted, RequestAnswered, StateEntered
 from homeostat.domain.recovery import action_digest
 from homeostat.domain.write_events import WriteIntended
+from homeostat.trace.asked import accepted_in_gaps, lives_of_requests
+from homeostat.trace.course import begin, end, releases, starts_of_people
 from homeostat.trace.decisions import Attempted, Diagnosed, ReleasedActions
 from homeostat.trace.encode import Json
 from homeostat.trace.events import RunFinished, RunStarted
 from homeostat.trace.evidence import Evidence, text, word
-from homeostat.trace.lives import lives_of_requests, lives_of_writes, writes_that_mode_or_latch_forbid
+from homeostat.trace.lives import lives_of_writes, writes_that_mode_or_latch_forbid
 from homeostat.trace.manifest import OLDER_KINDS, UNSIGNED_FORMAT
 from homeostat.trace.replay import Record
 
@@ -184,7 +186,7 @@ def _untyped(commands: Json) -> Json:
 
 
 RULES: Final[tuple[Callable[[Evidence], Iterator[str]], ...]] = (
-    kinds, times, digests, lives_of_writes, lives_of_requests, writes_that_mode_or_latch_forbid, outcomes,
-    configurations, results,
+    kinds, times, digests, lives_of_writes, lives_of_requests, accepted_in_gaps, writes_that_mode_or_latch_forbid,
+    begin, end, starts_of_people, releases, outcomes, configurations, results,
 )  # fmt: skip
 """Every rule, in the order in which its contradictions are told."""

@@ -65,6 +65,8 @@ def _measured(job: Job, folder: Path, trace: str) -> Row:
 
     with RunDirectory(folder) as directory:
         done = _recorded(job, directory, on_event, is_kept)
+        if directory.missing:
+            raise OSError(f"the record in {str(directory.path)!r} is incomplete: {directory.missing}")
     observed = Observed(done.run, done.result.steps, tuple(events))
     return row_of(job, observed, trace if is_kept(done.run) else "")
 

@@ -1,0 +1,66 @@
+"""A disk that fills during a run: everything is still told, the run ends as it ends, and what is missing is said."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from homeostat.campaign.conditions import Conditions
+from homeostat.campaign.operation import Operation
+from homeostat.campaign.recorded_run import Thinking
+from homeostat.campaign.recording import RunDirectory
+from homeostat.campaign.scenario import scenario
+from homeostat.cases.case import load_case
+from homeostat.cli.run import STATUS, Going, carry
+from tests.cli.command import COMMAND, LIMIT_S, Done, environment, homeostat, refused
+from tests.cli.conftest import RECOVERY
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs limits on file size")
+
+
+def cramped(kibibytes: int, cwd: Path) -> Done:
+    """The short run, with no file longer than ``kibibytes``."""
+    line = f'ulimit -f {kibibytes}; exec "$@"'
+    done = subprocess.run(
+        ["bash", "-c", line, "bash", *COMMAND, *RECOVERY],
+        cwd=cwd, env=environment(), capture_output=True, encoding="utf-8", timeout=LIMIT_S,
+    )  # fmt: skip
+    return Done(done.returncode, done.stdout, done.stderr, cwd)
+
+
+@pytest.mark.parametrize(("kibibytes", "outcome"), [(4, "fallback"), (30, "recovered")])
+def test_the_person_is_told_everything_and_the_run_ends(tmp_path: Path, kibibytes: int, outcome: str) -> None:
+    done = cramped(kibibytes, tmp_path)
+    lines = [line.split()[2:] for line in done.out.partition("\n\n")[0].splitlines()]
+    kinds = [words[0] for words in lines]
+    assert done.status == STATUS[outcome], done
+    assert ["alarm", "journal"] in [words[:2] for words in lines] or kibibytes == 30
+    assert kinds[-1] == "end" and outcome.replace("_", " ") in done.out.splitlines()[len(lines) - 1]
+    assert ("fallback" in kinds) == (outcome == "fallback") and "Production" in done.out
+    assert done.err.count("\n") == 1
+    assert done.err.startswith("homeostat: the record in 'run' is incomplete: ") and "trajectory.parquet" in done.err
+    checked = homeostat("trace", "verify", "run", cwd=tmp_path)
+    assert checked.status == 1 and "incomplete run: verifies up to line" in checked.out
+    refused(homeostat("resume", "run", cwd=tmp_path), "is over")
+
+
+def test_a_run_that_cannot_begin_its_record_does_not_begin(tmp_path: Path) -> None:
+    done = cramped(1, tmp_path)
+    assert done.status == 2 and done.err.count("\n") == 1 and "make room" in done.err
+
+
+def test_a_result_that_cannot_be_stored_is_printed_and_has_a_status_of_its_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    case, directory = load_case("cstr"), RunDirectory(tmp_path / "run")
+    (tmp_path / "run" / "result.json").mkdir()  # no file finds room here
+    chosen = scenario(case, "none", 1, None, None, 30.0)
+    status = carry(
+        Going(case, chosen, directory, Thinking(declared_s=1.0), "search", None, Conditions(), Operation()), False
+    )
+    said = capsys.readouterr()
+    assert status == 1 and "No action" in said.out
+    assert said.err.count("\n") == 1 and "is incomplete: result.json: " in said.err
