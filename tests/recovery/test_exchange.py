@@ -35,12 +35,12 @@ class Run:
 
     def __init__(
         self, recovery: Recovery, clock: ThinkingClock | DeclaredClock, end_s: float = 20.0,
-        guard: Scripted | None = None, patience_s: float = 30.0, source: Seconds | None = None,
+        guard: Scripted | None = None, busy_s: float = 30.0, source: Seconds | None = None,
     ) -> None:  # fmt: skip
         self.guard = guard or Scripted()
         self.lost: list[str] = []
         self.alarms: list[str] = []
-        self.exchange = Exchange(clock, self.guard.put, self.lost.append, ExchangeSettings(patience_s=patience_s))
+        self.exchange = Exchange(clock, self.guard.put, self.lost.append, ExchangeSettings(busy_s=busy_s))
         self.worker = Worker(self.exchange, lambda: recovery(self.exchange), self.alarms.append)
         self.worker.start()
         try:
@@ -175,7 +175,7 @@ def test_where_the_plant_waits_for_thinking_it_does_not_wait_for_ever(clock: Dec
                 await desk.think(thinking_for_ever(stop, yields=False)())
 
     try:
-        run = Run(recovery, clock, 50.0, patience_s=0.1)
+        run = Run(recovery, clock, 50.0, busy_s=0.1)
     finally:
         stop.set()
     assert len(run.guard.ticks) == 50

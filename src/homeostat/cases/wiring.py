@@ -242,8 +242,8 @@ def wire(
     def failed(cause: str) -> None:
         guard.mailbox.put(Trouble("recovery:failed", cause))
 
-    patience_s = BUSY_S if clock.measured else clock.wall_s(0.0)
-    exchange = Exchange(clock, guard.mailbox.put, lost, ExchangeSettings(patience_s=patience_s))
+    busy_s = BUSY_S if clock.measured else clock.wall_s(0.0)
+    exchange = Exchange(clock, guard.mailbox.put, lost, ExchangeSettings(busy_s=busy_s))
     sealer = Sealer(ISSUER, key, lambda: patience.person_s if guard.mode is Mode.APPROVE else patience.check_age_s)
     supervisor = _supervisor(case, exchange, trace, seed, arrangement, rules, sealer)
     return Assembly(guard, exchange, Worker(exchange, supervisor.supervise, failed))

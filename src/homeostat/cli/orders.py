@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 REFUSED: Final = 3
 """Exit status of an order that the guard refused."""
-PATIENCE_S: Final = 10.0
+ANSWER_S: Final = 10.0
 """Longest wait for the run's answer [s]."""
 LEAST_DIGITS: Final = 8
 """Fewest digits that name a digest."""
@@ -87,7 +87,7 @@ def carry_out(options: argparse.Namespace) -> int:
     )  # fmt: skip
     before = length(run_dir)
     post(run_dir, command)
-    heard = wait_for(run_dir, name, before, PATIENCE_S)
+    heard = wait_for(run_dir, name, before, ANSWER_S)
     if heard is None:
         left = take_back(run_dir, name)
         what = "the order was taken back" if left else "but has taken the order; look at what it does"

@@ -9,7 +9,7 @@ from homeostat.stl.formula import Formula
 
 
 class LimitKind(StrEnum):
-    """What a limit does when it is broken."""
+    """What a limit does when it is violated."""
 
     INTERLOCK = "interlock"
     """The plant must be brought to a safe state."""
@@ -33,11 +33,11 @@ class Limit:
     name: str
     """Identifier in the cause-and-effect table."""
     kind: LimitKind
-    """What it does when it is broken."""
+    """What it does when it is violated."""
     formula: Formula
     """What must hold at every moment."""
     hard: bool
-    """Whether breaking it latches the fallback."""
+    """Whether violating it latches the fallback."""
     source: str
     """Document and clause."""
     description: str
@@ -64,7 +64,7 @@ class Criterion:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Everything that must hold, in one place: the twin's validation and the gate read the same object."""
+    """Everything that must hold, in one place: the twin's validation and the guard read the same object."""
 
     limits: tuple[Limit, ...]
     """Interlocks, permissives and envelopes."""

@@ -100,7 +100,7 @@ class Approve:
     """Every criterion holds in every member."""
 
     digest: str
-    """Digest of the action set that is approved; the gate releases no other."""
+    """Digest of the action set that is approved; the guard releases no other."""
     findings: tuple[Finding, ...]
     """The margins."""
 

@@ -31,7 +31,7 @@ class ExchangeSettings:
     """Most observations that are kept for recovery; older ones are dropped and counted."""
     tick_s: float = 1.0
     """Process time between two ticks of the guard [s]."""
-    patience_s: float = 600.0
+    busy_s: float = 600.0
     """Wall-clock time for which recovery may be busy with one observation before it is given up [s]."""
 
 
@@ -205,9 +205,9 @@ class Exchange:
         """Return when the plant may go on by a tick: recovery waits, thinks on at its own cost, or is given up."""
         with self._changed:
             while not self._over and not self._may_go_on():
-                left_s = self._busy_since + self._settings.patience_s - time.monotonic()
+                left_s = self._busy_since + self._settings.busy_s - time.monotonic()
                 if left_s <= 0.0:
-                    self._give_up(f"recovery was busy for {self._settings.patience_s:.0f} s without a break")
+                    self._give_up(f"recovery was busy for {self._settings.busy_s:.0f} s without a break")
                     return
                 ahead_s = max(self._settings.tick_s - self._owed_s, 0.0)
                 self._changed.wait(min(left_s, max(self._clock.wall_s(ahead_s), 0.001)))

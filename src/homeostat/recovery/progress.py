@@ -14,7 +14,7 @@ class ProgressMonitor:
     """Compares the steps that the sequencer takes with the times that were predicted for them."""
 
     def __init__(self, slack_s: float, repeat_s: float) -> None:
-        """``slack_s``: how far outside the predicted times a step must be [s]; infinite for no expectations.
+        """``slack_s``: how far outside the predicted times a step must be [s]; infinite where nothing is predicted.
 
         ``repeat_s``: two calls are at least this far apart [s].
         """

@@ -131,7 +131,7 @@ class LaterStep:
 
 @dataclass(frozen=True, slots=True)
 class ReleasedActions:
-    """The gate wrote an approved action set to the plant."""
+    """The guard wrote an approved action set to the plant."""
 
     kind: ClassVar[str] = "released"
     proposer: str
