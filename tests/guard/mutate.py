@@ -111,14 +111,13 @@ class Trial:
             return True
         names = {m.module for m in asked}
         reaches = {item: reach_of(functools.partial(_fails, item), names) for item in session.items}
-        dead = noticed([(functools.partial(infect, m), _asked(m, reaches)) for m in asked], self._workers)
-        alive = [m for m, is_dead in zip(asked, dead, strict=True) if not is_dead]
+        infections = [(functools.partial(infect, m), _asked(m, reaches)) for m in asked]
+        dead = noticed(infections, self._workers, survived=lambda n: print(f"survived: {asked[n]}", flush=True))
         stale = [key for key in EQUIVALENT if key not in everywhere()]
-        lines = [f"survived: {m}" for m in alive]
-        lines += [f"EQUIVALENT names a mutant that there is not: {change}    {source}" for source, change in stale]
+        lines = [f"EQUIVALENT names a mutant that there is not: {change}    {source}" for source, change in stale]
         seconds = time.monotonic() - started
         lines.append(f"{sum(dead)} of {len(asked)} mutants noticed (there are {self._every}), {seconds:.0f} s")
-        self.report, self.good = "\n".join(lines), bool(asked) and not alive and not stale
+        self.report, self.good = "\n".join(lines), bool(asked) and all(dead) and not stale
         return True
 
 
@@ -135,8 +134,10 @@ def _passes(items: Sequence[pytest.Item], attempts: int = 3) -> bool:
     return any(noticed([(lambda: None, items)], 1) == [False] for _ in range(attempts))
 
 
-def noticed(infections: Sequence[Infection], workers: int) -> list[bool]:
-    """For each infection, whether one of its tests fails in a child process that has it."""
+def noticed(
+    infections: Sequence[Infection], workers: int, survived: Callable[[int], None] = lambda number: None
+) -> list[bool]:
+    """For each infection, whether one of its tests fails in a child process that has it; each other one is told."""
     results = [False] * len(infections)
     waiting = list(enumerate(infections))[::-1]
     running: dict[int, tuple[int, Progress]] = {}
@@ -151,6 +152,8 @@ def noticed(infections: Sequence[Infection], workers: int) -> list[bool]:
             ended, status = os.waitpid(child, os.WNOHANG)
             if ended:
                 results[index] = os.waitstatus_to_exitcode(status) != 0
+                if not results[index]:
+                    survived(index)
                 del running[child]
         time.sleep(0.005)
     return results
@@ -214,7 +217,7 @@ def main(arguments: list[str] | None = None) -> int:
     if chosen.sample:
         asked = random.Random(chosen.seed).sample(asked, min(chosen.sample, len(asked)))
     trial = Trial(asked, len(every), chosen.workers)
-    options = ["-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:terminal"]
+    options = ["-s", "-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:terminal"]
     pytest.main([*options, *(str(REPO / "tests" / name) for name in tests)], plugins=[trial])
     print(trial.report)
     return 0 if trial.good else 1
