@@ -37,6 +37,8 @@ _BETWEEN: Final = (
     Stopped.kind, Tripped.kind,
 )  # fmt: skip
 """What may come between a confirmation and the word of recovery that it released something."""
+_RELEASED: Final = (RequestAnswered.kind, ReleasedActions.kind, WriteIntended.kind, ReadBack.kind)
+"""What says of a request how far it has come."""
 
 
 def begin(evidence: Evidence) -> Iterator[str]:
@@ -92,14 +94,19 @@ def releases(evidence: Evidence) -> Iterator[str]:
     if next(evidence.of(GuardStarted.kind), None) is None:
         return
     confirmed, gap, owed = set[str](), Gap(), dict[str, Record]()
-    for record in evidence.of(*dict.fromkeys(chain(KINDS, _BETWEEN, (RequestAnswered.kind, ReleasedActions.kind)))):
+    asked = dict[object, str]()
+    for record in evidence.of(*dict.fromkeys(chain(KINDS, _BETWEEN, _RELEASED))):
         if gap.follow(record):
             owed.clear()
         late = [r for r in owed.values() if record.at_s > r.at_s + AFTERWARDS_S]
         yield from map(_unsaid, late)
         owed = {digest: r for digest, r in owed.items() if r not in late}
         digest = text(record, "digest")
-        if record.kind == RequestAnswered.kind and word(record.fields.get("status")) == "confirmed":
+        if record.kind == WriteIntended.kind and word(record.fields.get("cause")) == Cause.REQUEST.value:
+            asked[record.fields.get("write")] = digest
+        elif record.kind == ReadBack.kind and not record.fields.get("deviating"):
+            confirmed.add(asked.get(record.fields.get("write"), ""))  # a guard that dies before may not say it
+        elif record.kind == RequestAnswered.kind and word(record.fields.get("status")) == "confirmed":
             confirmed.add(digest)
             if not gap.standing:
                 owed[digest] = record
