@@ -21,12 +21,13 @@ from tests.cli.conftest import RECOVERY
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs limits on file size")
 
 
-def cramped(kibibytes: int, cwd: Path) -> Done:
-    """The short run, with no file longer than ``kibibytes``."""
+def cramped(kibibytes: int, cwd: Path, cache: Path | None = None) -> Done:
+    """The short run, with no file longer than ``kibibytes``; ``cache``: folder of compiled code."""
     line = f'ulimit -f {kibibytes}; exec "$@"'
+    surroundings = environment() | ({} if cache is None else {"NUMBA_CACHE_DIR": str(cache)})
     done = subprocess.run(
         ["bash", "-c", line, "bash", *COMMAND, *RECOVERY],
-        cwd=cwd, env=environment(), capture_output=True, encoding="utf-8", timeout=LIMIT_S,
+        cwd=cwd, env=surroundings, capture_output=True, encoding="utf-8", timeout=LIMIT_S,
     )  # fmt: skip
     return Done(done.returncode, done.stdout, done.stderr, cwd)
 
@@ -45,6 +46,11 @@ def test_the_person_is_told_everything_and_the_run_ends(tmp_path: Path, kibibyte
     checked = homeostat("trace", "verify", "run", cwd=tmp_path)
     assert checked.status == 1 and "incomplete run: verifies up to line" in checked.out
     refused(homeostat("resume", "run", cwd=tmp_path), "is over")
+
+
+def test_what_is_compiled_during_the_run_needs_no_room(tmp_path: Path) -> None:
+    done = cramped(4, tmp_path, tmp_path / "nothing compiled yet")
+    assert done.status == STATUS["fallback"] and done.err.count("\n") == 1, done
 
 
 def test_a_run_that_cannot_begin_its_record_does_not_begin(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import inspect
@@ -29,9 +30,23 @@ def compiled(function: F) -> F:
     usual = config.CACHE_DIR
     config.CACHE_DIR = str(_cache_base(folder, usual) / f"kernels-{_version(folder)}")
     try:
-        return cast(F, numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=True)(function))
+        kernel: Any = numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=True)(function)
     finally:
         config.CACHE_DIR = usual
+    if kernel is not function:  # it is where numba is told not to compile
+        _spare(kernel._cache)
+    return cast(F, kernel)
+
+
+def _spare(cache: Any) -> None:
+    """Have ``cache`` keep nothing where there is no room: a full disk must not stop what is compiled already."""
+    save = cache.save_overload
+
+    def save_if_there_is_room(*overload: object) -> None:
+        with contextlib.suppress(OSError):
+            save(*overload)
+
+    cache.save_overload = save_if_there_is_room
 
 
 def _cache_base(folder: Path, chosen: str) -> Path:
