@@ -37,7 +37,7 @@ _BETWEEN: Final = (
     Stopped.kind, Tripped.kind,
 )  # fmt: skip
 """What may come between a confirmation and the word of recovery that it released something."""
-_RELEASED: Final = (RequestAnswered.kind, ReleasedActions.kind, WriteIntended.kind, ReadBack.kind)
+_RELEASED: Final = (RequestAnswered.kind, ReleasedActions.kind, WriteIntended.kind, Resumed.kind)
 """What says of a request how far it has come."""
 
 
@@ -94,7 +94,7 @@ def releases(evidence: Evidence) -> Iterator[str]:
     if next(evidence.of(GuardStarted.kind), None) is None:
         return
     confirmed, gap, owed = set[str](), Gap(), dict[str, Record]()
-    asked = dict[object, str]()
+    begun = set[str]()
     for record in evidence.of(*dict.fromkeys(chain(KINDS, _BETWEEN, _RELEASED))):
         if gap.follow(record):
             owed.clear()
@@ -103,9 +103,9 @@ def releases(evidence: Evidence) -> Iterator[str]:
         owed = {digest: r for digest, r in owed.items() if r not in late}
         digest = text(record, "digest")
         if record.kind == WriteIntended.kind and word(record.fields.get("cause")) == Cause.REQUEST.value:
-            asked[record.fields.get("write")] = digest
-        elif record.kind == ReadBack.kind and not record.fields.get("deviating"):
-            confirmed.add(asked.get(record.fields.get("write"), ""))  # a guard that dies before may not say it
+            begun.add(digest)
+        elif record.kind == Resumed.kind:
+            confirmed |= begun  # what became of a write that a dead guard had begun is read after it is told
         elif record.kind == RequestAnswered.kind and word(record.fields.get("status")) == "confirmed":
             confirmed.add(digest)
             if not gap.standing:
