@@ -158,6 +158,33 @@ def test_a_ramp_has_led_through_what_lies_behind_it(value: float | None, passed:
     assert not up.passes("T.sp", value, 0.5)
 
 
+@pytest.mark.parametrize("first", [302.0, 298.0])
+def test_what_several_ramps_have_led_through_is_explained_and_no_more(first: float) -> None:
+    ramps = ramping(target=first)
+    step(ramps, 12.0)
+    over = 301.0 if first > 300.0 else 299.0
+    ramps.present({"T.sp": 300.5})
+    ramps.first((Command("T.sp", 600.0 - first, 0.5),), RULES)
+    HOLDS[ramps]["T.sp"] = 300.5
+    step(ramps, 20.0)
+    step(ramps, 21.0)
+    ramps.stop()
+    now = 300.0 if first > 300.0 else 301.0
+    low, high = min(over, now), max(over, now)
+    explained = [ramps.passes("T.sp", t, 0.0) for t in (low - 0.1, low, high, high + 0.1)]
+    assert explained == [False, True, True, False]
+
+
+def test_what_is_shown_late_leads_only_a_ramp_back_that_is_not_sent_anyway() -> None:
+    for anyway, target, start in ((False, 310.0, 300.0), (True, 310.0, 301.0), (True, 305.0, 300.0)):
+        ramps = ramping()
+        step(ramps, 12.0)
+        ramps.present({"T.sp": 300.0})
+        commands = (Command("T.sp", target, 0.5),)
+        sent = ramps.first(commands, RULES, anyway=True) if anyway else ramps.first(commands, RULES)
+        assert sent == (Command("T.sp", start, None),)
+
+
 def test_a_ramp_that_was_stopped_explains_what_it_has_led_through_until_all_is_read_or_it_is_left() -> None:
     ramps = ramping()
     step(ramps, 12.0)

@@ -213,6 +213,14 @@ def _hot(text: str) -> Limit:
     return limit("LIM-HOT", LimitKind.INTERLOCK, text, hard=True)
 
 
+def test_a_trip_that_is_lifted_stays_so_while_nobody_sees_the_reading() -> None:
+    w = Watch()
+    w.watch.correct(({"T": 8.0},))
+    for _ in range(8):
+        w.judge(hot(320.0))
+    assert [w.judge(hot(math.nan)) for _ in range(7)] == [()] * 6 + [TRIPS]
+
+
 def test_a_reading_that_comes_back_while_its_trip_is_lifted_trips_nothing() -> None:
     w = Watch()
     w.watch.correct(({"T": 8.0},))

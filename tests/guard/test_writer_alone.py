@@ -162,6 +162,23 @@ def test_only_a_target_on_its_ramp_was_brought_there_by_the_ramp(desk: Desk) -> 
     assert desk.writer.ramped(read(2.0, F_sp=0.04)) == ()
 
 
+@pytest.mark.parametrize("end", ["confirmed", "read", "failed"])
+def test_where_all_is_read_no_ramp_leads_anywhere_any_more(desk: Desk, end: str) -> None:
+    desk.see(0.0, F_sp=0.0)
+    desk.begin(FEED, 1.0)
+    desk.see(2.0, F_sp=0.0)
+    assert desk.writer.ramped(read(2.0, F_sp=0.0)) != ()
+    if end == "confirmed":
+        assert desk.see(3.0, F_sp=0.02) is Progress.CONFIRMED
+    elif end == "failed":
+        assert Progress.FAILED in [desk.see(t, F_sp=0.04) for t in (3.0, 4.0, 5.0, 6.0)]
+    else:
+        desk.writer.overtake(3.0, "a trip")
+        assert desk.writer.ramped(read(3.0, F_sp=0.0)) != (), "its last step may be on the wire yet"
+        desk.writer.read_given_up(4.0, read(4.0, F_sp=0.005))
+    assert desk.writer.ramped(read(5.0, F_sp=0.0)) == ()
+
+
 @pytest.mark.parametrize(("now_s", "said"), [(3.0, None), (3.9, None), (4.0, Progress.FAILED), (9.0, Progress.FAILED)])
 def test_a_failed_attempt_waits_so_long_for_a_reading(desk: Desk, now_s: float, said: Progress | None) -> None:
     desk.vessel.raises = True

@@ -196,7 +196,7 @@ class TripWatch:
 def _blind(limit: Limit, rule: TripRule, watched: _Watched, said: float, dt_s: float) -> Violation | None:
     """A limit that cannot be judged is violated after its grace time; counted in ticks, should the clock stand."""
     watched.blind_s = _used(watched.blind_s, dt_s, rule.grace_s, math.isnan(said))
-    if not math.isnan(said) or watched.blind_s <= rule.grace_s:
+    if watched.blind_s <= rule.grace_s:
         return None
     text = f"{limit.formula.text!r} could not be judged for {watched.blind_s:g} s; {rule.grace_s:g} s are allowed"
     return Violation(rule.limit, math.nan, limit.formula.unit, f"{text} ({rule.limit})")

@@ -159,11 +159,8 @@ class Writer:
 
     def ramped(self, readings: Snapshot) -> tuple[Command, ...]:
         """How far the guard's own ramps have brought the targets of what is pending."""
-        pending = self.pending
-        return tuple(
-            Command(tag, target, None) for tag, target in readings.accepted.items()
-            if tag in pending and self._ramps.passes(tag, target, self._tolerance(tag))
-        )  # fmt: skip
+        held = readings.accepted.items()
+        return tuple(Command(t, v, None) for t, v in held if self._ramps.passes(t, v, self._tolerance(t)))
 
     def leave(self, tag: str) -> None:
         """Ramp ``tag`` no further: somebody else has moved it."""
@@ -256,6 +253,7 @@ class Writer:
             self._give_up(flight)
         else:
             self._may_arrive.extend(flight.write.commands * flight.attempt)
+        self._settle()
         return Progress.FAILED
 
     def _send(self, flight: Flight, now_s: float) -> bool:
