@@ -133,7 +133,7 @@ def decide(
         avoidable=False, inside_at_end=inside, fell_back=bool(recorder.fallbacks), missed=not recorder.diagnosed,
         released=bool(recorder.released), needless=False, produces=True,
     ))  # fmt: skip
-    actor = "fallback" if recorder.fallbacks else recorder.released[0][1].proposer if recorder.released else "none"
+    actor = "fallback" if recorder.fallbacks else recorder.released[0].proposer if recorder.released else "none"
     return Decision(
         modules, module, case.name, fault, seed, kind.value, actor, stopwatch.latency_s, stopwatch.cpu_s,
         tokens(first_question(model, "planning")), tokens(first_question(model, "action")), left_out(model),

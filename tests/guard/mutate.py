@@ -209,6 +209,7 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     area = AREAS[chosen.area]
     os.chdir(REPO)
+    os.environ.pop("PYTEST_ADDOPTS", None)  # they are for whoever started this
     modules, tests = chosen.modules or area.modules, chosen.tests or area.tests
     for module in modules:
         importlib.import_module(f"homeostat.{area.package}.{module}")

@@ -15,6 +15,7 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from homeostat.process.seeds import Stream, generator
 from homeostat.stl.formula import Formula
 from homeostat.stl.tree import Always, And, Comparison, Eventually, Implies, Logic, Not, Or, Until
 
@@ -85,7 +86,7 @@ def _tried(formula: Formula, stations: Mapping[str, _Values]) -> float:
 
 def _sought(formula: Formula, stations: Mapping[str, _Values]) -> float:
     """As :func:`_tried`, where combinations are too many; of a choice of many, each has to be violated in its turn."""
-    rng = np.random.default_rng(0)
+    rng = generator(0, Stream.RULES_REACH)
     parts = [(Formula("", node), 1.0 if holds else -1.0) for node, holds in comparisons(formula.root)]
     least = math.inf
     for _ in range(STARTS):
