@@ -76,7 +76,7 @@ AREAS = {
     ),
 }
 NEAREST = {
-    "lane": "blocking_links", "bounded": "blocking_links", "authority": "orders",
+    "lane": "blocking_links", "bounded": "blocking_links",
     "persons": "orders", "verification": "refusals", "seal": "verification", "mailbox": "sizes", "texts": "sizes",
     "modes": "people", "response": "effect",
 }  # fmt: skip
