@@ -20,10 +20,11 @@ def mutate(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(words, cwd=REPO, capture_output=True, text=True, timeout=LIMIT_S, check=False)
 
 
-def test_a_sample_of_mutants_is_noticed() -> None:
-    done = mutate("--sample", "24", "--seed", "1")
+def test_mutants_of_the_trips_are_noticed_by_the_tests_of_the_trips() -> None:
+    tests = [f"guard/test_{name}.py" for name in ("trips", "trip_edges", "trial")]
+    done = mutate("--modules", "trips", "--sample", "100", "--seed", "1", "--tests", *tests)
     noticed, asked = (int(word) for word in done.stdout.splitlines()[-1].split()[:3:2])
-    assert asked == 24 and noticed >= 0.5 * asked, done.stdout + done.stderr
+    assert asked == 100 and noticed >= 95, done.stdout + done.stderr
 
 
 def test_mutants_survive_tests_that_test_something_else() -> None:

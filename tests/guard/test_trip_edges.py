@@ -129,6 +129,15 @@ def test_a_violation_lasts_while_anything_is_left_of_its_sum() -> None:
     assert w.judge(hot(312.5)) == ()
 
 
+def test_a_violation_lasts_while_nobody_sees_the_reading() -> None:
+    w = Watch(ALONE)
+    assert w.judge(hot(math.nan)) == ()
+    assert w.judge(hot(323.0)) == w.judge(hot(math.nan)) == TRIPS
+    (violation,) = w.watch.judge(w.now_s + 1.0, Snapshot(w.now_s + 1.0, hot(math.nan)), "running")
+    assert violation.limit == "LIM-HOT" and math.isnan(violation.margin) and violation.unit == "K"
+    assert violation.reason == "'T <= 313' cannot be judged now (LIM-HOT)"
+
+
 def test_a_violation_ends_where_a_diagnosis_may_lift_it() -> None:
     w = Watch()
     assert [w.judge(hot(320.0)) for _ in range(2)] == [(), TRIPS]
