@@ -27,6 +27,7 @@ from tests.recovery.desk import (
     Graph,
     Recovery,
     Watching,
+    at_first,
     hanging,
     latched,
     late,
@@ -301,6 +302,13 @@ def test_the_commands_that_are_under_way_are_said_to_a_proposer() -> None:
     ramp = (Command("L.sp", 9.0, 0.1),)
     moving = tuple(replace(o, rest=ActionSet(ramp, "running")) for o in ticks(1, 20, DOOMED))
     assert Recovery(moving).run().action.asked[0][0].under_way == ramp
+
+
+def test_a_time_to_act_by_that_the_guard_holds_no_more_is_no_reason_to_recover_again() -> None:
+    """What was released ended it; the second symptom is none of a fault."""
+    done = Recovery(ticks(1, 40, DOOMED), Watching(10.0, 30.0, answer=at_first(diagnosis, nothing))).run()
+    assert [m.act_by_s is not None for _, m in done.sent(Arm)] == [True]
+    assert len(done.released) == 1 and done.sent(NoAction) == []
 
 
 @pytest.mark.parametrize("reason", ["the key was not accepted", ""])
