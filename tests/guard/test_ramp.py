@@ -175,6 +175,24 @@ def test_what_several_ramps_have_led_through_is_explained_and_no_more(first: flo
     assert explained == [False, True, True, False]
 
 
+@pytest.mark.parametrize(
+    ("begins", "goal", "low", "high"), [(303.0, 309.0, 300.0, 304.0), (298.0, 292.0, 297.0, 301.0)]
+)
+def test_a_later_ramp_explains_more_above_or_below(begins: float, goal: float, low: float, high: float) -> None:
+    """Both go 1 K: the first from 300 K up, the second from where the plant was found."""
+    ramps = ramping(target=310.0)
+    step(ramps, 12.0)
+    for target in (goal, None):
+        ramps.present({"T.sp": begins})
+        ramps.first((Command("T.sp", target, 0.5),), RULES)
+        if target is not None:
+            HOLDS[ramps]["T.sp"] = begins
+            step(ramps, 20.0)
+            step(ramps, 22.0)
+    explained = [ramps.passes("T.sp", t, 0.0) for t in (low - 0.1, low, high, high + 0.1)]
+    assert explained == [False, True, True, False]
+
+
 def test_what_is_shown_late_leads_only_a_ramp_back_that_is_not_sent_anyway() -> None:
     for anyway, target, start in ((False, 310.0, 300.0), (True, 310.0, 301.0), (True, 305.0, 300.0)):
         ramps = ramping()
