@@ -138,7 +138,7 @@ def test_a_request_that_is_not_tried_again_names_the_first_limit() -> None:
     world.vessel.raises = True
     world.ask(actions=ActionSet((Command("T.sp", 305.0, 0.5),), "running"))
     world.tick()
-    world.tick(1, T=317.0, Tx=317.0, L=12.3)
+    world.tick(1, T=317.0, Tx=317.0, L=12.5)
     assert statuses(world)[-1] == "failed" and "LIM-HOT" in world.seen[-1].answers[-1].reason
 
 

@@ -11,6 +11,7 @@ from homeostat.domain.guard_events import (
     AlarmRaised,
     FallbackStands,
     FellBack,
+    ModeEntered,
     PersonHeard,
     SequenceLoaded,
     ServiceChanged,
@@ -19,6 +20,7 @@ from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.write_events import LeaseLost, LeaseTried, WriteIntended
+from tests.guard.test_memory import FALLBACK, remembered
 from tests.guard.vessel import ADJUSTED, BEGIN, DRAIN, POUR, RULES, Vessel, World, finding, running, statuses
 
 
@@ -310,3 +312,20 @@ def test_what_is_asked_after_a_lapse_is_as_good_as_before() -> None:
     world.ask(name="r2")
     world.tick(2)
     assert world.sent == [ADJUSTED.commands] and statuses(world, "r2")[-1] == "confirmed"
+
+
+def test_a_fallback_that_is_sent_in_observe_takes_a_lost_lease_again() -> None:
+    """After a restart nobody may write but what an open intention of a fallback asks for."""
+    vessel = Sheds(F_sp=0.03)
+    vessel.hangs = vessel.tells = True
+    memory = remembered(ModeEntered("closed-loop", ""), FALLBACK)
+    world = World(memory=memory, vessel=vessel, goes_on=False)
+    world.tick(1)
+    assert world.guard.mode is Mode.OBSERVE and len(world.sent) == 1
+    vessel.deaf = True
+    world.tick(1)
+    assert len(world.journal.of(LeaseLost)) == len(world.journal.of(LeaseTried)) == 1
+    assert len(world.sent) == 2, "it is sent at once on the new wire"
+    vessel.hangs = False
+    world.tick(12)
+    assert world.guard.mode is Mode.OBSERVE and vessel.accepted["V.man"] == 1.0 and world.journal.of(FallbackStands)

@@ -10,6 +10,7 @@ from homeostat.domain.guard_events import Armed, FellBack, Latched
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, FallBack, NoAction
 from homeostat.domain.write_events import Cause, ReadBack
+from homeostat.guard.settings import GuardSettings
 from tests.guard.test_hands import dies
 from tests.guard.test_memory import intended, remembered
 from tests.guard.test_people import tell
@@ -152,3 +153,13 @@ def test_a_release_that_never_arrived_has_not_met_it() -> None:
     world.vessel.hangs = False
     world.tick(20)
     assert acted_s(world) == [8.0]
+
+
+@pytest.mark.parametrize(("by_s", "at_s"), [(5.5, 10.0), (9.5, 10.0), (11.0, 11.0)])
+def test_a_guard_that_reads_nothing_after_a_restart_acts_once_it_waits_no_more_for_what_was_in_flight(
+    by_s: float, at_s: float
+) -> None:
+    """The guard comes back at 6 s; for four seconds a release that was being written may stand."""
+    world = dies(armed(by_s), {}, settings=GuardSettings(again_s=4.0, sync_s=5.0))
+    world.silent(5 if at_s == 10.0 else 6)
+    assert world.seen[0].now_s == 6.0 and acted_s(world) == [at_s] and world.guard.latched == LATE

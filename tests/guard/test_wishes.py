@@ -120,3 +120,13 @@ def test_brought_from_observe_to_approve_a_wish_stands() -> None:
     world.order(Verb.MODE, "approve")
     world.tick(3)
     assert WANTED in world.alarms and world.guard.latched is None
+
+
+@pytest.mark.parametrize("mode", [Mode.CLOSED_LOOP, Mode.OBSERVE])
+def test_a_limit_that_is_violated_under_a_fallback_calls_nobody_for_another_one(mode: Mode) -> None:
+    world = running()
+    world.tick(1, L=14.0)
+    assert world.guard.latched is not None
+    world.order(Verb.MODE, mode.value)
+    world.tick(4)
+    assert world.guard.mode is mode and causes(world) == []

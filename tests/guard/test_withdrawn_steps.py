@@ -187,7 +187,10 @@ def test_a_guard_that_stands_in_observe_after_a_restart_has_left_what_was_releas
     world = killed(released(), goes_on=False)
     assert world.guard.mode is Mode.OBSERVE
     world.tick(2)
-    assert len(withdrawn(world)) == 1 and world.journal.of(ModeEntered)[-1].mode == "observe"
+    assert withdrawn(world) == [
+        "the guard stands in 'observe' after a restart: 'empty' waited to be written, and will not be"
+    ]
+    assert world.journal.of(ModeEntered)[-1].mode == "observe"
     world.order(Verb.MODE, Mode.CLOSED_LOOP.value)
     world.tick(6, L=9.5)
     assert GENTLE.commands not in world.sent
@@ -217,7 +220,8 @@ def test_a_request_that_was_in_flight_at_the_kill_leaves_no_step_behind_in_obser
     if not soon:
         world.order(Verb.MODE, Mode.CLOSED_LOOP.value)
     world.tick(6, L=9.5)
-    assert GENTLE.commands not in world.sent and len(withdrawn(world)) == 1
+    assert GENTLE.commands not in world.sent
+    assert withdrawn(world) == ["nobody wrote after a restart: 'empty' waited to be written, and will not be"]
 
 
 def test_wherever_the_journal_ends_after_the_order_what_was_released_stays_withdrawn() -> None:

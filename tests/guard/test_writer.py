@@ -204,9 +204,15 @@ def test_a_step_of_the_sequence_stays_due_when_its_write_failed() -> None:
     world.tick(6)
     assert world.seen[-1].state == "waiting" and len(world.sent) == 3
     assert world.journal.of(StepTaken) == []
-    world.vessel.raises = False
+    world.vessel.raises, world.vessel.hangs = False, True
+    sent = len(world.sent)
+    while len(world.sent) == sent:
+        world.tick()
+    world.tick()
+    assert "write:sequence" in world.alarms, "a new attempt is under way, and nothing is known of it"
+    world.vessel.hangs = False
     world.tick(10)
-    assert world.seen[-1].state == "running" and len(world.sent) == 4
+    assert world.seen[-1].state == "running" and len(world.sent) == 5
     assert len(world.journal.of(StepTaken)) == 1 and "write:sequence" not in world.alarms
 
 
