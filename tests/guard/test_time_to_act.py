@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from homeostat.domain.guard_events import Armed, FellBack, Latched
+from homeostat.domain.guard_events import AlarmRaised, Armed, FellBack, Latched
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, FallBack, NoAction
 from homeostat.domain.write_events import Cause, ReadBack
@@ -50,6 +50,7 @@ def test_who_arms_again_does_not_put_it_off(by_s: tuple[float | None, ...], stan
     assert named_s(world) == stands_s and world.seen[-1].act_by_s == stands_s[-1]
     world.tick(30)
     assert acted_s(world) == [stands_s[-1]] and world.guard.latched == LATE and world.seen[-1].act_by_s is None
+    assert all(seen.act_by_s is None for seen in world.seen if seen.latched), "it ends where the fallback acts"
 
 
 def test_the_ranking_is_the_last_one_whatever_the_time() -> None:
@@ -112,6 +113,8 @@ def test_where_nobody_writes_it_ends_with_its_alarm_and_the_journal_says_so() ->
     world = running(mode=Mode.OBSERVE)
     armed(8.0, world=world).tick(6)
     assert named_s(world) == [8.0, None] and world.seen[-1].act_by_s is None
+    assert "fallback wanted" in world.alarms
+    assert [e.cause for e in world.journal.of(AlarmRaised) if e.alarm == "fallback wanted"] == [LATE]
 
 
 # --- after a death ----------------------------------------------------------------------------------------------

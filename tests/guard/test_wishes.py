@@ -130,3 +130,9 @@ def test_a_limit_that_is_violated_under_a_fallback_calls_nobody_for_another_one(
     world.order(Verb.MODE, mode.value)
     world.tick(4)
     assert world.guard.mode is mode and causes(world) == []
+
+
+def test_a_trip_where_nobody_writes_names_what_is_violated() -> None:
+    world = running(mode=Mode.OBSERVE)
+    world.tick(2, L=14.0)
+    assert causes(world) == [a.cause for a in world.guard.alarms if a.id == "trip:LIM-FULL"]
