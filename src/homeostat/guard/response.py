@@ -37,10 +37,10 @@ class Response:
         for violation in violations:
             if violation.limit not in self._violated:
                 self._begin(violation, now_s, acts)
-        for name in self._violated - names:
+        for name in sorted(self._violated - names):
             self._parts.alarms.return_(f"trip:{name}", now_s)
             self._unanswered.pop(name, None)
-        for name in self._before - names:
+        for name in sorted(self._before - names):
             text = "it was violated when the guard died, and has come back"
             self._parts.alarms.say(f"trip:{name}", f"{name}: {text}", Priority.CRITICAL, now_s)
         ended, self._before = (self._violated | self._before) - names, frozenset()
