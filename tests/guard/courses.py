@@ -61,10 +61,13 @@ class Course:
         self._draw = random.Random(f"course {number}")
         self._settings = GuardSettings(sync_s=20.0, again_s=self._draw.choice((4.0, 10.0)))
         self._vessel, self._rules = Sheds(), self._ruled()
+        self._trouble = self._draw.choice((1.0, 3.0, 6.0))
         mode = self._draw.choice((*[Mode.CLOSED_LOOP] * 3, Mode.APPROVE, Mode.OBSERVE, Mode.ADVISE))
         self._world = World(mode=mode, rules=self._rules, settings=self._settings, vessel=self._vessel)
         self._told = self._wired = self._count = 0
         self._before: list[str] = []
+        self._state = ""
+        self._news: set[str] = set()
 
     def seconds(self) -> Iterator[list[str]]:
         """What happened in each second, line by line."""
@@ -90,22 +93,42 @@ class Course:
         for tag, choices in READ.items():
             if draw.random() < 0.06:
                 vessel.values[tag] = draw.choice(choices)
-            elif draw.random() < 0.08:
+            elif draw.random() < 0.15:
                 vessel.values[tag] = choices[0]
         for fault in FAULTS:
             now = bool(getattr(vessel, fault))
-            if draw.random() < (0.35 if now else 0.008):
+            if draw.random() < (0.35 if now else 0.006 * self._trouble):
                 setattr(vessel, fault, not now)
         vessel.accepts_first = 1 if draw.random() < 0.04 else 100
         for chance, what in (
-            (0.02, self._hand), (0.01, self._shed), (0.07, self._asks), (0.07, self._orders), (0.07, self._thinks),
-            (0.012, self._dies),
+            (0.15 if self._news else 0.01, self._hand), (0.01, self._shed), (0.07, self._asks), (0.07, self._orders),
+            (0.07, self._thinks), (0.01 * self._trouble, self._storm), (0.012, self._dies),
         ):  # fmt: skip
             if draw.random() < chance:
                 what()
+        if draw.random() < 0.2:
+            self._tends()
+
+    def _tends(self) -> None:
+        """An engineer who wants the plant to run, and recovery when it does."""
+        guard, order = self._world.guard, self._world.order
+        out = sorted(guard.out_of_service)
+        if guard.latched is not None:
+            order(Verb.RESET, reason="it is over")
+        elif not guard.mode.writes:
+            order(Verb.MODE, self._draw.choice(("closed-loop", "closed-loop", "approve")), reason="on we go")
+        elif guard.offered:
+            order(Verb.APPROVE, guard.offered[0].id, digest=guard.offered[0].actions.digest, reason="good")
+        elif out:
+            order(Verb.IN_SERVICE, out[0], reason="mended")
+        elif self._state in ("shut", "rest", "emptying"):
+            order(Verb.START, "restart", reason="again")
+        elif self._state == "running":
+            self._asks()
 
     def _hand(self) -> None:
-        tag = self._draw.choice(sorted(self._vessel.accepted))
+        """What was just written is what people care for."""
+        tag = self._draw.choice(sorted(self._news or self._vessel.accepted))
         self._vessel.accepted[tag] = self._draw.choice(
             {"T.sp": (300.0, 311.0), "X.cmd": (0.0, 1.0)}.get(tag, (0.02, None))
         )
@@ -116,15 +139,14 @@ class Course:
 
     def _asks(self) -> None:
         self._count += 1
-        state = self._world.seen[-1].state if self._draw.random() < 0.8 else "waiting"
+        state = self._state if self._draw.random() < 0.8 else "waiting"
         actions = self._draw.choice(ASKED)
-        path = tuple(s.transition.name for s in actions.then) if state != "running" else ("adjust",)
-        path = ("adjust", "empty") if actions.then and state == "running" else path
+        path = ("adjust", *(s.transition.name for s in actions.then))
         self._world.ask(name=f"r{self._count}", actions=actions, state=state, path=path)
 
     def _orders(self) -> None:
         draw, offered = self._draw, self._world.guard.offered
-        role, person = draw.choice(list(Role)), draw.choice(("Ada", "Bo"))
+        role, person = draw.choice((*Role, *[Role.ENGINEER] * 4)), draw.choice(("Ada", "Bo"))
         verbs: tuple[Verb, ...] = (Verb.APPROVE, Verb.APPROVE, Verb.REJECT) if offered else (
             Verb.RESET, Verb.RESET, Verb.MODE, Verb.MODE, Verb.IN_SERVICE, Verb.OUT_OF_SERVICE, Verb.ACKNOWLEDGE,
             Verb.FALL_BACK, Verb.START, Verb.START,
@@ -152,6 +174,13 @@ class Course:
         )  # fmt: skip
         self._world.guard.mailbox.put(draw.choice(messages)())
 
+    def _storm(self) -> None:
+        """The link fails in some way just when something is asked for, and a limit is violated soon after."""
+        setattr(self._vessel, self._draw.choice(FAULTS), True)
+        self._draw.choice((self._asks, self._asks, self._orders, self._thinks))()
+        tag, value = self._draw.choice((("L", 13.0), ("L", 14.0), ("T", 322.0), ("L", math.nan), ("L", 4.0)))
+        self._vessel.values[tag] = value
+
     def _dies(self) -> None:
         """The next guard has the journal up to some line, and perhaps needs a while to come."""
         events = self._world.journal.events
@@ -169,10 +198,11 @@ class Course:
         events, wire = self._world.journal.events, self._vessel.wire
         lines = [_plain((at_s, e.kind, encode_fields(e, e.kind))) for e, at_s in events[self._told :]]
         lines += [_plain(("wire", at_s, [(c.tag, c.value, c.rate) for c in cs])) for at_s, cs in wire[self._wired :]]
+        self._news = {c.tag for _, commands in wire[self._wired :] for c in commands}
         self._told, self._wired = len(events), len(wire)
         now = self._standing(seen)
         lines += [line for line in now if line not in self._before]
-        self._before = now
+        self._before, self._state = now, seen.state
         return lines
 
     def _standing(self, seen: Observation) -> list[str]:
