@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import FallbackStands, FellBack, StepTaken
+from homeostat.domain.guard_events import FallbackStands, FellBack, SequenceLoaded, StepTaken
 from homeostat.domain.recovery import Command, Effect, FallbackStrategy, Step
 from homeostat.domain.write_events import WriteIntended
 from tests.guard.test_trial import killed
@@ -123,3 +123,21 @@ def test_one_that_fails_its_checks_is_followed_by_one_that_serves_the_violated_l
     world = running(rules=replace(RULES, fallbacks=(void, DRAIN, serving)))
     world.tick(1, L=14.0)
     assert [e.strategy for e in world.journal.of(FellBack)] == ["full"]
+
+
+@pytest.mark.parametrize("how", ["silent", "hangs"])
+def test_the_later_steps_of_a_fallback_follow_also_where_its_answer_comes_late(how: str) -> None:
+    """One that the plant carries out without a word, and one that needs a second attempt."""
+    world = running(rules=RULES_2)
+    setattr(world.vessel, how, True)
+    world.tick(1, L=14.0)
+    while not world.sent:
+        world.tick()
+    assert world.journal.of(FellBack) and not world.journal.of(SequenceLoaded)
+    setattr(world.vessel, how, False)
+    while not world.journal.of(FallbackStands):
+        world.tick()
+    loads = world.journal.of(SequenceLoaded)
+    assert [(e.source, e.aborting, [s.transition for s in e.steps]) for e in loads] == [("close", True, ["cool"])]
+    world.tick(6, L=4.0)
+    assert world.vessel.accepted["V.man"] == 0.5 and world.seen[-1].state == "emptying"
