@@ -7,11 +7,13 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import FallbackStands, FellBack, SequenceLoaded, StepTaken
+from homeostat.domain.guard_events import FallbackStands, FellBack, SequenceLoaded, Shed, StepTaken, Tripped
+from homeostat.domain.limits import LimitKind, Limits
 from homeostat.domain.recovery import Command, Effect, FallbackStrategy, Step
-from homeostat.domain.write_events import WriteIntended
+from homeostat.domain.rules import TripRule
+from homeostat.domain.write_events import WriteEnded, WriteIntended, WriteResult
 from tests.guard.test_trial import killed
-from tests.guard.vessel import CLOSE, DRAIN, MACHINE, RULES, Vessel, World, awaited, running
+from tests.guard.vessel import CLOSE, DRAIN, LIMITS, MACHINE, RULES, TRIPS, Vessel, World, awaited, limit, running
 
 COOL = awaited("cool", "shut", "emptying", "L <= 5")
 MACHINE_2 = replace(MACHINE, transitions=(*MACHINE.transitions, COOL))
@@ -141,3 +143,37 @@ def test_the_later_steps_of_a_fallback_follow_also_where_its_answer_comes_late(h
     assert [(e.source, e.aborting, [s.transition for s in e.steps]) for e in loads] == [("close", True, ["cool"])]
     world.tick(6, L=4.0)
     assert world.vessel.accepted["V.man"] == 0.5 and world.seen[-1].state == "emptying"
+
+
+def test_what_answers_the_limit_that_nothing_answers_yet_comes_before_what_would_help_against_more() -> None:
+    """Two limits are answered when the third is violated."""
+    warm = limit("LIM-WARM", LimitKind.INTERLOCK, "Tx <= 330", hard=True)
+
+    def named(name: str, *limits: str) -> FallbackStrategy:
+        return replace(CLOSE, name=name, serves={limit: Effect(50.0) for limit in limits})
+
+    rules = replace(
+        RULES, limits=Limits((*LIMITS.limits, warm), ()), trips=TRIPS | {"LIM-WARM": TripRule("LIM-WARM", 8.0, 6.0)},
+        fallbacks=(
+            named("both", "LIM-FULL", "LIM-WARM"), named("again", "LIM-FULL", "LIM-WARM"), named("hot", "LIM-HOT"),
+        ),
+    )  # fmt: skip
+    world = running(rules=rules)
+    world.tick(6, L=13.5, Tx=340.0)
+    assert [e.strategy for e in world.journal.of(FellBack)] == ["both"] and world.journal.of(FallbackStands)
+    assert {e.limit for e in world.journal.of(Tripped)} == {"LIM-FULL", "LIM-WARM"}
+    while not world.journal.of(FellBack)[1:]:
+        world.tick(1, T=340.0)
+    assert [(e.strategy, e.answers) for e in world.journal.of(FellBack)[1:]] == [("hot", ("LIM-HOT",))]
+
+
+def test_a_step_that_hangs_is_given_up_when_the_plant_is_left_to_its_own_control() -> None:
+    rules = replace(RULES_2, fallbacks=(replace(TWO, serves={"LIM-HOT": Effect(8.0)}),))
+    world = running(rules=rules)
+    world.tick(13, T=340.0, Tx=340.0)
+    world.vessel.hangs = True
+    world.tick(1, L=4.0)
+    while not world.journal.of(Shed):
+        world.tick()
+    ended = world.journal.of(WriteEnded)[-1]
+    assert (ended.result, ended.detail) == (WriteResult.GIVEN_UP, "the plant's own control goes on")
