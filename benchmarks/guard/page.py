@@ -258,10 +258,10 @@ def _cost(parts: dict[str, Results]) -> str:
     seconds = [(name, len(s), ", ".join(f"{x:.1f}" for x in s), f"{median_of(s):.1f}") for name, s in demo.items()]
     return f"""{text}
 
-`homeostat run cstr --fault cool_stuck_closed --seed 1`, CPU seconds of the whole command, alternately at both commits
-after one run of each that is not counted:
+`homeostat run cstr --fault cool_stuck_closed --seed N`, CPU seconds of the whole command for the seeds from 1 on,
+alternately at both commits after one run of each that is not counted:
 
-{table(("commit", "runs", "CPU [s]", "median [s]"), seconds)}"""
+{table(("commit", "seeds", "CPU [s]", "median [s]"), seconds)}"""
 
 
 def _measured(parts: dict[str, Results], names: Sequence[str]) -> str:

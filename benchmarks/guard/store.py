@@ -36,8 +36,8 @@ class Sizes:
     """Requests per plant."""
     faults: int | None = None
     """Faults per plant that are recovered from; None for all."""
-    repeats: int = 3
-    """Runs of the demo command per commit."""
+    repeats: int = 8
+    """Seeds of the demo command, from 1 on."""
 
 
 FULL = Sizes()
