@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from benchmarks.host import measured_on
 from homeostat.campaign.study.contents import contents
 from homeostat.campaign.study.dataset import DATASET, read_dataset
 from homeostat.campaign.study.entrant import SEARCH
@@ -124,7 +125,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "paper_runs": paper.runs, "paper_min": f"{paper.wall_s / 60:.1f}", "robust_runs": robust.runs,
         "workers": options.workers, "speed": faster, "kills": kills(),
         "paper": tables(PAPER, SHOWN[PAPER]), "robust": tables(ROBUST, SHOWN[ROBUST]),
-        "missed": missed(ROBUST),
+        "missed": missed(ROBUST), "measured": measured_on(),
     }  # fmt: skip
     PAGE.write_text(TEMPLATE.read_text(encoding="utf-8").format(**values), encoding="utf-8")
     return 0

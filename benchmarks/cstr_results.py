@@ -21,6 +21,7 @@ from statistics import median
 
 import numpy as np
 
+from benchmarks.host import kept, measured_on
 from homeostat.campaign.best_constant import best_constant
 from homeostat.campaign.limits_in_force import LimitsInForce
 from homeostat.campaign.outcome import OutcomeKind
@@ -33,7 +34,6 @@ from homeostat.links.clock import DeclaredClock, ThinkingClock
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "cstr.md"
-CACHE = Path("runs") / "results"
 MAIN = ("fouling", "pump_degrade", "cool_stuck_closed")
 OTHER = ("cool_stuck_open", "outlet_block", "inlet_stuck_open", "temp_bias", "level_bias", "leak")
 LIMITS = ("LIM-T-HIGH", "LIM-L-HIGH", "LIM-L-LOW", "LIM-T-LOW")
@@ -97,8 +97,9 @@ def measure(job: tuple[str, int, bool]) -> Row:
 
 def measure_all(name: str, jobs: Sequence[tuple[str, int, bool]], workers: int) -> list[Row]:
     """Rows of every job; those that were measured before are read back from the cache folder."""
-    CACHE.mkdir(parents=True, exist_ok=True)
-    path = CACHE / f"{name}.jsonl"
+    folder = kept("cstr")
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{name}.jsonl"
     done = {}
     if path.exists():
         for line in path.read_text().splitlines():
@@ -181,13 +182,11 @@ def page(seeds: int, healthy: int, few: int, per_pair: int, workers: int) -> str
                "worst exposure [s]", "without action [s]", "limits exceeded longer than without action")  # fmt: skip
     return f"""# The reactor: what was measured
 
-Made by `make results` ({seeds} seeds per main fault, {few} per other fault, {per_pair} per pair, {
-        healthy
-    } fault-free), Python
-{
-        sys.version.split()[0]
-    }, 2 cores. Each seed is another plant: its parameters, calibration errors and disturbances are drawn from
-the stated uncertainty. Faults begin at 2000 s, runs end at 6000 s. One deliberation is charged 1 s of process time.
+Made by `make results` ({seeds} seeds per main fault, {few} per other fault, {per_pair} per pair, {healthy} fault-free).
+Each seed is another plant: its parameters, calibration errors and disturbances are drawn from the stated uncertainty.
+Faults begin at 2000 s, runs end at 6000 s. One deliberation is charged 1 s of process time.
+
+{measured_on()}
 
 ## Engine and accuracy
 

@@ -15,7 +15,8 @@ from typing import Any
 
 from benchmarks.guard import asked, bad_day, cost, kills, quiet_day, trips, wire_log
 from benchmarks.guard.page import PAGE, page
-from benchmarks.guard.store import FULL, QUICK, Sizes, commit, read, write
+from benchmarks.guard.store import FULL, QUICK, Sizes, read, write
+from benchmarks.host import commit
 
 PLANTS = ("cstr", "mixing_module")
 Measure = Callable[[Sizes], dict[str, Any]]

@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import json
 import multiprocessing
-import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -20,6 +19,7 @@ from pathlib import Path
 from statistics import median
 
 from benchmarks.cstr_results import table
+from benchmarks.host import kept, measured_on
 from benchmarks.language_runs import LanguageRun, reactor, run_with
 from benchmarks.prompt_tokens import PUBLISHED, Count, counts
 from homeostat.agents.bounds import Budget
@@ -40,7 +40,6 @@ from tests.safety.poisoned_plant import poisoned
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "language.md"
-CACHE = Path("runs") / "language"
 MAIN = ("fouling", "pump_degrade", "cool_stuck_closed")
 END_S = {"fouling": 6000.0}
 """Fouling needs nothing to be done for the first half hour."""
@@ -120,8 +119,9 @@ def measure(
     workers: int, *more: object,
 ) -> list[LanguageRun]:  # fmt: skip
     """Rows of every job; those in the cache are not measured again. ``more`` is handed to every job."""
-    CACHE.mkdir(parents=True, exist_ok=True)
-    path = CACHE / f"{name}.jsonl"
+    folder = kept("language")
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{name}.jsonl"
     done = {}
     for line in path.read_text().splitlines() if path.exists() else ():
         row = LanguageRun(**json.loads(line))
@@ -208,7 +208,7 @@ def page(
     unsafe = [r for r in (*weights, *servers, *texts) if r.unsafe]
     template = (Path(__file__).parent / "language_results.md").read_text("utf-8")
     return template.format(
-        python=sys.version.split()[0], seeds=SEEDS, published=PUBLISHED,
+        measured=measured_on(), seeds=SEEDS, published=PUBLISHED,
         longest=max(c.shown for c in first), longest_schema=max(c.shown + c.schema for c in first),
         tokens=table(("fault", "agent", "question", "system", "prompt", "shown", "schema", "estimate / count"),
                      token_rows(tokens)),

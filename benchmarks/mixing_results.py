@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import json
 import multiprocessing
-import platform
 import sys
 import time
 from collections import Counter
@@ -21,6 +20,7 @@ from typing import TypeVar
 
 from pyoxigraph import NamedNode
 
+from benchmarks.host import kept, measured_on
 from benchmarks.mixing_batches import FAMILIES, PAIR, PUBLISHED, Row, measure, module
 from benchmarks.mixing_calls import FAULTS, FOLDER, answers
 from benchmarks.mixing_language import LanguageRow, StepRow, routes_table, step_by_step, steps_table, whole_routes
@@ -39,7 +39,6 @@ T = TypeVar("T", Row, LanguageRow, StepRow)
 Job = TypeVar("Job", tuple[str, int], tuple[str, int, bool])
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "mixing_module.md"
-CACHE = Path("runs") / "mixing"
 GRAPH = FOLDER.parent / "knowledge_graphs" / "mixer_case" / "MixingModuleKG_v2.jsonld"
 SEEDS = 20
 STEP_SEEDS = 10
@@ -50,8 +49,9 @@ def measured(
     name: str, kind: type[T], measure_one: Callable[[Job], T], jobs: Sequence[Job], workers: int | None
 ) -> list[T]:
     """What ``measure_one`` makes of every job, in their order, from the cache file ``name`` where it is there."""
-    CACHE.mkdir(parents=True, exist_ok=True)
-    file = CACHE / f"{name}.jsonl"
+    folder = kept("mixing")
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"{name}.jsonl"
     lines = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
     rows = {json.dumps(job): kind(**row) for job, row in lines}
     missing = [job for job in jobs if json.dumps(job) not in rows]
@@ -110,7 +110,7 @@ def main(arguments: list[str]) -> int:
     steps = [(fault, seed, given) for fault in FAULTS for given in (True, False) for seed in few]
     text = (ROOT / "benchmarks" / "mixing_results.md").read_text(encoding="utf-8")
     page = text.format(
-        seeds=options.seeds, python=platform.python_version(), nominal_ms=f"{nominal_ms():.1f}", summary=summary(rows),
+        seeds=options.seeds, measured=measured_on(), nominal_ms=f"{nominal_ms():.1f}", summary=summary(rows),
         odd=odd(rows), whole=WHOLE, needless=needless(rows), routes=routes_table(routes), step_seeds=len(few),
         steps=steps_table(measured("steps", StepRow, step_by_step, steps, workers)), wrong=wrong_routes(options.seeds),
         replay=replayed(), graph=published_graph(),

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.cstr_results import ROOT
+from benchmarks.host import measured_on
 from benchmarks.published_rules import Replayed, outside_s, replay
 from benchmarks.recorded_calls import FILE, Reason, Setpoints, by_run, read_calls, repeats
 from benchmarks.replay_answers import answer_rows
@@ -46,6 +47,8 @@ the reactor, {campaigns}. Each record has the model that was served, its answer 
 records are not part of this project. A model was shown the plant once, at the second in which the published monitoring
 reported the fault, and asked up to six times for three setpoints. The published validator simulated each answer to the
 end of the run.
+
+{measured}
 
 ## Under the published rules
 
@@ -228,6 +231,7 @@ def page(replayed: Sequence[Replayed], found: Found, diagnosed: Mapping[str, tup
     faults, criteria = cause_lines(replayed, found, asks)
     lost = Counter((fault, diagnosed[name][1]) for name, fault in truth.items() if diagnosed[name][1] != fault)
     return TEXT.format(
+        measured=measured_on(),
         calls=len(replayed), runs=len(truth), campaigns=" and ".join(sorted({r.call.experiment for r in replayed})),
         end=ENDS_S, horizon=case.twin.horizon_s, draws=case.twin.judged_draws, replay=case.twin.replay_s,
         off=max(abs(r.shown.temperature - r.call.shown.temperature) for r in replayed),

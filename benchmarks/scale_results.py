@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import json
 import multiprocessing
-import platform
 import sys
 import time
 from collections.abc import Sequence
@@ -18,6 +17,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from benchmarks.host import kept, measured_on
 from benchmarks.scale import study as scale
 from benchmarks.scale.decisions import Decision
 from benchmarks.scale.figure import draw
@@ -28,17 +28,16 @@ from benchmarks.scale.study import SIZES, Footprint, Study
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "scale.md"
 FIGURE = ROOT / "docs" / "images" / "scale.png"
-CACHE = Path("runs") / "scale"
 
 
 def measured(modules: int) -> Study:
     """The study of a site of ``modules``, from the cache where it is there."""
-    file = CACHE / f"{modules}.json"
+    file = kept("scale") / f"{modules}.json"
     if not file.exists():
         began = time.perf_counter()
         with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
             found = pool.submit(scale.study, modules).result()
-        CACHE.mkdir(parents=True, exist_ok=True)
+        file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(json.dumps(asdict(found), indent=1) + "\n", encoding="utf-8")
         print(f"{modules:5} modules: {time.perf_counter() - began:.0f} s", flush=True)
     return read(json.loads(file.read_text(encoding="utf-8")))
@@ -60,7 +59,7 @@ def main(arguments: Sequence[str]) -> int:
     studies = [measured(modules) for modules in options.sizes]
     FIGURE.parent.mkdir(parents=True, exist_ok=True)
     draw(studies, FIGURE)
-    PAGE.write_text(page(studies, scale.alone(), platform.python_version()), encoding="utf-8")
+    PAGE.write_text(page(studies, scale.alone(), measured_on()), encoding="utf-8")
     print(f"wrote {PAGE.relative_to(ROOT)} and {FIGURE.relative_to(ROOT)}")
     return 0
 

@@ -10,8 +10,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from benchmarks.guard.store import ROOT, Sizes
+from benchmarks.guard.store import Sizes
 from benchmarks.guard.wire_log import measure as run
+from benchmarks.host import ROOT
 
 EARLIER = "170fbcd"
 DEMO = ("run", "cstr", "--fault", "cool_stuck_closed", "--seed")

@@ -7,7 +7,8 @@ from collections import Counter
 from collections.abc import Sequence
 
 from benchmarks.guard.claims import Results, both, claims, median_of, table
-from benchmarks.guard.store import ROOT, commit, newest
+from benchmarks.guard.store import newest
+from benchmarks.host import ROOT, commit
 
 PAGE = ROOT / "docs" / "results" / "guard.md"
 

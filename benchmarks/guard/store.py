@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
-import platform
-import subprocess
-import time
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import median
 from typing import Any
+
+from benchmarks.host import ROOT, host
 
 SHM = Path("/dev/shm")
 FAST = str(SHM) if SHM.is_dir() else None
 """Where a journal lies that a simulated day waits for: a second takes less than a millisecond there, and a disk that
 hangs for a tenth of a second would hang for minutes of the plant's time."""
-ROOT = Path(__file__).parents[2]
 CACHE = ROOT / "runs" / "results" / "guard"
 
 
@@ -44,33 +40,6 @@ FULL = Sizes()
 QUICK = Sizes(trips=5, quiet=3, days_s=7_200.0, kills=20, requests=200, faults=1, repeats=1)
 
 
-def commit() -> str:
-    """The last commit that touched the sources."""
-    text = _git("log", "-1", "--format=%h", "--", "src")
-    return f"{text}+" if _git("status", "--porcelain", "--", "src") else text
-
-
-def yardstick_s(times: int = 5) -> float:
-    """Median CPU time of a fixed computation on this host [s]: two million steps of a congruential generator."""
-    found = []
-    for _ in range(times):
-        began, x = time.process_time(), 1
-        for _ in range(2_000_000):
-            x = (x * 1_103_515_245 + 12_345) & 0x7FFFFFFF
-        found.append(time.process_time() - began)
-    return median(found)
-
-
-def host() -> dict[str, Any]:
-    """What it was measured on, and how busy that was."""
-    return {
-        "python": platform.python_version(),
-        "cores": os.cpu_count(),
-        "yardstick_s": yardstick_s(),
-        "load": round(os.getloadavg()[0], 1),
-    }
-
-
 def read(part: str, at: str) -> dict[str, Any] | None:
     """The results of ``part`` at commit ``at``; None where there are none."""
     path = CACHE / f"{part}-{at}.json"
@@ -96,7 +65,3 @@ def quantile(values: list[float], share: float) -> float:
     """The ``share`` quantile of ``values``, by the nearest rank; NaN of nothing."""
     ordered = sorted(values)
     return ordered[min(int(share * len(ordered)), len(ordered) - 1)] if ordered else float("nan")
-
-
-def _git(*arguments: str) -> str:
-    return subprocess.run(["git", *arguments], capture_output=True, text=True, check=True, cwd=ROOT).stdout.strip()

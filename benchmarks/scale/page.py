@@ -24,11 +24,11 @@ MOST_GROWTH = 0.2
 """By how much a prompt may be longer than on a single module [1]."""
 
 
-def page(studies: Sequence[Study], alone: Sequence[Retrieval], python: str) -> str:
+def page(studies: Sequence[Study], alone: Sequence[Retrieval], measured: str) -> str:
     """The whole page; ``alone``: the same questions to the cases without a site."""
     effect = colder_neighbours({kind: load_case(kind) for kind in KINDS})
     return TEXT.read_text(encoding="utf-8").format(
-        python=python, cores=os.cpu_count(), asked=ASKED, minutes=SIMULATED_S // 60, result=_result(studies, alone),
+        measured=measured, cores=os.cpu_count(), asked=ASKED, minutes=SIMULATED_S // 60, result=_result(studies, alone),
         footprints=_footprints(studies), retrievals=_retrievals(studies),
         neighbourhoods=_neighbourhoods(studies, alone),
         decisions=_decisions(studies), scenarios=_scenarios(studies), growths=fits(studies), effect=f"{effect:.2f}",

@@ -1,0 +1,58 @@
+"""What a page says of its figures: for which sources, and on what host, they were measured."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import time
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+
+
+def commit() -> str:
+    """The last commit that touched the sources; with a ``+`` where they were changed since."""
+    text = _git("log", "-1", "--format=%h", "--", "src")
+    return f"{text}+" if _git("status", "--porcelain", "--", "src") else text
+
+
+def kept(name: str) -> Path:
+    """Folder of what was measured of ``name`` for the present sources: a measurement that stopped goes on there."""
+    return Path("runs") / "results" / name / commit()
+
+
+def yardstick_s(times: int = 5) -> float:
+    """Median CPU time of a fixed computation on this host [s]: two million steps of a congruential generator."""
+    found = []
+    for _ in range(times):
+        began, x = time.process_time(), 1
+        for _ in range(2_000_000):
+            x = (x * 1_103_515_245 + 12_345) & 0x7FFFFFFF
+        found.append(time.process_time() - began)
+    return median(found)
+
+
+def host() -> dict[str, Any]:
+    """What it was measured on, and how busy that was."""
+    return {
+        "python": platform.python_version(),
+        "cores": os.cpu_count(),
+        "yardstick_s": yardstick_s(),
+        "load": round(os.getloadavg()[0], 1),
+    }
+
+
+def measured_on() -> str:
+    """A sentence for a page."""
+    here = host()
+    return (
+        f"Measured for the sources of `{commit()}` with Python {here['python']} on {here['cores']} cores. Yardstick\n"
+        f"of the host: two million steps of a congruential generator take {here['yardstick_s']:.3f} s there."
+    )
+
+
+def _git(*arguments: str) -> str:
+    return subprocess.run(["git", *arguments], capture_output=True, text=True, check=True, cwd=ROOT).stdout.strip()
