@@ -44,6 +44,21 @@ GRID = {
     "cool_stuck_closed": {"T1.sp": TEMPERATURES, "L1.sp": (9.0, 10.0), "F1.sp": FEEDS},
     "pump_degrade": {"T1.sp": (308.0, 310.0, 312.0), "L1.sp": (8.0, 8.5, 9.0, 9.5, 10.0), "F1.sp": FEEDS},
 }
+MOVED = """## What moved since `170fbcd`, and why
+
+- *Outcomes say what happened on the true plant.* Recovered: fed with a tenth of the design or more at the end, and
+  leaving alone would have violated a hard limit or lost more. Most foulings harm nothing before 6000 s and a coolant
+  valve that is stuck open harms nothing at all: acting on them is a needless action. Where the outlet stays blocked
+  the plant is held: safe, without production. All of these were called recovered.
+- *Every random number comes from a named child of the seed*, so a seed is another plant than it was.
+- *A limit is watched on the reading and on the corrected reading.* A diagnosis lifts a trip only as far and as long as
+  the tables allow and while another instrument carries the limit. Most pairs with `temp_bias`, whose thermometer reads
+  above 313 K, end in the fallback therefore.
+- *A request is verified on the next sample*, so a release comes one sample later.
+- Where a pump run ends held, the first look at it leaves a share for a blocked outlet of the same size. Under that
+  nothing but holding passes, and the way back is refused for its overshoot. At `170fbcd` 2 of 56 seeds ended so; they
+  were called recovered, with a loss of 94 %.
+"""
 
 
 @dataclass(frozen=True)
@@ -238,7 +253,8 @@ Exposure sums the seconds outside all four limits (313 K, 11 L, 2 L while fed, 2
 ## Pairs of faults
 
 {table(columns, by_fault(pairs, other_line))}
-"""
+
+{MOVED}"""
 
 
 def main() -> None:
