@@ -44,7 +44,7 @@ class Response:
             text = "it was violated when the guard died, and has come back"
             self._parts.alarms.say(f"trip:{name}", f"{name}: {text}", Priority.CRITICAL, now_s)
         ended, self._before = (self._violated | self._before) - names, frozenset()
-        self._answered -= ended  # one that comes back is answered by the next strategy
+        self._answered -= ended  # one that the dead guard had answered and that comes back is answered by the next
         self._violated = self._latch.violated = names
         strategy = self._latch.strategy.name if self._latch.strategy else None
         if strategy != self._strategy or not self._latch.standing or self._parts.tenure.lost:
@@ -53,7 +53,6 @@ class Response:
             self._returned, self._told = frozenset(), frozenset()
             self._effects.clear()
         if self._latch.reason is None:
-            self._answered = names
             self._unanswered.clear()
         elif self._latch.standing:
             self._returned |= ended
@@ -63,7 +62,7 @@ class Response:
         event = Tripped(violation.limit, violation.margin, violation.unit, violation.reason, acts)
         self._parts.note(event, now_s)
         self._parts.alarms.raise_(f"trip:{violation.limit}", violation.reason, Priority.CRITICAL, now_s)
-        if violation.limit not in self._answered:  # what a fallback acts against may come and go meanwhile
+        if violation.limit not in self._answered:
             self._unanswered[violation.limit] = violation.reason
 
     def _under_fallback(
@@ -73,7 +72,6 @@ class Response:
         strategy = self._latch.strategy
         if strategy is not None:
             served = (self._unanswered.keys() & strategy.serves.keys()) - self._returned
-            self._answered |= served
             for name in served:
                 del self._unanswered[name]
             failed = self._effects.failed(now_s, strategy, violations)
@@ -94,7 +92,6 @@ class Response:
     def _answer(self) -> frozenset[str]:
         """The violated limits that nothing answers yet; what acts next is chosen against them."""
         found = frozenset(self._unanswered)
-        self._answered |= found
         self._unanswered.clear()
         return found
 
