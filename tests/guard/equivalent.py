@@ -58,12 +58,20 @@ KNOWN: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ('self.fallbacks.begin("" if self.strategy is None else self.strategy.name)', ("if -> never", "Is -> IsNot (0)"),
      "what was not put right belongs to a strategy"),
     # memory
+    ("REMEMBERED = 10_000", ("10000 -> 9999", "10000 -> 10001", "10000 -> 20000"),
+     "a bound of memory, far from what happens"),
+    ("memory = memory if trial is memory.trial else replace(memory, trial=trial)", ("if -> never",),
+     "a copy that is equal"),
     ("started: bool = False", ("False -> True",), "where no start-up has begun nobody asks whether it is over"),
     ("waiting=(), aborting=False, released=False, owed=None, left=None,", ("False -> True",),
      "nothing waits after a reset, and whatever is loaded next says whose it is"),
     # persons
     ("sequencer.restore(found.state, (), aborting=False)", ("False -> True",),
      "nothing waits after a reset, and whatever is loaded next says by itself whether it belongs to a fallback"),
+    # response
+    ("self._strategy = trial.acted or None", ("operand 1 -> nothing",), "where nothing had acted nothing was followed"),
+    ("if strategy != self._strategy or not self._latch.standing or self._parts.tenure.lost:",
+     ("operand 0 -> nothing",), "a strategy that is new does not stand yet"),
     # seal
     ('return hmac.compare_digest(code(request, key).encode(), request.seal.mac.encode(errors="replace"))',
      ("arguments -> swapped",), "two codes are equal in either order"),
