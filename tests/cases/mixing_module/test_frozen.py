@@ -33,3 +33,13 @@ def test_recovery_does_not_act_on_an_old_picture_and_the_guard_trips_by_blindnes
     assert from_s + FROZEN_AFTER_S <= tripped[0] <= from_s + FROZEN_AFTER_S + GRACE_S
     acted = [(at_s, e.cause) for at_s, e in events if isinstance(e, WriteIntended) and e.cause is not Cause.SEQUENCE]
     assert acted[0] == (tripped[0], Cause.FALLBACK)
+
+
+@pytest.mark.parametrize("tag", ["B203.level", "B204.level", "B204.pressure"])
+def test_no_transmitter_of_a_tank_that_freezes_has_a_limit_violated(tag: str) -> None:
+    """What every step needs is decided by the other one of the tank; where it is not, nothing goes on filling."""
+    case, trace = load_case("mixing_module"), MemoryTrace()
+    process = open_process(case, scenario(case, "none", 3, end_s=180.0))
+    link = Misbehaving(SimulatedLink(process), (Freeze(frozenset({tag}), 100.0),))
+    wire(case, link, DeclaredClock(1.0), trace, seed=3).run(link.source)
+    assert not [e for e in trace.entries if isinstance(e.event, Tripped)]
