@@ -8,6 +8,7 @@ from typing import Any
 
 from benchmarks.guard.life import Life
 from homeostat.domain.recovery import Command
+from homeostat.guard.flight import PUT_RIGHT
 from homeostat.links.true_process import TrueProcess
 from homeostat.trace import BrokenChain, Record
 from homeostat.trace.files import JOURNAL
@@ -93,18 +94,25 @@ def _unsafe(life: Life, process: TrueProcess, events: list[Record]) -> list[str]
         "begun" if _falls_back(e) else e.kind for e in events
         if _falls_back(e) or e.kind in ("fallback-stands", "latch-reset")
     ]  # fmt: skip
+    right = [e.fields["write"] for e in events if e.kind == "write-intended" and e.fields["source"] == PUT_RIGHT]
+    last = [e for e in events if e.kind == "read-back" and e.fields["write"] in right[-1:]]
     begun = [k for k, kind in enumerate(kinds) if kind == "begun"]
     if begun and "latch-reset" not in kinds[begun[-1] :]:
         wrong = [] if life.guard.latched is not None else ["a fallback has acted, and nothing is latched"]
-        return wrong + ([] if "fallback-stands" in kinds[begun[-1] :] else ["the fallback is not confirmed"])
+        wrong += [] if "fallback-stands" in kinds[begun[-1] :] else ["the fallback is not confirmed"]
+        return wrong + (["what was put right of it is not confirmed"] if last and last[-1].fields["deviating"] else [])
     true = {tag: float(values[0, -1]) for tag, values in process.truth().signals.items()}
     margins = {limit.name: limit.formula.margin_at(true) for limit in life.rules.limits.hard}
     return [f"{name} is violated by {-m:.3g} without a fallback" for name, m in margins.items() if not m >= 0.0]
 
 
 def _falls_back(event: Record) -> bool:
-    """Whether a fallback is begun: its intention says so, whatever the journal has lost after it."""
-    return event.kind == "write-intended" and event.fields["cause"] == "FALLBACK"
+    """Whether a fallback is begun: its intention says so, whatever the journal has lost after it.
+
+    What is put right of one that stands begins none.
+    """
+    fields = event.fields
+    return event.kind == "write-intended" and fields["cause"] == "FALLBACK" and fields["source"] != PUT_RIGHT
 
 
 def _commands(event: Record) -> tuple[Command, ...]:
