@@ -4,7 +4,7 @@
 # `python -m benchmarks.replay_results --records FILE`.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-.venv/bin/python benchmarks/cstr_results.py "$@"
+.venv/bin/python -m benchmarks.cstr_results "$@"
 .venv/bin/python -m benchmarks.language_results
 .venv/bin/python -m benchmarks.mixing_results
 .venv/bin/python -m benchmarks.campaign_results
