@@ -94,8 +94,9 @@ def _unsafe(life: Life, process: TrueProcess, events: list[Record]) -> list[str]
         "begun" if _falls_back(e) else e.kind for e in events
         if _falls_back(e) or e.kind in ("fallback-stands", "latch-reset")
     ]  # fmt: skip
-    right = [e.fields["write"] for e in events if e.kind == "write-intended" and e.fields["source"] == PUT_RIGHT]
-    last = [e for e in events if e.kind == "read-back" and e.fields["write"] in right[-1:]]
+    sent = [e for e in events if e.kind == "write-intended" and e.fields["cause"] == "FALLBACK"][-1:]
+    right = [e.fields["write"] for e in sent if not _falls_back(e)]
+    last = [e for e in events if e.kind == "read-back" and e.fields["write"] in right]
     begun = [k for k, kind in enumerate(kinds) if kind == "begun"]
     if begun and "latch-reset" not in kinds[begun[-1] :]:
         wrong = [] if life.guard.latched is not None else ["a fallback has acted, and nothing is latched"]
