@@ -56,8 +56,7 @@ MOVED = """## What moved since `170fbcd`, and why
   above 313 K, end in the fallback therefore.
 - *A request is verified on the next sample*, so a release comes one sample later.
 - Where a pump run ends held, the first look at it leaves a share for a blocked outlet of the same size. Under that
-  nothing but holding passes, and the way back is refused for its overshoot. At `170fbcd` 2 of 56 seeds ended so; they
-  were called recovered, with a loss of 94 %.
+  nothing but holding passes, and the way back is refused for its overshoot. Such an end was called recovered.
 """
 
 

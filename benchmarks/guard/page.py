@@ -264,11 +264,8 @@ alternately at both commits after one run of each that is not counted:
 
 {table(("commit", "seeds", "CPU [s]", "median [s]"), seconds)}
 
-By profile on a quiet host about 1.8 s of what it costs more are the guard's decisions (6000 ticks), 1.5 s the handing
-of every tick to recovery in a thread of its own and back, and 0.5 s the outcome, for which other decisions are tried
-on the true plant: this is what the two loops cost. Tried to save it elsewhere, without success: constants taken out of
-the reactor's slopes (a rollout gains 7 %), no exponentials (nothing), fewer recorded columns (2 %), less collecting of
-garbage (0.5 s at either commit)."""
+What it costs more are the guard's decisions, 6000 of those above, the handing of every tick to recovery in a thread of
+its own and back, and the outcome, for which other decisions are tried on the true plant: this is what two loops cost."""
 
 
 def _measured(parts: dict[str, Results], names: Sequence[str]) -> str:

@@ -53,8 +53,6 @@ KNOWN: tuple[tuple[str, tuple[str, ...], str], ...] = (
      "a vain round sets it, and before one something acts at once"),
     ("self._loaded = self.standing = False", ("False -> True",), "nobody asks before the next fallback sets them"),
     ("acting = self._acting if ours else None", ("if -> always",), "while a strategy acts nothing else is written"),
-    ("self._acting, self._loaded, self.standing, self._held = chosen, False, False, False", ("False -> True",),
-     "written as one; each is asked by a test of its own"),
     ('self.fallbacks.begin("" if self.strategy is None else self.strategy.name)', ("if -> never", "Is -> IsNot (0)"),
      "what was not put right belongs to a strategy"),
     # memory
