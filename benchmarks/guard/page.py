@@ -265,7 +265,7 @@ alternately at both commits after one run of each that is not counted:
 {table(("commit", "seeds", "CPU [s]", "median [s]"), seconds)}
 
 What it costs more are the guard's decisions, 6000 of those above, the handing of every tick to recovery in a thread of
-its own and back, and the outcome, for which other decisions are tried on the true plant: this is what two loops cost."""
+its own and back, and the outcome, for which other decisions are tried on the true plant: two loops cost this."""
 
 
 def _measured(parts: dict[str, Results], names: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""``homeostat prompt``: exactly what a language model would be shown, from a run that stops where it is asked."""
+"""``homeostat prompt``: exactly what a language model would be shown, from a run that goes on to its end."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def configure(commands: Commands) -> None:
     command = commands.add_parser(
         "prompt",
         help="show what a language model would be asked",
-        description="Run a scenario up to a question to a language model, and print the question with its length.",
+        description="Run a scenario, and print a question that a language model is asked in it, with its length.",
         allow_abbrev=False,
     )
     command.add_argument("case", metavar="CASE", help="name of the plant")
