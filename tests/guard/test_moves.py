@@ -11,7 +11,7 @@ from homeostat.domain.alarm import Priority
 from homeostat.domain.guard_events import FallbackStands, ServiceChanged
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
-from tests.guard.vessel import DRAIN, RULES, World, running
+from tests.guard.vessel import CLOSE, DRAIN, RULES, World, running
 
 LATE = ActionSet((Command("T.sp", 305.0, 0.5), Command("V.man", 0.5, 0.2)), "running")
 FLUSH = FallbackStrategy("flush", ActionSet((Command("V.man", 0.7, 0.2),), "shut"))
@@ -187,3 +187,11 @@ def test_what_was_not_put_right_before_a_reset_is_not_put_right_after_it() -> No
     stood = len(world.journal.of(FallbackStands))
     world.tick(6)
     assert len(world.journal.of(FallbackStands)) == stood + 1 and BACK not in world.sent
+
+
+def test_a_hand_in_the_tick_of_a_trip_is_somebody_s_though_the_fallback_s_state_admits_it() -> None:
+    world = running(rules=replace(RULES, fallbacks=(CLOSE,)))
+    world.vessel.accepted["V.man"] = 0.3
+    world.tick(1, L=14.0)
+    assert world.seen[-1].state == "shut" and world.sent == [CLOSE.actions.commands]
+    assert world.guard.out_of_service == {"V.man"}
