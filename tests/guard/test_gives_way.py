@@ -11,6 +11,7 @@ from homeostat.domain.guard_events import FallbackIneffective, FallbackStands, S
 from homeostat.domain.mode import Verb
 from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy, Step
 from homeostat.domain.rules import GuardRules
+from homeostat.domain.write_events import WriteEnded, WriteResult
 from tests.guard.test_effect import BOTH, SHUT, TIMES, acted, full, killed, serving
 from tests.guard.test_hands import falling, remembered
 from tests.guard.test_lapse import Sheds, causes
@@ -229,16 +230,20 @@ def test_a_strategy_that_was_given_up_stays_so_over_a_death_in_a_lapse() -> None
     assert causes(again, "local") and again.guard.out_of_service == frozenset()
 
 
-def test_a_strategy_that_gave_way_to_the_plant_s_own_control_is_sent_again() -> None:
+@pytest.mark.parametrize("answers", [True, False])
+def test_a_strategy_that_gave_way_to_the_plant_s_own_control_is_sent_again(answers: bool) -> None:
     vessel = Sheds()
     waived = replace(BOTH.fallbacks[1], waived={"PRM-FEED": "something must be closed", "PRM-OPEN": "it is short"})
     world = running(rules=replace(BOTH, fallbacks=(BOTH.fallbacks[0], waived)), vessel=vessel)
     vessel.accepts_first = 2  # not the valve
     world.tick(2, L=14.0)
     vessel.shed(F_sp=0.03)  # it looks like a hand, until the heartbeat is not taken
+    vessel.silent = not answers
     world.tick(1)
     assert acted(world) == ["drain", "close"]
-    vessel.accepts_first = 3
+    given_up = [e.detail for e in world.journal.of(WriteEnded) if e.result is WriteResult.GIVEN_UP]
+    assert ("the fallback begins again" in given_up) == (not answers)
+    vessel.accepts_first, vessel.silent = 3, False
     world.tick(8)
     assert acted(world) == ["drain", "close", "drain"] and world.guard._latch.standing
     assert vessel.accepted == {"T.sp": 310.0, "F.sp": 0.0, "V.man": 1.0, "X.cmd": 0.0}

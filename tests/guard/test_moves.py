@@ -195,3 +195,14 @@ def test_a_hand_in_the_tick_of_a_trip_is_somebody_s_though_the_fallback_s_state_
     world.tick(1, L=14.0)
     assert world.seen[-1].state == "shut" and world.sent == [CLOSE.actions.commands]
     assert world.guard.out_of_service == {"V.man"}
+
+
+def test_where_a_fallback_stands_and_the_lease_is_given_back_a_hand_is_noticed() -> None:
+    world = running()
+    world.tick(4, L=14.0)
+    assert world.journal.of(FallbackStands)
+    order(world, Verb.MODE, Mode.OBSERVE)
+    world.tick(12)
+    world.vessel.accepted["V.man"] = None  # as the plant's own control may have done before
+    world.tick(2)
+    assert world.guard.out_of_service == {"V.man"}

@@ -343,3 +343,21 @@ def test_a_trip_has_been_lifted_for_as_long_as_the_journal_says_and_goes_on_wher
     assert again.lifted_s("LIM-HOT", 60.0, 150.0) == 12.0 and again.lifted_s("LIM-HOT", 60.0, 160.0) == 20.0
     two = trial(TripLifted("A", "x", 90.0), TripLifted("B", "x", 80.0), TripLiftEnded("A", 1.0))
     assert two.lifting == {"B": 80.0} and two.lifted == {"A": 1.0}
+
+
+def test_a_fallback_that_acts_before_the_plant_was_read_after_a_death_is_sent_until_it_stands() -> None:
+    again = killed(full(rules=THREE), THREE)
+    vessel = again.vessel
+    vessel.ignores = True
+    vessel.accepted["F.sp"] = 0.03
+    vessel.values["T"] = 330.0
+    for _ in range(2):
+        blind = replace(vessel.sample(), accepted={})
+        again.seen.append(again.guard.tick(blind.at_s, blind))
+    assert acted(again) == ["drain", "drain"]
+    again.tick(1)
+    assert not again.guard._latch.standing
+    vessel.ignores = False
+    again.tick(4)
+    assert acted(again) == ["drain", "drain"] and vessel.accepted["F.sp"] == 0.0
+    assert again.journal.of(FallbackStands)[-1].strategy == "drain" and again.guard._latch.standing
