@@ -11,6 +11,13 @@ KNOWN: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("return max((rules.writables[r.tag].confirm_s for r in stated if r.tag in rules.writables), default=0.0)",
      ("filter 0 -> none",), "the tables refuse a state that commands what cannot be written"),
     ("self._until_s = -math.inf", ("USub -> nothing",), "nobody asks before something waits, which sets it"),
+    # bounded
+    ("return BoundedWire(wire, lanes[0], question, BoundedWire(wire, lanes[1], question))", ("1 -> -1",),
+     "there are two lanes"),
+    ("return (free or self._questions)[0]", ("0 -> -1",),
+     "in every lane that is free nothing hangs, and where it hangs in all of them any will do"),
+    ("if self.call.answered or self.call.age_s <= self._within_s:", ("LtE -> Lt (0)",),
+     "nobody meets the very instant"),
     # guard
     ("return self.mode.writes and (writing or self._steps.owes or self._parts.sequencer.carries)",
      ("operand 0 -> nothing",), "where nobody writes only a fallback is sent, and under one the plant waits anyhow"),
@@ -27,6 +34,8 @@ KNOWN: tuple[tuple[str, tuple[str, ...], str], ...] = (
     # lane
     ("IDLE_S = 5.0", ("5.0 -> 4.0", "5.0 -> 6.0", "5.0 -> 10.0"), "nobody sees how long a thread waits for work"),
     ("return self._result[0]", ("0 -> -1",), "a call has one result"),
+    ("self._staffed = True", ("assignment -> pass", "True -> False"),
+     "nothing is begun behind a call before its thread has taken it, which sets it"),
     # lapse
     ("self._lost = self._dead = False", ("False -> True",), "before the first reading nothing can have been moved"),
     ("if wanted and tenure.retake(now_s):", ("operand 0 -> nothing",),
@@ -63,13 +72,27 @@ KNOWN: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("started: bool = False", ("False -> True",), "where no start-up has begun nobody asks whether it is over"),
     ("waiting=(), aborting=False, released=False, owed=None, left=None,", ("False -> True",),
      "nothing waits after a reset, and whatever is loaded next says whose it is"),
+    ("latched: bool = False", ("False -> True",), "whoever reads a journal says it"),
+    ("return replace(memory, waiting=()) if last is not None and last.taken else memory", ("operand 0 -> nothing",),
+     "what was answered was written"),
+    # modes
+    ("self._wanted = mode if objection and self._tenure.awaited else None", ("operand 0 -> nothing",),
+     "where there is no objection the lease has come"),
+    # moves
+    ("if tag not in writer.pending:", ("branch -> pass",),
+     "a ramp that still leads anywhere is pending, and what is not was sent by nobody"),
     # persons
     ("sequencer.restore(found.state, (), aborting=False)", ("False -> True",),
      "nothing waits after a reset, and whatever is loaded next says by itself whether it belongs to a fallback"),
+    ("self._give_up(self._unread[1], now_s)", ("1 -> -1",), "it is a pair"),
+    ('text = f"{why} before the plant was read to hold {self._unread[1]!r}: nothing follows it"', ("1 -> -1",),
+     "it is a pair"),
     # response
     ("self._strategy = trial.acted or None", ("operand 1 -> nothing",), "where nothing had acted nothing was followed"),
     ("if strategy != self._strategy or not self._latch.standing or self._parts.tenure.lost:",
      ("operand 0 -> nothing",), "a strategy that is new does not stand yet"),
+    # restart
+    ("self._latched = False", ("assignment -> pass", "False -> True"), "a latch is restored once, whoever asks"),
     # seal
     ('return hmac.compare_digest(code(request, key).encode(), request.seal.mac.encode(errors="replace"))',
      ("arguments -> swapped",), "two codes are equal in either order"),
@@ -81,6 +104,11 @@ KNOWN: tuple[tuple[str, tuple[str, ...], str], ...] = (
      "the longest wait is reached long before"),
     ("self.taken_s = -math.inf", ("assignment -> pass", "USub -> nothing"),
      "nobody asks when a lease was taken that was not"),
+    ("over = wire is not None and bool(wire.void)", ("operand 0 -> nothing",),
+     "what is not there raises, and is not over either"),
+    # trial
+    ("used_s = max(used_s, longest_s - max(self.lifting[limit] - now_s, 0.0))", ("0.0 -> -1.0",),
+     "who has used more than all of it has none left either"),
     # trips
     ("return tuple(m for m in margins if not math.isnan(m))", ("filter 0 -> none",),
      "a margin under an explanation is undecided only where the reading's is, and such a one is the lesser of nothing"),

@@ -7,11 +7,12 @@ from dataclasses import replace
 import pytest
 
 from homeostat.domain.behaviour import SetpointRange
-from homeostat.domain.guard_events import SequenceLoaded
+from homeostat.domain.guard_events import SequenceLoaded, StepTaken
 from homeostat.domain.recovery import ActionSet, Command
 from tests.guard.test_lapse import MORE, Sheds
 from tests.guard.test_local_control import told
 from tests.guard.test_recipe_and_lapse import PLANTS, TOLD_APART
+from tests.guard.test_withdrawn_steps import killed
 from tests.guard.vessel import ADJUSTED, MACHINE, POUR, World, state, statuses
 
 NARROW = state(
@@ -87,3 +88,15 @@ def test_steps_that_were_released_stop_where_the_plant_s_recipe_has_left_their_s
     assert not world.guard.carries
     world.tick(5, L=0.5)
     assert world.sent == []
+
+
+def test_a_guard_that_came_back_in_observe_takes_no_step_for_the_plant() -> None:
+    world, vessel = feeding()
+    vessel.shed(F_sp=0.0, V_man=1.0)
+    again = killed(world, rules=replace(MORE, machine=AJAR), goes_on=False)
+    again.tick(3, L=3.0)
+    assert again.seen[-1].state == "emptying" and again.journal.of(SequenceLoaded)[-1].source == "local control"
+    taken = len(again.journal.of(StepTaken))
+    again.tick(3, L=0.5)
+    assert again.seen[-1].state == "rest" and again.journal.of(SequenceLoaded)[-1].source == ""
+    assert len(again.journal.of(StepTaken)) == taken

@@ -37,7 +37,7 @@ def test_names_and_reasons_are_as_long_as_they_may_be_and_no_longer() -> None:
 @pytest.mark.parametrize(
     ("age_s", "why"),
     [
-        (0.0, ""), (0, ""), (60.0, ""),
+        (0.0, ""), (0, ""), (0.5, ""), (60.0, ""),
         (60.001, "the order is 60.001 s old and counts for 60 s; give it again"),
         (86400.0, "the order is 86400 s old and counts for 60 s; give it again"),
         (math.inf, "the order is inf s old and counts for 60 s; give it again"),
@@ -127,3 +127,9 @@ def test_a_name_or_a_reason_that_shows_nothing_is_none(nothing: str) -> None:
     said = Authority(1, 600.0, 60.0).objection
     assert said(replace(order(1), person=nothing)) == "an order needs an identifier and the name of a person"
     assert said(replace(order(1), reason=nothing)) == "'reset' needs a reason"
+
+
+def test_of_the_name_of_a_type_forty_characters_are_said() -> None:
+    odd: Any = type("x" * 60, (), {})()
+    for spoilt in (replace(order(1), age_s=odd), replace(order(1), reason=odd)):
+        assert Authority(1, 600.0, 60.0).objection(spoilt).endswith(f"not of type {'x' * 40!r}")

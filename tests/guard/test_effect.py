@@ -13,7 +13,6 @@ from homeostat.domain.guard_events import FallbackIneffective, FallbackStands, F
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy
 from homeostat.domain.rules import GuardRules
-from homeostat.guard.effect import UNSTATED
 from homeostat.guard.memory import Memory
 from homeostat.trace.encode import encode_fields
 from tests.guard.test_memory import Line
@@ -171,7 +170,7 @@ def test_another_limit_with_nothing_left_is_an_alarm_that_stands_and_what_stands
 
 def test_without_rows_there_is_a_time_too() -> None:
     world = full(rules=RULES)
-    world.tick(int(UNSTATED.acts_within_s))
+    world.tick(600)
     assert acted(world) == ["drain"]
     world.tick(1)
     assert acted(world) == ["drain", "close"]

@@ -133,3 +133,14 @@ def test_a_limit_that_came_back_or_another_strategy_has_its_time_from_the_start(
     assert said == [False] * 6 + [True, False]
     watch.clear()
     assert [watch.failed(10.0 + n, strategy, outside) is not None for n in range(4)] == [False] * 3 + [True]
+
+
+@pytest.mark.parametrize(("acts_within_s", "every_s"), [(36.0, 5), (16.0, 2), (400.0, 5)])
+def test_how_far_a_period_has_come_is_journalled_eight_times_or_every_5_s(acts_within_s: float, every_s: int) -> None:
+    strategy = replace(DRAIN, serves={"LIM-FULL": Effect(acts_within_s)})
+    watch = EffectWatch((strategy,))
+    said = []
+    for now_s in range(100, 116):
+        watch.failed(now_s, strategy, [Violation("LIM-FULL", -1.0, "L", "it is full")])
+        said += [int(e.passed_s) for e in watch.news(strategy)]
+    assert said == list(range(0, 16, every_s))

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.recovery import Command, Step
 from homeostat.guard.lapse import local
 from tests.guard.test_lapse import Sheds, lapsing
@@ -59,3 +60,15 @@ def test_what_local_control_moves_in_two_steps_is_told_as_one() -> None:
 ])  # fmt: skip
 def test_local_control_does_what_the_tables_let_it_do(tag: str, target: float | None, may: bool) -> None:
     assert local(ROUTE, tag, target) is may
+
+
+def test_who_gives_up_a_lost_lease_lets_the_plant_s_own_control_move_its_targets() -> None:
+    world, vessel = lapsing(keeps=True)
+    vessel.void = True
+    world.tick(2)
+    assert not world.guard._parts.tenure.held
+    world.order(Verb.MODE, Mode.OBSERVE.value, reason="a test")
+    world.tick(2)
+    vessel.accepted["V.man"] = None
+    world.tick(3)
+    assert world.guard.out_of_service == frozenset()

@@ -112,3 +112,9 @@ def test_a_clock_that_goes_on_from_where_it_leapt_to_is_believed() -> None:
     world.vessel.now_s += 600.0  # the machine slept
     world.tick(3)
     assert world.seen[-1].now_s == world.vessel.now_s and world.guard.latched is None
+
+
+def test_a_clock_that_has_leapt_and_then_stood_is_believed_and_its_period_is_what_it_was() -> None:
+    told = (0.0, 1.0, 2.0, 12.5, 12.5, 13.5, 14.5, 14.5)
+    assert believed(*told) == [True, True, True, False, True, True, True, False]
+    assert times(*told) == [0.0, 1.0, 2.0, 3.0, 12.5, 13.5, 14.5, 15.0]

@@ -388,3 +388,12 @@ def test_a_reset_needs_a_plant_that_answers() -> None:
     world.order(Verb.RESET, reason="all is well")
     world.silent()
     assert world.guard.latched is not None
+
+
+def test_of_three_people_everybody_is_told_how_many_are_missing() -> None:
+    world = running(settings=GuardSettings(persons=3, person_s=60.0, sync_s=5.0))
+    world.tick(6, L=14.0)
+    said = [tell(world, Verb.RESET, reason="seen", person=person) for person in ("Ada", "Bo", "Cem")]
+    assert [(h.done, h.missing) for h in said] == [(False, 2), (False, 1), (True, 0)]
+    assert said[0].reason == "1 of 3 people; 2 other people must order it too"
+    assert said[1].reason == "2 of 3 people; another person must order it too"

@@ -18,7 +18,7 @@ from homeostat.domain.verdict import Finding
 from homeostat.guard.permissives import refusal
 from homeostat.guard.seal import Sealer, genuine
 from homeostat.guard.trips import Violation
-from homeostat.guard.verification import Present, Unfit, authorise, command_finding, mapped, verify
+from homeostat.guard.verification import Present, Unfit, authorise, command_finding, mapped, verify, verify_start
 from tests.guard.oracle import KEY as KEY_OF_ADVERSARY
 from tests.guard.oracle import sealed
 from tests.guard.spoils import forged
@@ -250,3 +250,24 @@ def test_a_step_is_judged_by_the_state_that_it_leads_to() -> None:
     world.tick()
     (answer,) = [a for a in world.seen[-1].answers if a.status is RequestStatus.REFUSED]
     assert answer.reason == "'F.sp' = 0.0101 L/s in state 'emptying'; admitted are 0 to 0.01 L/s"
+
+
+def test_of_several_limits_the_first_one_refuses_a_request_and_a_start() -> None:
+    first = refusal("LIM-A", "hard limit at release: too hot")
+    assert refused(PLAIN, near=NEAR) == first
+    with pytest.raises(Unfit) as unfit:
+        verify_start(MACHINE.transitions[1], ADJUSTED, RULES, replace(NOW, above=NEAR))
+    assert unfit.value.finding == first
+
+
+def test_a_person_who_interrupts_while_the_name_of_a_request_is_asked_ends_the_guard() -> None:
+    class Interrupts(str):
+        __slots__ = ()
+
+        def __getitem__(self, _: object) -> str:
+            raise KeyboardInterrupt
+
+    world = running()
+    world.ask(replace(PLAIN, id=Interrupts("r1"), proposer=""))
+    with pytest.raises(KeyboardInterrupt):
+        world.tick()

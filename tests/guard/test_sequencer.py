@@ -162,3 +162,11 @@ def test_of_several_ways_the_least_risky_one_is_followed_and_none_twice() -> Non
     by_state: dict[str, tuple[Command, ...]] = {"a": (), "b": (), "c": ()}
     assert names(nominal_route(machine, by_state)) == ["a-c"]
     assert names(what_follows(machine, "c", by_state)) == ["c-a", "a-b"]
+
+
+def test_of_the_states_that_were_entered_the_last_one_counts() -> None:
+    own = Sequencer(MACHINE, LIMITS)
+    assert own.entered is None
+    own.load(ActionSet((), "running"), 1.0)
+    own.load(ActionSet((), "shut"), 1.0)
+    assert own.entered == "shut" and own.drain() == (("running", 1.0), ("shut", 1.0)) and own.entered is None

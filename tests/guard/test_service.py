@@ -114,3 +114,12 @@ def test_a_restart_says_no_target_again_that_the_journal_knows() -> None:
     world: World = dies(running(), {})
     world.tick(5)
     assert world.journal.of(TargetsHeld) == []
+
+
+@pytest.mark.parametrize(("target", "changed"), [(310.05, False), (310.06, True)])
+def test_what_has_changed_since_the_last_reading_is_told_within_the_tolerance(target: float, changed: bool) -> None:
+    own, _ = service()
+    own.recall({"T.sp": 310.0, "F.sp": 0.03, "gone": 1.0})
+    assert own.changed(told(T_sp=target)) == ((Moved("T.sp", 310.0, target),) if changed else ())
+    assert own.changed(told(T_sp=310.0, gone=1.0)) == ()
+    assert own.changed(told(gone=1.1)) == (Moved("gone", 1.0, 1.1),), "of what may not be written nothing is known"

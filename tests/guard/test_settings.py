@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import pytest
@@ -101,3 +101,10 @@ def test_nobody_waits_for_a_lease_for_longer_than_between_two_attempts() -> None
     assert GuardSettings(lease_within_s=600.0).lease_within_s == 600.0
     with pytest.raises(ValueError, match=r"lease_within_s is 600\.1 s; at most 600 s are waited for"):
         GuardSettings(lease_within_s=600.1)
+
+
+def test_what_is_not_set_is_as_the_manual_says() -> None:
+    assert asdict(GuardSettings()) == {
+        "write_s": 3.0, "attempts": 3, "again_s": 10.0, "check_age_s": 30.0, "person_s": 600.0, "order_s": 60.0,
+        "persons": 1, "sync_s": 0.1, "call_s": 0.2, "lease_s": 0.5, "lease_within_s": 10.0,
+    }  # fmt: skip

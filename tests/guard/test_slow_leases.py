@@ -17,6 +17,7 @@ from homeostat.guard import bounded
 from homeostat.guard.lane import NoAnswer
 from homeostat.guard.settings import GuardSettings
 from tests.guard.test_blocking_links import Blocked, timed
+from tests.guard.test_memory import FALLBACK, remembered
 from tests.guard.test_people import tell
 from tests.guard.vessel import DRAIN, Vessel, World, running
 
@@ -217,3 +218,45 @@ def test_a_lease_that_cannot_be_given_back_keeps_nobody_from_asking_again(error:
     vessel.release()
     until(lambda: not lease.awaited)
     assert lease.take().send(DRAIN.actions.commands).done and (vessel.leases, vessel.given_back) == (2, 1)
+
+
+def test_a_lost_lease_that_has_come_is_taken_again_and_one_that_is_held_is_not_waited_for() -> None:
+    vessel = Slow("take")
+    vessel.let_go.set()
+    world = running(vessel=vessel, settings=SLOW)
+    tenure = world.guard._parts.tenure
+    assert tenure.held
+    vessel.let_go.clear()
+    assert "has not answered" in tenure.take(world.vessel.now_s)
+    vessel.let_go.set()
+    until(lambda: tenure._lease.arrived)  # type: ignore[union-attr]
+    assert tenure.held and not tenure.arrived, "nobody waits for it"
+    assert tenure.take(world.vessel.now_s) == ""
+    vessel.let_go.clear()
+    vessel.over = True
+    world.tick()
+    vessel.let_go.set()
+    until(lambda: tenure.arrived)
+    assert not tenure.held and tenure.retake(world.vessel.now_s)
+
+
+def test_a_guard_whose_first_lease_was_refused_stands_in_observe_though_its_fallback_gets_one_later() -> None:
+    class Refusing(Slow):
+        refused = 0
+
+        def take(self) -> Vessel:
+            if not self.refused:
+                self.refused += 1
+                raise PermissionError("somebody else has it")
+            return super().take()
+
+    vessel = Refusing("take")
+    memory = remembered(ModeEntered("closed-loop", ""), FALLBACK)
+    world = World(vessel=vessel, settings=SLOW, memory=memory, goes_on=True)
+    timed(world, 2)
+    assert world.guard.mode is Mode.OBSERVE and vessel.called == ["take"] and vessel.wire == []
+    vessel.release()
+    until(lambda: vessel.inside == 0)
+    time.sleep(0.05)
+    timed(world, 2)
+    assert vessel.wire and world.guard._latch.reason and world.guard.mode is Mode.OBSERVE

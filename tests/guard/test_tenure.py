@@ -99,3 +99,20 @@ def test_a_plant_that_is_only_observed_says_so_to_whoever_wants_to_write() -> No
     world.tick()
     text = "this plant is only observed; attach it with a link that can write"
     assert cause(world, "mode") == text and world.alarms == {"mode"} and world.guard.mode is Mode.OBSERVE
+
+
+def test_a_person_who_interrupts_the_question_whether_the_lease_lasts_ends_the_guard() -> None:
+    class Interrupted(Vessel):
+        asked = False
+
+        @property
+        def void(self) -> bool:
+            if self.asked:
+                raise KeyboardInterrupt
+            return False
+
+    vessel = Interrupted()
+    world = running(vessel=vessel)
+    vessel.asked = True
+    with pytest.raises(KeyboardInterrupt):
+        world.tick()

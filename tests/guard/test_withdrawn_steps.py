@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from homeostat.domain.guard_events import AlarmRaised, ModeEntered, SequenceLoaded
+from homeostat.domain.limits import LimitKind
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.rules import GuardRules
@@ -16,7 +17,7 @@ from homeostat.guard.memory import Memory
 from homeostat.trace.encode import encode_fields
 from tests.guard.test_memory import Line
 from tests.guard.test_ramps import GUARDED, values
-from tests.guard.vessel import ADJUSTED, BEGIN, MACHINE, POUR, RULES, Journal, World, running, statuses
+from tests.guard.vessel import ADJUSTED, BEGIN, LIMITS, MACHINE, POUR, RULES, Journal, World, limit, running, statuses
 
 GENTLE = Step(MACHINE.transitions[2], (Command("F.sp", 0.01, 0.005), Command("V.man", 0.5, 0.2)))
 """The step that empties the vessel, otherwise than by design."""
@@ -283,3 +284,14 @@ def test_a_ramp_of_a_released_step_stands_as_well(dies: bool) -> None:
     world.tick(15)
     assert world.vessel.accepted["F.sp"] == stood and len(world.journal.of(WriteIntended)) == writes
     assert {w.cause for w in world.journal.of(WriteIntended)} == {Cause.SEQUENCE, Cause.REQUEST}
+
+
+def test_the_recipe_that_is_taken_up_again_is_under_its_permissives() -> None:
+    shallow = limit("PRM-VALVE", LimitKind.PERMISSIVE, "V.man <= 0.6 or T <= 309")
+    world = released(rules=replace(WHOLE, limits=replace(LIMITS, limits=(*LIMITS.limits, shallow))))
+    through(world, Mode.OBSERVE)
+    world.tick(12, T=311.0, Tx=311.0)
+    world.tick(4, L=9.5)
+    assert world.sent == [] and "PRM-VALVE" in (world.seen[-1].refused or "")
+    world.tick(12, T=305.0, Tx=305.0)
+    assert world.sent == [POUR.commands]
