@@ -54,14 +54,14 @@ class Authority:
             return no_mode(command.subject)
         return ""
 
-    def _untimely(self, age_s: object) -> str:
+    def _untimely(self, age_s: float) -> str:
         """Why an order of this age [s] is not carried out; empty where it is."""
         if type(age_s) not in (int, float):
             return f"the age of an order is a number of seconds, not of type {brief(type(age_s).__name__, 40)!r}"
-        if isinstance(age_s, (int, float)) and 0.0 <= age_s <= self._oldest_s:
-            return ""
-        if isinstance(age_s, (int, float)) and age_s < 0.0:
+        if age_s < 0.0:
             return f"the order was issued {-age_s:.6g} s in the future; set the clocks and give it again"
+        if age_s <= self._oldest_s:
+            return ""
         return f"the order is {age_s:.6g} s old and counts for {self._oldest_s:g} s; give it again"
 
     def remember(self, used: Iterable[str]) -> None:

@@ -198,7 +198,7 @@ class BoundedTicket:
     @property
     def done(self) -> bool:
         """Whether the link has answered."""
-        if not self._take() and self._call.answered and not self._lane.busy:
+        if not self._take() and not self._lane.busy:
             ticket = self._call.result()[0]
             self._call = self._lane.begin(lambda: _state(ticket))
             self._take()
@@ -211,7 +211,7 @@ class BoundedTicket:
 
     def _take(self) -> bool:
         """Take note of what the link has said; whether it has answered."""
-        if not self._done and self._call.answered:
+        if self._call.answered:
             try:
                 _, self._done, self._error = self._call.result()
             except Exception as broken:  # a link may break in any way, and late

@@ -93,7 +93,7 @@ class EffectWatch:
         stated: dict[str, float] = {}
         for strategy in strategies:
             for name, effect in strategy.serves.items():
-                stated[name] = max(stated.get(name, 0.0), effect.acts_within_s)
+                stated[name] = max(stated.get(name, effect.acts_within_s), effect.acts_within_s)
         self._stated = {name: Effect(acts_within_s) for name, acts_within_s in stated.items()}
         self._periods: dict[str, _Period] = {}
 

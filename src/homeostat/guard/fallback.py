@@ -79,7 +79,6 @@ class Fallbacks:
         if not left:
             return None
         named = [s for s in left if s.name == self._first]
-        self._first = ""
         strategy = max(named or left, key=lambda s: (len(limits & s.serves.keys()), len(others & s.serves.keys())))
         self._taken |= {strategy.name}
         return strategy

@@ -14,7 +14,7 @@ from homeostat.guard.flight import same, shown
 from homeostat.guard.latch import Latch
 from homeostat.guard.memory import LOCAL
 from homeostat.guard.parts import Parts
-from homeostat.guard.recognition import Found, admits_all, recognise
+from homeostat.guard.recognition import admits_all, recognise
 from homeostat.guard.sequencer import loaded
 from homeostat.guard.service import Moved
 
@@ -80,7 +80,6 @@ class Lapse:
         moved = {tag: m for tag, m in self._moved.items() if self._stays(m)}
         self._dead, self._moved = False, {}
         if again:
-            self._lost = False
             tenure.settle(now_s)
         if not moved:
             return {}
@@ -109,8 +108,8 @@ class Lapse:
         evidence, left = self._parts.evidence(readings), sequencer.state
         if admits_all(rules.machine.state(left), evidence):
             return f"the sequence goes on in state {left!r}"
+        found = recognise(rules.machine, evidence, left, rules.start_up.states)
         later = self._later(moved, readings)
-        found = Found(left) if later else recognise(rules.machine, evidence, left, rules.start_up.states)
         state, steps = later[0] if later else (found.state, ())
         actions = ActionSet((), state, steps)
         sequencer.load(actions, now_s, found=True)

@@ -37,7 +37,7 @@ class Moves:
         """Judge every target that the plant tells: the guard's, a late one of its own, the plant's, or a person's."""
         parts, latched = self._parts, self._latch.reason is not None
         tenure = parts.tenure
-        given_back = not (tenure.held or tenure.lost) and now_s < tenure.given_back_s + parts.settings.again_s
+        given_back = not tenure.held and now_s < tenure.given_back_s + parts.settings.again_s
         if latched:
             self._arrivals.clear()  # a fallback gives way to no part of a step
         self._hands.clear()
@@ -128,7 +128,7 @@ class Moves:
         parts = self._parts
         if self._latch.reason is None:
             self._wrong.clear()
-        elif self._wrong and parts.writer.flying is None and parts.tenure.held:
+        elif parts.writer.flying is None and parts.tenure.held:
             wrong, self._wrong = self._wrong, {}
             commands = tuple(
                 Command(m.tag, m.before, None if m.before is None else parts.rules.tags[m.tag].rate_limit)

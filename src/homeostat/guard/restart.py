@@ -97,14 +97,14 @@ class Restart:
 
     def _carried_out(self, number: int, write: OpenWrite, now_s: float) -> None:
         """The plant holds what was intended: go on behind it, and send it no more."""
-        fallback = write.cause is Cause.FALLBACK and write.source != PUT_RIGHT
+        fallback = write.cause is Cause.FALLBACK
         if fallback and write.source == self._strategy:
             self._strategy = ""
             self._parts.note(FallbackStands(write.source), now_s)
         overtaken = self._overtaken or write.given_up or number != self._memory.writes
         if overtaken or write.source == PUT_RIGHT:
             return
-        self.released = self.released or write.cause is Cause.REQUEST
+        self.released = write.cause is Cause.REQUEST
         if write.taken:
             return
         sequencer = self._parts.sequencer
