@@ -87,6 +87,8 @@ KNOWN: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("self._give_up(self._unread[1], now_s)", ("1 -> -1",), "it is a pair"),
     ('text = f"{why} before the plant was read to hold {self._unread[1]!r}: nothing follows it"', ("1 -> -1",),
      "it is a pair"),
+    # ramp
+    ("self._passed[tag] = min(low, ramp.way[0]), max(high, ramp.way[1])", ("1 -> -1",), "it is a pair"),
     # response
     ("self._strategy = trial.acted or None", ("operand 1 -> nothing",), "where nothing had acted nothing was followed"),
     ("if strategy != self._strategy or not self._latch.standing or self._parts.tenure.lost:",

@@ -52,7 +52,7 @@ class Ramps:
         self._last: dict[str, float] = {}
 
     def first(
-        self, commands: tuple[Command, ...], rules: Mapping[str, WriteRule], *, anyway: bool = False
+        self, commands: tuple[Command, ...], rules: Mapping[str, WriteRule], *, anyway: bool
     ) -> tuple[Command, ...]:
         """What is sent at once for ``commands``: where the guard ramps, nothing but the present value.
 
