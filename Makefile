@@ -15,7 +15,7 @@ demo: $(VENV)/.base
 
 ## test: every test, on two processes
 test: $(VENV)/.dev
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 --dist worksteal
 
 ## llm: what talks to language models
 llm: $(VENV)/.llm

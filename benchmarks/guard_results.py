@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
-from benchmarks.guard import asked, bad_day, cost, kills, quiet_day, trips, wire_log
+from benchmarks.guard import asked, bad_day, cost, kills, mutation, quiet_day, trips, wire_log
 from benchmarks.guard.page import PAGE, page
 from benchmarks.guard.store import FULL, QUICK, Sizes, read, write
 from benchmarks.host import commit
@@ -32,6 +32,7 @@ def parts() -> dict[str, Measure]:
         found[f"asked-{plant}"] = _of(asked.measure, plant)
         found[f"wire-{plant}"] = _wire(plant)
     found["cost"] = cost.measure
+    found["mutation"] = _mutation
     return found
 
 
@@ -53,6 +54,18 @@ def _wire(plant: str) -> Measure:
         return {"plant": plant, "wanted_faults": len(names), "runs": done}
 
     return measure
+
+
+def _mutation(sizes: Sizes) -> dict[str, Any]:
+    """Every module of the guard and the supervisor's, some at a time, each kept as soon as it is measured."""
+    at, groups = commit(), mutation.groups()
+    name = "mutation-modules" if sizes == FULL else "mutation-modules-quick"
+    rows = (read(name, at) or {"rows": []})["rows"]
+    for group in groups:
+        if not {f"homeostat.{mutation.AREAS[group[0]].package}.{m}" for m in group[1]} <= {r["module"] for r in rows}:
+            rows += mutation.measure(group, sizes)
+            write(name, at, {"rows": rows}, asdict(sizes))
+    return {"modules": sum(len(modules) for _, modules in groups), "rows": rows}
 
 
 def main() -> None:

@@ -25,6 +25,7 @@ def page(names: Sequence[str]) -> str:
         _asked(parts),
         _wire(parts),
         _cost(parts),
+        _mutation(parts),
         _measured(parts, names),
     ]
     return "\n\n".join(s for s in sections if s) + "\n"
@@ -268,6 +269,22 @@ What it costs more are the guard's decisions, 6000 of those above, the handing o
 its own and back, and the outcome, for which other decisions are tried on the true plant: two loops cost this."""
 
 
+def _mutation(parts: dict[str, Results]) -> str:
+    if "mutation" not in parts:
+        return ""
+    found = parts["mutation"]["rows"]
+    rows = [(f"`{r['module'].removeprefix('homeostat.')}`", r["noticed"], r["asked"], r["equivalent"]) for r in found]
+    survivors = [f"- `{s}`" for r in found for s in r["survivors"]]
+    text = f"""## Mutation
+
+`python -m tests.guard.mutate`: every operator, constant, operand, branch, call, filter and assignment of a module is
+changed, one at a time, and a fast test must fail. *Equivalent*: nobody can tell the difference, for the reason in
+`tests/guard/equivalent.py`.
+
+{table(("module", "noticed", "mutants", "equivalent besides"), rows)}"""
+    return "\n\n".join([text, *(["Not noticed:\n\n" + "\n".join(survivors)] if survivors else [])])
+
+
 def _measured(parts: dict[str, Results], names: Sequence[str]) -> str:
     rows = []
     for name in names:
@@ -283,8 +300,7 @@ def _measured(parts: dict[str, Results], names: Sequence[str]) -> str:
 
 Python {next(iter(parts.values()))["host"]["python"]}, two cores that were shared with other work: *load* is the
 average number of processes that wanted to run when the part ended. CPU times bear that, times by the wall less so.
-*Yardstick*: two million steps of a congruential generator. Not on this page: mutation of `guard/`, and the attacks,
-which are tests.
+*Yardstick*: two million steps of a congruential generator. Not on this page: the attacks, which are tests.
 
 {table(("part", "commit", "complete", "yardstick [s]", "load"), rows)}"""
 
@@ -296,6 +312,8 @@ def _complete(name: str, found: Results) -> str:
             if len(found["runs"]) == found["wanted_faults"]
             else f"**{len(found['runs'])} of {found['wanted_faults']}**"
         )
+    if name == "mutation" and len(found["rows"]) < found["modules"]:
+        return f"**{len(found['rows'])} of {found['modules']} modules**"
     if math.isnan(found.get("growth", 0.0)):
         return "**too short**"
     return "yes"

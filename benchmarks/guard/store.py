@@ -34,10 +34,12 @@ class Sizes:
     """Faults per plant that are recovered from; None for all."""
     repeats: int = 8
     """Seeds of the demo command, from 1 on."""
+    mutants: int | None = None
+    """Mutants of every six modules; None for all."""
 
 
 FULL = Sizes()
-QUICK = Sizes(trips=5, quiet=3, days_s=7_200.0, kills=20, requests=200, faults=1, repeats=1)
+QUICK = Sizes(trips=5, quiet=3, days_s=7_200.0, kills=20, requests=200, faults=1, repeats=1, mutants=3)
 
 
 def read(part: str, at: str) -> dict[str, Any] | None:

@@ -95,11 +95,16 @@ def everywhere() -> frozenset[tuple[str, str]]:
     return frozenset((m.source, m.change) for at, names in areas for n in names for m in mutants(at / f"{n}.py"))
 
 
+def is_equivalent(mutant: Mutant) -> bool:
+    """Whether nobody can tell it from the original, with a reason."""
+    return (mutant.source, mutant.change) in EQUIVALENT
+
+
 class Trial:
     """A pytest plugin that runs the collected tests once as they are and once per mutant."""
 
-    def __init__(self, asked: Sequence[Mutant], every: int, workers: int) -> None:
-        """``every``: how many mutants there are, where not all of them are asked."""
+    def __init__(self, asked: Sequence[Mutant], every: Sequence[Mutant], workers: int) -> None:
+        """``every``: all mutants that there are of the modules, where not all of them are asked."""
         self._mutants, self._every, self._workers = asked, every, workers
         self.report = "no test was collected"
         self.good = False
@@ -116,7 +121,11 @@ class Trial:
         stale = [key for key in EQUIVALENT if key not in everywhere()]
         lines = [f"EQUIVALENT names a mutant that there is not: {change}    {source}" for source, change in stale]
         seconds = time.monotonic() - started
-        lines.append(f"{sum(dead)} of {len(asked)} mutants noticed (there are {self._every}), {seconds:.0f} s")
+        for module in dict.fromkeys(m.module for m in self._every):
+            found = [d for m, d in zip(asked, dead, strict=True) if m.module == module]
+            equivalent = sum(m.module == module and is_equivalent(m) for m in self._every)
+            lines.append(f"{module}: {sum(found)} of {len(found)} mutants noticed, {equivalent} equivalent ones")
+        lines.append(f"{sum(dead)} of {len(asked)} mutants noticed (there are {len(self._every)}), {seconds:.0f} s")
         self.report, self.good = "\n".join(lines), bool(asked) and all(dead) and not stale
         return True
 
@@ -214,10 +223,10 @@ def main(arguments: list[str] | None = None) -> int:
     for module in modules:
         importlib.import_module(f"homeostat.{area.package}.{module}")
     every = [m for name in modules for m in mutants(SOURCES / "homeostat" / area.package / f"{name}.py")]
-    asked = [m for m in every if (m.source, m.change) not in EQUIVALENT and m.line in (chosen.lines or [m.line])]
+    asked = [m for m in every if not is_equivalent(m) and m.line in (chosen.lines or [m.line])]
     if chosen.sample:
         asked = random.Random(chosen.seed).sample(asked, min(chosen.sample, len(asked)))
-    trial = Trial(asked, len(every), chosen.workers)
+    trial = Trial(asked, every, chosen.workers)
     options = ["-s", "-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:terminal"]
     pytest.main([*options, *(str(REPO / "tests" / name) for name in tests)], plugins=[trial])
     print(trial.report)

@@ -9,6 +9,7 @@ from collections import Counter
 
 import pytest
 
+from benchmarks.guard.mutation import LINE
 from tests.guard.mutants import changes, code_of, mutants, replaced
 from tests.guard.mutate import REPO, SAFETY_LAYER
 
@@ -31,6 +32,8 @@ def test_mutants_survive_tests_that_test_something_else() -> None:
     done = mutate("--modules", "authority", "--tests", "guard/test_quality.py", "--sample", "3")
     assert done.returncode == 1
     assert "survived: homeostat.guard.authority:" in done.stdout and "\n0 of 3 " in done.stdout
+    ((module, dead, asked, _),) = LINE.findall(done.stdout)
+    assert (module, dead, asked) == ("homeostat.guard.authority", "0", "3"), "the page of results reads this"
 
 
 def test_nothing_is_said_where_no_test_runs() -> None:
