@@ -144,3 +144,12 @@ def test_how_far_a_period_has_come_is_journalled_eight_times_or_every_5_s(acts_w
         watch.failed(now_s, strategy, [Violation("LIM-FULL", -1.0, "L", "it is full")])
         said += [int(e.passed_s) for e in watch.news(strategy)]
     assert said == list(range(0, 16, every_s))
+
+
+def test_a_strategy_of_which_the_tables_say_nothing_has_as_long_as_the_slowest_that_serves_the_limit() -> None:
+    slow, quick = (replace(DRAIN, serves={"LIM-FULL": Effect(within_s)}) for within_s in (9.0, 5.0))
+    silent = replace(DRAIN, serves={})
+    for others in ((slow, quick), (quick, slow)):
+        watch = EffectWatch(others)
+        said = [watch.failed(now_s, silent, [Violation("LIM-FULL", -1.0, "L", "it is full")]) for now_s in range(12)]
+        assert [n for n, s in enumerate(said) if s] == [9]
