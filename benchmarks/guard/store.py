@@ -35,7 +35,7 @@ class Sizes:
     repeats: int = 8
     """Seeds of the demo command, from 1 on."""
     mutants: int | None = None
-    """Mutants of every six modules; None for all."""
+    """Mutants of every group of modules; None for all."""
 
 
 FULL = Sizes()
