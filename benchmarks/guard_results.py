@@ -14,7 +14,7 @@ from dataclasses import asdict
 from typing import Any
 
 from benchmarks.guard import asked, bad_day, cost, kills, mutation, quiet_day, trips, wire_log
-from benchmarks.guard.page import PAGE, page
+from benchmarks.guard.page import PAGE, complete, page
 from benchmarks.guard.store import FULL, QUICK, Sizes, read, write
 from benchmarks.host import commit
 
@@ -59,13 +59,14 @@ def _wire(plant: str) -> Measure:
 def _mutation(sizes: Sizes) -> dict[str, Any]:
     """Every module of the guard and the supervisor's, some at a time, each kept as soon as it is measured."""
     at, groups = commit(), mutation.groups()
-    name = "mutation-modules" if sizes == FULL else "mutation-modules-quick"
-    rows = (read(name, at) or {"rows": []})["rows"]
+    modules = sum(len(names) for _, names in groups)
+    rows = (read("mutation", at) or {"rows": []})["rows"] if sizes == FULL else []
     for group in groups:
         if not {f"homeostat.{mutation.AREAS[group[0]].package}.{m}" for m in group[1]} <= {r["module"] for r in rows}:
             rows += mutation.measure(group, sizes)
-            write(name, at, {"rows": rows}, asdict(sizes))
-    return {"modules": sum(len(modules) for _, modules in groups), "rows": rows}
+            if sizes == FULL:
+                write("mutation", at, {"modules": modules, "rows": rows}, asdict(sizes))
+    return {"modules": modules, "rows": rows}
 
 
 def main() -> None:
@@ -78,7 +79,8 @@ def main() -> None:
     sizes, at = QUICK if options.quick else FULL, commit()
     for name, measure in parts().items():
         wanted = not options.page and (options.part is None or name in options.part)
-        if wanted and (options.quick or read(name, at) is None):
+        found = None if options.quick else read(name, at)
+        if wanted and (found is None or complete(name, found) != "yes"):
             began = time.monotonic()
             result = measure(sizes)
             print(f"{name}: {time.monotonic() - began:.0f} s", flush=True)

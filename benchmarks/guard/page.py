@@ -294,7 +294,7 @@ def _measured(parts: dict[str, Results], names: Sequence[str]) -> str:
         else:
             host = found["host"]
             rows.append(
-                (name, f"`{found['commit']}`", _complete(name, found), f"{host['yardstick_s']:.3f}", host["load"])
+                (name, f"`{found['commit']}`", complete(name, found), f"{host['yardstick_s']:.3f}", host["load"])
             )
     return f"""## What was measured where
 
@@ -305,7 +305,8 @@ average number of processes that wanted to run when the part ended. CPU times be
 {table(("part", "commit", "complete", "yardstick [s]", "load"), rows)}"""
 
 
-def _complete(name: str, found: Results) -> str:
+def complete(name: str, found: Results) -> str:
+    """Whether a part was measured in full ("yes"), or how much of it was."""
     if name.startswith("wire"):
         return (
             "yes"
