@@ -61,9 +61,10 @@ def _mutation(sizes: Sizes) -> dict[str, Any]:
     at, groups = commit(), mutation.groups()
     modules = sum(len(names) for _, names in groups)
     rows = (read("mutation", at) or {"rows": []})["rows"] if sizes == FULL else []
-    for group in groups:
-        if not {f"homeostat.{mutation.AREAS[group[0]].package}.{m}" for m in group[1]} <= {r["module"] for r in rows}:
-            rows += mutation.measure(group, sizes)
+    for area, names in groups:
+        missing = mutation.missing(area, names, {r["module"] for r in rows})
+        if missing:
+            rows += mutation.measure((area, missing), sizes)
             if sizes == FULL:
                 write("mutation", at, {"modules": modules, "rows": rows}, asdict(sizes))
     return {"modules": modules, "rows": rows}

@@ -30,6 +30,11 @@ def groups() -> list[Group]:
     ]
 
 
+def missing(area: str, modules: tuple[str, ...], measured: set[str]) -> tuple[str, ...]:
+    """Those of the ``modules`` of an area that are not among those ``measured``, which have their whole names."""
+    return tuple(m for m in modules if f"homeostat.{AREAS[area].package}.{m}" not in measured)
+
+
 def measure(group: Group, sizes: Sizes) -> list[dict[str, Any]]:
     """What the tests notice of each module of ``group``; RuntimeError where they fail on the original."""
     area, modules = group
