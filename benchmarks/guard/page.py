@@ -186,7 +186,7 @@ def _asked(parts: dict[str, Results]) -> str:
     if not asked:
         return ""
     names = sorted(
-        {n for a in asked for n in a["refusals"]}, key=lambda n: -sum(a["refusals"].get(n, 0) for a in asked)
+        {n for a in asked for n in a["refusals"]}, key=lambda n: (-sum(a["refusals"].get(n, 0) for a in asked), n)
     )
     rows = [(f"`{n}`", *(a["refusals"].get(n, 0) for a in asked)) for n in names]
     totals = [
@@ -278,8 +278,8 @@ def _mutation(parts: dict[str, Results]) -> str:
     text = f"""## Mutation
 
 `python -m tests.guard.mutate`: every operator, constant, operand, branch, call, filter and assignment of a module is
-changed, one at a time, and a fast test must fail. *Equivalent*: nobody can tell the difference, for the reason in
-`tests/guard/equivalent.py`.
+changed, one at a time, and a fast test must fail, or not come back in its time. *Equivalent*: nobody can tell the
+difference, for the reason in `tests/guard/equivalent.py`.
 
 {table(("module", "noticed", "mutants", "equivalent besides"), rows)}"""
     return "\n\n".join([text, *(["Not noticed:\n\n" + "\n".join(survivors)] if survivors else [])])

@@ -220,6 +220,8 @@ def main(arguments: list[str] | None = None) -> int:
     os.chdir(REPO)
     os.environ.pop("PYTEST_ADDOPTS", None)  # they are for whoever started this
     modules, tests = chosen.modules or area.modules, chosen.tests or area.tests
+    if unknown := [name for name in modules if name not in area.modules]:
+        parser.error(f"area {chosen.area!r} has no module {unknown[0]!r}; it has {', '.join(area.modules)}")
     for module in modules:
         importlib.import_module(f"homeostat.{area.package}.{module}")
     every = [m for name in modules for m in mutants(SOURCES / "homeostat" / area.package / f"{name}.py")]

@@ -41,6 +41,13 @@ def test_nothing_is_said_where_no_test_runs() -> None:
     assert done.returncode == 1 and "nothing can be said" in done.stdout
 
 
+def test_a_module_that_there_is_not_is_named() -> None:
+    done = mutate("--modules", "trips", "tripps")
+    assert done.returncode == 2 and done.stderr.splitlines()[-1].partition("error: ")[2].startswith(
+        "area 'guard' has no module 'tripps'; it has alarms, "
+    )
+
+
 def test_every_module_that_decides_has_mutants() -> None:
     found = {path.stem: len(mutants(path)) for path in SAFETY_LAYER.glob("[!_]*.py")}
     assert {"trips", "writer", "latch", "verification", "memory"} <= set(found) and sum(found.values()) > 1000
