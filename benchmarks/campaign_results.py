@@ -16,12 +16,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from benchmarks.host import measured_on
-from homeostat.campaign.study.contents import contents
-from homeostat.campaign.study.dataset import DATASET, read_dataset
-from homeostat.campaign.study.entrant import SEARCH
-from homeostat.campaign.study.formats import markdown
-from homeostat.campaign.study.ledger import LEDGER
-from homeostat.campaign.study.row import DO_NOTHING, HINDSIGHT, WALL, WHOLE, Row
+from homeostat.evaluate.report.contents import contents
+from homeostat.evaluate.report.tables.formats import markdown
+from homeostat.evaluate.study.dataset import DATASET, read_dataset
+from homeostat.evaluate.study.ledger import LEDGER
+from homeostat.evaluate.study.plan.arm import SEARCH
+from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, WALL, WHOLE, Row
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "campaigns.md"

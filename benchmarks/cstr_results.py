@@ -22,15 +22,15 @@ from statistics import median
 import numpy as np
 
 from benchmarks.host import kept, measured_on
-from homeostat.campaign.best_constant import best_constant
-from homeostat.campaign.limits_in_force import LimitsInForce
-from homeostat.campaign.outcome import OutcomeKind
-from homeostat.campaign.runner import run
-from homeostat.campaign.scenario import Scenario, scenario
-from homeostat.campaign.scoring import exposures
-from homeostat.campaign.unattended import run_unattended
-from homeostat.cases.case import Case, load_case
+from homeostat.evaluate.reference.best_constant import best_constant
+from homeostat.evaluate.reference.unsupervised import run_unattended
+from homeostat.evaluate.run import run
+from homeostat.evaluate.scenario import Scenario, scenario
+from homeostat.evaluate.score.limits_in_force import LimitsInForce
+from homeostat.evaluate.score.outcome import OutcomeKind
+from homeostat.evaluate.score.scoring import exposures
 from homeostat.links.clock import DeclaredClock, ThinkingClock
+from homeostat.plants.plant import Case, load_case
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "cstr.md"

@@ -23,16 +23,16 @@ from pathlib import Path
 
 import numpy as np
 
-from homeostat.cases.cstr.kernel import holdup, slopes
-from homeostat.cases.cstr.layout import P, S
+from homeostat.plants.cstr.kernel import holdup, slopes
+from homeostat.plants.cstr.layout import P, S
 from homeostat.process.batch import simulate
-from tests.cases.cstr.reactor import MODEL, batch, inputs, parameters, run
+from tests.plants.cstr.reactor import MODEL, batch, inputs, parameters, run
 from tests.reference import make_cstr_reference as own
 from tests.reference import test_cstr_published as published
 
 ROOT = Path(__file__).parents[1]
 READY = (
-    "import time; begun = time.perf_counter(); from tests.cases.cstr.reactor import batch, run; run(batch({seconds}));"
+    "import time; begun = time.perf_counter(); from tests.plants.cstr.reactor import batch, run; run(batch({seconds}));"
     " print(time.perf_counter() - begun)"
 )
 

@@ -17,10 +17,10 @@ from pathlib import Path
 from pyoxigraph import RdfFormat
 
 from benchmarks.synthetic_plant import node, plant
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.parameter import Argument
-from homeostat.knowledge.query import Form, template
-from homeostat.knowledge.store import GraphStore
+from homeostat.knowledge.questions.parameter import Argument
+from homeostat.knowledge.questions.query import Form, template
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.store.store import GraphStore
 
 
 def questions(module: int) -> dict[str, dict[str, Argument]]:

@@ -24,14 +24,14 @@ from benchmarks.language_runs import LanguageRun, reactor, run_with
 from benchmarks.prompt_tokens import PUBLISHED, Count, counts
 from homeostat.agents.bounds import Budget
 from homeostat.agents.language.scripts import SCRIPTS
-from homeostat.domain.guard_events import FellBack
+from homeostat.domain.events.guard import FellBack
+from homeostat.domain.events.recovery import FallbackArmed
 from homeostat.links.clock import ThinkingClock
 from homeostat.llm.address import parse_address
 from homeostat.llm.network import AddressPolicy
-from homeostat.llm.patience import PatientModel
 from homeostat.llm.providers import ProviderModel, Sampling
+from homeostat.llm.retry import PatientModel
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.trace.decisions import FallbackArmed
 from tests.llm.hostile.behaviours import BEHAVIOURS
 from tests.llm.servers import hostile, random_model
 from tests.safety.injections import CORPUS

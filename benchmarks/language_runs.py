@@ -8,19 +8,19 @@ from functools import cache
 import numpy as np
 
 from homeostat.agents.bounds import Budget
-from homeostat.campaign.limits_in_force import LimitsInForce
-from homeostat.campaign.runner import RunResult, run
-from homeostat.campaign.scenario import Scenario, scenario
-from homeostat.campaign.scoring import exposures
-from homeostat.campaign.unattended import run_unattended
-from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import Language
-from homeostat.domain.guard_events import FellBack
+from homeostat.domain.events.guard import FellBack
+from homeostat.domain.events.recovery import Attempted, ReleasedActions
+from homeostat.evaluate.reference.unsupervised import run_unattended
+from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.scenario import Scenario, scenario
+from homeostat.evaluate.score.limits_in_force import LimitsInForce
+from homeostat.evaluate.score.scoring import exposures
+from homeostat.journal import MemoryTrace
+from homeostat.journal.calls import ModelCalled
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.llm.model import LanguageModel
-from homeostat.trace import MemoryTrace
-from homeostat.trace.calls import ModelCalled
-from homeostat.trace.decisions import Attempted, ReleasedActions
+from homeostat.plants.assembly import Language
+from homeostat.plants.plant import Case, load_case
 
 STARTED_S = 600.0
 """Start-up is over by then [s]."""

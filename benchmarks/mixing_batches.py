@@ -7,17 +7,17 @@ from functools import cache
 
 import numpy as np
 
-from homeostat.campaign.best_route import best_route
-from homeostat.campaign.latest_fallback import latest_fallback
-from homeostat.campaign.runner import run
-from homeostat.campaign.scenario import Scenario, scenario
-from homeostat.cases.case import Case, load_case
 from homeostat.domain.diagnosis import Fault, FaultState
-from homeostat.domain.guard_events import StateEntered
+from homeostat.domain.events.guard import StateEntered
+from homeostat.domain.events.recovery import Departed
+from homeostat.evaluate.reference.best_route import best_route
+from homeostat.evaluate.reference.latest_fallback import latest_fallback
+from homeostat.evaluate.run import run
+from homeostat.evaluate.scenario import Scenario, scenario
+from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
+from homeostat.plants.plant import Case, load_case
 from homeostat.process.seeds import generator as draws
-from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import Departed
 
 PUBLISHED = {
     "pump_failure": ("pump_failure",),

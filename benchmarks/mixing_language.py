@@ -10,19 +10,19 @@ from statistics import median
 from benchmarks.cstr_results import table
 from benchmarks.mixing_batches import drawn, module
 from benchmarks.mixing_calls import FAULTS
-from homeostat.agents.crew import AskingProtocol
 from homeostat.agents.language.scripts import reasonable
-from homeostat.campaign.conditions import Conditions
-from homeostat.campaign.runner import run
-from homeostat.campaign.scenario import Scenario, scenario
-from homeostat.campaign.step_scores import score_steps
-from homeostat.cases.wiring import Language
+from homeostat.agents.roles import AskingProtocol
+from homeostat.domain.events.recovery import Attempted, ReleasedActions
+from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.run import run
+from homeostat.evaluate.scenario import Scenario, scenario
+from homeostat.evaluate.score.step_scores import score_steps
+from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import estimate, exact
-from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import Attempted, ReleasedActions
+from homeostat.plants.assembly import Language
 
 
 @dataclass(frozen=True)

@@ -19,17 +19,17 @@ from typing import Any
 from benchmarks.cstr_results import table
 from benchmarks.mixing_batches import module
 from benchmarks.mixing_calls import FAULTS, Answer, answers, route
-from homeostat.agents.crew import AskingProtocol
 from homeostat.agents.language.scripts import reasonable
-from homeostat.campaign.conditions import Conditions
-from homeostat.campaign.runner import run
-from homeostat.campaign.scenario import scenario
-from homeostat.cases.wiring import Language
+from homeostat.agents.roles import AskingProtocol
+from homeostat.domain.events.recovery import Attempted
+from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.run import run
+from homeostat.evaluate.scenario import scenario
+from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import Attempted
+from homeostat.plants.assembly import Language
 
 CONDITIONS = Conditions(AskingProtocol.PER_STEP, label_given=True)
 SEED = 3

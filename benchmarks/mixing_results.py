@@ -27,13 +27,13 @@ from benchmarks.mixing_language import LanguageRow, StepRow, routes_table, step_
 from benchmarks.mixing_replay import judged, replay_table
 from benchmarks.mixing_tables import WHOLE, needless, odd, summary
 from benchmarks.mixing_wrong_routes import wrong_routes
-from homeostat.campaign.scenario import scenario
-from homeostat.campaign.unattended import open_process, watch
-from homeostat.cases.wiring import new_sequencer
-from homeostat.knowledge.blemishes import blemishes
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.graph_file import load_file
-from homeostat.knowledge.questions import transitions
+from homeostat.evaluate.reference.unsupervised import open_process, watch
+from homeostat.evaluate.scenario import scenario
+from homeostat.knowledge.checks.lint import blemishes
+from homeostat.knowledge.questions.questions import transitions
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.store.graph_file import load_file
+from homeostat.plants.assembly import new_sequencer
 
 T = TypeVar("T", Row, LanguageRow, StepRow)
 Job = TypeVar("Job", tuple[str, int], tuple[str, int, bool])

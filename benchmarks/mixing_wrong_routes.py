@@ -7,16 +7,16 @@ from collections.abc import Sequence
 
 from benchmarks.cstr_results import table
 from benchmarks.mixing_batches import module
-from homeostat.agents.candidates import design_commands
 from homeostat.agents.checks import judge
-from homeostat.agents.planning import EVENT
+from homeostat.agents.search.candidates import design_commands
+from homeostat.agents.search.planning import EVENT
 from homeostat.agents.simulation import plausible
-from homeostat.campaign.scenario import Scenario, scenario
-from homeostat.campaign.unattended import open_process, watch
-from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Verdict
+from homeostat.evaluate.reference.unsupervised import open_process, watch
+from homeostat.evaluate.scenario import Scenario, scenario
+from homeostat.plants.assembly import new_sequencer
 from homeostat.process.seeds import generator as draws
 from homeostat.twin.twin import Twin
 

@@ -22,10 +22,10 @@ from functools import cache
 import numpy as np
 
 from benchmarks.recorded_calls import Setpoints
-from homeostat.cases.cstr.kernel import NORMAL, SHUTDOWN, advance_phase, shares, step
-from homeostat.cases.cstr.layout import P, S, U
+from homeostat.plants.cstr.kernel import NORMAL, SHUTDOWN, advance_phase, shares, step
+from homeostat.plants.cstr.layout import P, S, U
 from homeostat.process.types import Row
-from tests.cases.cstr.reactor import FAULTS, MODEL, PUBLISHED, SEVERITY, inputs, parameters
+from tests.plants.cstr.reactor import FAULTS, MODEL, PUBLISHED, SEVERITY, inputs, parameters
 
 END_S = 8000
 """End of every published run and rollout [s]."""

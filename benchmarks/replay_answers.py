@@ -9,11 +9,11 @@ from collections.abc import Sequence
 
 from benchmarks.recorded_calls import RecordedCall
 from homeostat.agents.language.answers import Unusable, action_type, read, schema
-from homeostat.cases.case import Case
-from homeostat.domain.behaviour import State
+from homeostat.domain.plant.state_machine import State
 from homeostat.llm.calls import Call
 from homeostat.llm.model import Question
 from homeostat.llm.replay import ReplayModel
+from homeostat.plants.plant import Case
 
 TARGETS = ("compensated", "reduced_load")
 """States whose commands the recorded setpoints could be; planning chooses between them."""

@@ -11,20 +11,20 @@ from dataclasses import dataclass
 
 from benchmarks.recorded_calls import RecordedCall, Setpoints
 from homeostat.agents.checks import command_findings, judge
-from homeostat.agents.grounding import Grounding
-from homeostat.agents.monitoring import Monitoring
-from homeostat.agents.planning import EVENT
+from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.monitoring.monitoring import Monitoring
+from homeostat.agents.search.planning import EVENT
 from homeostat.agents.simulation import plausible
-from homeostat.campaign.scenario import scenario
-from homeostat.campaign.unattended import open_process
-from homeostat.cases.case import Case
-from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.diagnosis import Diagnosis, FaultState
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding, LeftAlone
+from homeostat.evaluate.reference.unsupervised import open_process
+from homeostat.evaluate.scenario import scenario
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.true_process import TrueProcess
+from homeostat.plants.assembly import new_sequencer
+from homeostat.plants.plant import Case
 from homeostat.process.types import Row
 from homeostat.twin.twin import Twin
 

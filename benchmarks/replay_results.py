@@ -20,8 +20,8 @@ from benchmarks.published_rules import Replayed, outside_s, replay
 from benchmarks.recorded_calls import FILE, Reason, Setpoints, by_run, read_calls, repeats
 from benchmarks.replay_answers import answer_rows
 from benchmarks.replay_ours import ENDS_S, Course, Ours, idle, ours, situation, typed
-from homeostat.cases.case import load_case
 from homeostat.domain.verdict import Finding
+from homeostat.plants.plant import load_case
 
 PAGE = ROOT / "docs" / "results" / "replay.md"
 REASONS = {

@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 fresh=$(mktemp -d)
 trap 'rm -rf "$fresh"' EXIT
 bash tools/make_graph.sh "$fresh"
-for mapping in src/homeostat/cases/*/mapping.rml.ttl; do
+for mapping in src/homeostat/plants/*/mapping.rml.ttl; do
   folder=$(dirname "$mapping")
   if ! cmp --silent "$fresh/$(basename "$folder").ttl" "$folder/plant.ttl"; then
     echo "check_graph: $folder/plant.ttl is not what its tables make; run 'make graph' and commit the result." >&2

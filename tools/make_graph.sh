@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Makes every plant's knowledge graph from its engineering tables: src/homeostat/cases/*/plant.ttl, or, where a folder is
+# Makes every plant's knowledge graph from its engineering tables: src/homeostat/plants/*/plant.ttl, or, where a folder is
 # given, FOLDER/<plant>.ttl. morph-kgc applies the RML mapping in an environment of its own, because it pins other versions
-# of the graph libraries; homeostat.knowledge.build applies it as well, refuses any difference, and completes the graph.
+# of the graph libraries; homeostat.knowledge.build.build applies it as well, refuses any difference, and completes the graph.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$PWD out=${1:-}
@@ -21,7 +21,7 @@ fi
 
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
-for mapping in src/homeostat/cases/*/mapping.rml.ttl; do
+for mapping in src/homeostat/plants/*/mapping.rml.ttl; do
   folder=$(dirname "$mapping") plant=$(basename "$(dirname "$mapping")")
   # An empty cell makes no statement; no other text counts as empty.
   printf '[CONFIGURATION]\nna_values: ,\noutput_file: %s\noutput_format: N-TRIPLES\nlogging_level: WARNING\n' \

@@ -9,9 +9,9 @@ from typing import Any
 
 from benchmarks.guard.scripted_plants import SHAPES, written_at_start
 from benchmarks.guard.store import Sizes
-from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import guard_rules
-from homeostat.domain.rules import GuardRules
+from homeostat.domain.plant.rules import GuardRules
+from homeostat.plants.assembly import guard_rules
+from homeostat.plants.plant import Case, load_case
 from tests.guard.adversary import attack
 
 STATES = {"cstr": "normal", "mixing_module": "emptying_B201"}

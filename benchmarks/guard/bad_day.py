@@ -13,23 +13,23 @@ from benchmarks.guard.day_script import EVERY_S, KINDS, DayScript, Incident
 from benchmarks.guard.scripted_plants import SHAPES, script_of, written_at_start
 from benchmarks.guard.store import FAST, Sizes
 from benchmarks.guard.timed import Memory, Timed
-from homeostat.cases.case import load_case
-from homeostat.cases.wiring import guard_rules
-from homeostat.domain.guard_events import FellBack
+from homeostat.domain.events.guard import FellBack
+from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import Observation
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import GuardEvent
-from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.write_events import WriteIntended
 from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
 from homeostat.guard.settings import GuardSettings
+from homeostat.journal import Journal
 from homeostat.links.errors import LinkError
-from homeostat.links.misbehaving import Misbehaving
+from homeostat.links.misbehaving.link import Misbehaving
 from homeostat.links.scripted import ScriptedPlant
 from homeostat.links.simulated import SimulatedLink
-from homeostat.trace import Journal
+from homeostat.plants.assembly import guard_rules
+from homeostat.plants.plant import load_case
 
 SEED = 7
 HOME_S = 590.0

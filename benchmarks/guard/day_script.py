@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from benchmarks.guard.scripted_plants import SHAPES
-from homeostat.domain.guard_events import (
+from homeostat.domain.events.guard import (
     AlarmRaised,
     FallbackSkipped,
     FallbackStands,
@@ -17,13 +17,13 @@ from homeostat.domain.guard_events import (
     Shed,
     Tripped,
 )
+from homeostat.domain.events.writes import Cause, WriteIntended
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import GuardEvent
-from homeostat.domain.rules import GuardRules
-from homeostat.domain.write_events import Cause, WriteIntended
-from homeostat.guard.quality import SIGMAS
-from homeostat.links.bad_readings import ALL, Freeze, Lie, NotANumber, Silence
-from homeostat.links.bad_writes import Disobedient
-from homeostat.links.misbehaving import ByHand, Misbehaviour
+from homeostat.guard.watch.quality import SIGMAS
+from homeostat.links.misbehaving.link import ByHand, Misbehaviour
+from homeostat.links.misbehaving.readings import ALL, Freeze, Lie, NotANumber, Silence
+from homeostat.links.misbehaving.writes import Disobedient
 from homeostat.links.scripted import Push
 
 EVERY_S = 1200.0

@@ -15,17 +15,17 @@ from typing import Any
 from benchmarks.guard.life import KEY, Death, Life
 from benchmarks.guard.store import FAST, Sizes
 from benchmarks.guard.verdict import Judged, verdict
-from homeostat.campaign.scenario import scenario
-from homeostat.campaign.unattended import open_process
-from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import guard_rules
 from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.domain.observation import FallBack
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.request import Request, Seal
-from homeostat.guard.seal import Sealer
-from homeostat.guard.sequencer import nominal_commands, what_follows
+from homeostat.evaluate.reference.unsupervised import open_process
+from homeostat.evaluate.scenario import scenario
+from homeostat.guard.requests.seal import Sealer
+from homeostat.guard.sequence.sequencer import nominal_commands, what_follows
 from homeostat.links.simulated import SimulatedLink
+from homeostat.plants.assembly import guard_rules
+from homeostat.plants.plant import Case, load_case
 
 Act = Callable[[Life, float], None]
 

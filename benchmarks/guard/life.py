@@ -11,16 +11,16 @@ from pathlib import Path
 from typing import Any
 
 from homeostat.domain.mode import Mode
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command
-from homeostat.domain.rules import GuardRules
 from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
-from homeostat.guard.memory import Memory
+from homeostat.guard.restart.memory import Memory
 from homeostat.guard.settings import GuardSettings
+from homeostat.journal import Journal, Record, read_events
+from homeostat.journal.files import JOURNAL
 from homeostat.links.simulated import SimulatedLink, SimulatedWire
-from homeostat.trace import Journal, Record, read_events
-from homeostat.trace.files import JOURNAL
 
 KEY = b"k" * 32
 SETTINGS = GuardSettings(sync_s=5.0)

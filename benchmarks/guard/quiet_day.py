@@ -10,16 +10,16 @@ from typing import Any
 
 from benchmarks.guard.store import Sizes
 from benchmarks.guard.timed import Memory, Timed
-from homeostat.cases.case import load_case
-from homeostat.cases.wiring import wire
-from homeostat.domain.guard_events import AlarmRaised, FellBack
-from homeostat.domain.write_events import WriteIntended
+from homeostat.domain.events.guard import AlarmRaised, FellBack
+from homeostat.domain.events.writes import WriteIntended
+from homeostat.journal import Journal
+from homeostat.journal.events import Event
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.true_process import PlantConfiguration, TrueProcess
+from homeostat.plants.assembly import wire
+from homeostat.plants.plant import load_case
 from homeostat.process.seeds import Stream, noise_seed
-from homeostat.trace import Journal
-from homeostat.trace.events import Event
 
 SEED = 1
 

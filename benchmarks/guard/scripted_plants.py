@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from homeostat.cases.case import Case
-from homeostat.domain.rules import GuardRules
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.links.scripted import PlantScript, Push, ScriptedTag
+from homeostat.plants.plant import Case
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,16 @@ from typing import Any
 
 from benchmarks.guard.scripted_plants import SHAPES, script_of
 from benchmarks.guard.store import Sizes, quantile
-from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import guard_rules
-from homeostat.domain.guard_events import Tripped
+from homeostat.domain.events.guard import Tripped
+from homeostat.domain.events.writes import Cause, WriteIntended
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import GuardEvent
-from homeostat.domain.rules import GuardRules
-from homeostat.domain.write_events import Cause, WriteIntended
 from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
 from homeostat.links.scripted import PlantScript, Push, ScriptedPlant
 from homeostat.links.simulated import SimulatedLink
+from homeostat.plants.assembly import guard_rules
+from homeostat.plants.plant import Case, load_case
 
 BASES_K = (306.0, 310.0, 312.5)
 """Where the temperature stands before it steps [K]."""

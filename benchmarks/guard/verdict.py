@@ -8,10 +8,10 @@ from typing import Any
 
 from benchmarks.guard.life import Life
 from homeostat.domain.recovery import Command
-from homeostat.guard.flight import PUT_RIGHT
+from homeostat.guard.writing.flight import PUT_RIGHT
+from homeostat.journal import BrokenChain, Record
+from homeostat.journal.files import JOURNAL
 from homeostat.links.true_process import TrueProcess
-from homeostat.trace import BrokenChain, Record
-from homeostat.trace.files import JOURNAL
 
 FRESH_S = 15.0
 """What was intended this shortly before the end need not be read back yet [s]."""

@@ -8,16 +8,16 @@ from typing import Any
 
 from benchmarks.guard.store import Sizes
 from benchmarks.guard.timed import Timed
-from homeostat.campaign.scenario import scenario
-from homeostat.campaign.unattended import open_process
-from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import wire
-from homeostat.domain.guard_events import FellBack
-from homeostat.domain.write_events import Cause, WriteIntended
+from homeostat.domain.events.guard import FellBack
+from homeostat.domain.events.recovery import ReleasedActions
+from homeostat.domain.events.writes import Cause, WriteIntended
+from homeostat.evaluate.reference.unsupervised import open_process
+from homeostat.evaluate.scenario import scenario
+from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
-from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import ReleasedActions
+from homeostat.plants.assembly import wire
+from homeostat.plants.plant import Case, load_case
 
 PLANTS = {"cstr": (1450.0, 1800.0), "mixing_module": (None, None)}
 """Plant -> onset of a fault and end of the run [s]; the plant's own where None."""

@@ -25,19 +25,19 @@ from benchmarks.mixing_language import published_scenario
 from benchmarks.published_answers.__main__ import converted
 from benchmarks.published_answers.mixing import CASE
 from benchmarks.published_answers.runs import PublishedRun
-from homeostat.agents.crew import AskingProtocol
-from homeostat.campaign.conditions import Conditions
-from homeostat.campaign.outcome import OutcomeKind
-from homeostat.campaign.runner import RunResult, run
-from homeostat.campaign.scenario import scenario
-from homeostat.cases.case import load_case
-from homeostat.cases.wiring import Language
+from homeostat.agents.roles import AskingProtocol
+from homeostat.domain.events.recovery import Attempted, GaveUp, ReleasedActions
+from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.scenario import scenario
+from homeostat.evaluate.score.outcome import OutcomeKind
+from homeostat.journal import MemoryTrace
+from homeostat.journal.calls import ModelCalled
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Failure
 from homeostat.llm.situated import SUPPLIED, SituatedReplay
-from homeostat.trace import MemoryTrace
-from homeostat.trace.calls import ModelCalled
-from homeostat.trace.decisions import Attempted, GaveUp, ReleasedActions
+from homeostat.plants.assembly import Language
+from homeostat.plants.plant import load_case
 
 LANGUAGE = "language"
 

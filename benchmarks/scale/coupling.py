@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from homeostat.cases.cstr.layout import P as REACTOR
-from homeostat.cases.cstr.layout import S as REACTOR_STATE
-from homeostat.cases.mixing_module.layout import P as MIXER
-from homeostat.cases.mixing_module.layout import S as MIXER_STATE
+from homeostat.plants.cstr.layout import P as REACTOR
+from homeostat.plants.cstr.layout import S as REACTOR_STATE
+from homeostat.plants.mixing_module.layout import P as MIXER
+from homeostat.plants.mixing_module.layout import S as MIXER_STATE
 from homeostat.process.types import Row, Table
 
 

@@ -11,22 +11,22 @@ from benchmarks.scale.module_case import TimedStore, module_case
 from benchmarks.scale.plant_graph import KINDS, kind_of
 from benchmarks.scale.prompts import Declining, first_question, left_out, tokens
 from benchmarks.scale.site import Site
-from homeostat.campaign.facts import limits_of
-from homeostat.campaign.outcome import Facts, outcome
-from homeostat.campaign.runner import Recorder
-from homeostat.campaign.scenario import scenario
-from homeostat.campaign.scoring import inside_at_end
-from homeostat.campaign.unattended import open_process
-from homeostat.cases.case import Case
-from homeostat.cases.wiring import Arrangement, Language, wire
-from homeostat.domain.guard_events import FellBack
-from homeostat.knowledge.store import GraphStore
+from homeostat.domain.events.guard import FellBack
+from homeostat.domain.events.recovery import Noticed, ReleasedActions
+from homeostat.evaluate.reference.unsupervised import open_process
+from homeostat.evaluate.run import Recorder
+from homeostat.evaluate.scenario import scenario
+from homeostat.evaluate.score.facts import limits_of
+from homeostat.evaluate.score.outcome import Facts, outcome
+from homeostat.evaluate.score.scoring import inside_at_end
+from homeostat.journal import MemoryTrace
+from homeostat.journal.events import Event
+from homeostat.knowledge.store.store import GraphStore
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import Noticed, ReleasedActions
-from homeostat.trace.events import Event
+from homeostat.plants.assembly import Arrangement, Language, wire
+from homeostat.plants.plant import Case
 
 END_S = {"cstr": 2600.0, "mixing_module": 600.0}
 """Length of a run [s]."""

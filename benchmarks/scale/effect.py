@@ -8,9 +8,9 @@ from dataclasses import replace
 from benchmarks.scale.decisions import END_S
 from benchmarks.scale.plant_graph import GROUP, kind_of
 from benchmarks.scale.site import Site
-from homeostat.campaign.scenario import scenario
-from homeostat.campaign.unattended import run_unattended
-from homeostat.cases.case import Case
+from homeostat.evaluate.reference.unsupervised import run_unattended
+from homeostat.evaluate.scenario import scenario
+from homeostat.plants.plant import Case
 
 REACTOR = 2
 """The module with the fault."""

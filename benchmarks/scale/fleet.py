@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.cases.case import Case
-from homeostat.cases.wiring import new_sequencer
+from homeostat.plants.assembly import new_sequencer
+from homeostat.plants.plant import Case
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.model import column
 from homeostat.process.seeds import Stream, noise_seed

@@ -11,15 +11,15 @@ from typing import TypeVar
 from pyoxigraph import NamedNode, RdfFormat, Triple
 
 from benchmarks.scale.plant_graph import namespace
-from homeostat.cases.case import Case
-from homeostat.cases.graph import read_description
-from homeostat.knowledge.store import GraphStore, Row
+from homeostat.knowledge.store.store import GraphStore, Row
+from homeostat.plants.graph import read_description
+from homeostat.plants.plant import Case
 
 _T = TypeVar("_T")
 
 
 class TimedStore:
-    """Implements :class:`homeostat.knowledge.store.GraphStore` over another store, and times every question."""
+    """Implements :class:`homeostat.knowledge.store.store.GraphStore` over another store, and times every question."""
 
     def __init__(self, store: GraphStore) -> None:
         self._store = store

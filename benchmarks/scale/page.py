@@ -14,7 +14,7 @@ from benchmarks.scale.fits import CONTEXTS, fits, table
 from benchmarks.scale.plant_graph import KINDS
 from benchmarks.scale.retrieval import REPEAT, Retrieval
 from benchmarks.scale.study import ASKED, SIMULATED_S, Study
-from homeostat.cases.case import load_case
+from homeostat.plants.plant import load_case
 
 TEXT = Path(__file__).parents[1] / "scale_results.md"
 """The page without its numbers."""

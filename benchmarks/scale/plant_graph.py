@@ -15,10 +15,10 @@ from typing import Final
 from pyoxigraph import NamedNode, RdfFormat, Triple, parse, serialize
 
 from benchmarks.scale.header_graph import HEADERS, SITE, connections, equipment_triples, header_triples
-from homeostat.cases.folder import CASES
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.tbox import load_ontology
-from homeostat.knowledge.vocabulary import RDF, VDI2206, VDI3682, CPSMod
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.vocabulary.tbox import load_ontology
+from homeostat.knowledge.vocabulary.vocabulary import RDF, VDI2206, VDI3682, CPSMod
+from homeostat.plants.folder import CASES
 
 KINDS: Final = ("mixing_module", "cstr")
 """Cases that modules are copies of, in turn."""

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 from benchmarks.scale.decisions import FAULTS
 from benchmarks.scale.prompts import tokens
-from homeostat.agents.grounding import Grounding
-from homeostat.agents.planning import EVENT
-from homeostat.cases.case import Case
-from homeostat.knowledge.context import Excerpt
+from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.search.planning import EVENT
+from homeostat.knowledge.context.context import Excerpt
 from homeostat.llm.tokens import estimate
+from homeostat.plants.plant import Case
 
 UNLIMITED = 1_000_000
 """Budget in which everything that was retrieved fits [tokens]."""
@@ -28,7 +28,7 @@ class Retrieval:
     kind: str
     """Case of the module."""
     question: str
-    """Method of :class:`homeostat.agents.grounding.Grounding`."""
+    """Method of :class:`homeostat.agents.grounding.grounding.Grounding`."""
     median_ms: float
     """Median time, from the call to the text [ms]."""
     worst_ms: float

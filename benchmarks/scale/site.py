@@ -19,7 +19,7 @@ from benchmarks.scale.coupling import draw, heat, impose
 from benchmarks.scale.fleet import fleets
 from benchmarks.scale.headers import DESIGN_DRAW, DESIGN_T, flow_factor, supply_temperature
 from benchmarks.scale.plant_graph import GROUP, group_of
-from homeostat.cases.case import Case
+from homeostat.plants.plant import Case
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Row, Table
 

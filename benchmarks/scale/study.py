@@ -15,8 +15,8 @@ from benchmarks.scale.module_case import module_case
 from benchmarks.scale.plant_graph import KINDS, kind_of, load_site
 from benchmarks.scale.retrieval import Retrieval, retrievals
 from benchmarks.scale.site import BLOCK_S, Site
-from homeostat.cases.case import Case, load_case
-from homeostat.knowledge.store import GraphStore
+from homeostat.knowledge.store.store import GraphStore
+from homeostat.plants.plant import Case, load_case
 from homeostat.process.seeds import generator as draws
 
 SIZES = (1, 3, 10, 30, 100, 300, 1000)

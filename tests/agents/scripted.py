@@ -6,14 +6,14 @@ import asyncio
 import time
 from collections.abc import Callable, Mapping, Sequence
 
-from homeostat.agents.crew import NoAdmissiblePlan, Situation
+from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
-from homeostat.domain.behaviour import State, StateMachine
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
+from homeostat.domain.events.recovery import Retrieved
+from homeostat.domain.plant.state_machine import State, StateMachine
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Outcome, Revise, Rollout, Verdict
-from homeostat.trace.decisions import Retrieved
 
 SYMPTOM = Symptom("S-HOT", 0.0, 2.0, 1.0, 2.0)
 
@@ -24,7 +24,7 @@ def diagnosis(at_s: float, fault: str = "runaway", severity: float = 1.0) -> Dia
 
 
 class ScriptedMonitoring:
-    """Implements `homeostat.agents.crew.Monitoring`: notices at the given times, and remembers what was done."""
+    """Implements `homeostat.agents.roles.Monitoring`: notices at the given times, and remembers what was done."""
 
     def __init__(
         self, *notice_s: float, answer: Callable[[float], Diagnosis] = diagnosis, bug: BaseException | None = None
@@ -60,7 +60,7 @@ class ScriptedMonitoring:
 
 
 class ScriptedPlanning:
-    """Implements `homeostat.agents.crew.Planning`: one path after the other, the last one for ever."""
+    """Implements `homeostat.agents.roles.Planning`: one path after the other, the last one for ever."""
 
     def __init__(
         self, machine: StateMachine, *paths: Sequence[str] | Revise | BaseException, delay_s: float = 0.0
@@ -86,7 +86,7 @@ class ScriptedPlanning:
 
 
 class ScriptedAction:
-    """Implements `homeostat.agents.crew.Action`: one answer after the other, the last one for ever."""
+    """Implements `homeostat.agents.roles.Action`: one answer after the other, the last one for ever."""
 
     def __init__(
         self, *answers: ActionSet | Revise | BaseException, delay_s: float = 0.0, thread_s: float = 0.0
@@ -108,7 +108,7 @@ class ScriptedAction:
 
 
 class ScriptedSimulation:
-    """Implements `homeostat.agents.crew.Simulation`: a function says what an action set does."""
+    """Implements `homeostat.agents.roles.Simulation`: a function says what an action set does."""
 
     def __init__(self, answer: Callable[[ActionSet], Rollout], errors: tuple[Mapping[str, float], ...] = ({},)) -> None:
         self._answer = answer
@@ -133,7 +133,7 @@ class ScriptedSimulation:
 
 
 class ScriptedValidation:
-    """Implements `homeostat.agents.crew.Validation`: a function judges."""
+    """Implements `homeostat.agents.roles.Validation`: a function judges."""
 
     def __init__(self, answer: Callable[[ActionSet, Rollout, State], Verdict]) -> None:
         self._answer = answer
@@ -143,7 +143,7 @@ class ScriptedValidation:
 
 
 class ScriptedReprompting:
-    """Implements `homeostat.agents.crew.Reprompting`: hands the findings on and asks for another path each time."""
+    """Implements `homeostat.agents.roles.Reprompting`: hands the findings on and asks for another path each time."""
 
     def __init__(self, bug: BaseException | None = None) -> None:
         self._bug = bug

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import functools
 
-from homeostat.agents.action import SearchAction, SearchSettings
-from homeostat.agents.crew import Situation
-from homeostat.agents.grounding import Grounding
+from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.roles import Situation
+from homeostat.agents.search.action import SearchAction, SearchSettings
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.snapshot import Snapshot
 from tests.twin.followed import follow, reactor, readings

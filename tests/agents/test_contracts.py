@@ -6,18 +6,18 @@ from collections.abc import Mapping
 
 import pytest
 
-from homeostat.agents.crew import Action, Monitoring, Planning, Reprompting, Simulation, Situation, Validation
-from homeostat.agents.monitoring import Monitoring as TwinMonitoring
-from homeostat.agents.planning import SearchPlanning
-from homeostat.agents.reprompting import MarginReprompting
+from homeostat.agents.monitoring.monitoring import Monitoring as TwinMonitoring
+from homeostat.agents.roles import Action, Monitoring, Planning, Reprompting, Simulation, Situation, Validation
+from homeostat.agents.search.planning import SearchPlanning
+from homeostat.agents.search.reprompting import MarginReprompting
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
-from homeostat.domain.behaviour import State, StateMachine
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.limits import Limits
+from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.state_machine import State, StateMachine
+from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Rollout
 from tests.agents.scripted import (
     ScriptedAction,

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.agents.documents import DocumentExcerpts, excerpts
-from homeostat.agents.excerpts import Excerpts, GroundingKind, NoExcerpts
-from homeostat.agents.grounding import TEXT, Grounding
-from homeostat.agents.planning import EVENT
-from homeostat.campaign.recording import RunDirectory
-from homeostat.cases.case import load_case
-from homeostat.knowledge.context import Excerpt
+from homeostat.agents.grounding.context import Excerpts, GroundingKind, NoExcerpts
+from homeostat.agents.grounding.documents import DocumentExcerpts, excerpts
+from homeostat.agents.grounding.grounding import TEXT, Grounding
+from homeostat.agents.search.planning import EVENT
+from homeostat.knowledge.context.context import Excerpt
 from homeostat.llm.tokens import estimate
+from homeostat.plants.plant import load_case
+from homeostat.record.directory import RunDirectory
 
 PLANTS = ["cstr", "mixing_module"]
 

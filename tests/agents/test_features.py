@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.agents.features import FeatureFilter
+from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.domain.diagnosis import Feature
 from homeostat.domain.snapshot import Snapshot
 from homeostat.stl.formula import parse_expression

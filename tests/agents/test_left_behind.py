@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from homeostat.agents.action import SearchAction, SearchSettings
+from homeostat.agents.search.action import SearchAction, SearchSettings
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.domain.advice import Advice
 from homeostat.domain.recovery import ActionSet, RecoveryPath

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
-from homeostat.agents.monitoring import Monitoring, MonitoringSettings
-from homeostat.domain.baseline import Baseline
+from homeostat.agents.monitoring.monitoring import Monitoring, MonitoringSettings
 from homeostat.domain.diagnosis import Diagnosis, Direction, FaultState, Feature, Hypothesis, SymptomRule
+from homeostat.domain.plant.baseline import Baseline
+from homeostat.domain.plant.rules import QualityRule
 from homeostat.domain.recovery import ActionSet
-from homeostat.domain.rules import QualityRule
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import HandedOver, LeftAlone, Released
 from homeostat.stl.formula import parse, parse_expression

@@ -11,19 +11,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.agents.candidates import Point, SearchSpace, present_point
 from homeostat.agents.checks import command_findings, judge
-from homeostat.agents.crew import Approved, NoAdmissiblePlan, Situation
-from homeostat.agents.planning import PLAUSIBLE, SearchPlanning, plausible_faults
-from homeostat.agents.reprompting import CURABLE, TRIES, MarginReprompting
+from homeostat.agents.roles import Approved, NoAdmissiblePlan, Situation
+from homeostat.agents.search.candidates import Point, SearchSpace, present_point
+from homeostat.agents.search.planning import PLAUSIBLE, SearchPlanning, plausible_faults
+from homeostat.agents.search.reprompting import CURABLE, TRIES, MarginReprompting
 from homeostat.agents.simulation import MOST, TwinSimulation, plausible
 from homeostat.domain.advice import Advice
-from homeostat.domain.behaviour import SetpointRange
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
-from homeostat.domain.limits import Owner
+from homeostat.domain.plant.limits import Owner
+from homeostat.domain.plant.state_machine import SetpointRange
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Approve, Revise
-from homeostat.guard.seal import Sealer, genuine
+from homeostat.guard.requests.seal import Sealer, genuine
 from homeostat.recovery.release_check import Checked, ReleaseCheck
 from tests.agents.stuck_valve import BELIEF, NOW_S, QUICK, grounding, now, search, stuck
 from tests.contracts.reprompting import advise, finding

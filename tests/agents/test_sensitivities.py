@@ -14,9 +14,9 @@ import pytest
 from homeostat.agents.checks import target_name
 from homeostat.agents.simulation import PLAUSIBLE, STEP, TwinSimulation
 from homeostat.domain.advice import Sensitivity
-from homeostat.domain.behaviour import SetpointRange, State
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
-from homeostat.domain.limits import LimitKind, Limits
+from homeostat.domain.plant.limits import LimitKind, Limits
+from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.process.batch import ProcessError
 from homeostat.stl.formula import parse

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.agents.symptoms import SymptomWatch
-from homeostat.domain.baseline import Baseline
+from homeostat.agents.monitoring.symptoms import SymptomWatch
 from homeostat.domain.diagnosis import Direction, Symptom, SymptomRule
+from homeostat.domain.plant.baseline import Baseline
 
 MEAN, WITHIN, BETWEEN = 10.0, 3.0, 4.0
 """The total deviation is hypot(3, 4) = 5."""

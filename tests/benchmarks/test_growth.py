@@ -11,7 +11,7 @@ from benchmarks.scale.decisions import decide
 from benchmarks.scale.growth import growth
 from benchmarks.scale.plant_graph import KINDS, load_site
 from benchmarks.scale.study import chosen
-from homeostat.cases.case import load_case
+from homeostat.plants.plant import load_case
 
 pytestmark = pytest.mark.filterwarnings("ignore:open_binary is deprecated:DeprecationWarning")  # on counting tokens
 

@@ -21,13 +21,13 @@ from benchmarks.scale.plant_graph import (
     site_triples,
 )
 from benchmarks.scale.retrieval import UNLIMITED, context
-from homeostat.agents.grounding import Grounding
-from homeostat.cases.case import Case, load_case
-from homeostat.domain.behaviour import StateMachine
-from homeostat.knowledge.conformance import check_shapes
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.vocabulary import M
+from homeostat.agents.grounding.grounding import Grounding
+from homeostat.domain.plant.state_machine import StateMachine
+from homeostat.knowledge.checks.conformance import check_shapes
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.vocabulary.vocabulary import M
 from homeostat.llm.tokens import estimate
+from homeostat.plants.plant import Case, load_case
 
 MODULES = 12
 """Two groups of headers, the second with two modules."""

@@ -12,13 +12,13 @@ from benchmarks.scale.coupling import draw, heat, impose
 from benchmarks.scale.headers import DESIGN_DUTY, DESIGN_T, SINK_T, flow_factor, supply_temperature
 from benchmarks.scale.plant_graph import KINDS, kind_of
 from benchmarks.scale.site import BLOCK_S, Site
-from homeostat.campaign.scenario import Scenario, scenario
-from homeostat.campaign.unattended import open_process, watch
-from homeostat.cases.case import Case, load_case
-from homeostat.cases.cstr.layout import P, S
-from homeostat.cases.mixing_module.layout import P as MIXER
-from homeostat.cases.wiring import new_sequencer
 from homeostat.domain.snapshot import Trajectory
+from homeostat.evaluate.reference.unsupervised import open_process, watch
+from homeostat.evaluate.scenario import Scenario, scenario
+from homeostat.plants.assembly import new_sequencer
+from homeostat.plants.cstr.layout import P, S
+from homeostat.plants.mixing_module.layout import P as MIXER
+from homeostat.plants.plant import Case, load_case
 
 
 @pytest.fixture(scope="module")

@@ -14,9 +14,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from homeostat.campaign.study.dataset import DATASET, read_dataset
-from homeostat.campaign.study.ledger import LEDGER
-from homeostat.campaign.study.row import WALL
+from homeostat.evaluate.study.dataset import DATASET, read_dataset
+from homeostat.evaluate.study.ledger import LEDGER
+from homeostat.evaluate.study.row import WALL
 from tests.cli.command import LIMIT_S, environment
 
 SMALL = """

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from homeostat.cli.main import main
-from homeostat.trace import verify
+from homeostat.journal.verify.verify import verify
 from tests.cli.campaigns import (
     JOBS,
     SMALL,
@@ -205,10 +205,10 @@ def test_one_job_that_fails(here: Path, capsys: pytest.CaptureFixture[str]) -> N
 
 
 def test_the_command_that_repeats_a_row_asks_as_the_campaign_did(here: Path) -> None:
-    from homeostat.campaign.study.campaign import rerun_command
-    from homeostat.cli.campaign import _given
+    from homeostat.cli.commands.campaign import _given
     from homeostat.cli.parser import parser
-    from tests.campaign.study.fake_rows import plain
+    from homeostat.evaluate.study.study import rerun_command
+    from tests.evaluate.study.fake_rows import plain
 
     options = [
         "--proposer", "scripted:reasonable", "--local-only", "--allow-host", "a b", "--temperature", "0.5",

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from homeostat.cases.case import load_case
-from homeostat.cases.folder import case_names
+from homeostat.plants.folder import case_names
+from homeostat.plants.plant import load_case
 from tests.cli.command import homeostat
 
 

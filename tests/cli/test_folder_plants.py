@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.cases.case import load_case
-from tests.cases.copies import Copy
+from homeostat.plants.plant import load_case
 from tests.cli.command import Done, homeostat, refused
+from tests.plants.copies import Copy
 
 RUN = ("--fault", "cool_stuck_closed", "--onset", "400", "--end", "420", "--thinking-declared", "1", "--out", "run")
 OWN = "Cooling valve of our own stuck towards closed"

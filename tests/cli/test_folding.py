@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 
 from homeostat.agents.checks import repetition_finding
-from homeostat.cases.case import load_case
-from homeostat.cli.story import Story
+from homeostat.cli.story.story import Story
 from homeostat.domain.diagnosis import FaultState, Hypothesis
-from homeostat.domain.guard_events import StateEntered
-from homeostat.domain.limits import Owner
+from homeostat.domain.events.guard import StateEntered
+from homeostat.domain.events.recovery import Attempted, Diagnosed, GaveUp, ReleasedActions
+from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
-from homeostat.trace import Event
-from homeostat.trace.decisions import Attempted, Diagnosed, GaveUp, ReleasedActions
+from homeostat.journal import Event
+from homeostat.plants.plant import load_case
 
 PLANT = load_case("cstr", learned=False).description
 HOT = Finding("LIM-T-HIGH", Owner.ACTION, -1.5, "K", 0.0, 0, "too hot")

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.campaign.conditions import Conditions
-from homeostat.campaign.operation import Operation
-from homeostat.campaign.recorded_run import Thinking
-from homeostat.campaign.recording import RunDirectory
-from homeostat.campaign.scenario import scenario
-from homeostat.cases.case import load_case
-from homeostat.cli.run import STATUS, Going, carry
+from homeostat.cli.commands.run import STATUS, Going, carry
+from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.recorded_run import Thinking
+from homeostat.evaluate.scenario import scenario
+from homeostat.plants.plant import load_case
+from homeostat.record.directory import RunDirectory
 from tests.cli.command import COMMAND, LIMIT_S, Done, environment, homeostat, refused
 from tests.cli.conftest import RECOVERY
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from pyoxigraph import RdfFormat, Triple, parse
 
-from homeostat.cases.folder import case_folder
+from homeostat.plants.folder import case_folder
 from tests.cli.command import homeostat, refused
 from tests.knowledge.servers import free_port, oxigraph_server
 

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.trace import read_events, verify
+from homeostat.journal import read_events
+from homeostat.journal.verify.verify import verify
 from tests.cli.command import COMMAND, LIMIT_S, environment, homeostat, refused
 
 LONG = ("run", "cstr", "--fault", "cool_stuck_closed", "--onset", "700", "--end", "86400", "--out", "run")

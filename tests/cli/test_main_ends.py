@@ -6,7 +6,7 @@ import argparse
 
 import pytest
 
-from homeostat.cli import cases
+from homeostat.cli.commands import cases
 from homeostat.cli.main import main
 
 

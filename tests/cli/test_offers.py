@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.cases.case import load_case
-from homeostat.cli.offers import Offers
+from homeostat.cli.story.offers import Offers
 from homeostat.domain.diagnosis import FaultState, Hypothesis
-from homeostat.domain.guard_events import Armed, RequestAnswered
-from homeostat.domain.limits import Owner
+from homeostat.domain.events.guard import Armed, RequestAnswered
+from homeostat.domain.events.recovery import Attempted, Diagnosed
+from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
-from homeostat.trace import Event, Journal, Record, RunStarted, read_events
-from homeostat.trace.decisions import Attempted, Diagnosed
+from homeostat.journal import Event, Journal, Record, RunStarted, read_events
+from homeostat.plants.plant import load_case
 
 PLANT = load_case("cstr", learned=False).description
 

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.trace import read_events, verify
+from homeostat.journal import read_events
+from homeostat.journal.verify.verify import verify
 from tests.cli.command import COMMAND, LIMIT_S, environment, homeostat, refused
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.campaign.recall import EVENTS, recall
-from homeostat.trace import decisions as decision_events
-from homeostat.trace import read_events
+from homeostat.domain.events import recovery as decision_events
+from homeostat.journal import read_events
+from homeostat.record.decode import EVENTS, recall
 from tests.cli.command import Done, homeostat, refused
 
 

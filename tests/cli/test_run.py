@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from homeostat.cases.case import load_case
-from homeostat.trace import read_events, verify
-from homeostat.trace.artifacts import read_parquet
-from homeostat.trace.manifest import read_manifest
+from homeostat.journal import read_events
+from homeostat.journal.artifacts import read_parquet
+from homeostat.journal.manifest import read_manifest
+from homeostat.journal.verify.verify import verify
+from homeostat.plants.plant import load_case
 from tests.cli.command import Done, homeostat
 
 KEYS = (

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.trace.keys import VARIABLE, SigningKey, installation_key
-from homeostat.trace.manifest import OLDER_KINDS
+from homeostat.journal.manifest import OLDER_KINDS
+from homeostat.journal.signing.keys import VARIABLE, SigningKey, installation_key
 from tests.cli.command import Done, homeostat, refused
-from tests.trace.forgery import change, lines_of, rewrite, sign
+from tests.journal.forgery import change, lines_of, rewrite, sign
 
 STRANGER = SigningKey(bytes([1] * 32))
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from homeostat.cases.case import load_case
-from homeostat.cli.story import Story
-from homeostat.domain.guard_events import RequestAnswered
-from homeostat.domain.limits import Owner
+from homeostat.cli.story.story import Story
+from homeostat.domain.events.guard import RequestAnswered
+from homeostat.domain.events.recovery import Departed, ReleaseRefused
+from homeostat.domain.plant.limits import Owner
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import Finding
-from homeostat.trace.calls import ModelCalled
-from homeostat.trace.decisions import Departed, ReleaseRefused
+from homeostat.journal.calls import ModelCalled
+from homeostat.plants.plant import load_case
 
 
 def called(served: str = "", failure: str = "", detail: str = "") -> ModelCalled:

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.campaign.result import Result, read_result
-from homeostat.campaign.scoring import Exposure
-from homeostat.cases.case import load_case
-from homeostat.cli.story import Story
-from homeostat.cli.summary import summary
-from homeostat.domain.guard_events import FellBack
+from homeostat.cli.story.story import Story
+from homeostat.cli.story.summary import summary
+from homeostat.domain.events.guard import FellBack
+from homeostat.domain.events.recovery import ReleasedActions
 from homeostat.domain.recovery import Command
-from homeostat.trace import Event
-from homeostat.trace.decisions import ReleasedActions
+from homeostat.evaluate.result import Result, read_result
+from homeostat.evaluate.score.scoring import Exposure
+from homeostat.journal import Event
+from homeostat.plants.plant import load_case
 
 PLANT = load_case("cstr", learned=False).description
 FIRST, LAST = (Command("F1.sp", 0.01, None),), (Command("F1.sp", 0.02, None),)

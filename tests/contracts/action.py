@@ -6,10 +6,10 @@ import asyncio
 from collections.abc import Mapping
 
 from homeostat.agents.checks import command_findings
-from homeostat.agents.crew import Action, Situation
+from homeostat.agents.roles import Action, Situation
 from homeostat.domain.advice import Advice
+from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, RecoveryPath
-from homeostat.domain.tag import Tag
 
 
 class ActionContract:

@@ -18,9 +18,9 @@ from hypothesis import strategies as st
 from pyoxigraph import BlankNode, CanonicalizationAlgorithm, Dataset, Literal, NamedNode, RdfFormat, Triple, parse
 
 from benchmarks.synthetic_plant import node, plant
-from homeostat.knowledge import questions
-from homeostat.knowledge.store import GraphStore, QueryRejected, StoreError
-from homeostat.knowledge.vocabulary import XSD
+from homeostat.knowledge.questions import questions
+from homeostat.knowledge.store.store import GraphStore, QueryRejected, StoreError
+from homeostat.knowledge.vocabulary.vocabulary import XSD
 
 See: TypeAlias = Callable[[tuple[NamedNode, ...]], GraphStore]
 """The store under test, seen with other default graphs."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from homeostat.agents.crew import Monitoring
+from homeostat.agents.roles import Monitoring
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import HandedOver, LeftAlone, Outcome, Released

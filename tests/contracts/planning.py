@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 
-from homeostat.agents.crew import NoAdmissiblePlan, Planning, Situation
+from homeostat.agents.roles import NoAdmissiblePlan, Planning, Situation
 from homeostat.domain.advice import Advice
-from homeostat.domain.behaviour import StateMachine
+from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.recovery import RecoveryPath
 
 

@@ -12,7 +12,7 @@ import pytest
 from homeostat.process.batch import Batch, BatchResult, simulate
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Row, Table
-from homeostat.twin.past import simulate_with_past
+from homeostat.twin.shared_prefix import simulate_with_past
 
 SECONDS = 120
 

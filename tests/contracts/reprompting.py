@@ -7,9 +7,9 @@ import math
 
 import pytest
 
-from homeostat.agents.crew import Reprompting
+from homeostat.agents.roles import Reprompting
 from homeostat.domain.advice import Advice, Attempt
-from homeostat.domain.limits import Owner
+from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.verdict import Finding, Revise
 from tests.agents.stuck_valve import now

@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from homeostat.agents.crew import Simulation
+from homeostat.agents.roles import Simulation
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.limits import Limits
+from homeostat.domain.plant.limits import Limits
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Rollout, RolloutResult

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from homeostat.agents.crew import Validation
-from homeostat.domain.behaviour import State
+from homeostat.agents.roles import Validation
+from homeostat.domain.plant.state_machine import State
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.verdict import Approve, Revise, Rollout, RolloutResult
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
+from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine, Transition
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step, open_setpoints
 from homeostat.stl.formula import parse
 

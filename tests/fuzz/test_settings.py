@@ -8,9 +8,9 @@ from pathlib import Path
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from homeostat.cases.error import CaseError
-from homeostat.cases.folder import CASES, SETTINGS, PlantFiles
-from homeostat.cases.settings_file import read_settings
+from homeostat.plants.error import CaseError
+from homeostat.plants.folder import CASES, SETTINGS, PlantFiles
+from homeostat.plants.settings.file import read_settings
 
 TEXTS = {name: (CASES / name / SETTINGS).read_text(encoding="utf-8") for name in ("cstr", "mixing_module")}
 VALUES = st.one_of(

@@ -13,13 +13,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from homeostat.cases.folder import read_files
-from homeostat.cases.graph import open_graph, read_description
-from homeostat.cases.model import find_model
-from homeostat.cases.settings_file import read_settings
-from homeostat.knowledge.build import build, mapped, refuse_incomplete
-from homeostat.knowledge.graph_error import GraphError
-from homeostat.knowledge.tables.check import SCHEMAS, mistakes
+from homeostat.knowledge.build.build import build, mapped, refuse_incomplete
+from homeostat.knowledge.build.tables.check import SCHEMAS, mistakes
+from homeostat.knowledge.store.error import GraphError
+from homeostat.plants.folder import read_files
+from homeostat.plants.graph import open_graph, read_description
+from homeostat.plants.model import find_model
+from homeostat.plants.settings.file import read_settings
 from homeostat.stl.formula import Expression, Formula
 from tests.knowledge.tables import CASES
 

@@ -13,14 +13,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command
 from homeostat.domain.request import Request, RequestStatus
-from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
-from homeostat.guard.memory import Memory
+from homeostat.guard.restart.memory import Memory
 from homeostat.guard.settings import GuardSettings
 from tests.guard.oracle import KEY, OLDEST_S, Oracle
 from tests.guard.spoils import Maker, forged

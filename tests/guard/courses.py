@@ -20,11 +20,11 @@ from typing import Any
 
 from homeostat.domain.mode import Mode, Role, Side, Verb
 from homeostat.domain.observation import Arm, Correction, FallBack, NoAction, Observation, Settled, Trouble, Withdraw
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy, Step
-from homeostat.domain.rules import GuardRules
-from homeostat.guard.memory import Memory
+from homeostat.guard.restart.memory import Memory
 from homeostat.guard.settings import GuardSettings
-from homeostat.trace.encode import encode_fields
+from homeostat.journal.encode import encode_fields
 from tests.guard.test_lapse import Sheds
 from tests.guard.test_memory import Line
 from tests.guard.vessel import ADJUSTED, BEGIN, CLOSE, DRAIN, MACHINE, POUR, ROUTE, RULES, Journal, World, awaited

@@ -147,7 +147,7 @@ def mutants(path: Path) -> list[Mutant]:
     text = path.read_text(encoding="utf-8")
     lines, original = text.splitlines(), ast.parse(text)
     spans = _spans(original)
-    module = f"homeostat.{path.parent.name}.{path.stem}"
+    module = ".".join(path.relative_to(SOURCES).with_suffix("").parts)
     found = []
     for place, node in enumerate(code_of(original)):
         for change, new in changes(node):

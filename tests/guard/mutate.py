@@ -17,6 +17,7 @@ import random
 import signal
 import sys
 import time
+from pathlib import Path
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -31,6 +32,16 @@ from tests.guard.reach import Reach, reach_of
 
 REPO = SOURCES.parent
 SAFETY_LAYER = SOURCES / "homeostat" / "guard"
+
+
+def name_in(package: Path, file: Path) -> str:
+    """Name of the module in ``file`` below ``package``, with dots."""
+    return ".".join(file.relative_to(package).with_suffix("").parts)
+
+
+def file_of(package: Path, name: str) -> Path:
+    """File of the module ``name`` below ``package``."""
+    return package.joinpath(*name.split(".")).with_suffix(".py")
 
 
 @dataclass(frozen=True)
@@ -50,7 +61,7 @@ SLOW = {"kills", "mutants", "on_links", "random_requests"}
 AREAS = {
     "guard": Area(
         "guard",
-        tuple(sorted(p.stem for p in SAFETY_LAYER.glob("[!_]*.py"))),
+        tuple(sorted(name_in(SAFETY_LAYER, p) for p in SAFETY_LAYER.rglob("[!_]*.py"))),
         tuple(
             f"guard/{p.name}"
             for p in sorted((REPO / "tests" / "guard").glob("test_*.py"))
@@ -92,7 +103,7 @@ Infection = tuple[Callable[[], None], Sequence[pytest.Item]]
 def everywhere() -> frozenset[tuple[str, str]]:
     """(line of source, change) of every mutant of every area."""
     areas = [(SOURCES / "homeostat" / area.package, area.modules) for area in AREAS.values()]
-    return frozenset((m.source, m.change) for at, names in areas for n in names for m in mutants(at / f"{n}.py"))
+    return frozenset((m.source, m.change) for at, names in areas for n in names for m in mutants(file_of(at, n)))
 
 
 def is_equivalent(mutant: Mutant) -> bool:
@@ -224,7 +235,7 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error(f"area {chosen.area!r} has no module {unknown[0]!r}; it has {', '.join(area.modules)}")
     for module in modules:
         importlib.import_module(f"homeostat.{area.package}.{module}")
-    every = [m for name in modules for m in mutants(SOURCES / "homeostat" / area.package / f"{name}.py")]
+    every = [m for name in modules for m in mutants(file_of(SOURCES / "homeostat" / area.package, name))]
     asked = [m for m in every if not is_equivalent(m) and m.line in (chosen.lines or [m.line])]
     if chosen.sample:
         asked = random.Random(chosen.seed).sample(asked, min(chosen.sample, len(asked)))

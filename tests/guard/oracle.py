@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from homeostat.domain.limits import LimitKind
+from homeostat.domain.plant.limits import LimitKind
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import Request, Seal
-from homeostat.domain.rules import GuardRules
 
 KEY = b"a key that proposers do not have"
 OLDEST_S = 30.0

@@ -7,9 +7,9 @@ import random
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.request import Request, Seal
-from homeostat.domain.rules import GuardRules
 from tests.guard.oracle import mac_of, sealed
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.behaviour import SetpointRange
-from homeostat.domain.guard_events import SequenceLoaded, StepTaken
+from homeostat.domain.events.guard import SequenceLoaded, StepTaken
+from homeostat.domain.plant.state_machine import SetpointRange
 from homeostat.domain.recovery import ActionSet, Command
 from tests.guard.test_lapse import MORE, Sheds
 from tests.guard.test_local_control import told

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from homeostat.domain.alarm import Alarm, Priority
-from homeostat.domain.guard_events import AlarmAcknowledged, AlarmRaised, AlarmReturned
-from homeostat.guard.alarms import Alarms
+from homeostat.domain.events.guard import AlarmAcknowledged, AlarmRaised, AlarmReturned
+from homeostat.guard.watch.alarms import Alarms
 
 HIGH, LOW = Priority.HIGH, Priority.LOW
 

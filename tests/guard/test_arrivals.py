@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.behaviour import SetpointRange, State
-from homeostat.domain.guard_events import AlarmRaised, ServiceChanged, StepTaken
+from homeostat.domain.events.guard import AlarmRaised, ServiceChanged, StepTaken
 from homeostat.domain.mode import Mode, Side, Verb
-from homeostat.domain.rules import GuardRules
-from homeostat.guard.memory import Memory
-from homeostat.trace.encode import encode_fields
+from homeostat.domain.plant.rules import GuardRules
+from homeostat.domain.plant.state_machine import SetpointRange, State
+from homeostat.guard.restart.memory import Memory
+from homeostat.journal.encode import encode_fields
 from tests.guard.test_memory import Line
 from tests.guard.vessel import BEGIN, MACHINE, POUR, RULES, Journal, Vessel, World, awaited, state
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import FallbackStands
+from homeostat.domain.events.guard import FallbackStands
+from homeostat.domain.events.writes import Cause, ReadBack, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.recovery import ActionSet, Command
-from homeostat.domain.write_events import Cause, ReadBack, WriteEnded, WriteIntended, WriteResult
 from homeostat.guard.settings import GuardSettings
 from tests.guard.test_hands import falling
 from tests.guard.test_writer import SLOW, guarded

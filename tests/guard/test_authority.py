@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from homeostat.domain.mode import Mode, Role, Verb
-from homeostat.guard.authority import Authority
+from homeostat.guard.requests.authority import Authority
 from homeostat.guard.settings import GuardSettings
 from tests.guard.test_orders import order, reason
 from tests.guard.test_people import tell

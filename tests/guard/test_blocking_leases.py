@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from homeostat.domain.guard_events import FallbackStands
+from homeostat.domain.events.guard import FallbackStands
+from homeostat.domain.events.writes import LeaseLost
 from homeostat.domain.recovery import Command
-from homeostat.domain.write_events import LeaseLost
-from homeostat.guard import bounded
+from homeostat.guard.writing import bounded
 from tests.guard.test_blocking_links import QUICK, Blocked, timed
 from tests.guard.vessel import DRAIN, World, running, statuses
 

@@ -9,14 +9,14 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import FallbackStands, Tripped
+from homeostat.domain.events.guard import FallbackStands, Tripped
+from homeostat.domain.events.writes import WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.recovery import Command
-from homeostat.domain.write_events import WriteEnded, WriteIntended, WriteResult
-from homeostat.guard import bounded
-from homeostat.guard.lane import Lane, NoAnswer
 from homeostat.guard.settings import GuardSettings
-from homeostat.links.misbehaving import Blocking, Misbehaving
+from homeostat.guard.writing import bounded
+from homeostat.guard.writing.lane import Lane, NoAnswer
+from homeostat.links.misbehaving.link import Blocking, Misbehaving
 from homeostat.links.scripted import ScriptedPlant
 from homeostat.links.simulated import SimulatedLink
 from tests.guard.test_on_links import SCRIPT

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from homeostat.domain.recovery import Command
-from homeostat.guard.bounded import MOST, BoundedLease
-from homeostat.guard.lane import NoAnswer
 from homeostat.guard.settings import GuardSettings
+from homeostat.guard.writing.bounded import MOST, BoundedLease
+from homeostat.guard.writing.lane import NoAnswer
 from tests.guard.test_blocking_links import FALLBACK, QUICK, Blocked
 from tests.guard.vessel import Answer, Vessel
 

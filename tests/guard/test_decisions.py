@@ -10,14 +10,14 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import AlarmRaised, Armed, Latched, Stopped, Tripped
+from homeostat.domain.events.guard import AlarmRaised, Armed, Latched, Stopped, Tripped
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, Correction, FallBack, Settled, Trouble
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
-from homeostat.guard.memory import Memory
+from homeostat.guard.restart.memory import Memory
 from tests.guard.vessel import ADJUSTED, RULES, Journal, Vessel, World, running, statuses
 
 

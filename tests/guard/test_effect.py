@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from homeostat.domain.guard_events import FallbackIneffective, FallbackStands, FellBack, LatchReset, Shed
+from homeostat.domain.events.guard import FallbackIneffective, FallbackStands, FellBack, LatchReset, Shed
 from homeostat.domain.mode import Mode, Verb
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy
-from homeostat.domain.rules import GuardRules
-from homeostat.guard.memory import Memory
-from homeostat.trace.encode import encode_fields
+from homeostat.guard.restart.memory import Memory
+from homeostat.journal.encode import encode_fields
 from tests.guard.test_memory import Line
 from tests.guard.vessel import CLOSE, DRAIN, QUALITIES, RULES, Journal, World, running
 

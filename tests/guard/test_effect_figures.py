@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from homeostat.domain.recovery import Effect
-from homeostat.guard.effect import EffectWatch
-from homeostat.guard.trips import Violation
+from homeostat.guard.fallback.effect import EffectWatch
+from homeostat.guard.watch.trips import Violation
 from tests.guard.vessel import DRAIN
 
 NAN = math.nan

@@ -9,7 +9,7 @@ import pytest
 
 from homeostat.domain.recovery import Effect
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.fallback import Chosen, Fallbacks
+from homeostat.guard.fallback.fallback import Chosen, Fallbacks
 from tests.guard.vessel import CLOSE, DRAIN, RULES
 
 ALL = frozenset(RULES.writables)

@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import FallbackStands, FellBack, SequenceLoaded, Shed, StepTaken, Tripped
-from homeostat.domain.limits import LimitKind, Limits
+from homeostat.domain.events.guard import FallbackStands, FellBack, SequenceLoaded, Shed, StepTaken, Tripped
+from homeostat.domain.events.writes import WriteEnded, WriteIntended, WriteResult
+from homeostat.domain.plant.limits import LimitKind, Limits
+from homeostat.domain.plant.rules import TripRule
 from homeostat.domain.recovery import Command, Effect, FallbackStrategy, Step
-from homeostat.domain.rules import TripRule
-from homeostat.domain.write_events import WriteEnded, WriteIntended, WriteResult
 from tests.guard.test_trial import killed
 from tests.guard.vessel import CLOSE, DRAIN, LIMITS, MACHINE, RULES, TRIPS, Vessel, World, awaited, limit, running
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from homeostat.domain.events.writes import Cause
 from homeostat.domain.recovery import Command
-from homeostat.domain.write_events import Cause
-from homeostat.guard.flight import GivenUp, Write, between, same, shown
+from homeostat.guard.writing.flight import GivenUp, Write, between, same, shown
 
 FEED, VALVE, HEAT = Command("F.sp", 0.02, 0.005), Command("V.man", None, None), Command("T.sp", 305.0, 0.5)
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import FallbackIneffective, FallbackStands, Shed
+from homeostat.domain.events.guard import FallbackIneffective, FallbackStands, Shed
+from homeostat.domain.events.writes import WriteEnded, WriteResult
 from homeostat.domain.mode import Verb
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy, Step
-from homeostat.domain.rules import GuardRules
-from homeostat.domain.write_events import WriteEnded, WriteResult
 from tests.guard.test_effect import BOTH, SHUT, TIMES, acted, full, killed, serving
 from tests.guard.test_hands import falling, remembered
 from tests.guard.test_lapse import Sheds, causes

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from homeostat.domain.guard_events import FallbackStands, FellBack, Latched, Tripped
+from homeostat.domain.events.guard import FallbackStands, FellBack, Latched, Tripped
+from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import Command
-from homeostat.domain.write_events import WriteIntended
 from tests.guard.vessel import ADJUSTED, DRAIN, ROUTE, Vessel, World, finding, running, statuses
 
 

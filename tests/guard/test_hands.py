@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import (
+from homeostat.domain.events.guard import (
     AlarmRaised,
     FallbackSkipped,
     FallbackStands,
@@ -16,11 +16,11 @@ from homeostat.domain.guard_events import (
     ServiceChanged,
     StateEntered,
 )
+from homeostat.domain.events.writes import Cause, ReadBack, TargetsHeld
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
-from homeostat.domain.write_events import Cause, ReadBack, TargetsHeld
-from homeostat.guard.memory import Memory
-from homeostat.trace.encode import encode_fields
+from homeostat.guard.restart.memory import Memory
+from homeostat.journal.encode import encode_fields
 from tests.guard.test_memory import Line, intended
 from tests.guard.vessel import CLOSE, DRAIN, RULES, Journal, Vessel, World, running
 

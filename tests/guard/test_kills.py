@@ -11,19 +11,19 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import AlarmRaised, FallbackStands, LatchReset, ServiceChanged
+from homeostat.domain.events.guard import AlarmRaised, FallbackStands, LatchReset, ServiceChanged
+from homeostat.domain.events.writes import Cause, ReadBack, WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import FallBack
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command
-from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.write_events import Cause, ReadBack, WriteIntended
 from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
-from homeostat.guard.memory import Memory
+from homeostat.guard.restart.memory import Memory
 from homeostat.guard.settings import GuardSettings
-from homeostat.trace.encode import encode_fields
+from homeostat.journal.encode import encode_fields
 from tests.guard.vessel import KEY, ROUTE, RULES, Vessel, World
 
 KILLS = 300

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import (
+from homeostat.domain.events.guard import (
     AlarmRaised,
     FallbackStands,
     FellBack,
@@ -16,10 +16,10 @@ from homeostat.domain.guard_events import (
     SequenceLoaded,
     ServiceChanged,
 )
+from homeostat.domain.events.writes import LeaseLost, LeaseTried, WriteIntended
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.write_events import LeaseLost, LeaseTried, WriteIntended
 from tests.guard.test_memory import FALLBACK, remembered
 from tests.guard.vessel import ADJUSTED, BEGIN, DRAIN, POUR, RULES, Vessel, World, finding, running, statuses
 

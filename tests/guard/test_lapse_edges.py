@@ -8,7 +8,7 @@ import pytest
 
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.recovery import Command, Step
-from homeostat.guard.lapse import local
+from homeostat.guard.writing.lapse import local
 from tests.guard.test_lapse import Sheds, lapsing
 from tests.guard.test_local_control import told
 from tests.guard.vessel import BEGIN, POUR, RULES, World

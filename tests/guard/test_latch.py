@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import AlarmRaised, FallbackSkipped, FallbackStands, FellBack, Shed, Tripped
+from homeostat.domain.events.guard import AlarmRaised, FallbackSkipped, FallbackStands, FellBack, Shed, Tripped
+from homeostat.domain.plant.rules import TripRule
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
-from homeostat.domain.rules import TripRule
 from homeostat.guard.settings import GuardSettings
 from tests.guard.vessel import CLOSE, DRAIN, MACHINE, RULES, TRIPS, Vessel, World, awaited, running
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import AlarmRaised, Armed, GuardStarted, Latched, ModeEntered, Stopped
+from homeostat.domain.events.guard import AlarmRaised, Armed, GuardStarted, Latched, ModeEntered, Stopped
+from homeostat.domain.events.writes import WriteEnded, WriteResult
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, FallBack
-from homeostat.domain.write_events import WriteEnded, WriteResult
 from tests.guard.test_lapse import Sheds
 from tests.guard.vessel import DRAIN, RULES, World, running, statuses
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.behaviour import SetpointRange
-from homeostat.domain.guard_events import AlarmRaised, PersonHeard, SequenceLoaded
+from homeostat.domain.events.guard import AlarmRaised, PersonHeard, SequenceLoaded
+from homeostat.domain.events.writes import LeaseLost, LeaseTried, WriteEnded
 from homeostat.domain.mode import Mode, Verb
+from homeostat.domain.plant.state_machine import SetpointRange
 from homeostat.domain.recovery import Command, Step
-from homeostat.domain.write_events import LeaseLost, LeaseTried, WriteEnded
-from homeostat.guard.memory import Memory
 from homeostat.guard.parts import Parts
+from homeostat.guard.restart.memory import Memory
 from homeostat.guard.settings import GuardSettings
 from tests.guard.test_hands import dies
 from tests.guard.test_lapse import MORE, Sheds, causes, lapsing

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import (
+from homeostat.domain.events.guard import (
     AlarmRaised,
     FallbackIneffective,
     FallbackStands,
@@ -22,14 +22,14 @@ from homeostat.domain.guard_events import (
     StateEntered,
     StepTaken,
 )
+from homeostat.domain.events.writes import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode, Role, Verb
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command
-from homeostat.domain.write_events import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
-from homeostat.guard.flight import PUT_RIGHT
-from homeostat.guard.memory import Memory
+from homeostat.guard.restart.memory import Memory
 from homeostat.guard.settings import GuardSettings
-from homeostat.trace.encode import encode_fields
+from homeostat.guard.writing.flight import PUT_RIGHT
+from homeostat.journal.encode import encode_fields
 from tests.guard.vessel import ADJUSTED, DRAIN, ROUTE, Vessel, World
 
 POUR = ("empty", ROUTE.then[0].commands)

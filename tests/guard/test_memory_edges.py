@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from homeostat.domain.guard_events import Armed, Latched, ModeEntered, RequestAnswered, SequenceLoaded, StepTaken
-from homeostat.domain.write_events import Cause, ReadBack
-from homeostat.guard.flight import PUT_RIGHT
+from homeostat.domain.events.guard import Armed, Latched, ModeEntered, RequestAnswered, SequenceLoaded, StepTaken
+from homeostat.domain.events.writes import Cause, ReadBack
+from homeostat.guard.writing.flight import PUT_RIGHT
 from tests.guard.test_memory import GIVEN_UP, REQUEST, STEPS, TAGS, intended, remembered, step
 
 ARMED = Armed(("drain",), 60.0)

@@ -23,33 +23,33 @@ def mutate(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 def test_mutants_of_the_trips_are_noticed_by_the_tests_of_the_trips() -> None:
     tests = [f"guard/test_{name}.py" for name in ("trips", "trip_edges", "trial")]
-    done = mutate("--modules", "trips", "--sample", "100", "--seed", "1", "--tests", *tests)
+    done = mutate("--modules", "watch.trips", "--sample", "100", "--seed", "1", "--tests", *tests)
     noticed, asked = (int(word) for word in done.stdout.splitlines()[-1].split()[:3:2])
     assert asked == 100 and noticed >= 95, done.stdout + done.stderr
 
 
 def test_mutants_survive_tests_that_test_something_else() -> None:
-    done = mutate("--modules", "authority", "--tests", "guard/test_quality.py", "--sample", "3")
+    done = mutate("--modules", "requests.authority", "--tests", "guard/test_quality.py", "--sample", "3")
     assert done.returncode == 1
-    assert "survived: homeostat.guard.authority:" in done.stdout and "\n0 of 3 " in done.stdout
+    assert "survived: homeostat.guard.requests.authority:" in done.stdout and "\n0 of 3 " in done.stdout
     ((module, dead, asked, _),) = LINE.findall(done.stdout)
-    assert (module, dead, asked) == ("homeostat.guard.authority", "0", "3"), "the page of results reads this"
+    assert (module, dead, asked) == ("homeostat.guard.requests.authority", "0", "3"), "the page of results reads this"
 
 
 def test_nothing_is_said_where_no_test_runs() -> None:
-    done = mutate("--modules", "fallback", "--tests", "guard/vessel.py")
+    done = mutate("--modules", "fallback.fallback", "--tests", "guard/vessel.py")
     assert done.returncode == 1 and "nothing can be said" in done.stdout
 
 
 def test_a_module_that_there_is_not_is_named() -> None:
-    done = mutate("--modules", "trips", "tripps")
+    done = mutate("--modules", "watch.trips", "watch.tripps")
     assert done.returncode == 2 and done.stderr.splitlines()[-1].partition("error: ")[2].startswith(
-        "area 'guard' has no module 'tripps'; it has alarms, "
+        "area 'guard' has no module 'watch.tripps'; it has attachment, "
     )
 
 
 def test_every_module_that_decides_has_mutants() -> None:
-    found = {path.stem: len(mutants(path)) for path in SAFETY_LAYER.glob("[!_]*.py")}
+    found = {path.stem: len(mutants(path)) for path in SAFETY_LAYER.rglob("[!_]*.py")}
     assert {"trips", "writer", "latch", "verification", "memory"} <= set(found) and sum(found.values()) > 1000
 
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import pytest
 
-from homeostat.domain.guard_events import FallbackStands, Tripped
+from homeostat.domain.events.guard import FallbackStands, Tripped
+from homeostat.domain.events.writes import LeaseLost, LeaseTried, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.write_events import LeaseLost, LeaseTried, WriteEnded, WriteIntended, WriteResult
 from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
-from homeostat.guard.memory import Memory
-from homeostat.links.bad_readings import (
+from homeostat.guard.restart.memory import Memory
+from homeostat.journal.encode import encode_fields
+from homeostat.links.errors import LinkError
+from homeostat.links.misbehaving.link import ByHand, LostHeartbeat, Misbehaving, Misbehaviour, NoLease
+from homeostat.links.misbehaving.readings import (
     ALL,
     BrokenReading,
     Freeze,
@@ -26,13 +29,18 @@ from homeostat.links.bad_readings import (
     StuckClock,
     WrongClock,
 )
-from homeostat.links.bad_writes import Clamped, Disobedient, FailingWrite, HalfWrite, HangingWrite, Late, LateAnswer
-from homeostat.links.errors import LinkError
-from homeostat.links.misbehaving import ByHand, LostHeartbeat, Misbehaving, Misbehaviour, NoLease
+from homeostat.links.misbehaving.writes import (
+    Clamped,
+    Disobedient,
+    FailingWrite,
+    HalfWrite,
+    HangingWrite,
+    Late,
+    LateAnswer,
+)
 from homeostat.links.scripted import PlantScript, Push, ScriptedPlant, ScriptedTag
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.virtual import Link
-from homeostat.trace.encode import encode_fields
 from tests.guard.test_memory import Line
 from tests.guard.vessel import DRAIN, PATIENT, RULES, Journal
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import (
+from homeostat.domain.events.guard import (
     AlarmRaised,
     FallbackStands,
     Latched,
@@ -18,12 +18,12 @@ from homeostat.domain.guard_events import (
     StateEntered,
     StepTaken,
 )
+from homeostat.domain.events.writes import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import Command
-from homeostat.domain.write_events import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
-from homeostat.guard.flight import PUT_RIGHT
-from homeostat.guard.memory import Memory, OpenWrite
+from homeostat.guard.restart.memory import Memory, OpenWrite
 from homeostat.guard.settings import GuardSettings
+from homeostat.guard.writing.flight import PUT_RIGHT
 from tests.guard.test_memory import FALLBACK, GIVEN_UP, REQUEST, STEPS, intended, remembered
 from tests.guard.vessel import ADJUSTED, DRAIN, POUR, RULES, Vessel, World
 

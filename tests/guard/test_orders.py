@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.behaviour import SetpointRange
-from homeostat.domain.guard_events import (
+from homeostat.domain.events.guard import (
     FallbackStands,
     LatchReset,
     ModeEntered,
@@ -17,11 +16,12 @@ from homeostat.domain.guard_events import (
     SequenceLoaded,
     ServiceChanged,
 )
+from homeostat.domain.events.writes import StepLoaded, WriteEnded, WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
+from homeostat.domain.plant.rules import GuardRules
+from homeostat.domain.plant.state_machine import SetpointRange
 from homeostat.domain.recovery import Command
-from homeostat.domain.rules import GuardRules
-from homeostat.domain.write_events import StepLoaded, WriteEnded, WriteIntended
-from homeostat.guard.memory import Memory
+from homeostat.guard.restart.memory import Memory
 from homeostat.guard.settings import GuardSettings
 from tests.guard.test_people import latched, tell
 from tests.guard.vessel import MACHINE, RULES, Vessel, World, running, state, statuses

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.guard_events import (
+from homeostat.domain.events.guard import (
     AlarmAcknowledged,
     AlarmRaised,
     FallbackStands,
@@ -18,12 +18,12 @@ from homeostat.domain.guard_events import (
     PersonHeard,
     SequenceLoaded,
 )
+from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.domain.observation import Arm, Correction, FallBack, Withdraw
 from homeostat.domain.recovery import Command
-from homeostat.domain.write_events import WriteIntended
-from homeostat.guard.alarms import Alarms
 from homeostat.guard.settings import GuardSettings
+from homeostat.guard.watch.alarms import Alarms
 from tests.guard.vessel import ADJUSTED, CLOSE, DRAIN, RULES, Vessel, World, finding, running, statuses
 
 NUMBER = itertools.count()

@@ -6,11 +6,11 @@ import math
 
 import pytest
 
-from homeostat.domain.limits import Criterion, LimitKind, Limits, Owner
+from homeostat.domain.plant.limits import Criterion, LimitKind, Limits, Owner
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding
-from homeostat.guard.permissives import finding, permissive_findings, refusal, unjudged, usable
+from homeostat.guard.requests.permissives import finding, permissive_findings, refusal, unjudged, usable
 from tests.guard.vessel import HOT, LIMITS, limit
 
 READ = {"T": 305.0, "Tx": 305.0, "L": 11.5, "F.sp": 0.0, "X.cmd": 1.0, "V.man": 0.5}

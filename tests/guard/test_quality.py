@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from homeostat.domain.rules import QualityRule
+from homeostat.domain.plant.rules import QualityRule
+from homeostat.domain.plant.tag import Range, Role, Tag
 from homeostat.domain.snapshot import Quality, Snapshot
-from homeostat.domain.tag import Range, Role, Tag
-from homeostat.guard.quality import SIGMAS, QualityWatch
+from homeostat.guard.watch.quality import SIGMAS, QualityWatch
 from tests.guard.vessel import TAGS
 
 RULE = QualityRule("T", 5.0, noise=0.5, frozen_s=10.0, fastest=0.5, grace_s=5.0)

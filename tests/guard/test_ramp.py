@@ -9,9 +9,9 @@ from weakref import WeakKeyDictionary
 import pytest
 
 from homeostat.domain.mode import Side
+from homeostat.domain.plant.rules import WriteRule
 from homeostat.domain.recovery import Command
-from homeostat.domain.rules import WriteRule
-from homeostat.guard.ramp import Ramps
+from homeostat.guard.writing.ramp import Ramps
 
 RULES = {
     "T.sp": WriteRule("T.sp", 0.05, 2.0, ramped_by=Side.GUARD),

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.guard_events import FallbackSkipped, FallbackStands, FellBack, Tripped
+from homeostat.domain.events.guard import FallbackSkipped, FallbackStands, FellBack, Tripped
 from homeostat.domain.mode import Side
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot

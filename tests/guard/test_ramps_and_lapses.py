@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import AlarmRaised, FallbackStands, FellBack
+from homeostat.domain.events.guard import AlarmRaised, FallbackStands, FellBack
+from homeostat.domain.events.writes import Cause, LeaseLost, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.observation import FallBack
 from homeostat.domain.recovery import ActionSet, Command
-from homeostat.domain.write_events import Cause, LeaseLost, WriteEnded, WriteIntended, WriteResult
 from tests.guard.test_lapse import Sheds
 from tests.guard.test_ramps import GUARDED, SLOW, values
 from tests.guard.vessel import CLOSE, DRAIN, World, finding, running, statuses

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.guard_events import SequenceLoaded, ServiceChanged, StepTaken
+from homeostat.domain.events.guard import SequenceLoaded, ServiceChanged, StepTaken
+from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import Command, Step
-from homeostat.domain.write_events import WriteIntended
-from homeostat.guard.memory import Memory
-from homeostat.trace.encode import encode_fields
+from homeostat.guard.restart.memory import Memory
+from homeostat.journal.encode import encode_fields
 from tests.guard.test_memory import Line
 from tests.guard.vessel import BEGIN, MACHINE, POUR, ROUTE, RULES, Journal, World, awaited, statuses
 

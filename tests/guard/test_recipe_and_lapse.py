@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.behaviour import SetpointRange
-from homeostat.domain.guard_events import SequenceLoaded, ServiceChanged, StartUpBegan
+from homeostat.domain.events.guard import SequenceLoaded, ServiceChanged, StartUpBegan
+from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode, Side, Verb
-from homeostat.domain.write_events import WriteIntended
-from homeostat.guard.memory import Memory
-from homeostat.trace.encode import encode_fields
+from homeostat.domain.plant.state_machine import SetpointRange
+from homeostat.guard.restart.memory import Memory
+from homeostat.journal.encode import encode_fields
 from tests.guard.test_lapse import MORE, Sheds, causes
 from tests.guard.test_memory import Line
 from tests.guard.test_recipe import begun, pours

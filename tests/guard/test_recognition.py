@@ -7,10 +7,18 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.behaviour import SetpointRange, StateMachine, Transition
-from homeostat.domain.rules import WriteRule
+from homeostat.domain.plant.rules import WriteRule
+from homeostat.domain.plant.state_machine import SetpointRange, StateMachine, Transition
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.recognition import Evidence, Found, admits_all, followed, holds_targets, recognise, step_made
+from homeostat.guard.sequence.recognition import (
+    Evidence,
+    Found,
+    admits_all,
+    followed,
+    holds_targets,
+    recognise,
+    step_made,
+)
 from tests.guard.vessel import awaited, decided, state
 
 RULES = {tag: WriteRule(tag, 0.25, 2.0) for tag in ("T.sp", "V.man")}

@@ -7,11 +7,11 @@ import time
 
 import pytest
 
-from homeostat.domain.guard_events import AlarmReturned, FallbackStands, Stopped
+from homeostat.domain.events.guard import AlarmReturned, FallbackStands, Stopped
+from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.ports import GuardEvent, Kept
-from homeostat.domain.write_events import WriteIntended
-from homeostat.guard import recorder as module
-from homeostat.guard.recorder import Recorder
+from homeostat.guard.restart import recorder as module
+from homeostat.guard.restart.recorder import Recorder
 from homeostat.guard.settings import GuardSettings
 from tests.guard.vessel import ADJUSTED, DRAIN, Journal, World, finding, running, statuses
 

@@ -8,17 +8,25 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.behaviour import SetpointRange
-from homeostat.domain.limits import Owner
+from homeostat.domain.plant.limits import Owner
+from homeostat.domain.plant.rules import GuardRules, WriteRule
+from homeostat.domain.plant.state_machine import SetpointRange
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
 from homeostat.domain.request import Request, RequestStatus
-from homeostat.domain.rules import GuardRules, WriteRule
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding
-from homeostat.guard.permissives import refusal
-from homeostat.guard.seal import Sealer, genuine
-from homeostat.guard.trips import Violation
-from homeostat.guard.verification import Present, Unfit, authorise, command_finding, mapped, verify, verify_start
+from homeostat.guard.requests.permissives import refusal
+from homeostat.guard.requests.seal import Sealer, genuine
+from homeostat.guard.requests.verification import (
+    Present,
+    Unfit,
+    authorise,
+    command_finding,
+    mapped,
+    verify,
+    verify_start,
+)
+from homeostat.guard.watch.trips import Violation
 from tests.guard.oracle import KEY as KEY_OF_ADVERSARY
 from tests.guard.oracle import sealed
 from tests.guard.spoils import forged

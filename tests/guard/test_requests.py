@@ -7,15 +7,15 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import RequestAnswered, SequenceLoaded, StepTaken
+from homeostat.domain.events.guard import RequestAnswered, SequenceLoaded, StepTaken
+from homeostat.domain.events.writes import StepLoaded, WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.domain.observation import Arm, FallBack, Trouble, Withdraw
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import Answer
-from homeostat.domain.write_events import StepLoaded, WriteIntended
-from homeostat.guard import requests as asked
-from homeostat.guard.memory import Memory
-from homeostat.guard.permissives import refusal
+from homeostat.guard.requests import requests as asked
+from homeostat.guard.requests.permissives import refusal
+from homeostat.guard.restart.memory import Memory
 from tests.guard.test_people import latched, tell
 from tests.guard.vessel import ADJUSTED, POUR, ROUTE, RULES, Journal, World, finding, running, statuses
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import AlarmRaised, PersonHeard, RequestAnswered, StepTaken
+from homeostat.domain.events.guard import AlarmRaised, PersonHeard, RequestAnswered, StepTaken
+from homeostat.domain.events.writes import Cause, ReadBack, WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import FallBack
 from homeostat.domain.recovery import Command
-from homeostat.domain.write_events import Cause, ReadBack, WriteIntended
-from homeostat.guard.memory import Memory, OpenWrite
+from homeostat.guard.restart.memory import Memory, OpenWrite
 from tests.guard.test_hands import dies, remembered
 from tests.guard.test_lapse import Sheds
 from tests.guard.test_memory import remembered as told

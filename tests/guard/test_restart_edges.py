@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.guard_events import AlarmRaised, FallbackStands, Latched, SequenceLoaded, StepTaken
+from homeostat.domain.events.guard import AlarmRaised, FallbackStands, Latched, SequenceLoaded, StepTaken
+from homeostat.domain.events.writes import Cause, ReadBack, StepLoaded, WriteIntended
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import Command
-from homeostat.domain.write_events import Cause, ReadBack, StepLoaded, WriteIntended
-from homeostat.guard.memory import Memory, OpenWrite
+from homeostat.guard.restart.memory import Memory, OpenWrite
 from tests.guard.test_memory import FALLBACK, POUR, STEPS, intended, remembered, restarted
 from tests.guard.vessel import ADJUSTED, Vessel, World
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.behaviour import StateMachine
+from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.sequencer import Sequencer, nominal_route, under_way, what_follows
+from homeostat.guard.sequence.sequencer import Sequencer, nominal_route, under_way, what_follows
 from tests.guard.vessel import BEGIN, LIMITS, MACHINE, POUR, STATES, awaited, decided, state
 
 

@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import ServiceChanged
+from homeostat.domain.events.guard import ServiceChanged
+from homeostat.domain.events.writes import TargetsHeld
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.write_events import TargetsHeld
-from homeostat.guard.service import Moved, Service
+from homeostat.guard.sequence.service import Moved, Service
 from tests.guard.test_hands import dies
 from tests.guard.vessel import WRITABLES, Vessel, World, finding, running, statuses
 

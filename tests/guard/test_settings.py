@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import LatchReset
+from homeostat.domain.events.guard import LatchReset
+from homeostat.domain.events.writes import WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode, Verb
-from homeostat.domain.write_events import WriteEnded, WriteIntended, WriteResult
-from homeostat.guard.seal import Sealer
+from homeostat.guard.requests.seal import Sealer
 from homeostat.guard.settings import GuardSettings
 from tests.guard.test_recorder import Hanging
 from tests.guard.vessel import KEY, World, finding, running, statuses

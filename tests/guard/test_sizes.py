@@ -11,16 +11,16 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import AlarmRaised, PersonHeard, RequestAnswered
+from homeostat.domain.events.guard import AlarmRaised, PersonHeard, RequestAnswered
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import Withdraw
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.request import Request
 from homeostat.guard import mailbox as boxes
-from homeostat.guard import requests as asked
-from homeostat.guard import verification
 from homeostat.guard.mailbox import Mailbox
-from homeostat.guard.verification import Unfit, mapped
+from homeostat.guard.requests import requests as asked
+from homeostat.guard.requests import verification
+from homeostat.guard.requests.verification import Unfit, mapped
 from tests.guard.spoils import forged
 from tests.guard.vessel import ADJUSTED, MACHINE, RULES, World, finding, running, statuses
 

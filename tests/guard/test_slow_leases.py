@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import FallbackStands, ModeEntered
+from homeostat.domain.events.guard import FallbackStands, ModeEntered
+from homeostat.domain.events.writes import LeaseTried
 from homeostat.domain.mode import Mode, Verb
-from homeostat.domain.write_events import LeaseTried
-from homeostat.guard import bounded
-from homeostat.guard.lane import NoAnswer
 from homeostat.guard.settings import GuardSettings
+from homeostat.guard.writing import bounded
+from homeostat.guard.writing.lane import NoAnswer
 from tests.guard.test_blocking_links import Blocked, timed
 from tests.guard.test_memory import FALLBACK, remembered
 from tests.guard.test_people import tell

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import FellBack, PersonHeard, StartUpBegan, StartUpEnded, Tripped
+from homeostat.domain.events.guard import FellBack, PersonHeard, StartUpBegan, StartUpEnded, Tripped
+from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.domain.mode import Mode, Verb
-from homeostat.domain.write_events import Cause, WriteIntended
-from homeostat.guard.memory import Memory
-from homeostat.trace.encode import encode_fields
+from homeostat.guard.restart.memory import Memory
+from homeostat.journal.encode import encode_fields
 from tests.guard.test_memory import Line
 from tests.guard.vessel import RULES, Journal, World
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import StartUpBegan, StartUpEnded
-from homeostat.domain.rules import StartUp
+from homeostat.domain.events.guard import StartUpBegan, StartUpEnded
+from homeostat.domain.plant.rules import StartUp
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.start_up import StartUpPhase
+from homeostat.guard.watch.start_up import StartUpPhase
 from tests.guard.vessel import MACHINE
 
 LOW, READY = Snapshot(1.0, {"L": 4.0}), Snapshot(1.0, {"L": 5.0})

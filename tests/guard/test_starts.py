@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.guard_events import AlarmRaised, SequenceLoaded
+from homeostat.domain.events.guard import AlarmRaised, SequenceLoaded
+from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Verb
 from homeostat.domain.recovery import Command, Step
-from homeostat.domain.write_events import WriteIntended
-from homeostat.guard.memory import Memory
-from homeostat.trace.encode import encode_fields
+from homeostat.guard.restart.memory import Memory
+from homeostat.journal.encode import encode_fields
 from tests.guard.test_memory import Line
 from tests.guard.test_orders import START, reset, shut
 from tests.guard.test_people import tell

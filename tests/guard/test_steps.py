@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.guard_events import StateEntered, StepTaken
+from homeostat.domain.events.guard import StateEntered, StepTaken
+from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
-from homeostat.domain.write_events import WriteIntended
 from tests.guard.vessel import (
     ADJUSTED,
     BEGIN,

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import pytest
 
-from homeostat.domain.guard_events import AlarmRaised, Armed, FellBack, Latched
+from homeostat.domain.events.guard import AlarmRaised, Armed, FellBack, Latched
+from homeostat.domain.events.writes import Cause, ReadBack
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, FallBack, NoAction
-from homeostat.domain.write_events import Cause, ReadBack
 from homeostat.guard.settings import GuardSettings
 from tests.guard.test_hands import dies
 from tests.guard.test_memory import intended, remembered

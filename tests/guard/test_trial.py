@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import (
+from homeostat.domain.events.guard import (
     AlarmReturned,
     Armed,
     EffectFollowed,
@@ -22,14 +22,14 @@ from homeostat.domain.guard_events import (
     TripLiftEnded,
     Tripped,
 )
+from homeostat.domain.events.writes import Cause, LeaseLost
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, Correction, FallBack
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import Command, Effect
-from homeostat.domain.rules import GuardRules
-from homeostat.domain.write_events import Cause, LeaseLost
-from homeostat.guard.flight import PUT_RIGHT
-from homeostat.guard.memory import Memory
-from homeostat.guard.trial import Passed, Trial
+from homeostat.guard.fallback.trial import Passed, Trial
+from homeostat.guard.restart.memory import Memory
+from homeostat.guard.writing.flight import PUT_RIGHT
 from tests.guard.test_effect import BOTH, TIMES, full, serving
 from tests.guard.test_memory import Line, intended, remembered
 from tests.guard.vessel import CLOSE, DRAIN, RULES, Journal, World, running

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from homeostat.domain.limits import Limit, LimitKind, Limits
-from homeostat.domain.rules import StartUp, TripRule
+from homeostat.domain.plant.limits import Limit, LimitKind, Limits
+from homeostat.domain.plant.rules import StartUp, TripRule
 from homeostat.domain.snapshot import Snapshot
 from homeostat.stl.formula import parse
 from tests.guard.test_trips import LIMIT, RULE, Watch, filling, hot

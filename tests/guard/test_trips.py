@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from homeostat.domain.guard_events import TripLifted
-from homeostat.domain.limits import Limit, LimitKind, Limits
-from homeostat.domain.rules import GuardRules, QualityRule, StartUp, TripRule
+from homeostat.domain.events.guard import TripLifted
+from homeostat.domain.plant.limits import Limit, LimitKind, Limits
+from homeostat.domain.plant.rules import GuardRules, QualityRule, StartUp, TripRule
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.quality import QualityWatch
-from homeostat.guard.trips import TripWatch
+from homeostat.guard.watch.quality import QualityWatch
+from homeostat.guard.watch.trips import TripWatch
 from homeostat.stl.formula import parse
 from tests.guard.vessel import HOT, RULES, TAGS, limit, running
 

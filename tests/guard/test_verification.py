@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.domain.mode import Mode
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.request import Request
-from homeostat.domain.rules import GuardRules
-from homeostat.guard import requests as asked
 from homeostat.guard.mailbox import Mailbox
-from homeostat.guard.seal import Sealer, genuine, new_key
-from homeostat.guard.verification import Unfit, authorise, command_finding, mapped
+from homeostat.guard.requests import requests as asked
+from homeostat.guard.requests.seal import Sealer, genuine, new_key
+from homeostat.guard.requests.verification import Unfit, authorise, command_finding, mapped
 from tests.guard.spoils import forged
 from tests.guard.vessel import ADJUSTED, KEY, MACHINE, POUR, ROUTE, RULES, finding, running, statuses
 

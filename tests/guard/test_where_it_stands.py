@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.behaviour import SetpointRange, StateMachine
-from homeostat.domain.guard_events import AlarmRaised, LatchReset, SequenceLoaded, StartUpBegan
+from homeostat.domain.events.guard import AlarmRaised, LatchReset, SequenceLoaded, StartUpBegan
 from homeostat.domain.mode import Mode, Side, Verb
+from homeostat.domain.plant.rules import GuardRules
+from homeostat.domain.plant.state_machine import SetpointRange, StateMachine
 from homeostat.domain.recovery import Command, Step
-from homeostat.domain.rules import GuardRules
 from tests.guard.test_lapse import Sheds, causes
 from tests.guard.vessel import BEGIN, MACHINE, POUR, RULES, World, decided, state
 

@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.guard_events import AlarmRaised, ModeEntered, SequenceLoaded
-from homeostat.domain.limits import LimitKind
+from homeostat.domain.events.guard import AlarmRaised, ModeEntered, SequenceLoaded
+from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.domain.mode import Mode, Side, Verb
+from homeostat.domain.plant.limits import LimitKind
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import ActionSet, Command, Step
-from homeostat.domain.rules import GuardRules
-from homeostat.domain.write_events import Cause, WriteIntended
-from homeostat.guard.memory import Memory
-from homeostat.trace.encode import encode_fields
+from homeostat.guard.restart.memory import Memory
+from homeostat.journal.encode import encode_fields
 from tests.guard.test_memory import Line
 from tests.guard.test_ramps import GUARDED, values
 from tests.guard.vessel import ADJUSTED, BEGIN, LIMITS, MACHINE, POUR, RULES, Journal, World, limit, running, statuses

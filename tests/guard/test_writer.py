@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.guard_events import FellBack, StepTaken
+from homeostat.domain.events.guard import FellBack, StepTaken
+from homeostat.domain.events.writes import Cause, ReadBack, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command
-from homeostat.domain.write_events import Cause, ReadBack, WriteEnded, WriteIntended, WriteResult
-from homeostat.guard.flight import same
+from homeostat.guard.writing.flight import same
 from tests.guard.vessel import ADJUSTED, DRAIN, ROUTE, RULES, World, finding, running, statuses
 
 

@@ -8,16 +8,16 @@ from dataclasses import replace
 
 import pytest
 
+from homeostat.domain.events.writes import Cause, ReadBack, WriteEnded, WriteResult
 from homeostat.domain.mode import Side
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.write_events import Cause, ReadBack, WriteEnded, WriteResult
-from homeostat.guard.bounded import BoundedLease
-from homeostat.guard.flight import Progress, Write
-from homeostat.guard.recorder import URGENT_S, Recorder
+from homeostat.guard.restart.recorder import URGENT_S, Recorder
 from homeostat.guard.settings import GuardSettings
-from homeostat.guard.writer import Writer
+from homeostat.guard.writing.bounded import BoundedLease
+from homeostat.guard.writing.flight import Progress, Write
+from homeostat.guard.writing.writer import Writer
 from tests.guard.vessel import WRITABLES, Journal, Vessel
 
 WARM = (Command("T.sp", 305.0, 0.5),)

@@ -7,20 +7,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
-from homeostat.domain.limits import Limit, LimitKind, Limits
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import Observation
+from homeostat.domain.plant.limits import Limit, LimitKind, Limits
+from homeostat.domain.plant.rules import GuardRules, QualityRule, StartUp, TripRule, WriteRule
+from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine, Transition
+from homeostat.domain.plant.tag import Range, Tag
+from homeostat.domain.plant.tag import Role as TagRole
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
 from homeostat.domain.request import Request, Seal
-from homeostat.domain.rules import GuardRules, QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.tag import Range, Tag
-from homeostat.domain.tag import Role as TagRole
 from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
-from homeostat.guard.seal import Sealer
+from homeostat.guard.requests.seal import Sealer
 from homeostat.guard.settings import GuardSettings
 from homeostat.stl.formula import parse
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from homeostat.knowledge.graph_error import Code
+from homeostat.knowledge.store.error import Code
 from tests.knowledge.mistakes import Change, cell, where
 
 TRIP, BACK = "trip of limit 'LIM-T-HIGH'", "fallback 'drain', limit 'LIM-T-HIGH'"

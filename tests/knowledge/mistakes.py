@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from homeostat.knowledge.graph_error import Code
+from homeostat.knowledge.store.error import Code
 from tests.knowledge.tables import Rows
 
 Change = Callable[[Rows], Rows]

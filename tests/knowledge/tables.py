@@ -11,12 +11,12 @@ from pathlib import Path
 
 from pyoxigraph import NamedNode, RdfFormat
 
-from homeostat.knowledge.build import build, mapped
-from homeostat.knowledge.embedded import EmbeddedStore
+from homeostat.knowledge.build.build import build, mapped
+from homeostat.knowledge.store.embedded import EmbeddedStore
 
 Rows = list[dict[str, str]]
 
-CASES = Path(__file__).resolve().parents[2] / "src" / "homeostat" / "cases"
+CASES = Path(__file__).resolve().parents[2] / "src" / "homeostat" / "plants"
 CSTR = CASES / "cstr"
 SYSTEM = NamedNode("urn:homeostat:cstr#system")
 TABLES = tuple(sorted(path.stem for path in (CSTR / "engineering").glob("*.csv")))

@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 from pyoxigraph import NamedNode, RdfFormat
 
-from homeostat.cases.folder import case_folder
-from homeostat.cases.graph import open_graph
-from homeostat.knowledge.blemishes import Blemish, blemishes
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.graph_error import Code
-from homeostat.knowledge.statements import SHOWN
-from homeostat.knowledge.vocabulary import PREFIXES
+from homeostat.knowledge.checks.lint import Blemish, blemishes
+from homeostat.knowledge.checks.statements import SHOWN
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.store.error import Code
+from homeostat.knowledge.vocabulary.vocabulary import PREFIXES
+from homeostat.plants.folder import case_folder
+from homeostat.plants.graph import open_graph
 
 HEAD = "".join(f"@prefix {name}: <{iri}> .\n" for name, iri in PREFIXES) + (
     "@prefix owl: <http://www.w3.org/2002/07/owl#> .\n@prefix : <urn:plant#> .\n"

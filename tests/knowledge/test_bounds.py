@@ -6,18 +6,18 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.cases.case import load_case
-from homeostat.domain.tag import Range, Role, Tag
-from homeostat.knowledge.consistency import inconsistencies
+from homeostat.domain.plant.tag import Range, Role, Tag
+from homeostat.knowledge.checks.consistency import inconsistencies
+from homeostat.knowledge.checks.reach import deepest
 from homeostat.knowledge.description.plant import read_plant
-from homeostat.knowledge.graph_error import Code, GraphError
-from homeostat.knowledge.reach import deepest
+from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.plants.plant import load_case
 from homeostat.stl.formula import parse
-from tests.cases.copies import Copy
 from tests.knowledge.absurd import ABSURD
 from tests.knowledge.mistakes import Change, cell, where
 from tests.knowledge.tables import SYSTEM, Workbench, store_of
 from tests.knowledge.test_consistency import MODEL
+from tests.plants.copies import Copy
 
 RANGES = {"x": (-2.0, 3.0), "y": (0.0, 5.0), "z": (1.0, 1.5)}
 MANY = {f"t{k}": (0.0, 10.0) for k in range(30)}

@@ -13,19 +13,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyoxigraph import BlankNode, Literal, NamedNode, RdfFormat, Triple, parse
 
-from homeostat.knowledge import build as module
-from homeostat.knowledge.build import build, main, refuse_incomplete
-from homeostat.knowledge.derive import SCRATCH
+from homeostat.knowledge.build import build as module
+from homeostat.knowledge.build.build import build, main, refuse_incomplete
+from homeostat.knowledge.build.derive import SCRATCH
+from homeostat.knowledge.build.provenance import stale_tables
+from homeostat.knowledge.build.rml import materialise
+from homeostat.knowledge.build.rml_mapping import read_mapping
+from homeostat.knowledge.build.seal import is_sealed
+from homeostat.knowledge.build.turtle import write_turtle
 from homeostat.knowledge.description.plant import read_plant
-from homeostat.knowledge.graph_error import Code, GraphError
-from homeostat.knowledge.openmath import equation
-from homeostat.knowledge.provenance import stale_tables
-from homeostat.knowledge.rml import materialise
-from homeostat.knowledge.rml_mapping import read_mapping
-from homeostat.knowledge.seal import is_sealed
-from homeostat.knowledge.tbox import ontologies
-from homeostat.knowledge.turtle import write_turtle
-from homeostat.knowledge.vocabulary import HS, PREFIXES, RDF, CPSMod, M
+from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.knowledge.vocabulary.openmath import equation
+from homeostat.knowledge.vocabulary.tbox import ontologies
+from homeostat.knowledge.vocabulary.vocabulary import HS, PREFIXES, RDF, CPSMod, M
 from homeostat.stl.formula import parse_expression
 from tests.knowledge.tables import CASES, SYSTEM, TABLES, Rows, Workbench, reactor, store_of
 
@@ -215,7 +215,7 @@ def test_a_difference_between_processors_is_refused(bench: Workbench) -> None:
     assert build(bench.folder, own) == bench.graph()
     with pytest.raises(GraphError, match="1 triples differ; only the other processor makes"):
         build(bench.folder, own | {Triple(HS.Tag, HS.name, Literal("x"))})
-    with pytest.raises(GraphError, match=r"1 triples differ; only homeostat\.knowledge\.rml makes"):
+    with pytest.raises(GraphError, match=r"1 triples differ; only homeostat\.knowledge\.build\.rml makes"):
         build(bench.folder, own - {min(own, key=str)})
 
 

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from homeostat.cases.cstr.process import CstrModel
-from homeostat.domain.limits import Limits
-from homeostat.domain.plant_description import PlantDescription
-from homeostat.knowledge.conformance import check_shapes
-from homeostat.knowledge.consistency import ModelInterface, inconsistencies, refuse_inconsistent
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.limits import Limits
+from homeostat.knowledge.checks.conformance import check_shapes
+from homeostat.knowledge.checks.consistency import ModelInterface, inconsistencies, refuse_inconsistent
 from homeostat.knowledge.description.plant import read_plant
-from homeostat.knowledge.graph_error import Code, GraphError
+from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.plants.cstr.process import CstrModel
 from homeostat.stl.formula import parse
 from tests.knowledge.mistakes import BROKEN, Change, nothing
 from tests.knowledge.tables import SYSTEM, TABLES, Workbench, reactor, store_of

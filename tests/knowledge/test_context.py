@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from pyoxigraph import Literal, NamedNode, Triple
 
 from homeostat.domain.quotation import quoted
-from homeostat.knowledge.context import TEXT_LIMIT, Excerpt, excerpt
-from homeostat.knowledge.vocabulary import HS, RDF, RDFS, UML, XSD
+from homeostat.knowledge.context.context import TEXT_LIMIT, Excerpt, excerpt
+from homeostat.knowledge.vocabulary.vocabulary import HS, RDF, RDFS, UML, XSD
 from homeostat.llm.tokens import estimate
 
 NS = "urn:homeostat:test#"

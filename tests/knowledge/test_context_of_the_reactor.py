@@ -9,14 +9,14 @@ from collections.abc import Iterable
 import pytest
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse, serialize
 
-from homeostat.agents.grounding import Grounding
-from homeostat.agents.planning import EVENT
-from homeostat.domain.limits import Criterion, Limit
-from homeostat.knowledge.context import Excerpt
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.parameter import Argument
-from homeostat.knowledge.query import template
-from homeostat.knowledge.vocabulary import RDF, RDFS, UML, XSD
+from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.search.planning import EVENT
+from homeostat.domain.plant.limits import Criterion, Limit
+from homeostat.knowledge.context.context import Excerpt
+from homeostat.knowledge.questions.parameter import Argument
+from homeostat.knowledge.questions.query import template
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.vocabulary.vocabulary import RDF, RDFS, UML, XSD
 from homeostat.llm.tokens import estimate
 from tests.knowledge.tables import reactor as turtle
 from tests.knowledge.tables import store_of

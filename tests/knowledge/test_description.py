@@ -7,8 +7,8 @@ import csv
 import pytest
 from pyoxigraph import NamedNode, RdfFormat
 
-from homeostat.domain.behaviour import SetpointRange
-from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.state_machine import SetpointRange
 from homeostat.domain.recovery import Command
 from homeostat.knowledge.description.behaviour import state_machine
 from homeostat.knowledge.description.diagnosis import faults, features, symptom_rules
@@ -18,9 +18,9 @@ from homeostat.knowledge.description.parameters import model_parameters
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.description.signals import signals, tags
 from homeostat.knowledge.description.structure import components, equations, loops
-from homeostat.knowledge.endpoint import SparqlEndpoint
-from homeostat.knowledge.graph_error import Code, GraphError
-from homeostat.knowledge.vocabulary import HS
+from homeostat.knowledge.store.endpoint import SparqlEndpoint
+from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.knowledge.vocabulary.vocabulary import HS
 from tests.knowledge.tables import CSTR, SYSTEM, Rows, reactor, store_of
 
 

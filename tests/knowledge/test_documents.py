@@ -8,14 +8,14 @@ import re
 import pytest
 from pyoxigraph import Literal, NamedNode, Triple
 
-from homeostat.agents.planning import EVENT
-from homeostat.cases.case import Case, load_case
+from homeostat.agents.search.planning import EVENT
 from homeostat.domain.quotation import quoted
-from homeostat.knowledge.context import TEXT_LIMIT
-from homeostat.knowledge.documents import Document, documents
-from homeostat.knowledge.lexical import LexicalIndex, words
-from homeostat.knowledge.query import template
-from homeostat.knowledge.vocabulary import PREFIXES, RDF
+from homeostat.knowledge.context.context import TEXT_LIMIT
+from homeostat.knowledge.context.documents import Document, documents
+from homeostat.knowledge.context.lexical import LexicalIndex, words
+from homeostat.knowledge.questions.query import template
+from homeostat.knowledge.vocabulary.vocabulary import PREFIXES, RDF
+from homeostat.plants.plant import Case, load_case
 from tests.safety.injections import CORPUS, Injection
 from tests.safety.poisoned_plant import poisoned
 

@@ -6,12 +6,12 @@ from functools import cache
 
 import pytest
 
-from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import Command, Effect
-from homeostat.domain.rules import GuardRules
-from homeostat.knowledge.documents import documents
-from tests.cases.watching import described
+from homeostat.knowledge.context.documents import documents
 from tests.knowledge.tables import CASES, reactor, store_of
+from tests.plants.watching import described
 
 PLANTS = ("cstr", "mixing_module")
 

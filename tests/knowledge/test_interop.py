@@ -18,11 +18,11 @@ import rdflib
 from pyoxigraph import NamedNode, RdfFormat, Triple
 from rdflib.compare import to_isomorphic
 
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.endpoint import SparqlEndpoint
-from homeostat.knowledge.store import GraphStore
-from homeostat.knowledge.tbox import bridge, load_ontology
-from homeostat.knowledge.vocabulary import DIN17359, HS, UML, VDI3682
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.store.endpoint import SparqlEndpoint
+from homeostat.knowledge.store.store import GraphStore
+from homeostat.knowledge.vocabulary.tbox import bridge, load_ontology
+from homeostat.knowledge.vocabulary.vocabulary import DIN17359, HS, UML, VDI3682
 from tests.knowledge.servers import graphdb_front
 
 REFERENCE: Final = Path(__file__).parents[3] / "shared/data/reference"

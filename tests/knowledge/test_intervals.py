@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from homeostat.knowledge.intervals import bounds, can_fail, can_hold
+from homeostat.knowledge.checks.intervals import bounds, can_fail, can_hold
 from homeostat.stl.formula import parse
 from homeostat.stl.tree import FormulaError
 

@@ -11,9 +11,9 @@ from pyoxigraph import NamedNode, RdfFormat
 
 from benchmarks.graph_scaling import questions, size_of_answer
 from benchmarks.synthetic_plant import node, plant
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.parameter import Argument, Kind, ParameterError
-from homeostat.knowledge.query import Form, Template, TemplateError, names, parse, template
+from homeostat.knowledge.questions.parameter import Argument, Kind, ParameterError
+from homeostat.knowledge.questions.query import Form, Template, TemplateError, names, parse, template
+from homeostat.knowledge.store.embedded import EmbeddedStore
 
 ECHO = parse(
     "echo",

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 from pyoxigraph import NamedNode, RdfFormat
 
-from homeostat.knowledge import questions
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.questions import CandidateFault, StateFact, TransitionFact
-from homeostat.knowledge.store import UnexpectedAnswer
-from homeostat.knowledge.vocabulary import PREFIXES
+from homeostat.knowledge.questions import questions
+from homeostat.knowledge.questions.questions import CandidateFault, StateFact, TransitionFact
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.store.store import UnexpectedAnswer
+from homeostat.knowledge.vocabulary.vocabulary import PREFIXES
 
 PLANT = """
 p:machine a UML:StateMachine ; UML:containsState p:run, p:bypass, p:stop ; UML:containsTransition p:t1, p:t2, p:t3 .

@@ -12,13 +12,13 @@ from typing import Final
 import pytest
 from pyoxigraph import NamedNode, RdfFormat, Triple, serialize
 
-from homeostat.knowledge import questions
-from homeostat.knowledge.blemishes import Blemish, blemishes
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.graph_error import Code
-from homeostat.knowledge.graph_file import load_file
-from homeostat.knowledge.tbox import bridge, declared_terms, load_ontology
-from homeostat.knowledge.vocabulary import RDF
+from homeostat.knowledge.checks.lint import Blemish, blemishes
+from homeostat.knowledge.questions import questions
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.store.error import Code
+from homeostat.knowledge.store.graph_file import load_file
+from homeostat.knowledge.vocabulary.tbox import bridge, declared_terms, load_ontology
+from homeostat.knowledge.vocabulary.vocabulary import RDF
 from tests.cli.command import homeostat
 
 REFERENCE: Final = Path(__file__).parents[3] / "shared/data/reference"

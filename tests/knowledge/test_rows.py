@@ -7,8 +7,8 @@ from collections.abc import Callable
 import pytest
 from pyoxigraph import BlankNode, Literal, NamedNode
 
-from homeostat.knowledge.store import Row, StoreError, Term, UnexpectedAnswer
-from homeostat.knowledge.vocabulary import XSD
+from homeostat.knowledge.store.store import Row, StoreError, Term, UnexpectedAnswer
+from homeostat.knowledge.vocabulary.vocabulary import XSD
 
 IRI = NamedNode("urn:x")
 TERMS: dict[str, tuple[Term, object]] = {

@@ -7,9 +7,9 @@ from pyoxigraph import RdfFormat, Triple
 
 from benchmarks.graph_scaling import questions
 from benchmarks.synthetic_plant import plant
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.query import Form, template
-from homeostat.knowledge.store import Row
+from homeostat.knowledge.questions.query import Form, template
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.store.store import Row
 
 SMALL, LARGE = 3, 60
 SIZES = {

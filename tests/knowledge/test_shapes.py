@@ -8,17 +8,17 @@ from importlib import resources
 import pytest
 from pyoxigraph import Literal, NamedNode, Quad, RdfFormat, Store
 
-from homeostat.knowledge.conformance import check_shapes
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.store import GraphStore
-from homeostat.knowledge.tbox import ontologies
-from homeostat.knowledge.vocabulary import DIN17359, HS, PREFIXES, RDF, RDFS, UML, VDI2206, VDI3682
+from homeostat.knowledge.checks.conformance import check_shapes
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.store.store import GraphStore
+from homeostat.knowledge.vocabulary.tbox import ontologies
+from homeostat.knowledge.vocabulary.vocabulary import DIN17359, HS, PREFIXES, RDF, RDFS, UML, VDI2206, VDI3682
 from tests.knowledge.tables import reactor, store_of
 
 SHAPES = sorted(
     (
         file
-        for file in resources.files("homeostat.knowledge").joinpath("shapes").iterdir()
+        for file in resources.files("homeostat.knowledge.checks").joinpath("shapes").iterdir()
         if file.name.endswith(".ttl")
     ),
     key=lambda file: file.name,

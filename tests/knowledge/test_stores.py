@@ -10,9 +10,9 @@ import pytest
 from pyoxigraph import RdfFormat
 
 from benchmarks.synthetic_plant import plant
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.endpoint import SparqlEndpoint
-from homeostat.knowledge.store import QueryRejected, StoreUnavailable
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.store.endpoint import SparqlEndpoint
+from homeostat.knowledge.store.store import QueryRejected, StoreUnavailable
 from tests.contracts.graph_store import EVERYTHING, G, GraphStoreContract, P, S, See, one_line
 from tests.knowledge.servers import graphdb_front, oxigraph_server
 

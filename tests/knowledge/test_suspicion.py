@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse, serialize
 
-from homeostat.cases.folder import case_folder
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.query import parse as parse_template
-from homeostat.knowledge.query import template
-from homeostat.knowledge.suspicion import FORMAL, LONGEST, Reason, judge_text, suspicions
-from homeostat.knowledge.turtle import write_turtle
-from homeostat.knowledge.vocabulary import HS, RDFS, XSD
+from homeostat.knowledge.build.turtle import write_turtle
+from homeostat.knowledge.checks.injection_scan import FORMAL, LONGEST, Reason, judge_text, suspicions
+from homeostat.knowledge.questions.query import parse as parse_template
+from homeostat.knowledge.questions.query import template
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.vocabulary.vocabulary import HS, RDFS, XSD
+from homeostat.plants.folder import case_folder
 from tests.safety.injections import CORPUS, TEXTS, Injection
 
 PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "reference" / "knowledge_graphs"

@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 
 from homeostat.cli.main import main as homeostat
-from homeostat.knowledge.build import main
-from homeostat.knowledge.graph_error import Code, GraphError
-from homeostat.knowledge.tables.cells import Reads, Refers
-from homeostat.knowledge.tables.check import SCHEMAS, mistakes, refuse_bad_tables
-from tests.cases.copies import Copy
+from homeostat.knowledge.build.build import main
+from homeostat.knowledge.build.tables.cells import Reads, Refers
+from homeostat.knowledge.build.tables.check import SCHEMAS, mistakes, refuse_bad_tables
+from homeostat.knowledge.store.error import Code, GraphError
 from tests.knowledge.tables import CASES, Rows
+from tests.plants.copies import Copy
 
 PLANTS = ("cstr", "mixing_module")
 

@@ -12,11 +12,11 @@ import pytest
 import rdflib
 from pyoxigraph import NamedNode, RdfFormat
 
-from homeostat.knowledge import vocabulary
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.namespace import ClosedNamespace
-from homeostat.knowledge.tbox import COMPAT_GRAPH, ONTOLOGY_GRAPH, bridge, load_ontology, ontologies
-from homeostat.knowledge.vocabulary import DIN17359, HS, PREFIXES, RDF, RDFS, SOSA, UML, VDI3682, XSD
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.vocabulary import vocabulary
+from homeostat.knowledge.vocabulary.namespace import ClosedNamespace
+from homeostat.knowledge.vocabulary.tbox import COMPAT_GRAPH, ONTOLOGY_GRAPH, bridge, load_ontology, ontologies
+from homeostat.knowledge.vocabulary.vocabulary import DIN17359, HS, PREFIXES, RDF, RDFS, SOSA, UML, VDI3682, XSD
 
 PUBLISHED: Final = Path(__file__).parents[3] / "shared/data/reference/ontology_terms.json"
 WHOLE: Final = {"VDI2206", "VDI3682", "UML", "DIN17359", "M", "CPSMod"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from homeostat.links.misbehaving import Misbehaving, Misbehaviour
+from homeostat.links.misbehaving.link import Misbehaving, Misbehaviour
 from homeostat.links.scripted import PlantScript, Push, ScriptedPlant, ScriptedTag
 from homeostat.links.simulated import SimulatedLink
 

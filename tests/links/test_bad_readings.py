@@ -7,7 +7,8 @@ import math
 import pytest
 
 from homeostat.domain.snapshot import Quality, Snapshot
-from homeostat.links.bad_readings import (
+from homeostat.links.errors import LinkError
+from homeostat.links.misbehaving.readings import (
     ALL,
     BadReading,
     BrokenReading,
@@ -22,7 +23,6 @@ from homeostat.links.bad_readings import (
     StuckClock,
     WrongClock,
 )
-from homeostat.links.errors import LinkError
 from tests.contracts.link import equal
 from tests.links.tank import misbehaving
 

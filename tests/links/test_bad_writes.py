@@ -5,7 +5,9 @@ from __future__ import annotations
 import pytest
 
 from homeostat.domain.recovery import Command
-from homeostat.links.bad_writes import (
+from homeostat.links.errors import LeaseVoid, LinkError
+from homeostat.links.misbehaving.link import ByHand, LostHeartbeat, Misbehaving, NoLease
+from homeostat.links.misbehaving.writes import (
     BadWrite,
     Clamped,
     Disobedient,
@@ -15,8 +17,6 @@ from homeostat.links.bad_writes import (
     Late,
     LateAnswer,
 )
-from homeostat.links.errors import LeaseVoid, LinkError
-from homeostat.links.misbehaving import ByHand, LostHeartbeat, Misbehaving, NoLease
 from homeostat.links.simulated import SimulatedLink
 from tests.contracts.link import Handles, LinkContract, Open, read
 from tests.links import test_simulated_link

@@ -17,9 +17,9 @@ from homeostat.links.simulated import LinkConfiguration, SimulatedLink
 from homeostat.links.true_process import PlantConfiguration, TrueProcess
 from homeostat.links.virtual import Recipe
 from homeostat.process.batch import ProcessError
-from tests.cases.cstr import reactor
-from tests.cases.cstr.reactor import MODEL, VARIABLES
 from tests.contracts.link import Handles, LinkContract, Open, equal, read
+from tests.plants.cstr import reactor
+from tests.plants.cstr.reactor import MODEL, VARIABLES
 
 HANDLES = Handles("T1.sp", -2.0, 0.5, "V2.man", "T1")
 

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from homeostat.cases.cstr.layout import P
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.recovery import Command
 from homeostat.links.true_process import PlantConfiguration, TrueProcess
-from tests.cases.cstr import reactor
-from tests.cases.cstr.reactor import MODEL, VARIABLES
+from homeostat.plants.cstr.layout import P
 from tests.contracts.link import equal
+from tests.plants.cstr import reactor
+from tests.plants.cstr.reactor import MODEL, VARIABLES
 
 
 def process(seed: int = 3, faults: tuple[FaultState, ...] = (), noise: float = 1.0, **changes: float) -> TrueProcess:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from homeostat.llm.model import Failure, LanguageModel, Question, Reply
-from homeostat.llm.patience import PatientModel
+from homeostat.llm.retry import PatientModel
 from tests.llm.asking import ask, question
 
 AGENTS = ("planning", "action", "reprompting")

@@ -6,15 +6,15 @@ from collections.abc import Callable
 
 import pytest
 
+from homeostat.journal import MemoryTrace
+from homeostat.journal.archive import NoArchive
 from homeostat.llm.calls import Call
 from homeostat.llm.model import Failure, LanguageModel, ModelError, Question
-from homeostat.llm.patience import PatientModel
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.replay import ReplayModel
+from homeostat.llm.retry import PatientModel
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.situated import SituatedReplay
-from homeostat.trace import MemoryTrace
-from homeostat.trace.archive import NoArchive
 from tests.llm.asking import ANSWER, QUESTION, Says
 from tests.llm.model_contract import AGENTS, ModelContract
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.llm.model import REPEATABLE, Failure, ModelError
-from homeostat.llm.patience import FIRST_PAUSE_S, MOST_REQUESTS, WORTHWHILE_S, PatientModel
+from homeostat.llm.retry import FIRST_PAUSE_S, MOST_REQUESTS, WORTHWHILE_S, PatientModel
 from tests.llm.asking import ANSWER, Outcome, Says, ask, asked
 
 LIMITED = ModelError(Failure.RATE_LIMITED)

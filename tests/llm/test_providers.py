@@ -10,16 +10,16 @@ from pathlib import Path
 
 import pytest
 
+from homeostat.journal import MemoryTrace
+from homeostat.journal.archive import NoArchive
+from homeostat.journal.calls import ModelCalled
 from homeostat.llm.address import parse_address
 from homeostat.llm.calls import read_calls
 from homeostat.llm.model import Failure, ModelError
 from homeostat.llm.network import AddressPolicy
-from homeostat.llm.patience import MOST_REQUESTS, PatientModel
 from homeostat.llm.providers import ProviderModel, Sampling
 from homeostat.llm.recorded import RecordedModel
-from homeostat.trace import MemoryTrace
-from homeostat.trace.archive import NoArchive
-from homeostat.trace.calls import ModelCalled
+from homeostat.llm.retry import MOST_REQUESTS, PatientModel
 from tests.llm.asking import Outcome, ask, question
 from tests.llm.hostile.behaviours import BEHAVIOURS
 from tests.llm.replying import replying

@@ -14,8 +14,8 @@ from homeostat.agents.language.answers import Unusable, action_type, planning_ty
 from homeostat.llm.address import ModelAddress, parse_address
 from homeostat.llm.model import Failure, LanguageModel, ModelError
 from homeostat.llm.network import AddressPolicy
-from homeostat.llm.patience import PatientModel
 from homeostat.llm.providers import NATIVE, PROMPTED, TOOL, ProviderModel, Sampling
+from homeostat.llm.retry import PatientModel
 from tests.agents.language.answering import STATES, TAGS
 from tests.agents.language.situations import questions
 from tests.llm.asking import QUESTION, SCHEMA, ask, question

@@ -15,10 +15,10 @@ from benchmarks.published_answers.mixing import CASE
 from benchmarks.published_answers.reactor import setpoint, target
 from benchmarks.published_answers.runs import PublishedRun, lines, model_name
 from homeostat.agents.language.answers import MOST_REASONING
-from homeostat.cases.case import load_case
 from homeostat.llm.calls import Call, read_calls
 from homeostat.llm.model import Failure
 from homeostat.llm.situated import SUPPLIED, SituatedReplay
+from homeostat.plants.plant import load_case
 from tests.llm.asking import ask, question
 
 RECORDED = pytest.mark.skipif(not FOLDER.exists(), reason="the recorded answers are not here")

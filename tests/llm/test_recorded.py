@@ -14,16 +14,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from homeostat.campaign.recording import ANSWERS, PROMPTS, RunDirectory
+from homeostat.journal import MemoryTrace, Setting
+from homeostat.journal.archive import NoArchive
+from homeostat.journal.calls import ModelCalled
 from homeostat.llm.calls import Call, read_calls
 from homeostat.llm.model import STRUCK_OUT, Failure, ModelError, Reply, Usage
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.replay import ReplayModel
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.secrets import SHORTEST_KEY
-from homeostat.trace import MemoryTrace, Setting
-from homeostat.trace.archive import NoArchive
-from homeostat.trace.calls import ModelCalled
+from homeostat.record.directory import ANSWERS, PROMPTS, RunDirectory
 from tests.llm.asking import ANSWER, QUESTION, Outcome, Says, ask, asked
 
 KEY = "sk-very-secret-0123456789"

@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from homeostat.journal import MemoryTrace
+from homeostat.journal.archive import NoArchive
+from homeostat.journal.calls import ModelCalled
 from homeostat.llm.calls import Call
 from homeostat.llm.model import Failure, Usage
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.replay import ReplayModel
-from homeostat.trace import MemoryTrace
-from homeostat.trace.archive import NoArchive
-from homeostat.trace.calls import ModelCalled
 from tests.llm.asking import QUESTION, ask, question
 
 

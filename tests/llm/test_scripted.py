@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from homeostat.llm.model import Failure, ModelError, Question
-from homeostat.llm.patience import PatientModel
+from homeostat.llm.retry import PatientModel
 from homeostat.llm.scripted import ScriptedModel
 from tests.llm.asking import QUESTION, ask, asked, question
 

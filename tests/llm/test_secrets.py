@@ -10,18 +10,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.agents.language.scripts import reasonable
-from homeostat.cases.wiring import Language
 from homeostat.domain.advice import Advice
 from homeostat.domain.quotation import quoted
+from homeostat.journal import MemoryTrace
+from homeostat.journal.archive import NoArchive
+from homeostat.journal.calls import ModelCalled
+from homeostat.journal.encode import canonical, encode
 from homeostat.llm.failures import failure_of
 from homeostat.llm.model import STRUCK_OUT, Failure, ModelError, Question, Reply, Usage
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.secrets import SHORTEST_KEY, Secrets
-from homeostat.trace import MemoryTrace
-from homeostat.trace.archive import NoArchive
-from homeostat.trace.calls import ModelCalled
-from homeostat.trace.encode import canonical, encode
+from homeostat.plants.assembly import Language
 from tests.agents.language.situations import simulation, situation
 from tests.agents.stuck_valve import grounding
 from tests.llm.asking import QUESTION, Says, ask, question

@@ -8,14 +8,14 @@ from collections.abc import Mapping
 
 import pytest
 
+from homeostat.journal import MemoryTrace, Setting
+from homeostat.journal.archive import NoArchive
+from homeostat.journal.calls import ModelCalled
+from homeostat.journal.encode import canonical, encode
 from homeostat.llm.model import STRUCK_OUT, Failure, ModelError, Question, Reply, Usage
-from homeostat.llm.patience import PatientModel
 from homeostat.llm.recorded import RecordedModel
+from homeostat.llm.retry import PatientModel
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.trace import MemoryTrace, Setting
-from homeostat.trace.archive import NoArchive
-from homeostat.trace.calls import ModelCalled
-from homeostat.trace.encode import canonical, encode
 from tests.llm.asking import ANSWER, Says, ask
 
 KEY = "sk-proj/0123456789AbCd"

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from homeostat.cases.cstr.layout import P, S, U
+from homeostat.plants.cstr.layout import P, S, U
 from homeostat.process.batch import Batch, BatchRun, ProcessError, simulate
-from tests.cases.cstr.reactor import ALL, FAULTS, MODEL, SEVERITY, batch, inputs, parameters, run
+from tests.plants.cstr.reactor import ALL, FAULTS, MODEL, SEVERITY, batch, inputs, parameters, run
 
 MEMBERS, STEPS, START_S = 60, 400, 2000.0
 PER_MEMBER = ("state", "parameters", "severity", "onset_s", "input_of", "seeds", "process_noise", "sensor_noise")

@@ -14,15 +14,15 @@ import numpy as np
 
 import homeostat.process.compiled as subject
 from homeostat.process.compiled import compiled
-from tests.cases.cstr.reactor import batch, run
+from tests.plants.cstr.reactor import batch, run
 
 ROOT = Path(__file__).parents[2]
 PROCESS = Path(subject.__file__).parent
 FAULTS = {"fouling": (0.6, 100.0), "leak": (0.003, 110.0), "temp_bias": (2.0, 120.0), "pump_degrade": (0.5, 130.0)}
 INTERPRETED = f"""
 import json
-from homeostat.cases.cstr.kernel import advance
-from tests.cases.cstr.reactor import batch, run
+from homeostat.plants.cstr.kernel import advance
+from tests.plants.cstr.reactor import batch, run
 assert type(advance).__name__ == "function", "this is to be plain Python"
 result = run(batch(450, faults={FAULTS!r}, process=1.0, sensor=1.0))
 print(json.dumps(result.record[0].tolist()))

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import homeostat
-from homeostat.cases.case import load_case
-from homeostat.cases.folder import case_names
+from homeostat.plants.folder import case_names
+from homeostat.plants.plant import load_case
 from homeostat.process.seeds import Stream, child, generator, noise_seed
 from homeostat.twin.twin import Purpose
 

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from homeostat.campaign.scenario import scenario
-from homeostat.campaign.unattended import open_process, watch
-from homeostat.cases.case import load_case
-from homeostat.cases.wiring import new_sequencer
+from homeostat.evaluate.reference.unsupervised import open_process, watch
+from homeostat.evaluate.scenario import scenario
+from homeostat.plants.assembly import new_sequencer
+from homeostat.plants.plant import load_case
 from homeostat.process.batch import Batch, ProcessError
 from homeostat.process.seeds import Stream, noise_seed
 from homeostat.process.sequence import Guard, InputSequence, SequenceResult, run_sequences

@@ -10,26 +10,26 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from homeostat.agents.bounds import Patience
-from homeostat.agents.crew import Crew, Proposer, Situation
+from homeostat.agents.roles import Crew, Proposer, Situation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.domain.advice import Advice
 from homeostat.domain.diagnosis import Diagnosis, Symptom
-from homeostat.domain.limits import Limits
+from homeostat.domain.events.recovery import Retrieved
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Arm, FallBack, Message, Observation, Trouble
-from homeostat.domain.production import Production
+from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.production import Production
 from homeostat.domain.recovery import ActionSet, RecoveryPath, Step
 from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Revise, Rollout, StepBand
-from homeostat.guard.seal import Sealer
-from homeostat.recovery.beside import DaemonExecutor
+from homeostat.guard.requests.seal import Sealer
+from homeostat.journal import MemoryTrace
+from homeostat.recovery.exchange.beside import DaemonExecutor
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import ReleaseCheck
 from homeostat.recovery.supervisor import Supervisor
-from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import Retrieved
 from tests.agents.scripted import (
     NoGraph,
     ScriptedAction,

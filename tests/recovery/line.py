@@ -12,33 +12,33 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from homeostat.agents.crew import Action, Crew, Monitoring, Planning, Proposer, Reprompting, Validation
+from homeostat.agents.roles import Action, Crew, Monitoring, Planning, Proposer, Reprompting, Validation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
-from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
 from homeostat.domain.diagnosis import Hypothesis
-from homeostat.domain.limits import Limits
 from homeostat.domain.mode import Mode
+from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.production import Production
+from homeostat.domain.plant.rules import GuardRules, QualityRule, StartUp, TripRule, WriteRule
+from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine, Transition
 from homeostat.domain.ports import Clock, Ticket
-from homeostat.domain.production import Production
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
-from homeostat.domain.rules import GuardRules, QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.verdict import Rollout, RolloutResult, StepBand
 from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
-from homeostat.guard.seal import Sealer
-from homeostat.guard.sequencer import nominal_route
+from homeostat.guard.requests.seal import Sealer
+from homeostat.guard.sequence.sequencer import nominal_route
+from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.virtual import Answered
-from homeostat.recovery.exchange import Exchange
-from homeostat.recovery.loop import Hook, Loop
+from homeostat.recovery.exchange.exchange import Exchange
+from homeostat.recovery.exchange.loop import Hook, Loop
+from homeostat.recovery.exchange.worker import Worker
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import Check, ReleaseCheck
 from homeostat.recovery.supervisor import Supervisor
-from homeostat.recovery.worker import Worker
 from homeostat.stl.formula import parse
-from homeostat.trace import MemoryTrace
 from tests.agents.scripted import NoGraph, ScriptedMonitoring, ScriptedPlanning, ScriptedReprompting
 from tests.safety.world import CALM, HOT, TAGS
 

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 
 from homeostat.agents.bounds import Patience
-from homeostat.agents.crew import NoAdmissiblePlan
-from homeostat.domain.limits import Limits
+from homeostat.agents.roles import NoAdmissiblePlan
+from homeostat.domain.events.recovery import Departed, LeftAsIs
 from homeostat.domain.observation import Observation
+from homeostat.domain.plant.limits import Limits
 from homeostat.domain.verdict import StepBand
 from homeostat.recovery.plant_rules import Bounds
-from homeostat.trace.decisions import Departed, LeftAsIs
 from tests.agents.scripted import ScriptedAction, diagnosis
 from tests.recovery.desk import (
     CALM_20,

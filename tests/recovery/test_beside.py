@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.recovery.beside import MOST, DaemonExecutor, start
+from homeostat.recovery.exchange.beside import MOST, DaemonExecutor, start
 
 WAIT_S = 5.0
 

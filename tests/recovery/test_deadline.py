@@ -8,10 +8,10 @@ import time
 import pytest
 
 from homeostat.agents.bounds import Budget
+from homeostat.domain.events.recovery import FallbackArmed
 from homeostat.domain.verdict import HandedOver
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.recovery.plant_rules import Bounds
-from homeostat.trace.decisions import FallbackArmed
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
 from tests.recovery.line import BAD, GOOD, Stage, run, safe
 

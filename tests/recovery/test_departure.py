@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from homeostat.agents.bounds import Patience
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.guard_events import StateEntered
-from homeostat.domain.limits import LimitKind, Limits
+from homeostat.domain.events.guard import StateEntered
+from homeostat.domain.events.recovery import Departed, LeftAsIs, Noticed, ReleasedActions
+from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.verdict import StepBand
 from homeostat.recovery.plant_rules import Bounds
-from homeostat.trace.decisions import Departed, LeftAsIs, Noticed, ReleasedActions
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
 from tests.recovery.line import COOLING, GOOD, Stage, monitoring, run
 from tests.safety.world import CALM, HOT, rule

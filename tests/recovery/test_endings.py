@@ -8,7 +8,7 @@ import pytest
 
 from homeostat.domain.mode import Mode
 from homeostat.links.clock import DeclaredClock
-from homeostat.recovery.exchange import Exchange
+from homeostat.recovery.exchange.exchange import Exchange
 from tests.recovery.guarded import Scripted
 from tests.recovery.test_exchange import Recovery, Run
 

@@ -18,9 +18,9 @@ from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import Answer, Request, RequestStatus, Seal
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.process.batch import ProcessError
-from homeostat.recovery.exchange import Exchange, ExchangeSettings
-from homeostat.recovery.loop import Loop
-from homeostat.recovery.worker import Worker
+from homeostat.recovery.exchange.exchange import Exchange, ExchangeSettings
+from homeostat.recovery.exchange.loop import Loop
+from homeostat.recovery.exchange.worker import Worker
 from tests.recovery.guarded import Scripted, Seconds, observation
 
 REQUEST = Request(

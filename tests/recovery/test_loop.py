@@ -10,9 +10,9 @@ import pytest
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import FallBack, Observation, Trouble
 from homeostat.links.clock import DeclaredClock, ThinkingClock
-from homeostat.recovery.exchange import Exchange
-from homeostat.recovery.loop import Loop, overtaken_by
-from homeostat.recovery.worker import Worker
+from homeostat.recovery.exchange.exchange import Exchange
+from homeostat.recovery.exchange.loop import Loop, overtaken_by
+from homeostat.recovery.exchange.worker import Worker
 from tests.recovery.guarded import Scripted, Seconds, observation
 
 SCALE = 200.0

@@ -10,7 +10,7 @@ import pytest
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Observation
 from homeostat.domain.verdict import StepBand
-from homeostat.guard.sequencer import Sequencer
+from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.recovery.progress import ProgressMonitor
 from tests.safety.world import BATCH, LIMITS, reading, rollout, sequencer
 

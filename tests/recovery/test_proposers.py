@@ -13,21 +13,21 @@ import pytest
 
 from homeostat.agents.bounds import Budget
 from homeostat.agents.checks import CLOSED, REPEATED
-from homeostat.agents.crew import Approved, NoAdmissiblePlan, Proposer, Situation
+from homeostat.agents.roles import Approved, NoAdmissiblePlan, Proposer, Situation
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.guard_events import FellBack
-from homeostat.domain.limits import Owner
+from homeostat.domain.events.guard import FellBack
+from homeostat.domain.events.recovery import Attempted, GaveUp, ReleasedActions, ReleaseRefused
 from homeostat.domain.mode import PersonCommand, Role, Verb
+from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding, HandedOver, Released, Revise, RolloutResult
-from homeostat.guard.seal import Sealer
+from homeostat.guard.requests.seal import Sealer
 from homeostat.links.clock import ThinkingClock
 from homeostat.recovery.plant_rules import Bounds
 from homeostat.recovery.release_check import Checked, ReleaseCheck
 from homeostat.recovery.releasing import Overtaken
-from homeostat.trace.decisions import Attempted, GaveUp, ReleasedActions, ReleaseRefused
 from tests.agents.scripted import ScriptedAction, ScriptedPlanning, ScriptedReprompting
 from tests.recovery.line import BAD, GOOD, HALF, KEY, MACHINE, Stage, feed, monitoring, run, safe
 from tests.safety.world import TAGS

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 from homeostat.agents.bounds import Budget
 from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.events.recovery import Departed
 from homeostat.domain.observation import Trouble
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.verdict import LeftAlone, Released
-from homeostat.trace.decisions import Departed
 from tests.recovery.desk import (
     DOOMED,
     NEXT,

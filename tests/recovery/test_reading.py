@@ -8,14 +8,14 @@ import time
 
 import pytest
 
-from homeostat.domain.guard_events import AlarmRaised, AlarmReturned, Tripped
+from homeostat.domain.events.guard import AlarmRaised, AlarmReturned, Tripped
 from homeostat.domain.observation import Observation, Settled, Trouble
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.clock import DeclaredClock
 from homeostat.process.batch import ProcessError
-from homeostat.recovery.exchange import Exchange
-from homeostat.recovery.loop import Hook, Loop
-from homeostat.recovery.reading import Reader
+from homeostat.recovery.exchange.exchange import Exchange
+from homeostat.recovery.exchange.loop import Hook, Loop
+from homeostat.recovery.exchange.reading import Reader
 from tests.guard.vessel import DRAIN, Vessel, World, running
 from tests.recovery.guarded import Scripted, Seconds
 

@@ -8,12 +8,12 @@ from collections.abc import Callable
 
 import pytest
 
-from homeostat.agents.crew import NoAdmissiblePlan, Proposer
+from homeostat.agents.roles import NoAdmissiblePlan, Proposer
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
-from homeostat.domain.guard_events import Armed, FellBack
+from homeostat.domain.events.guard import Armed, FellBack
+from homeostat.domain.events.recovery import Attempted, ReleasedActions
 from homeostat.domain.verdict import Approve, HandedOver, LeftAlone, Released, RolloutResult
 from homeostat.links.clock import DeclaredClock, ThinkingClock
-from homeostat.trace.decisions import Attempted, ReleasedActions
 from tests.agents.scripted import (
     SYMPTOM,
     ScriptedAction,

@@ -10,15 +10,15 @@ from dataclasses import replace
 import pytest
 
 from homeostat.agents.bounds import Budget
-from homeostat.agents.crew import NoAdmissiblePlan
+from homeostat.agents.roles import NoAdmissiblePlan
 from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.events.recovery import Diagnosed, LeftAsIs, Noticed, Retrieved
 from homeostat.domain.observation import Arm, FallBack, NoAction, Observation
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import HandedOver, LeftAlone, Outcome, Released, RolloutResult
 from homeostat.recovery.deadline import SHORTEST_S
 from homeostat.recovery.plant_rules import Bounds
-from homeostat.trace.decisions import Diagnosed, LeftAsIs, Noticed, Retrieved
 from tests.agents.scripted import ScriptedAction, diagnosis
 from tests.recovery.desk import (
     DOOMED,

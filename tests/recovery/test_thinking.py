@@ -10,13 +10,13 @@ import pytest
 
 from homeostat.agents.bounds import Budget
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.guard_events import AlarmRaised, Armed, FellBack
+from homeostat.domain.events.guard import AlarmRaised, Armed, FellBack
+from homeostat.domain.events.recovery import ReleasedActions
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import Observation
 from homeostat.domain.verdict import HandedOver, LeftAlone, Released
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.recovery.plant_rules import Bounds
-from homeostat.trace.decisions import ReleasedActions
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring, diagnosis
 from tests.recovery.line import GOOD, Stage, monitoring, run, safe
 

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from homeostat.domain.mode import Mode
-from homeostat.recovery.exchange import Exchange
-from homeostat.recovery.loop import Loop
-from homeostat.recovery.worker import Worker
+from homeostat.recovery.exchange.exchange import Exchange
+from homeostat.recovery.exchange.loop import Loop
+from homeostat.recovery.exchange.worker import Worker
 from tests.recovery.guarded import Scripted, Seconds
 from tests.recovery.test_exchange import REQUEST
 

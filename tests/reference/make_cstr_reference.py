@@ -2,7 +2,7 @@
 
     python -m tests.reference.make_cstr_reference
 
-Plain Python, written from the equations in ``homeostat.cases.cstr.kernel``'s description and from the control law
+Plain Python, written from the equations in ``homeostat.plants.cstr.kernel``'s description and from the control law
 as the tables' engineer would state it: no compiled code, nothing imported from the package but the folder of its
 tables. Runge-Kutta 4 with 50 steps per second, far finer than the engine's. A test compares the engine with the
 file; a failure means that the reactor's dynamics changed. If that is intended, make the file again and say so.
@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 FILE = Path(__file__).with_name("cstr_reference.json")
-TABLES = Path(__file__).parents[2] / "src" / "homeostat" / "cases" / "cstr" / "engineering"
+TABLES = Path(__file__).parents[2] / "src" / "homeostat" / "plants" / "cstr" / "engineering"
 COLUMNS = ("V", "CA", "CB", "CC", "CD", "T", "F1_true", "F2_true", "F3_true", "leak", "overflow", "UA")
 PINS = (3, 20, 60, 299, 303, 320, 600, 1500, 1502, 1520, 1560, 1640, 1900, 2500, 3500)
 ONSET_S = 1500.0

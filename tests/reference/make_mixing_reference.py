@@ -2,7 +2,7 @@
 
     python -m tests.reference.make_mixing_reference
 
-Plain Python, written from the laws in the description of ``homeostat.cases.mixing_module.hydraulics`` and ``kernel``;
+Plain Python, written from the laws in the description of ``homeostat.plants.mixing_module.hydraulics`` and ``kernel``;
 nothing is imported from the package, and the parameters are written here. The pipes are solved the other way round than
 in the engine: heads of the three junctions are the unknowns, every law is inverted in closed form, and Newton's method
 with an exact line search minimises a convex function, so that it always arrives. A test compares the engine with the

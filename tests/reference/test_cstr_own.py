@@ -7,8 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from homeostat.cases.cstr.layout import S
-from tests.cases.cstr.reactor import MODEL, batch, inputs, parameters, run
+from homeostat.plants.cstr.layout import S
+from tests.plants.cstr.reactor import MODEL, batch, inputs, parameters, run
 from tests.reference.make_cstr_reference import COLUMNS, FILE, ONSET_S, PINS, Scenario, scenarios, trajectory
 
 REFERENCE = json.loads(FILE.read_text(encoding="utf-8"))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.cases.cstr.reactor import FAULTS, PUBLISHED, SEVERITY, batch, parameters, run
+from tests.plants.cstr.reactor import FAULTS, PUBLISHED, SEVERITY, batch, parameters, run
 
 FILE = Path(__file__).parents[3] / "shared" / "data" / "reference" / "cstr_reference_noisefree.json"
 COLUMNS = ("V", "CA", "CB", "CC", "CD", "T", "F1_true", "F2_true", "V1_pos", "P1_pos", "V2_pos", "UA")

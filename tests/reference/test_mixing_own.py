@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 
-from tests.cases.mixing_module.module import batch, parameters, run, timed
+from tests.plants.mixing_module.module import batch, parameters, run, timed
 from tests.reference.make_mixing_reference import COLUMNS, COMMANDS, END_S, EVERY_S, FILE, PARAMETERS, trajectory
 
 REFERENCE = json.loads(FILE.read_text(encoding="utf-8"))

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse, serialize
 
-from homeostat.cases.case import Case
-from homeostat.cases.folder import CASES
 from homeostat.knowledge.description.plant import read_plant
-from homeostat.knowledge.embedded import EmbeddedStore
-from homeostat.knowledge.vocabulary import HS, RDFS, UML, VDI3682
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.vocabulary.vocabulary import HS, RDFS, UML, VDI3682
+from homeostat.plants.folder import CASES
+from homeostat.plants.plant import Case
 
 TEXTS = (RDFS.label, RDFS.comment, HS.source, HS.requirementReason, UML.stateName, VDI3682.shortName)
 """Properties whose values are text for people."""

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from homeostat.domain.behaviour import Transition
+from homeostat.domain.plant.state_machine import Transition
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.stl.formula import parse
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from homeostat.agents.checks import judge, judge_safety
-from homeostat.domain.limits import LimitKind, Limits
+from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.verdict import Approve, Rollout
-from homeostat.guard.permissives import permissive_findings
+from homeostat.guard.requests.permissives import permissive_findings
 from tests.safety.boundary import BoundaryAttack
 from tests.safety.world import (
     ACTIONS,

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from homeostat.domain.limits import LimitKind, Limits
+from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.verdict import Approve, Revise
 from homeostat.recovery.arming import ValidatedFallback, rank

@@ -9,17 +9,17 @@ import pytest
 
 from benchmarks.language_runs import reactor, run_with
 from homeostat.agents.checks import command_findings
-from homeostat.agents.grounding import Grounding
+from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.action import LanguageAction, Order
 from homeostat.agents.language.answers import Unusable, commands_in, read
 from homeostat.agents.language.planning import Choice, LanguagePlanning
 from homeostat.agents.simulation import TwinSimulation
-from homeostat.cases.case import Case
 from homeostat.domain.advice import Advice
+from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Revise
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.trace.decisions import Attempted
+from homeostat.plants.plant import Case
 from tests.agents.stuck_valve import NOW_S, now, stuck
 from tests.safety.injections import CORPUS, Injection
 from tests.safety.obedient import obedient

@@ -7,20 +7,20 @@ import functools
 import pytest
 
 from benchmarks.language_runs import reactor, unsafe
-from homeostat.agents.documents import excerpts
-from homeostat.agents.excerpts import GroundingKind
-from homeostat.agents.grounding import Grounding
+from homeostat.agents.grounding.context import GroundingKind
+from homeostat.agents.grounding.documents import excerpts
+from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.action import LanguageAction
 from homeostat.agents.language.planning import LanguagePlanning
-from homeostat.campaign.runner import run
-from homeostat.campaign.scenario import scenario
-from homeostat.cases.wiring import Language
 from homeostat.domain.advice import Advice
+from homeostat.domain.events.recovery import Attempted
+from homeostat.evaluate.run import run
+from homeostat.evaluate.scenario import scenario
+from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import Attempted
+from homeostat.plants.assembly import Language
 from tests.agents.stuck_valve import now
 from tests.safety.injections import CORPUS, Injection
 from tests.safety.obedient import obedient

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from homeostat.agents.checks import judge
-from homeostat.domain.limits import LimitKind, Limits, Owner
-from homeostat.domain.production import Production
+from homeostat.domain.plant.limits import LimitKind, Limits, Owner
+from homeostat.domain.plant.production import Production
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, Verdict
 from homeostat.recovery.intervention import GAIN, RISK, TOLERANCE, InterventionPolicy

@@ -18,11 +18,11 @@ from homeostat.agents.checks import (
     target_finding,
     worst,
 )
-from homeostat.domain.limits import LimitKind, Limits, Owner
+from homeostat.domain.plant.limits import LimitKind, Limits, Owner
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Trajectory
 from homeostat.domain.verdict import Approve, Finding, Revise, RolloutResult, Verdict
-from homeostat.guard.permissives import permissive_findings
+from homeostat.guard.requests.permissives import permissive_findings
 from homeostat.stl.formula import FormulaError
 from tests.safety.world import (
     ACTIONS,

@@ -9,15 +9,15 @@ import pytest
 
 from benchmarks.language_runs import run_with
 from homeostat.agents.bounds import Budget
-from homeostat.domain.guard_events import FellBack
+from homeostat.domain.events.guard import FellBack
+from homeostat.domain.events.recovery import Attempted, FallbackArmed
+from homeostat.journal.calls import ModelCalled
+from homeostat.journal.encode import canonical, encode
 from homeostat.links.clock import ThinkingClock
 from homeostat.llm.address import SERVER_KEY, parse_address
 from homeostat.llm.network import AddressPolicy
-from homeostat.llm.patience import PatientModel
 from homeostat.llm.providers import ProviderModel, Sampling
-from homeostat.trace.calls import ModelCalled
-from homeostat.trace.decisions import Attempted, FallbackArmed
-from homeostat.trace.encode import canonical, encode
+from homeostat.llm.retry import PatientModel
 from tests.llm.servers import hostile, random_model
 
 ONSET_S = 1450.0

@@ -7,11 +7,11 @@ import math
 import pytest
 
 from homeostat.agents.checks import judge, judge_safety
-from homeostat.domain.limits import LimitKind, Limits
+from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve, Revise
-from homeostat.guard.permissives import permissive_findings, unjudged, usable
+from homeostat.guard.requests.permissives import permissive_findings, unjudged, usable
 from tests.safety.world import (
     ACTIONS,
     COLD,

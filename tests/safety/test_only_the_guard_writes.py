@@ -9,20 +9,20 @@ from pathlib import Path
 import pytest
 
 import homeostat
-from homeostat.campaign.scenario import scenario
-from homeostat.campaign.unattended import open_process
-from homeostat.cases.case import load_case
-from homeostat.cases.wiring import wire
-from homeostat.domain.write_events import WriteIntended
+from homeostat.domain.events.writes import WriteIntended
+from homeostat.evaluate.reference.unsupervised import open_process
+from homeostat.evaluate.scenario import scenario
+from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
-from homeostat.trace import MemoryTrace
+from homeostat.plants.assembly import wire
+from homeostat.plants.plant import load_case
 
 SOURCES = Path(homeostat.__file__).parent
-WRITER = "guard/writer.py"
-PASSES_ON = "guard/bounded.py"
+WRITER = "guard/writing/writer.py"
+PASSES_ON = "guard/writing/bounded.py"
 """The writer's wire over a link that may block: what it is given to send, it sends in a thread of its own."""
-MAKES_PLANTS = ("links/", "campaign/", "cases/learn_baselines.py", "cli/")
+MAKES_PLANTS = ("links/", "evaluate/", "plants/learn_baselines.py", "cli/")
 """Where a simulated plant may be made: outside everything that takes part in a recovery."""
 
 

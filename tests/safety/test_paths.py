@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from homeostat.cases.case import load_case
-from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
+from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine, Transition
+from homeostat.domain.plant.tag import Range, Role, Tag
 from homeostat.domain.recovery import RecoveryPath
-from homeostat.domain.tag import Range, Role, Tag
+from homeostat.plants.plant import load_case
 from homeostat.stl.formula import parse
 
 EVENTS = ("fault", "trip")

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from homeostat.agents.checks import ROUTE as ASTRAY_NAME
 from homeostat.agents.checks import judge, judge_safety, rollout_findings
-from homeostat.domain.behaviour import SetpointRange, State
-from homeostat.domain.limits import LimitKind, Limits, Owner
+from homeostat.domain.plant.limits import LimitKind, Limits, Owner
+from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
 from homeostat.domain.verdict import Approve, Finding, Revise, Verdict
 from homeostat.stl.formula import parse

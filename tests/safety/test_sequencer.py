@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.domain.behaviour import State, StateMachine, Transition
-from homeostat.domain.limits import LimitKind, Limits
+from homeostat.domain.plant.limits import LimitKind, Limits
+from homeostat.domain.plant.state_machine import State, StateMachine, Transition
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.sequencer import Sequencer, nominal_route, under_way, what_follows
+from homeostat.guard.sequence.sequencer import Sequencer, nominal_route, under_way, what_follows
 from homeostat.stl.formula import parse
 from tests.safety.world import (
     ADJUST,

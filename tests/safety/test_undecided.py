@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from homeostat.agents.checks import judge, judge_safety, rollout_findings, target_finding, worst
-from homeostat.agents.cost import Cost
-from homeostat.campaign.limits_in_force import LimitsInForce
-from homeostat.campaign.scoring import exposures, inside_at_end
-from homeostat.domain.limits import Criterion, LimitKind, Limits, Owner
-from homeostat.domain.production import Production
+from homeostat.agents.search.cost import Cost
+from homeostat.domain.plant.limits import Criterion, LimitKind, Limits, Owner
+from homeostat.domain.plant.production import Production
 from homeostat.domain.snapshot import Trajectory
 from homeostat.domain.verdict import Approve, Revise
+from homeostat.evaluate.score.limits_in_force import LimitsInForce
+from homeostat.evaluate.score.scoring import exposures, inside_at_end
 from homeostat.recovery.deadline import first_violated_s
 from homeostat.stl.formula import parse
 from tests.safety.world import ACTIONS, HOT, MEMBERS, RUNNING, SAMPLES, TAGS, criterion, rollout, rule

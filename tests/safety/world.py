@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
-from homeostat.domain.limits import Criterion, Limit, LimitKind, Limits, Owner
+from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits, Owner
+from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine, Transition
+from homeostat.domain.plant.tag import Range, Role, Tag
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, RecoveryPath, Step
 from homeostat.domain.snapshot import Snapshot, Trajectory
-from homeostat.domain.tag import Range, Role, Tag
 from homeostat.domain.verdict import Approve, Rollout, RolloutResult, Verdict
-from homeostat.guard.sequencer import Sequencer
+from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.stl.formula import parse
 
 TAGS = {

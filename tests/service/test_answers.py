@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from homeostat.domain.guard_events import PersonHeard, RequestAnswered
+from homeostat.domain.events.guard import PersonHeard, RequestAnswered
 from homeostat.domain.mode import Role
+from homeostat.journal import Journal, RunStarted, Summary, read_events
 from homeostat.service.answers import Heard, Waiting, length, wait_for, waiting
-from homeostat.trace import Journal, RunStarted, Summary, read_events
 
 
 def answered(request: str, status: str, digest: str = "d1") -> RequestAnswered:

@@ -17,10 +17,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.domain.mode import PersonCommand, Role, Verb
+from homeostat.journal import Journal, RunStarted, Summary
+from homeostat.journal.files import JOURNAL
 from homeostat.service.inbox import INBOX, MOST, TAKEN, Inbox, post, refuse_unattended, take_back
 from homeostat.service.order import LARGEST, OrderError, run_identity
-from homeostat.trace import Journal, RunStarted, Summary
-from homeostat.trace.files import JOURNAL
 
 YES = PersonCommand("approve-0001", "Ada", Role.OPERATOR, Verb.APPROVE, "search-1", "ab" * 32, "it helps")
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from homeostat.domain.tag import Range, Role, Tag
+from homeostat.domain.plant.tag import Range, Role, Tag
 from homeostat.stl.formula import FormulaError, parse, parse_expression
 from homeostat.stl.parser import MAX_DEPTH
 

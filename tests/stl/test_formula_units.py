@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from homeostat.domain.tag import Range, Role, Tag
+from homeostat.domain.plant.tag import Range, Role, Tag
 from homeostat.stl.formula import FormulaError, parse, parse_expression
 
 TAGS = {

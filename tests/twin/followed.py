@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import functools
 
-from homeostat.cases.case import Case, load_case
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.true_process import PlantConfiguration, TrueProcess
+from homeostat.plants.plant import Case, load_case
 from homeostat.process.seeds import Stream, noise_seed
 from homeostat.twin.twin import Twin
 

@@ -8,12 +8,12 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.domain.behaviour import State
-from homeostat.domain.limits import Criterion, Limit, LimitKind, Limits, Owner
+from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits, Owner
+from homeostat.domain.plant.state_machine import State
+from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, RecoveryPath
-from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, RolloutResult, Verdict
-from homeostat.guard.permissives import finding, refusal
+from homeostat.guard.requests.permissives import finding, refusal
 
 REPEATED = "CHK-REPEATED"
 """Name of the refusal of a proposal that was judged before."""

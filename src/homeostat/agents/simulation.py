@@ -9,12 +9,12 @@ import numpy as np
 
 from homeostat.agents.checks import rollout_findings, target_finding, target_name
 from homeostat.domain.advice import Sensitivity
-from homeostat.domain.behaviour import SetpointRange, State
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
-from homeostat.domain.limits import Limits
+from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.state_machine import SetpointRange, State
+from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, open_setpoints
 from homeostat.domain.snapshot import Snapshot, Trajectory
-from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Finding, Rollout, RolloutResult
 from homeostat.process.batch import ProcessError
 from homeostat.twin.twin import Purpose, Twin
@@ -37,7 +37,7 @@ def plausible(diagnosis: Diagnosis, least: float = PLAUSIBLE, most: int = MOST) 
 
 
 class TwinSimulation:
-    """Implements :class:`homeostat.agents.crew.Simulation` over the twin."""
+    """Implements :class:`homeostat.agents.roles.Simulation` over the twin."""
 
     def __init__(self, twin: Twin, tags: Mapping[str, Tag], limits: Limits) -> None:
         """``twin`` is shared with monitoring, which keeps it up to date."""

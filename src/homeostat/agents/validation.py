@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from homeostat.agents.checks import judge
-from homeostat.domain.behaviour import State
-from homeostat.domain.limits import Limits
+from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.state_machine import State
+from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, RecoveryPath
-from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Rollout, Verdict
 
 
 class LimitValidation:
-    """Implements :class:`homeostat.agents.crew.Validation` with the limits of the graph."""
+    """Implements :class:`homeostat.agents.roles.Validation` with the limits of the graph."""
 
     def __init__(self, limits: Limits, tags: Mapping[str, Tag]) -> None:
         """The same ``limits`` that the gate reads."""

@@ -9,8 +9,8 @@ import warnings
 from collections.abc import Sequence
 from io import TextIOWrapper
 
-from homeostat.cli.arguments import UsageError
 from homeostat.cli.notices import notices
+from homeostat.cli.options.arguments import UsageError
 from homeostat.cli.parser import parser
 
 BAD_USAGE = 2
@@ -73,18 +73,18 @@ def _words(error: Exception) -> str:
 
 def _refusals() -> tuple[type[Exception], ...]:
     """Exceptions that say what is wrong with what was asked for, not with the program."""
-    from homeostat.campaign.recall import RecallError
-    from homeostat.campaign.recording import RunDirectoryError
-    from homeostat.campaign.result import ResultError
-    from homeostat.campaign.resumption import ResumptionError
-    from homeostat.campaign.scenario import ScenarioError
-    from homeostat.campaign.study.error import CampaignError
-    from homeostat.cases.error import CaseError
-    from homeostat.knowledge.graph_error import GraphError
-    from homeostat.knowledge.store import StoreError
+    from homeostat.evaluate.result import ResultError
+    from homeostat.evaluate.resumption import ResumptionError
+    from homeostat.evaluate.scenario import ScenarioError
+    from homeostat.evaluate.study.error import CampaignError
+    from homeostat.journal import BrokenChain
+    from homeostat.journal.signing.keys import KeyTrouble
+    from homeostat.knowledge.store.error import GraphError
+    from homeostat.knowledge.store.store import StoreError
+    from homeostat.plants.error import CaseError
+    from homeostat.record.decode import RecallError
+    from homeostat.record.directory import RunDirectoryError
     from homeostat.service.order import OrderError
-    from homeostat.trace import BrokenChain
-    from homeostat.trace.keys import KeyTrouble
 
     return (
         BrokenChain, CampaignError, CaseError, GraphError, KeyTrouble, OrderError, RecallError, ResultError,

@@ -3,21 +3,11 @@
 from __future__ import annotations
 
 from homeostat import __version__
-from homeostat.cli import (
-    campaign,
-    cases,
-    graph_check,
-    graph_export,
-    graph_query,
-    orders,
-    plant,
-    prompt,
-    replay,
-    resume,
-    run,
-    trace_verify,
-)
-from homeostat.cli.arguments import Parser
+from homeostat.cli.commands import campaign, cases, orders, plant, prompt, replay, resume, run, trace_verify
+from homeostat.cli.commands.graph import check as graph_check
+from homeostat.cli.commands.graph import export as graph_export
+from homeostat.cli.commands.graph import query as graph_query
+from homeostat.cli.options.arguments import Parser
 
 ENDING = """\
 exit status:

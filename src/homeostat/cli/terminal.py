@@ -9,8 +9,8 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from homeostat.cli.line import Line, Tone
-from homeostat.domain.tag import Tag
+from homeostat.cli.story.line import Line, Tone
+from homeostat.domain.plant.tag import Tag
 
 _STYLES: Final = {
     Tone.PLAIN: "",

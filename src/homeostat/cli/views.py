@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol, TextIO, final
 
-from homeostat.cli.line import Line
+from homeostat.cli.story.line import Line
 
 
 class View(Protocol):

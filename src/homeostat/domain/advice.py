@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from homeostat.domain.limits import Owner
+from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Finding, Verdict
 

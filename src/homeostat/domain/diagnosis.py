@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from homeostat.domain.tag import Range
+from homeostat.domain.plant.tag import Range
 from homeostat.stl.formula import Expression
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Self
 
-from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
+from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine, Transition
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from enum import StrEnum
 from typing import TypeAlias
 
 from homeostat.domain.diagnosis import Hypothesis
-from homeostat.domain.limits import Owner
+from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Trajectory
 

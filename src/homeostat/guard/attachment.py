@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from homeostat.domain.mode import Mode
 from homeostat.domain.ports import Lease, Record
-from homeostat.guard.memory import Memory
+from homeostat.guard.restart.memory import Memory
 
 
 @dataclass(frozen=True, slots=True)

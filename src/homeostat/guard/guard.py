@@ -7,7 +7,8 @@ from collections import Counter
 from itertools import islice
 
 from homeostat.domain.alarm import Alarm, Priority
-from homeostat.domain.guard_events import GuardStarted, ModeEntered, StateEntered, Stopped
+from homeostat.domain.events.guard import GuardStarted, ModeEntered, StateEntered, Stopped
+from homeostat.domain.events.writes import Cause, TargetsHeld
 from homeostat.domain.mode import Mode, PersonCommand, Side
 from homeostat.domain.observation import (
     Arm,
@@ -20,33 +21,32 @@ from homeostat.domain.observation import (
     Trouble,
     Withdraw,
 )
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.request import Request
-from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.write_events import Cause, TargetsHeld
-from homeostat.guard.arrivals import Arrivals
 from homeostat.guard.attachment import Attachment
-from homeostat.guard.flight import Progress, Write
-from homeostat.guard.lapse import Lapse
-from homeostat.guard.latch import Latch
+from homeostat.guard.fallback.latch import Latch
+from homeostat.guard.fallback.response import Response
+from homeostat.guard.fallback.wanted import Wanted
 from homeostat.guard.mailbox import Mailbox
 from homeostat.guard.modes import Modes
-from homeostat.guard.moves import Moves
 from homeostat.guard.pace import Pace
 from homeostat.guard.parts import Parts
-from homeostat.guard.persons import Floor, Persons
-from homeostat.guard.quality import QualityWatch
-from homeostat.guard.requests import Requests
-from homeostat.guard.response import Response
-from homeostat.guard.restart import Restart
+from homeostat.guard.requests.persons import Floor, Persons
+from homeostat.guard.requests.requests import Requests
+from homeostat.guard.requests.verification import Present
+from homeostat.guard.restart.restart import Restart
+from homeostat.guard.sequence.arrivals import Arrivals
+from homeostat.guard.sequence.moves import Moves
+from homeostat.guard.sequence.steps import Steps
 from homeostat.guard.settings import GuardSettings
-from homeostat.guard.steps import Steps
 from homeostat.guard.texts import said
-from homeostat.guard.time_to_act import TimeToAct
-from homeostat.guard.trips import TripWatch
-from homeostat.guard.troubles import Troubles
-from homeostat.guard.verification import Present
-from homeostat.guard.wanted import Wanted
+from homeostat.guard.watch.quality import QualityWatch
+from homeostat.guard.watch.time_to_act import TimeToAct
+from homeostat.guard.watch.trips import TripWatch
+from homeostat.guard.watch.troubles import Troubles
+from homeostat.guard.writing.flight import Progress, Write
+from homeostat.guard.writing.lapse import Lapse
 
 MOST_HEARD = 50
 """Most messages of one kind that are heard in a tick, requests and orders apart, and most fallbacks in a ranking."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from homeostat.domain.mode import Mode
-from homeostat.guard.tenure import Tenure
+from homeostat.guard.writing.tenure import Tenure
 
 
 class Modes:

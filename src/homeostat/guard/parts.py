@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import GuardEvent, Lease, Record
-from homeostat.domain.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.alarms import Alarms
-from homeostat.guard.bounded import bounded
-from homeostat.guard.recognition import Evidence
-from homeostat.guard.recorder import Recorder
-from homeostat.guard.sequencer import Sequencer
-from homeostat.guard.service import Service
+from homeostat.guard.restart.recorder import Recorder
+from homeostat.guard.sequence.recognition import Evidence
+from homeostat.guard.sequence.sequencer import Sequencer
+from homeostat.guard.sequence.service import Service
 from homeostat.guard.settings import GuardSettings
-from homeostat.guard.tenure import Tenure
-from homeostat.guard.writer import Writer
+from homeostat.guard.watch.alarms import Alarms
+from homeostat.guard.writing.bounded import bounded
+from homeostat.guard.writing.tenure import Tenure
+from homeostat.guard.writing.writer import Writer
 
 
 @dataclass(frozen=True, slots=True)

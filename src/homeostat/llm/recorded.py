@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import Final, TypeGuard
 
 from homeostat.domain.quotation import quoted
+from homeostat.journal import Setting, Trace
+from homeostat.journal.archive import Archive
+from homeostat.journal.calls import ModelCalled
 from homeostat.llm.calls import Call, append_call
 from homeostat.llm.model import STRUCK_OUT, Failure, LanguageModel, ModelError, Question, Reply
 from homeostat.llm.secrets import Secrets
-from homeostat.trace import Setting, Trace
-from homeostat.trace.archive import Archive
-from homeostat.trace.calls import ModelCalled
 
 _LONGEST: Final = 18
 """Characters that quoting may make of one."""

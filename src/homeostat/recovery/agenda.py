@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from homeostat.agents.planning import EVENT
-from homeostat.domain.behaviour import StateMachine
+from homeostat.agents.search.planning import EVENT
 from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.verdict import Released
 from homeostat.recovery.plant_rules import Bounds
 from homeostat.recovery.scene import FIRST_LOOK, Scene

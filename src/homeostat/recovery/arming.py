@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 from homeostat.agents.checks import judge_safety
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.limits import Limits
+from homeostat.domain.events.recovery import FallbackArmed
 from homeostat.domain.observation import Arm, Correction, NoAction
+from homeostat.domain.plant.limits import Limits
 from homeostat.domain.recovery import FallbackStrategy
 from homeostat.domain.verdict import Approve, Finding, Rollout, Verdict
 from homeostat.recovery.deadline import act_by_s, deadline_s
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.scene import Scene
-from homeostat.trace.decisions import FallbackArmed
 
 
 @dataclass(frozen=True, slots=True)

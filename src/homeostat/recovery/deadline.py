@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from homeostat.domain.limits import Limits
+from homeostat.domain.plant.limits import Limits
 from homeostat.domain.verdict import Rollout, RolloutResult
 
 SHORTEST_S = 1.0

@@ -6,8 +6,9 @@ import asyncio
 from dataclasses import replace
 
 from homeostat.agents.checks import closed_finding, repetition_finding
-from homeostat.agents.crew import Approved, NoAdmissiblePlan, Proposer, Situation
+from homeostat.agents.roles import Approved, NoAdmissiblePlan, Proposer, Situation
 from homeostat.domain.advice import Advice, Attempt
+from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.verdict import Approve, LeftAlone, Released, Revise, Rollout
 from homeostat.recovery.deadline import SHORTEST_S
@@ -15,7 +16,6 @@ from homeostat.recovery.intervention import InterventionPolicy
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.releasing import Refused, Releasing
 from homeostat.recovery.scene import Scene
-from homeostat.trace.decisions import Attempted
 
 
 class Deliberation:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from homeostat.domain.limits import Limits
-from homeostat.domain.production import Production
+from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.production import Production
 from homeostat.domain.verdict import Approve, Rollout, Verdict
 
 TOLERANCE = 0.3

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from homeostat.agents.bounds import Budget, Patience
-from homeostat.domain.behaviour import StateMachine
-from homeostat.domain.limits import Limits
-from homeostat.domain.production import Production
+from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.production import Production
+from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.recovery import FallbackStrategy
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from homeostat.agents.crew import NoAdmissiblePlan, Proposer, Situation
+from homeostat.agents.roles import NoAdmissiblePlan, Proposer, Situation
+from homeostat.domain.events.recovery import GaveUp
 from homeostat.domain.verdict import LeftAlone, Released, Rollout
 from homeostat.recovery.deliberation import Deliberation
 from homeostat.recovery.intervention import InterventionPolicy
 from homeostat.recovery.plant_rules import Bounds
 from homeostat.recovery.releasing import Overtaken, Withdrawn
 from homeostat.recovery.scene import Scene
-from homeostat.trace.decisions import GaveUp
 
 
 class Proposals:

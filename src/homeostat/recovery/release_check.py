@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from homeostat.agents.checks import judge
-from homeostat.agents.crew import Approved
+from homeostat.agents.roles import Approved
 from homeostat.agents.simulation import plausible
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.limits import Limits
+from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.request import Request, Seal
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Approve, Rollout, Verdict
 from homeostat.twin.twin import Twin
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import asyncio
 
-from homeostat.agents.crew import Approved
+from homeostat.agents.roles import Approved
 from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.events.recovery import ReleasedActions, ReleaseRefused
 from homeostat.domain.mode import Mode
 from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.verdict import Finding, LeftAlone, Released, Revise
 from homeostat.recovery.plant_rules import Bounds
 from homeostat.recovery.release_check import Check
 from homeostat.recovery.scene import Scene
-from homeostat.trace.decisions import ReleasedActions, ReleaseRefused
 
 
 class Refused(Exception):

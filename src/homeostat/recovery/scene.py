@@ -7,12 +7,12 @@ from collections import deque
 from collections.abc import Awaitable, Iterable
 from typing import TypeVar
 
-from homeostat.agents.crew import Crew
+from homeostat.agents.roles import Crew
 from homeostat.domain.observation import Observation, Trouble
 from homeostat.domain.ports import Desk
 from homeostat.domain.snapshot import Snapshot
+from homeostat.journal.events import Event, Trace
 from homeostat.recovery.progress import ProgressMonitor
-from homeostat.trace.events import Event, Trace
 
 FIRST_LOOK = 5
 """Snapshots that the twin needs before it predicts anything."""

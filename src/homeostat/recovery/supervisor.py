@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 
-from homeostat.agents.crew import Crew, NoAdmissiblePlan, Situation
+from homeostat.agents.roles import Crew, NoAdmissiblePlan, Situation
 from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.events.recovery import Departed, Diagnosed, LeftAsIs, Noticed
 from homeostat.domain.observation import FallBack, Observation
 from homeostat.domain.ports import Desk
 from homeostat.domain.verdict import Departure, HandedOver, LeftAlone, Outcome, Released, Verdict
+from homeostat.journal.events import Trace
 from homeostat.recovery.agenda import Agenda
 from homeostat.recovery.arming import Arming
 from homeostat.recovery.deliberation import Deliberation
@@ -21,8 +23,6 @@ from homeostat.recovery.release_check import Check
 from homeostat.recovery.releasing import Releasing, Withdrawn
 from homeostat.recovery.scene import Scene
 from homeostat.recovery.watch import Watch
-from homeostat.trace.decisions import Departed, Diagnosed, LeftAsIs, Noticed
-from homeostat.trace.events import Trace
 
 
 class Supervisor:

@@ -6,10 +6,10 @@ import asyncio
 from collections import deque
 from concurrent.futures import Future
 
-from homeostat.agents.crew import Monitoring
+from homeostat.agents.roles import Monitoring
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.snapshot import Snapshot
-from homeostat.recovery.beside import start
+from homeostat.recovery.exchange.beside import start
 
 BACKLOG = 4096
 """Most snapshots that wait for a monitoring that is still thinking."""

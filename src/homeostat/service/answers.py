@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Protocol
 
-from homeostat.domain.guard_events import PersonHeard, RequestAnswered
+from homeostat.domain.events.guard import PersonHeard, RequestAnswered
 from homeostat.domain.request import RequestStatus
-from homeostat.trace.files import JOURNAL, MANIFEST
-from homeostat.trace.replay import parse
+from homeostat.journal.files import JOURNAL, MANIFEST
+from homeostat.journal.reading import parse
 
 _LOOK_S: Final = 0.1
 

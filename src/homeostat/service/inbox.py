@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Final, final
 
 from homeostat.domain.mode import PersonCommand
+from homeostat.journal.files import JOURNAL, MANIFEST, write_whole
 from homeostat.service.order import ENDING, IDENTIFIER, OrderError, read, run_identity, written
-from homeostat.trace.files import JOURNAL, MANIFEST, write_whole
 
 INBOX: Final = "inbox"
 """Folder of the run directory that orders are put into."""

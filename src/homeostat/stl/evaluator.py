@@ -27,6 +27,7 @@ import numpy as np
 
 from homeostat.stl.operations import Operations, Program
 from homeostat.stl.signals import Signals, View
+from homeostat.stl.sliding_extrema import NOWHERE, Decided
 from homeostat.stl.tree import (
     Always,
     And,
@@ -45,7 +46,6 @@ from homeostat.stl.tree import (
     Truth,
     Until,
 )
-from homeostat.stl.windows import NOWHERE, Decided
 
 
 @dataclass(frozen=True, slots=True)

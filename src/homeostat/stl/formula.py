@@ -29,11 +29,11 @@ from numpy.typing import NDArray
 from homeostat.stl.evaluator import Bounds, bounds, over_time, term
 from homeostat.stl.operations import COLUMNS, POINT, SIGNALS, Program
 from homeostat.stl.signals import SignalMap, View, gather
+from homeostat.stl.sliding_extrema import FloatArray
 from homeostat.stl.spelling import near_matches
 from homeostat.stl.text import render
 from homeostat.stl.tree import Arithmetic, FormulaError, Logic, Node, horizon_of, tags_of
 from homeostat.stl.units import Signal, with_scales
-from homeostat.stl.windows import FloatArray
 
 __all__ = ["Expression", "Formula", "FormulaError", "Margin", "Node", "parse", "parse_expression"]
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from homeostat.stl import temporal
 from homeostat.stl.signals import View
+from homeostat.stl.sliding_extrema import HIGHEST, LOWEST, Decided, FloatArray, better, constant
 from homeostat.stl.text import render
 from homeostat.stl.tree import Always, Eventually, FormulaError, Until
-from homeostat.stl.windows import HIGHEST, LOWEST, Decided, FloatArray, better, constant
 
 Program: TypeAlias = Callable[[Any], Any]
 """A compiled tree: from the values of the tags to the value of the term, or to a bound of the margin."""

@@ -10,9 +10,9 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from homeostat.stl.sliding_extrema import FloatArray
 from homeostat.stl.spelling import near_matches
 from homeostat.stl.tree import FormulaError
-from homeostat.stl.windows import FloatArray
 
 SignalMap: TypeAlias = Mapping[str, NDArray[Any] | float]
 """Per tag an array of numbers, shape (members, time) or (time,), or a scalar; they are broadcast together."""

@@ -10,9 +10,9 @@ import math
 from collections.abc import Callable
 
 from homeostat.stl.signals import View
+from homeostat.stl.sliding_extrema import HIGHEST, LOWEST, Decided, better, constant, over_windows, padded
 from homeostat.stl.text import render
 from homeostat.stl.tree import Always, Eventually, FormulaError, Until
-from homeostat.stl.windows import HIGHEST, LOWEST, Decided, better, constant, over_windows, padded
 
 Margins = Callable[[View], Decided]
 """Margins of an operand at the samples of a view."""

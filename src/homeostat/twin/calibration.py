@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from homeostat.domain.diagnosis import FaultState
-from homeostat.domain.parameter import ModelParameter
+from homeostat.domain.plant.parameter import ModelParameter
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.types import Row, Table
 from homeostat.twin.history import Window

@@ -11,7 +11,7 @@ from homeostat.process.batch import Batch
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.types import Cube, Table
 from homeostat.twin.history import Window
-from homeostat.twin.past import simulate_with_past
+from homeostat.twin.shared_prefix import simulate_with_past
 
 
 @dataclass(frozen=True, slots=True)

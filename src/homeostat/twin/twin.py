@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.domain.diagnosis import Fault, FaultState, Hypothesis
-from homeostat.domain.parameter import ModelParameter
-from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.parameter import ModelParameter
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.verdict import Rollout, RolloutResult, StepBand

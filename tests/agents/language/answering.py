@@ -10,7 +10,7 @@ from decimal import Decimal
 from pydantic import BaseModel
 
 from homeostat.agents.language.answers import commands_in
-from homeostat.domain.behaviour import State
+from homeostat.domain.plant.state_machine import State
 from homeostat.domain.recovery import ActionSet
 from tests.twin.followed import reactor
 

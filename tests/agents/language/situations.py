@@ -7,11 +7,11 @@ import contextlib
 import functools
 from dataclasses import dataclass, field, replace
 
-from homeostat.agents.crew import NoAdmissiblePlan, Situation
 from homeostat.agents.language.action import LanguageAction
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.reprompting import TeachingReprompting
 from homeostat.agents.language.scripts import reasonable, stubborn
+from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.domain.advice import Advice, Attempt

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from homeostat.agents.language.prompt_files import PROMPTS
 from homeostat.agents.language.reprompting import known_hint
 from homeostat.domain.advice import Advice, Attempt
-from homeostat.domain.limits import Owner
+from homeostat.domain.plant.limits import Owner
 from homeostat.domain.verdict import Revise
 from homeostat.llm.model import Failure, ModelError
 from tests.agents.language.test_reprompting import ACTIONS, PATH, Desk, attempt, feed, finding, keeps

@@ -24,8 +24,8 @@ from homeostat.agents.language.answers import (
     reprompting_type,
     schema,
 )
-from homeostat.domain.behaviour import State
-from homeostat.domain.limits import Owner
+from homeostat.domain.plant.limits import Owner
+from homeostat.domain.plant.state_machine import State
 from tests.agents.language.answering import STATES, TAGS, commands, taken, text, values_of
 from tests.safety.world import RUNNING
 from tests.safety.world import TAGS as VESSEL_TAGS

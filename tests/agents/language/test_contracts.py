@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import pytest
 
-from homeostat.agents.crew import Action, Planning, Reprompting, Situation
 from homeostat.agents.language.scripts import SCRIPTS
-from homeostat.domain.behaviour import StateMachine
+from homeostat.agents.roles import Action, Planning, Reprompting, Situation
+from homeostat.domain.plant.state_machine import StateMachine
+from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import RecoveryPath
-from homeostat.domain.tag import Tag
 from homeostat.llm.scripted import ScriptedModel
 from tests.agents.language.situations import CURABLE, Crew, situation
 from tests.contracts.action import ActionContract

@@ -13,7 +13,7 @@ from homeostat.agents.language.feedback import command_text, feedback_text, idle
 from homeostat.agents.language.scripts import reasonable, stubborn
 from homeostat.agents.language.situation import MOST_FINDINGS, MOST_NEAR, margin_text, nearest, worst_first
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
-from homeostat.domain.limits import Owner
+from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.verdict import Finding, Revise
 from homeostat.llm.scripted import ScriptedModel

@@ -8,8 +8,8 @@ import re
 
 import pytest
 
-from homeostat.agents.documents import excerpts
-from homeostat.agents.excerpts import GroundingKind
+from homeostat.agents.grounding.context import GroundingKind
+from homeostat.agents.grounding.documents import excerpts
 from homeostat.agents.language.action import LanguageAction
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.prompt_files import prompt_file, template_sha256
@@ -17,17 +17,17 @@ from homeostat.agents.language.reprompting import TeachingReprompting
 from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.language.speaker import BUDGET
 from homeostat.agents.language.stepwise import StepAction
-from homeostat.campaign.runner import run
-from homeostat.campaign.scenario import scenario
-from homeostat.cases.wiring import Language
 from homeostat.domain.advice import Advice, Attempt
+from homeostat.domain.events.recovery import Retrieved
 from homeostat.domain.verdict import Revise
+from homeostat.evaluate.run import run
+from homeostat.evaluate.scenario import scenario
+from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import exact
-from homeostat.trace import MemoryTrace
-from homeostat.trace.decisions import Retrieved
+from homeostat.plants.assembly import Language
 from tests.agents.language.situations import CURABLE, questions, simulation, situation
 from tests.agents.stuck_valve import grounding
 from tests.knowledge.test_documents import TURTLE

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from homeostat.agents.excerpts import GroundingKind
+from homeostat.agents.grounding.context import GroundingKind
 from homeostat.agents.language import prompt_files
 from homeostat.agents.language.prompt_files import PROMPTS, STAND_INS, fill, template_sha256
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.agents.crew import NoAdmissiblePlan, Situation
 from homeostat.agents.language.prompt_files import prompt_file, template_sha256
 from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.language.situation import MOST_FINDINGS, NOTE_LIMIT, situation_text, worst_first
 from homeostat.agents.language.speaker import BUDGET, LEAST_GRAPH, MOST_GRAPH, OMISSION, room
+from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.domain.advice import Advice
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from homeostat.agents.language.reach import HALF, best_together, curable
 from homeostat.domain.advice import Sensitivity
-from homeostat.domain.behaviour import SetpointRange, State
-from homeostat.domain.limits import Owner
+from homeostat.domain.plant.limits import Owner
+from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.verdict import Finding
 from homeostat.stl.formula import parse
 from tests.safety.world import TAGS

@@ -10,7 +10,6 @@ from dataclasses import replace
 import pytest
 
 from homeostat.agents.checks import repetition_finding
-from homeostat.agents.crew import NoAdmissiblePlan
 from homeostat.agents.language.reach import HALF
 from homeostat.agents.language.reprompting import (
     MOST_REPEATS,
@@ -19,10 +18,11 @@ from homeostat.agents.language.reprompting import (
     TeachingReprompting,
 )
 from homeostat.agents.language.scripts import reasonable
+from homeostat.agents.roles import NoAdmissiblePlan
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
-from homeostat.domain.behaviour import State
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.limits import Owner
+from homeostat.domain.plant.limits import Owner
+from homeostat.domain.plant.state_machine import State
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.verdict import Approve, Finding, Revise
 from homeostat.llm.model import ModelError, Question

@@ -11,38 +11,39 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from homeostat.campaign.scenario import Scenario
-from homeostat.campaign.unattended import open_process
-from homeostat.cases.case import load_case
-from homeostat.cases.error import CaseError
-from homeostat.cases.wiring import wire
-from homeostat.domain.guard_events import StateEntered
-from homeostat.domain.limits import Limits
+from homeostat.domain.events.guard import StateEntered
+from homeostat.domain.events.recovery import ReleasedActions
+from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.observation import FallBack, Trouble
+from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.rules import GuardRules, QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.ports import GuardEvent, Ticket
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import Request, RequestStatus, Seal
-from homeostat.domain.rules import GuardRules, QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.write_events import WriteIntended
+from homeostat.evaluate.reference.unsupervised import open_process
+from homeostat.evaluate.scenario import Scenario
 from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
-from homeostat.guard.memory import Memory
-from homeostat.guard.seal import Sealer
-from homeostat.guard.sequencer import nominal_route
+from homeostat.guard.requests.seal import Sealer
+from homeostat.guard.restart.memory import Memory
+from homeostat.guard.sequence.sequencer import nominal_route
 from homeostat.guard.settings import GuardSettings
-from homeostat.knowledge.graph_error import GraphError
+from homeostat.journal import Journal, MemoryTrace, Signature, Summary
+from homeostat.journal.chain import digest
+from homeostat.journal.signing.keys import SigningKey
+from homeostat.journal.verify.verify import verify
+from homeostat.knowledge.store.error import GraphError
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.links.simulated import SimulatedLink
-from homeostat.recovery.exchange import Exchange, ExchangeSettings
-from homeostat.recovery.loop import Loop
-from homeostat.recovery.worker import Worker
-from homeostat.trace import Journal, MemoryTrace, Signature, Summary, verify
-from homeostat.trace.chain import digest
-from homeostat.trace.decisions import ReleasedActions
-from homeostat.trace.keys import SigningKey
+from homeostat.plants.assembly import wire
+from homeostat.plants.error import CaseError
+from homeostat.plants.plant import load_case
+from homeostat.recovery.exchange.exchange import Exchange, ExchangeSettings
+from homeostat.recovery.exchange.loop import Loop
+from homeostat.recovery.exchange.worker import Worker
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring, ScriptedPlanning, diagnosis
-from tests.cases.copies import Copy
+from tests.plants.copies import Copy
 from tests.recovery.line import DRAIN, GOOD, KEY, MACHINE, VENT, LineTwin, Stage
 from tests.safety.attacks.forging import forge
 from tests.safety.attacks.plant import Ask, Attack, AttackedPlant, Report

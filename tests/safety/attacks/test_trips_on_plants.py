@@ -18,23 +18,32 @@ from typing import Any
 import numpy as np
 import pytest
 
-from homeostat.agents.crew import Monitoring, Proposer
-from homeostat.campaign.scenario import scenario
-from homeostat.campaign.unattended import open_process
-from homeostat.cases.case import Case, load_case
-from homeostat.cases.wiring import Arrangement, Language, Workbench, guard_rules, wire
+from homeostat.agents.roles import Monitoring, Proposer
+from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.domain.observation import Observation
 from homeostat.domain.ports import Clock, GuardEvent
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.write_events import Cause, WriteIntended
-from homeostat.guard.trips import TripWatch
-from homeostat.links.bad_readings import ALL, Freeze, Lie, NoReadBack, NotANumber, Silence, StuckClock, WrongClock
-from homeostat.links.bad_writes import HangingWrite
+from homeostat.evaluate.reference.unsupervised import open_process
+from homeostat.evaluate.scenario import scenario
+from homeostat.guard.watch.trips import TripWatch
+from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock, ThinkingClock
-from homeostat.links.misbehaving import LostHeartbeat, Misbehaving, Misbehaviour
+from homeostat.links.misbehaving.link import LostHeartbeat, Misbehaving, Misbehaviour
+from homeostat.links.misbehaving.readings import (
+    ALL,
+    Freeze,
+    Lie,
+    NoReadBack,
+    NotANumber,
+    Silence,
+    StuckClock,
+    WrongClock,
+)
+from homeostat.links.misbehaving.writes import HangingWrite
 from homeostat.links.simulated import SimulatedLink
 from homeostat.llm.model import Question, Reply
-from homeostat.trace import MemoryTrace
+from homeostat.plants.assembly import Arrangement, Language, Workbench, guard_rules, wire
+from homeostat.plants.plant import Case, load_case
 
 SEED = 3
 NOTICED_S, EARLY_S = 900.0, 400.0

@@ -6,19 +6,19 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from homeostat.agents.candidates import SearchSpace, design_commands, present_point
-from homeostat.agents.crew import Simulation, Situation
-from homeostat.agents.excerpts import Excerpts, GroundingKind
+from homeostat.agents.grounding.context import Excerpts, GroundingKind
 from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in
 from homeostat.agents.language.feedback import feedback_text, idle_text
 from homeostat.agents.language.prompt_files import fill, prompt_file
 from homeostat.agents.language.situation import MOST_FINDINGS, situation_text, worst_first
 from homeostat.agents.language.speaker import ask, question, room
-from homeostat.agents.planning import plausible_faults
+from homeostat.agents.roles import Simulation, Situation
+from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
+from homeostat.agents.search.planning import plausible_faults
 from homeostat.domain.advice import Advice, Sensitivity
-from homeostat.domain.behaviour import SetpointRange, State
-from homeostat.domain.plant_description import PlantDescription
-from homeostat.domain.production import Production
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.production import Production
+from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import ActionSet, RecoveryPath, open_setpoints
 from homeostat.domain.verdict import Revise
@@ -39,7 +39,7 @@ class Order:
 
 
 class LanguageAction:
-    """Implements :class:`homeostat.agents.crew.Action` with a language model."""
+    """Implements :class:`homeostat.agents.roles.Action` with a language model."""
 
     def __init__(
         self, model: LanguageModel, plant: PlantDescription, excerpts: Excerpts, production: Production,

@@ -11,11 +11,11 @@ from typing import Annotated, Any, Final, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from pydantic_core import ErrorDetails
 
-from homeostat.domain.behaviour import SetpointRange, State
-from homeostat.domain.limits import Owner
+from homeostat.domain.plant.limits import Owner
+from homeostat.domain.plant.state_machine import SetpointRange, State
+from homeostat.domain.plant.tag import Tag
 from homeostat.domain.quotation import quoted
 from homeostat.domain.recovery import Command
-from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Finding
 
 ANSWER: Final = "CHK-ANSWER"

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from homeostat.agents.language.prompt_files import fill
 from homeostat.agents.language.situation import MOST_FINDINGS, margin_text, nearest, worst_first
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
-from homeostat.domain.limits import Criterion, Limit, Limits
-from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.limits import Criterion, Limit, Limits
+from homeostat.domain.plant.tag import Tag
 from homeostat.domain.quotation import quote
-from homeostat.domain.tag import Tag
 from homeostat.domain.verdict import Finding
 
 LEAST_EFFECT = 1e-3

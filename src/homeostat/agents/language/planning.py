@@ -7,17 +7,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from homeostat.agents.crew import NoAdmissiblePlan, Situation
-from homeostat.agents.excerpts import Excerpts
-from homeostat.agents.grounding import Grounding
+from homeostat.agents.grounding.context import Excerpts
+from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, planning_type
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.prompt_files import fill, prompt_file
 from homeostat.agents.language.situation import situation_text
 from homeostat.agents.language.speaker import ask, question, room
-from homeostat.agents.planning import EVENT, open_paths, plausible_faults
+from homeostat.agents.roles import NoAdmissiblePlan, Situation
+from homeostat.agents.search.planning import EVENT, open_paths, plausible_faults
 from homeostat.domain.advice import Advice
-from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.verdict import Revise
@@ -43,7 +43,7 @@ class Choice:
 
 
 class LanguagePlanning:
-    """Implements :class:`homeostat.agents.crew.Planning` with a language model."""
+    """Implements :class:`homeostat.agents.roles.Planning` with a language model."""
 
     TASK = "planning.route"
     """Prompt file with what is asked for."""

@@ -9,7 +9,7 @@ from importlib import resources
 from string import Template
 from typing import Final
 
-from homeostat.agents.excerpts import GroundingKind
+from homeostat.agents.grounding.context import GroundingKind
 
 PROMPTS = resources.files(__package__).joinpath("prompts")
 """Folder of the prompt files."""

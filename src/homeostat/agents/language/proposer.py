@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from homeostat.agents.crew import Proposer, Simulation
-from homeostat.agents.excerpts import Excerpts
-from homeostat.agents.grounding import Grounding
+from homeostat.agents.grounding.context import Excerpts
+from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.action import LanguageAction
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.reprompting import TeachingReprompting
 from homeostat.agents.language.stepwise import StepAction, StepPlanning, StepReprompting
-from homeostat.domain.plant_description import PlantDescription
-from homeostat.domain.production import Production
+from homeostat.agents.roles import Proposer, Simulation
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.production import Production
 from homeostat.llm.model import LanguageModel
 
 NAME = "language"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.domain.advice import Sensitivity
-from homeostat.domain.behaviour import SetpointRange
+from homeostat.domain.plant.state_machine import SetpointRange
 from homeostat.domain.verdict import Finding
 
 HALF: Final = 0.5

@@ -9,17 +9,17 @@ from collections.abc import Sequence
 from typing import Final
 
 from homeostat.agents.checks import REPEATED
-from homeostat.agents.crew import NoAdmissiblePlan, Simulation, Situation
-from homeostat.agents.excerpts import GroundingKind
+from homeostat.agents.grounding.context import GroundingKind
 from homeostat.agents.language.answers import Unusable, reprompting_type
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.prompt_files import PROMPTS, fill, prompt_file
 from homeostat.agents.language.reach import curable
 from homeostat.agents.language.situation import MOST_FINDINGS, nearest, situation_text, worst_first
 from homeostat.agents.language.speaker import ask, question
+from homeostat.agents.roles import NoAdmissiblePlan, Simulation, Situation
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
-from homeostat.domain.limits import Owner
-from homeostat.domain.plant_description import PlantDescription
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import open_setpoints
 from homeostat.domain.verdict import Approve, Finding
 from homeostat.llm.model import LanguageModel
@@ -33,7 +33,7 @@ MOST_REPEATS: Final = 2
 
 
 class TeachingReprompting:
-    """Implements :class:`homeostat.agents.crew.Reprompting` for a language model."""
+    """Implements :class:`homeostat.agents.roles.Reprompting` for a language model."""
 
     def __init__(
         self, model: LanguageModel, plant: PlantDescription, simulation: Simulation,

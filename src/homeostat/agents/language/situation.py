@@ -8,9 +8,9 @@ from typing import Final
 
 import numpy as np
 
-from homeostat.agents.crew import Situation
+from homeostat.agents.roles import Situation
 from homeostat.domain.diagnosis import Hypothesis
-from homeostat.domain.plant_description import PlantDescription, Relation
+from homeostat.domain.plant.description import PlantDescription, Relation
 from homeostat.domain.quotation import quote
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding

@@ -6,10 +6,10 @@ from typing import Final
 
 from pydantic import BaseModel
 
-from homeostat.agents.crew import NoAdmissiblePlan, Situation
-from homeostat.agents.excerpts import GroundingKind
+from homeostat.agents.grounding.context import GroundingKind
 from homeostat.agents.language.answers import AnswerType, Unusable, read, schema, unusable
 from homeostat.agents.language.prompt_files import template_sha256
+from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.llm.model import ANSWERED, LanguageModel, ModelError, Question
 from homeostat.llm.tokens import estimate
 

@@ -6,9 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from homeostat.agents.candidates import SearchSpace, design_commands, present_point
-from homeostat.agents.crew import Situation
-from homeostat.agents.excerpts import Excerpts
+from homeostat.agents.grounding.context import Excerpts
 from homeostat.agents.language.action import action_role
 from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in, open_range
 from homeostat.agents.language.feedback import feedback_text
@@ -17,12 +15,14 @@ from homeostat.agents.language.prompt_files import fill
 from homeostat.agents.language.reprompting import TeachingReprompting, is_inadmissible
 from homeostat.agents.language.situation import situation_text
 from homeostat.agents.language.speaker import ask, question, room
-from homeostat.agents.planning import open_paths, plausible_faults
+from homeostat.agents.roles import Situation
+from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
+from homeostat.agents.search.planning import open_paths, plausible_faults
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
-from homeostat.domain.behaviour import SetpointRange, State
-from homeostat.domain.limits import Owner
-from homeostat.domain.plant_description import PlantDescription
-from homeostat.domain.production import Production
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.limits import Owner
+from homeostat.domain.plant.production import Production
+from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.verdict import Finding, Revise
@@ -64,7 +64,7 @@ class StepPlanning(LanguagePlanning):
 
 
 class StepAction:
-    """Implements :class:`homeostat.agents.crew.Action`: asks for every actuator in the state that is entered next.
+    """Implements :class:`homeostat.agents.roles.Action`: asks for every actuator in the state that is entered next.
 
     What the state admits is not part of the question's type, so that a wrong answer is told from a right one by
     validation. Before that state the plant is left as it is; after it, it is commanded as by design.

@@ -6,12 +6,11 @@ from collections.abc import Iterable, Mapping
 
 from pyoxigraph import NamedNode
 
-from homeostat.domain.behaviour import SetpointRange, State, StateMachine, Transition
-from homeostat.domain.tag import Tag
-
-from ..graph_error import Code, GraphError
-from ..store import GraphStore
-from .entry import Entry, entries, unique
+from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine, Transition
+from homeostat.domain.plant.tag import Tag
+from homeostat.knowledge.description.entry import Entry, entries, unique
+from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.knowledge.store.store import GraphStore
 
 
 def state_machine(store: GraphStore, system: NamedNode, tags: Iterable[Tag]) -> StateMachine:

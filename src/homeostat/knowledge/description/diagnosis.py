@@ -7,11 +7,10 @@ from collections.abc import Iterable
 from pyoxigraph import NamedNode
 
 from homeostat.domain.diagnosis import Direction, Fault, Feature, SymptomRule
-from homeostat.domain.tag import Tag
-
-from ..graph_error import Code
-from ..store import GraphStore
-from .entry import entries, unique
+from homeostat.domain.plant.tag import Tag
+from homeostat.knowledge.description.entry import entries, unique
+from homeostat.knowledge.store.error import Code
+from homeostat.knowledge.store.store import GraphStore
 
 
 def faults(store: GraphStore, system: NamedNode) -> tuple[Fault, ...]:

@@ -10,12 +10,11 @@ from typing import TypeVar
 
 from pyoxigraph import NamedNode
 
-from homeostat.domain.tag import Range, Tag
+from homeostat.domain.plant.tag import Range, Tag
+from homeostat.knowledge.questions.query import template
+from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.knowledge.store.store import GraphStore, Row, UnexpectedAnswer
 from homeostat.stl.formula import Expression, Formula, FormulaError, parse, parse_expression
-
-from ..graph_error import Code, GraphError
-from ..query import template
-from ..store import GraphStore, Row, UnexpectedAnswer
 
 _T = TypeVar("_T")
 _Rule = TypeVar("_Rule", Formula, Expression)

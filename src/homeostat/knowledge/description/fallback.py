@@ -9,11 +9,10 @@ from itertools import groupby
 from pyoxigraph import NamedNode
 
 from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy
-
-from ..graph_error import Code, GraphError
-from ..store import GraphStore
-from .entry import Entry, entries
-from .guarding import bounded_number
+from homeostat.knowledge.description.entry import Entry, entries
+from homeostat.knowledge.description.guarding import bounded_number
+from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.knowledge.store.store import GraphStore
 
 
 def fallback_strategies(store: GraphStore, system: NamedNode) -> tuple[FallbackStrategy, ...]:

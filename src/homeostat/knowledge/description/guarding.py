@@ -9,14 +9,13 @@ from typing import Final
 
 from pyoxigraph import NamedNode
 
-from homeostat.domain.limits import Limits
 from homeostat.domain.mode import Side
-from homeostat.domain.rules import QualityRule, StartUp, TripRule, WriteRule
-from homeostat.domain.tag import Tag
-
-from ..graph_error import Code, GraphError
-from ..store import GraphStore
-from .entry import Entry, entries, unique
+from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.rules import QualityRule, StartUp, TripRule, WriteRule
+from homeostat.domain.plant.tag import Tag
+from homeostat.knowledge.description.entry import Entry, entries, unique
+from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.knowledge.store.store import GraphStore
 
 TIMES_S: Final[Mapping[str, tuple[float, float]]] = {
     "stale_s": (1.0, 60.0), "frozen_s": (3.0, 60.0), "grace_s": (0.0, 60.0), "confirm_s": (1.0, 60.0),

@@ -7,11 +7,10 @@ from enum import StrEnum
 
 from pyoxigraph import NamedNode
 
-from homeostat.domain.limits import Criterion, Limit, LimitKind, Limits, Owner
-from homeostat.domain.tag import Tag
-
-from ..store import GraphStore
-from .entry import Entry, entries, unique
+from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits, Owner
+from homeostat.domain.plant.tag import Tag
+from homeostat.knowledge.description.entry import Entry, entries, unique
+from homeostat.knowledge.store.store import GraphStore
 
 
 class _Kind(StrEnum):

@@ -6,11 +6,10 @@ from itertools import groupby
 
 from pyoxigraph import NamedNode
 
-from homeostat.domain.parameter import ModelParameter
-
-from ..graph_error import Code, GraphError
-from ..store import GraphStore
-from .entry import Entry, entries
+from homeostat.domain.plant.parameter import ModelParameter
+from homeostat.knowledge.description.entry import Entry, entries
+from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.knowledge.store.store import GraphStore
 
 
 def model_parameters(store: GraphStore, system: NamedNode) -> tuple[ModelParameter, ...]:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from pyoxigraph import NamedNode
 
-from homeostat.domain.plant_description import PlantDescription
-
-from ..store import GraphStore
-from .behaviour import state_machine
-from .diagnosis import faults, features, symptom_rules
-from .fallback import fallback_strategies
-from .guarding import qualities, start_up, trips, writables
-from .limits import limits
-from .parameters import model_parameters
-from .signals import signals
-from .structure import components, equations, loops, root
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.knowledge.description.behaviour import state_machine
+from homeostat.knowledge.description.diagnosis import faults, features, symptom_rules
+from homeostat.knowledge.description.fallback import fallback_strategies
+from homeostat.knowledge.description.guarding import qualities, start_up, trips, writables
+from homeostat.knowledge.description.limits import limits
+from homeostat.knowledge.description.parameters import model_parameters
+from homeostat.knowledge.description.signals import signals
+from homeostat.knowledge.description.structure import components, equations, loops, root
+from homeostat.knowledge.store.store import GraphStore
 
 
 def read_plant(store: GraphStore, system: NamedNode) -> PlantDescription:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pyoxigraph import NamedNode
 
-from homeostat.domain.plant_description import Relation, Signal
-from homeostat.domain.tag import Role, Tag
-
-from ..graph_error import Code
-from ..store import GraphStore
-from .entry import Entry, entries, unique
+from homeostat.domain.plant.description import Relation, Signal
+from homeostat.domain.plant.tag import Role, Tag
+from homeostat.knowledge.description.entry import Entry, entries, unique
+from homeostat.knowledge.store.error import Code
+from homeostat.knowledge.store.store import GraphStore
 
 
 def tags(store: GraphStore, system: NamedNode) -> tuple[Tag, ...]:

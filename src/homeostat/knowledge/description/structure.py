@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from pyoxigraph import NamedNode
 
-from homeostat.domain.plant_description import Component, ComponentKind, ControlLoop, Equation
+from homeostat.domain.plant.description import Component, ComponentKind, ControlLoop, Equation
+from homeostat.knowledge.description.entry import Entry, entries, unique
+from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.knowledge.store.store import GraphStore
+from homeostat.knowledge.vocabulary.openmath import split
 from homeostat.stl.formula import parse_expression
-
-from ..graph_error import Code, GraphError
-from ..openmath import split
-from ..store import GraphStore
-from .entry import Entry, entries, unique
 
 
 def root(store: GraphStore, system: NamedNode) -> tuple[str, str]:

@@ -1,0 +1,76 @@
+"""Excerpts: what a language model is shown of the plant, and that it may be shown nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from enum import StrEnum
+from typing import Final, Protocol
+
+from homeostat.knowledge.context.context import Excerpt
+
+
+class GroundingKind(StrEnum):
+    """How the prompts of a language model are grounded; what is asked of the graph otherwise stays the same."""
+
+    GRAPH = "graph"
+    """In a part of the graph that a query found, as compact Turtle."""
+    DOCUMENTS = "documents"
+    """In the same facts as plain text, found by the words of the question."""
+    NONE = "none"
+    """In nothing but the situation."""
+
+
+class Excerpts(Protocol):
+    """Finds what a language model is shown of the plant, within a budget of tokens as ``count`` counts them."""
+
+    @property
+    def kind(self) -> GroundingKind:
+        """How it is found, which decides how prompts speak of it."""
+        ...
+
+    def planning_excerpt(
+        self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int,
+        count: Callable[[str], int],
+    ) -> Excerpt:  # fmt: skip
+        """What planning is shown: where ``event`` can lead from ``state`` with ``faults``; ``ahead``: on open paths."""
+        ...
+
+    def action_excerpt(
+        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int,
+        count: Callable[[str], int],
+    ) -> Excerpt:  # fmt: skip
+        """What acting is shown: what ``tags`` move in ``states``, what ``faults`` mean, and the ``hard`` limits."""
+        ...
+
+    def step_excerpt(self, state: str, faults: Sequence[str], budget: int, count: Callable[[str], int]) -> Excerpt:
+        """What acting in one step is shown: what ``state`` admits for each tag, and what ``faults`` mean."""
+        ...
+
+
+class NoExcerpts:
+    """Implements :class:`Excerpts` by showing nothing."""
+
+    kind: Final = GroundingKind.NONE
+    """Without any."""
+
+    def planning_excerpt(
+        self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int,
+        count: Callable[[str], int],
+    ) -> Excerpt:  # fmt: skip
+        """Nothing."""
+        return _nothing(budget)
+
+    def action_excerpt(
+        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int,
+        count: Callable[[str], int],
+    ) -> Excerpt:  # fmt: skip
+        """Nothing."""
+        return _nothing(budget)
+
+    def step_excerpt(self, state: str, faults: Sequence[str], budget: int, count: Callable[[str], int]) -> Excerpt:
+        """Nothing."""
+        return _nothing(budget)
+
+
+def _nothing(budget: int) -> Excerpt:
+    return Excerpt(text="", tokens=0, budget=budget, shown=0, left_out=())

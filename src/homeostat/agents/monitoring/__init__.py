@@ -1,0 +1,1 @@
+"""Monitoring: from samples to features, symptoms and hypotheses."""

@@ -1,0 +1,213 @@
+"""Monitoring: from snapshots to symptoms, from symptoms through the graph to hypotheses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.monitoring.features import FeatureFilter
+from homeostat.agents.monitoring.symptoms import SymptomWatch
+from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
+from homeostat.domain.plant.baseline import Baseline
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import HandedOver, LeftAlone, Outcome, Released
+from homeostat.stl.formula import Formula
+from homeostat.twin.twin import Twin
+
+
+@dataclass(frozen=True, slots=True)
+class MonitoringSettings:
+    """How patient monitoring is; all times in process seconds."""
+
+    settle_s: float = 500.0
+    """After the plant has reached normal operation, before features are judged [s]."""
+    centre_s: float = 600.0
+    """Healthy stretch from which this plant's own means and parameters are learned [s]."""
+    sure: float = 0.75
+    """Probability from which an explanation needs no more evidence [1]."""
+    evidence_s: float = 6.0
+    """How long to gather evidence while the explanation is unsure [s]."""
+    again_s: float = math.inf
+    """While evidence is gathered, how soon it is looked at again; infinite for not before the end [s]."""
+    transient_s: float = 120.0
+    """After a release, the time in which new symptoms are expected [s]."""
+    review_s: float = 600.0
+    """After a release or a decision to leave the plant alone, when the situation is judged again [s]."""
+    repeat_s: float = 30.0
+    """After symptoms that nothing explains, when they are looked at again [s]."""
+
+
+class Monitoring:
+    """Implements :class:`homeostat.agents.roles.Monitoring` with reference values and the twin's explanations."""
+
+    def __init__(
+        self,
+        twin: Twin,
+        grounding: Grounding,
+        description: PlantDescription,
+        baselines: Mapping[str, Baseline],
+        started: Formula,
+        settings: MonitoringSettings | None = None,
+    ) -> None:
+        """``started`` holds once the plant has left start-up."""
+        self._twin = twin
+        self._grounding = grounding
+        self._started_formula = started
+        self._settings = settings or MonitoringSettings()
+        rules = description.qualities.values()
+        self._noisy = tuple(r.tag for r in rules if r.noise and r.frozen_s is not None)
+        self._before: tuple[float, ...] = ()
+        self._filters = [FeatureFilter(f) for f in description.features]
+        self._watches = [SymptomWatch(r, baselines[r.feature]) for r in description.symptom_rules]
+        self._every = tuple(fault.name for fault in description.faults)
+        self._sums = {f.name: 0.0 for f in description.features}
+        self._counted = 0
+        self._started_s: float | None = None
+        self._centred = False
+        self._acknowledged: dict[str, float] = {}
+        self._released_s: float | None = None
+        self._first_s: float | None = None
+        self._quiet_until_s = 0.0
+        self._review_at_s: float | None = None
+        self._known: tuple[FaultState, ...] = ()
+        self._last: tuple[Symptom, ...] = ()
+        self._stopped = False
+        self._at_s = -math.inf
+        self._symptoms: tuple[Symptom, ...] = ()
+
+    def notices(self, snapshot: Snapshot) -> bool:
+        """Take one more snapshot; whether something needs to be explained now. One without news says nothing."""
+        if snapshot.at_s <= self._at_s or self._repeats(snapshot):
+            return False
+        self._twin.observe(snapshot)
+        self._at_s = snapshot.at_s
+        self._symptoms = self._update(snapshot)
+        return not self._stopped and self._attention(snapshot.at_s)
+
+    def _repeats(self, snapshot: Snapshot) -> bool:
+        """Whether every reading that has noise comes again to the last digit: an old picture with a new time.
+
+        Some that do are evidence of stuck instruments; all of them say nothing about the plant.
+        """
+        values, before = snapshot.values, self._before
+        self._before = tuple(values[tag] for tag in self._noisy if tag in values)
+        return bool(self._before) and self._before == before
+
+    @property
+    def symptoms(self) -> tuple[Symptom, ...]:
+        """The symptoms that are active now."""
+        return self._symptoms
+
+    def diagnose(self, departed: bool = False) -> Diagnosis:
+        """What is believed now; not faulty where evidence is missing or nothing is the best explanation.
+
+        A batch that ``departed`` from its prediction is evidence enough: every fault is tried, and none is waited for.
+        """
+        hypotheses = self._explain(self._symptoms, departed)
+        nothing = Diagnosis(self._at_s, (), ())
+        if not hypotheses or (not departed and self._unsure(hypotheses) and self._waiting(self._at_s)):
+            return nothing
+        if sum(h.probability for h in hypotheses if not h.faults) > 0.5:
+            if departed:
+                return nothing
+            self._quiet_until_s = self._at_s + self._settings.repeat_s
+            self._first_s = None
+            return nothing
+        self._known = next(h.faults for h in hypotheses if h.faults)
+        self._last = self._symptoms or self._last
+        self._acknowledged.update({s.rule: self._at_s + self._settings.review_s for s in self._symptoms})
+        self._sharpen(hypotheses)
+        return Diagnosis(self._at_s, self._last, hypotheses)
+
+    def follow(self, outcome: Outcome) -> None:
+        """Take note of what was done: an expected transient is not a new fault, and reviews are scheduled."""
+        self._first_s = None
+        self._stopped = isinstance(outcome, HandedOver)
+        match outcome:
+            case Released(at_s=at_s):
+                self._released_s = at_s
+                self._quiet_until_s = at_s + self._settings.transient_s
+                self._review_at_s = at_s + self._settings.review_s
+            case LeftAlone(at_s=at_s):
+                self._review_at_s = at_s + self._settings.review_s
+            case HandedOver():
+                self._review_at_s = None
+
+    def _update(self, snapshot: Snapshot) -> tuple[Symptom, ...]:
+        """Confirmed symptoms; learns the plant's own means on the way."""
+        values = {f.feature.name: f.update(snapshot) for f in self._filters}
+        if self._started_s is None:
+            if self._started_formula.holds(snapshot.values):
+                self._started_s = snapshot.at_s
+            return ()
+        if snapshot.at_s - self._started_s < self._settings.settle_s:
+            return ()
+        for watch in self._watches:
+            value = values[watch.rule.feature]
+            if value is not None:  # what is not known neither begins a symptom nor ends one
+                watch.update(value, snapshot.at_s)
+        active = tuple(w.active for w in self._watches if w.active is not None)
+        known = {k: v for k, v in values.items() if v is not None}
+        if not self._centred and not self._known and len(known) == len(values):
+            self._learn(known, healthy=not active)
+        return active
+
+    def _learn(self, values: Mapping[str, float], healthy: bool) -> None:
+        """Accumulate means over an unbroken healthy stretch; after ``centre_s`` use them and calibrate the twin."""
+        if not healthy:
+            self._sums = dict.fromkeys(self._sums, 0.0)
+            self._counted = 0
+            return
+        for name, value in values.items():
+            self._sums[name] += value
+        self._counted += 1
+        if self._counted >= self._settings.centre_s:
+            for watch in self._watches:
+                watch.centre(self._sums[watch.rule.feature] / self._counted)
+            self._twin.calibrate(int(self._settings.centre_s))
+            self._centred = True
+
+    def _attention(self, at_s: float) -> bool:
+        """Whether something new was seen, or a review is due."""
+        if self._review_at_s is not None and at_s >= self._review_at_s:
+            self._review_at_s = at_s + self._settings.review_s
+            return True
+        fresh = {s.rule for s in self._symptoms if self._acknowledged.get(s.rule, 0.0) <= at_s}
+        return bool(fresh) and at_s >= self._quiet_until_s
+
+    def _explain(self, symptoms: tuple[Symptom, ...], departed: bool) -> tuple[Hypothesis, ...]:
+        """Candidate faults from the graph, and those believed before, explained by the twin; all where ``departed``."""
+        indicated = [s.rule for s in symptoms]
+        candidates = self._grounding.candidate_faults(indicated) if indicated else ()
+        others = self._every if departed else ()
+        ordered = list(dict.fromkeys([*candidates, *(f.fault for f in self._known), *others]))
+        return self._twin.frozen().explain(ordered, self._known, departed) if ordered else ()
+
+    def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
+        """Where one fault of one size explains everything since the release, learn the parameters from that time."""
+        if self._released_s is None or len(hypotheses) > 1:
+            return
+        seconds = int(min(self._at_s - self._released_s, self._settings.review_s)) - 60
+        if seconds >= self._settings.review_s / 2:
+            self._twin.recalibrate(seconds, hypotheses[0].faults)
+
+    def _unsure(self, hypotheses: tuple[Hypothesis, ...]) -> bool:
+        """Whether no explanation stands out."""
+        by_name: dict[str, float] = {}
+        for h in hypotheses:
+            by_name[h.name] = by_name.get(h.name, 0.0) + h.probability
+        return max(by_name.values()) < self._settings.sure
+
+    def _waiting(self, at_s: float) -> bool:
+        """Whether there is still time to gather evidence; starts the wait."""
+        if self._review_at_s is not None:
+            return False
+        if self._first_s is None:
+            self._first_s = at_s
+        if at_s - self._first_s < self._settings.evidence_s:
+            self._quiet_until_s = min(self._first_s + self._settings.evidence_s, at_s + self._settings.again_s)
+            return True
+        return False

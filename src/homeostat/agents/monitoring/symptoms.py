@@ -1,0 +1,53 @@
+"""Symptoms: deviations of features from their reference that last."""
+
+from __future__ import annotations
+
+import math
+
+from homeostat.domain.diagnosis import Direction, Symptom, SymptomRule
+from homeostat.domain.plant.baseline import Baseline
+
+
+class SymptomWatch:
+    """Applies one rule: threshold, deadband and on-delay, with a return band of 70 %."""
+
+    def __init__(self, rule: SymptomRule, baseline: Baseline) -> None:
+        """``baseline`` is the reference of the rule's feature."""
+        self.rule = rule
+        self._baseline = baseline
+        self._centre = baseline.mean
+        self._sd = math.hypot(baseline.within_sd, baseline.between_sd)
+        self._since: float | None = None
+        self.active: Symptom | None = None
+        """The confirmed symptom; None while there is none."""
+
+    def centre(self, mean: float) -> None:
+        """Use this plant's own healthy mean; refused (kept at the design's) where it is implausible."""
+        if abs(mean - self._baseline.mean) <= 4.0 * self._sd:
+            self._centre = mean
+            self._sd = self._baseline.within_sd
+
+    @property
+    def threshold(self) -> float:
+        """Least deviation that counts, in the feature's unit."""
+        return max(self.rule.sigma * self._sd, self.rule.deadband)
+
+    def update(self, value: float, at_s: float) -> Symptom | None:
+        """The confirmed symptom after one more value, or None."""
+        deviation = value - self._centre
+        match self.rule.direction:
+            case Direction.HIGH:
+                signed = deviation
+            case Direction.LOW:
+                signed = -deviation
+            case Direction.BOTH:
+                signed = abs(deviation)
+        excess = signed / self.threshold
+        if excess >= 1.0:
+            self._since = at_s if self._since is None else self._since
+            if at_s - self._since >= self.rule.on_delay_s and self.active is None:
+                self.active = Symptom(self.rule.name, at_s, deviation, self.threshold, excess)
+        elif excess < 0.7:
+            self._since = None
+            self.active = None
+        return self.active

@@ -1,0 +1,174 @@
+"""The agents' roles: six protocols, and the crew that fills them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+from homeostat.agents.grounding.grounding import Grounding
+from homeostat.domain.advice import Advice, Attempt, Sensitivity
+from homeostat.domain.diagnosis import Diagnosis, Symptom
+from homeostat.domain.plant.state_machine import State
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import Approve, Finding, Outcome, Revise, Rollout, Verdict
+
+
+class AskingProtocol(StrEnum):
+    """When proposers are asked, and for how much."""
+
+    ROUTE = "route"
+    """When something is wrong, for everything that is to follow."""
+    PER_STEP = "per-step"
+    """In every state that the plant enters, a language model for the next step only."""
+
+
+class NoAdmissiblePlan(Exception):
+    """Nothing is left to propose; the message says what was tried."""
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What a proposer is asked about."""
+
+    snapshot: Snapshot
+    """The plant now."""
+    diagnosis: Diagnosis
+    """What is believed to be wrong."""
+    state: str
+    """State of the supervisory state machine."""
+    recent: tuple[Snapshot, ...] = ()
+    """The last minutes, the oldest first."""
+    idle: tuple[Finding, ...] = ()
+    """Every check on what happens without action."""
+    deadline_s: float = 0.0
+    """Process time that is left for thinking [s]."""
+    rest: RecoveryPath | None = None
+    """What follows if nobody interferes; None where the plant stays in its state."""
+    under_way: tuple[Command, ...] = ()
+    """Commands that were sent and that the readings do not show yet."""
+
+
+@dataclass(frozen=True, slots=True)
+class Approved:
+    """What deliberation found."""
+
+    actions: ActionSet
+    """The action set."""
+    path: RecoveryPath
+    """The path that it takes."""
+    approval: Approve
+    """Its approval."""
+    proposer: str
+    """Who proposed it."""
+
+
+class Monitoring(Protocol):
+    """Watches the plant."""
+
+    def notices(self, snapshot: Snapshot) -> bool:
+        """Take one more snapshot; whether something needs to be explained now."""
+        ...
+
+    @property
+    def symptoms(self) -> tuple[Symptom, ...]:
+        """The symptoms that are active now."""
+        ...
+
+    def diagnose(self, departed: bool = False) -> Diagnosis:
+        """What is believed now; ``departed``: the batch does not go as predicted, whatever the symptoms say."""
+        ...
+
+    def follow(self, outcome: Outcome) -> None:
+        """Take note of what was done about the last diagnosis."""
+        ...
+
+
+class Planning(Protocol):
+    """Proposes a path through the state machine."""
+
+    async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath | Revise:
+        """A path to try, or why the answer is none; NoAdmissiblePlan where nothing is left."""
+        ...
+
+
+class Action(Protocol):
+    """Turns a path into commands."""
+
+    async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
+        """Commands that take the path, or why the answer has none; NoAdmissiblePlan where nothing is left."""
+        ...
+
+
+class Simulation(Protocol):
+    """Tries action sets on the twin."""
+
+    def observe(self, snapshots: tuple[Snapshot, ...]) -> None:
+        """Bring the twin up to the present."""
+        ...
+
+    def instrument_errors(self, diagnosis: Diagnosis) -> tuple[Mapping[str, float], ...]:
+        """Tag -> reading minus truth under each plausible hypothesis; small calibration errors are left out."""
+        ...
+
+    async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet) -> Rollout:
+        """What ``actions`` would do from the present on, under every plausible hypothesis."""
+        ...
+
+    async def sensitivities(
+        self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]
+    ) -> tuple[Sensitivity, ...]:
+        """How the margins of ``criteria`` change with each command that ``states``, one per step, leave open."""
+        ...
+
+
+class Validation(Protocol):
+    """Judges rollouts."""
+
+    def judge(self, actions: ActionSet, rollout: Rollout, target: State, path: RecoveryPath | None = None) -> Verdict:
+        """Approve only if every criterion holds in every member; ``path`` leads to ``target`` step by step."""
+        ...
+
+
+class Reprompting(Protocol):
+    """Says what the next attempt must cure, and who must cure it."""
+
+    async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
+        """Advice for the next attempt; NoAdmissiblePlan where another one is pointless."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Proposer:
+    """Someone who proposes; interchangeable, ranked by the crew."""
+
+    name: str
+    """Who acts: ``search`` or ``language``."""
+    planning: Planning
+    """Proposes paths."""
+    action: Action
+    """Proposes commands."""
+    reprompting: Reprompting
+    """Says what the next attempt must cure."""
+    attempts: int = 12
+    """Most proposals in one recovery."""
+    improves: bool = False
+    """Whether it is asked as well where the plant may be left alone, but might do better."""
+
+
+@dataclass(frozen=True, slots=True)
+class Crew:
+    """Everyone who takes part in a recovery."""
+
+    monitoring: Monitoring
+    """Watches."""
+    proposers: tuple[Proposer, ...]
+    """In the order in which they are asked."""
+    simulation: Simulation
+    """Tries."""
+    validation: Validation
+    """Judges."""
+    grounding: Grounding
+    """Asks the knowledge graph for all of them."""

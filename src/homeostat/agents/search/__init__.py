@@ -1,0 +1,1 @@
+"""The deterministic proposer: planning by enumeration, action by search, reprompting by margins."""

@@ -1,0 +1,144 @@
+"""Action by search: least production loss subject to every criterion's margin over the ensemble."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from homeostat.agents.roles import Situation
+from homeostat.agents.search.candidates import Point, SearchSpace, present_point
+from homeostat.agents.search.cost import Cost
+from homeostat.agents.search.routes import RouteSearch
+from homeostat.agents.simulation import plausible
+from homeostat.domain.advice import Advice
+from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.production import Production
+from homeostat.domain.plant.tag import Tag
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from homeostat.twin.forecast import Ensemble
+from homeostat.twin.twin import Purpose, Twin
+
+HOPELESS = 5.0
+"""A search whose cost stays above this cannot be cured by refinement [production]."""
+CHANGE = 0.03
+"""Production that a setpoint change over its whole range is worth [1]."""
+APART = 0.25
+"""Points closer than this, summed over the ranges, lie in one basin [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class SearchSettings:
+    """How the search spends its time."""
+
+    slack: float = 0.08
+    """Margin that is kept on the search's own rollouts, in scales of the criterion's unit [1]."""
+    coarse: tuple[float, ...] = (0.1, 0.05, 0.025)
+    """Step of each refinement on few members, as a fraction of each range [1]."""
+    bases: int = 3
+    """Points that each of these starts from, well apart from each other."""
+    finalists: int = 12
+    """Points that are tried again on as many members as validation uses."""
+    fine: tuple[float, ...] = (0.02, 0.008)
+    """Step of each refinement on those."""
+    least_probability: float = 0.05
+    """Hypotheses below this are left to validation [1]."""
+
+
+class SearchAction:
+    """Implements :class:`homeostat.agents.roles.Action` without a model; every draw comes from the twin's seed."""
+
+    def __init__(
+        self,
+        twin: Twin,
+        limits: Limits,
+        tags: Mapping[str, Tag],
+        production: Production,
+        scales: Mapping[str, float],
+        settings: SearchSettings | None = None,
+    ) -> None:
+        """``scales``: unit -> what counts as one unit of margin in it."""
+        self._twin = twin
+        self._tags = tags
+        self._settings = settings or SearchSettings()
+        self._cost = Cost(limits, production, scales, self._settings.slack)
+        self._judged: list[tuple[Ensemble, dict[tuple[Command, ...], NDArray[np.float64]]]] = []
+
+    def _judged_on(self, ensemble: Ensemble) -> dict[tuple[Command, ...], NDArray[np.float64]]:
+        """Commands -> what they came to on ``ensemble``: attempts differ in what they require, not in what happens."""
+        before = self._judged
+        for known, judged in before:
+            if known is ensemble:
+                return judged
+        mine: dict[tuple[Command, ...], NDArray[np.float64]] = {}
+        self._judged = [*((e, j) for e, j in before if e.start_s == ensemble.start_s), (ensemble, mine)]
+        return mine
+
+    async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet:
+        """The best action set found for the path's target state; validation says whether it will do."""
+        if path.awaited:
+            routes = RouteSearch(self._twin.frozen(), self._cost, self._tags, self._settings.least_probability)
+            return await asyncio.to_thread(routes.best, path, situation, dict(advice.required))
+        space = SearchSpace(path.machine.state(path.target), self._tags)
+        return await asyncio.to_thread(self._search, self._twin.frozen(), space, situation, dict(advice.required))
+
+    def _search(self, twin: Twin, space: SearchSpace, situation: Situation, required: Mapping[str, float]) -> ActionSet:
+        settings = self._settings
+        likely = plausible(situation.diagnosis, settings.least_probability, most=6)
+        few = twin.ensemble(likely, twin.settings.search_draws)
+        tried: dict[Point, float] = {}
+        present = present_point(space.state, situation.snapshot.values)
+        self._evaluate(twin, space.first(present), space, few, required, tried)
+        for fraction in settings.coarse:
+            bases = self._apart(tried, space, settings.bases)
+            before = tried[bases[0]]
+            self._evaluate(twin, [p for b in bases for p in space.around(b, fraction)], space, few, required, tried)
+            if before > HOPELESS and min(tried.values()) > 0.9 * before:
+                return space.actions(self._best(tried, space, 1)[0])
+        many = twin.ensemble(likely, twin.settings.draws, Purpose.REFINE)
+        sure: dict[Point, float] = {}
+        self._evaluate(twin, self._best(tried, space, settings.finalists), space, many, required, sure)
+        for fraction in settings.fine:
+            (base,) = self._best(sure, space, 1)
+            self._evaluate(twin, space.around(base, fraction), space, many, required, sure)
+        return space.actions(self._best(sure, space, 1)[0])
+
+    def _apart(self, tried: Mapping[Point, float], space: SearchSpace, count: int) -> list[Point]:
+        """The best points that are apart from each other: the best one's surroundings may be a trap."""
+        chosen: list[Point] = []
+        for point in self._best(tried, space, len(tried)):
+            if all(space.gap(point, other) > APART for other in chosen):
+                chosen.append(point)
+                if len(chosen) == count:
+                    break
+        return chosen
+
+    def _best(self, tried: Mapping[Point, float], space: SearchSpace, count: int) -> list[Point]:
+        return sorted(tried, key=lambda p: (tried[p], space.distance(p)))[:count]
+
+    def _evaluate(
+        self,
+        twin: Twin,
+        points: Sequence[Point],
+        space: SearchSpace,
+        ensemble: Ensemble,
+        required: Mapping[str, float],
+        tried: dict[Point, float],
+    ) -> None:
+        """Cost of every new point: production loss, plus ten per scale of missing margin, plus a little for change."""
+        fresh = [p for p in dict.fromkeys(points) if p not in tried]
+        if not fresh:
+            return
+        actions = [space.actions(p) for p in fresh]
+        judged = self._judged_on(ensemble)
+        untried = [a for a in actions if a.commands not in judged]
+        if untried:
+            schedules = np.stack([twin.schedule(a, twin.settings.horizon_s) for a in untried])
+            rows = self._cost.judge(*twin.try_many(ensemble, schedules), len(untried))
+            judged.update(zip((a.commands for a in untried), rows, strict=True))
+        cost = self._cost.total(np.stack([judged[a.commands] for a in actions]), required)
+        for point, value in zip(fresh, cost.tolist(), strict=True):
+            tried[point] = value + CHANGE * space.distance(point)

@@ -1,0 +1,111 @@
+"""Candidate action sets of a state: where a search looks first, and next."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from homeostat.domain.plant.state_machine import SetpointRange, State
+from homeostat.domain.plant.tag import Tag
+from homeostat.domain.recovery import ActionSet, Command
+
+Point = tuple[float | None, ...]
+"""One value per setpoint range of the state; None leaves a manual output on automatic."""
+PRIMES = (2, 3, 5, 7, 11, 13, 17)
+
+
+@dataclass(frozen=True, slots=True)
+class SearchSpace:
+    """What may be commanded in one state, and how a point becomes an action set."""
+
+    state: State
+    """The state."""
+    tags: Mapping[str, Tag]
+    """Tag name -> tag, for the rate limits."""
+
+    @property
+    def ranges(self) -> tuple[SetpointRange, ...]:
+        """The dimensions."""
+        return self.state.setpoints
+
+    @property
+    def design(self) -> Point:
+        """Every setpoint at its design value, every manual output on automatic."""
+        return tuple(r.design for r in self.ranges)
+
+    def actions(self, point: Point) -> ActionSet:
+        """The action set of ``point``."""
+        pairs = zip(self.ranges, point, strict=True)
+        return ActionSet(
+            tuple(Command(r.tag, v, None if v is None else self.tags[r.tag].rate_limit) for r, v in pairs),
+            self.state.name,
+        )
+
+    def distance(self, point: Point) -> float:
+        """How far ``point`` is from the design: setpoints in their ranges, summed; a manual output counts as two."""
+        return self.gap(point, self.design)
+
+    def gap(self, point: Point, other: Point) -> float:
+        """How far two points are apart: differences in the ranges, summed; manual against automatic counts as two."""
+        total = 0.0
+        for r, v, w in zip(self.ranges, point, other, strict=True):
+            if v is None or w is None:
+                total += 0.0 if v is w else 2.0
+            elif r.high > r.low:
+                total += abs(v - w) / (r.high - r.low)
+        return total
+
+    def first(self, present: Point, levels: int = 13, scattered: int = 24) -> list[Point]:
+        """Sweeps of each setpoint from the design and the present point, and points scattered over the box."""
+        points = [self.design, present]
+        for k, r in enumerate(self.ranges):
+            values = [r.low + (r.high - r.low) * i / (levels - 1) for i in range(levels)]
+            if r.design is None:
+                values = [r.low + (r.high - r.low) * f for f in (0.5, 0.75, 1.0)]
+            for base in {self.design, present}:
+                points += [(*base[:k], v, *base[k + 1 :]) for v in values]
+        for n in range(1, scattered + 1):
+            points.append(tuple(self._scatter(r, n, PRIMES[k]) for k, r in enumerate(self.ranges)))
+        return list(dict.fromkeys(points))
+
+    def around(self, point: Point, fraction: float) -> list[Point]:
+        """Every combination of one step down, none, or up in each dimension; a step is ``fraction`` of the range."""
+        options: list[Sequence[float | None]] = []
+        for r, v in zip(self.ranges, point, strict=True):
+            if v is None or r.high <= r.low:
+                options.append((v,))
+            else:
+                step = fraction * (r.high - r.low)
+                options.append(sorted({min(max(v + s * step, r.low), r.high) for s in (-1.0, 0.0, 1.0)}))
+        return [tuple(c) for c in itertools.product(*options)]
+
+    @staticmethod
+    def _scatter(r: SetpointRange, n: int, base: int) -> float | None:
+        """The n-th point of a Halton sequence in the range; manual outputs stay automatic."""
+        if r.design is None:
+            return None
+        fraction, weight = 0.0, 1.0
+        while n > 0:
+            weight /= base
+            n, digit = divmod(n, base)
+            fraction += digit * weight
+        return r.low + (r.high - r.low) * fraction
+
+
+def design_commands(state: State, tags: Mapping[str, Tag]) -> tuple[Command, ...]:
+    """What ``state`` is commanded by design, each not faster than its tag may change."""
+    return SearchSpace(state, tags).actions(SearchSpace(state, tags).design).commands
+
+
+def present_point(state: State, values: Mapping[str, float]) -> Point:
+    """Where the plant's setpoints are now, brought into the state's ranges."""
+    point: list[float | None] = []
+    for r in state.setpoints:
+        value = values.get(r.tag, math.nan)
+        if math.isnan(value):
+            point.append(r.design)
+        else:
+            point.append(min(max(value, r.low), r.high))
+    return tuple(point)

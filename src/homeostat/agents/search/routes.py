@@ -1,0 +1,70 @@
+"""Action by search along a route: the values that its states leave open, chosen once for the whole of it."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+
+from homeostat.agents.roles import Situation
+from homeostat.agents.search.cost import Cost
+from homeostat.agents.simulation import plausible
+from homeostat.domain.plant.state_machine import State
+from homeostat.domain.plant.tag import Tag
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, open_setpoints
+from homeostat.twin.twin import Purpose, Twin
+
+LEVELS = 3
+"""Values of each open command that are tried, besides the design's."""
+MOST = 27
+"""Most candidates; where there would be more, only the design is tried."""
+CHANGE = 0.01
+"""Production that a command far from its design value is worth [1]."""
+
+
+class RouteSearch:
+    """Tries a route with every combination of a few values of what it leaves open, all in one call of the engine."""
+
+    def __init__(self, twin: Twin, cost: Cost, tags: Mapping[str, Tag], least_probability: float) -> None:
+        """``least_probability``: hypotheses below this are left to validation [1]."""
+        self._twin, self._cost, self._tags = twin, cost, tags
+        self._least = least_probability
+
+    def best(self, path: RecoveryPath, situation: Situation, required: Mapping[str, float]) -> ActionSet:
+        """The cheapest way to take ``path``; validation says whether it will do."""
+        choices = self._choices(path)
+        routes = [ActionSet.along(path, partial(self._commands, chosen)) for chosen in choices]
+        if len(routes) == 1:
+            return routes[0]
+        likely = plausible(situation.diagnosis, self._least, most=6)
+        ensemble = self._twin.ensemble(likely, self._twin.settings.search_draws, Purpose.REFINE)
+        cost = self._cost.of(*self._twin.follow_many(ensemble, routes), required, len(routes))
+        design = self._design(path)
+        far = [sum(abs(v - design[tag]) for tag, v in c.items()) for c in choices]
+        return routes[int(np.argmin(cost + CHANGE * np.array(far)))]
+
+    def _choices(self, path: RecoveryPath) -> list[dict[str, float]]:
+        """Tag -> value of everything that is open on the way; the design first."""
+        design = self._design(path)
+        options = [
+            {design[r.tag], *np.linspace(r.low, r.high, LEVELS).tolist()} for r in open_setpoints(path.commanded_states)
+        ]
+        if np.prod([len(o) for o in options], dtype=float) > MOST:
+            return [design]
+        found = [dict(zip(design, values, strict=True)) for values in itertools.product(*map(sorted, options))]
+        return [design, *(c for c in found if c != design)]
+
+    @staticmethod
+    def _design(path: RecoveryPath) -> dict[str, float]:
+        """Tag -> design value of everything that is open on the way."""
+        choices = open_setpoints(path.commanded_states)
+        return {r.tag: r.low if r.design is None else r.design for r in choices}
+
+    def _commands(self, chosen: Mapping[str, float], state: State) -> tuple[Command, ...]:
+        """What ``state`` is commanded: what is open as ``chosen``, the rest as by design."""
+        return tuple(
+            Command(r.tag, chosen[r.tag] if r.high > r.low else r.design, self._tags[r.tag].rate_limit)
+            for r in state.setpoints
+        )

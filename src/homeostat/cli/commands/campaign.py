@@ -1,0 +1,176 @@
+"""``homeostat campaign``: scenarios, proposers and seeds from a file, side by side, with their report."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import os
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from homeostat.cli.options import language
+from homeostat.cli.options.arguments import UsageError, whole_number
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from homeostat.cli.options.arguments import Commands
+    from homeostat.evaluate.study.plan.job import Job
+    from homeostat.evaluate.study.plan.plan import Plan
+    from homeostat.evaluate.study.progress import Progress
+    from homeostat.evaluate.study.row import Row
+    from homeostat.evaluate.study.study import Ended
+
+FOLDER = Path("runs")
+"""Where campaigns are kept unless told otherwise."""
+FAILED = 1
+"""Exit status of a campaign of which some runs could not be carried out."""
+PACE_S = 10.0
+"""Least time between two lines of progress where nobody looks on [s]."""
+
+
+def configure(commands: Commands) -> None:
+    """Declare the command."""
+    command = commands.add_parser(
+        "campaign",
+        help="run a whole study from a file and report it",
+        description="Run every scenario of a file with every seed, proposer and ablation; keep a dataset and a report. "
+        "A campaign that was stopped goes on where it stopped when it is started again.",
+        allow_abbrev=False,
+    )
+    command.add_argument("file", type=Path, metavar="FILE.toml", help="the campaign; docs/how-to/run-a-campaign.md")
+    command.add_argument("--out", type=Path, metavar="DIR", help="folder of the campaign (default: runs/NAME)")
+    where = command.add_mutually_exclusive_group()
+    where.add_argument(
+        "--workers", type=whole_number(1, 1024), metavar="N", help="processes, one core each (default: one per core)"
+    )
+    where.add_argument("--cluster", metavar="ADDRESS", help="a running Dask scheduler, tcp://HOST:PORT")
+    command.add_argument(
+        "--proposer", action="append", default=[], metavar="P",
+        help=f"one more proposer, alone, in every scenario: {language.FORMS}",
+    )  # fmt: skip
+    language.configure_model(command)
+    command.add_argument("--seeds", type=whole_number(1, 10_000), metavar="N", help="seeds 1 to N of every scenario")
+    command.add_argument("--only", action="append", default=[], metavar="JOB", help="run this job alone and keep it")
+    command.add_argument("--list", action="store_true", help="print the names of the jobs and run nothing")
+    command.set_defaults(carry_out=carry_out)
+
+
+def carry_out(options: argparse.Namespace) -> int:
+    """Read, expand, run what is not there yet, report; 1 where a run could not be carried out."""
+    from homeostat.evaluate.study.plan.expansion import jobs_of
+    from homeostat.evaluate.study.plan.file import read_plan
+
+    plan = _with_options(read_plan(options.file), options)
+    jobs = jobs_of(plan, options.file.parent, language.chosen_model("", options))
+    if options.list:
+        print(*(job.name for job in jobs), sep="\n")
+        return 0
+    if options.only:
+        return _run_again(jobs, options)
+    return _run(plan, jobs, options)
+
+
+def _run(plan: Plan, jobs: Sequence[Job], options: argparse.Namespace) -> int:
+    from homeostat.evaluate.study.study import Workers, rerun_command, run_campaign
+
+    folder: Path = options.out or FOLDER / options.file.stem
+    workers = Workers(options.workers or _usual_workers(), options.cluster)
+    show = _shown(sys.stderr.isatty())
+    try:
+        ended = run_campaign(plan.title, jobs, folder, workers, show, rerun_command(options.file, _given(options)))
+    except KeyboardInterrupt:
+        print(f"\nstopped; the same command goes on from what is in {folder}", file=sys.stderr)
+        raise
+    return _conclude(ended, len(jobs))
+
+
+def _usual_workers() -> int:
+    """One per core; one where what several need is not installed."""
+    return (os.cpu_count() or 1) if importlib.util.find_spec("distributed") else 1
+
+
+def _conclude(ended: Ended, asked: int) -> int:
+    from homeostat.evaluate.report.summary import summary
+
+    for case, sentences in summary(ended.rows):
+        print(f"{case}:", *(f"  {sentence}" for sentence in sentences), "", sep="\n")
+    print(*(f"wrote {path}" for path in ended.files[:2]), sep="\n")
+    for done in ended.failed:
+        print(f"homeostat: {done.job.name} failed: {done.failure}", file=sys.stderr)
+    if ended.failed:
+        print(f"homeostat: {len(ended.failed)} of {asked} runs failed; start again to retry them", file=sys.stderr)
+    return FAILED if ended.failed else 0
+
+
+def _run_again(jobs: Sequence[Job], options: argparse.Namespace) -> int:
+    """Run the jobs that are named, here, and keep each with trace and figure."""
+    from dataclasses import replace
+
+    from homeostat.evaluate.study.done import measured
+    from homeostat.evaluate.study.measurement import Kept
+    from homeostat.stl.spelling import near_matches
+
+    by_name = {job.name: job for job in jobs}
+    for name in options.only:
+        if name not in by_name:
+            raise UsageError(f"there is no job {name!r}{near_matches(name, by_name)}; --list names all {len(by_name)}")
+    folder: Path = options.out or FOLDER / "again"
+    failed = 0
+    for name in options.only:
+        done = measured(replace(by_name[name], keep="all"), Kept(folder))
+        failed += done.row is None
+        print(f"{name}: {done.failure if done.row is None else _told(done.row, folder)}")
+    return FAILED if failed else 0
+
+
+def _told(row: Row, folder: Path) -> str:
+    """What a run came to and where it is; what is not a run but a search for the best one is nowhere."""
+    return f"{row.outcome}, in {folder / row.trace}" if row.trace else f"{row.outcome}, nothing to keep"
+
+
+def _with_options(plan: Plan, options: argparse.Namespace) -> Plan:
+    """The plan with what the command line adds to it."""
+    content = plan.model_dump(exclude_unset=True)
+    if options.seeds is not None:
+        content["seeds"] = options.seeds
+        content["scenarios"] = [{**s, "seeds": None} for s in content["scenarios"]]
+    known = {p.label for p in plan.proposers}
+    more = [{"who": _from_here(who)} for who in dict.fromkeys(options.proposer) if who not in known]
+    content["proposers"] = [*(p.model_dump(exclude_unset=True) for p in plan.proposers), *more]
+    return type(plan).model_validate(content)
+
+
+def _from_here(who: str) -> str:
+    """A proposer of the command line: its file is looked for where the command is given, not beside the campaign."""
+    from homeostat.evaluate.named_model import REPLAY, SITUATED
+
+    kind = next((k for k in (REPLAY, SITUATED) if who.startswith(k)), None)
+    return who if kind is None else kind + str(Path(who.removeprefix(kind)).absolute())
+
+
+def _given(options: argparse.Namespace) -> list[str]:
+    """The options that a rerun of one job needs as well."""
+    given = [part for who in options.proposer for part in ("--proposer", who)]
+    given += ["--local-only"] if options.local_only else []
+    given += [part for host in options.allow_host for part in ("--allow-host", host)]
+    numbers = {"--temperature": options.temperature, "--model-seed": options.model_seed, "--seeds": options.seeds}
+    return [*given, *(part for name, value in numbers.items() if value is not None for part in (name, str(value)))]
+
+
+def _shown(live: bool) -> Callable[[Progress], None]:
+    """Shows progress: in one line that is written anew where somebody looks on, else in a line now and then."""
+    last = -PACE_S
+
+    def show(progress: Progress) -> None:
+        nonlocal last
+        ended = progress.done == progress.total
+        if live:
+            print(f"\r{progress.line:<78}", end="\n" if ended else "", file=sys.stderr, flush=True)
+        elif ended or time.monotonic() - last >= PACE_S:
+            last = time.monotonic()
+            print(progress.line, file=sys.stderr, flush=True)
+
+    return show

@@ -1,0 +1,1 @@
+"""Commands on a plant's knowledge graph."""

@@ -1,0 +1,102 @@
+"""The graph that a graph command works on: a case's own, or one in a file, of a case or of any plant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from pyoxigraph import NamedNode
+
+from homeostat.cli.options.arguments import UsageError
+from homeostat.knowledge.build.build import GRAPH
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.store.graph_file import UnreadableGraph, load_file
+from homeostat.knowledge.vocabulary.tbox import ONTOLOGY_GRAPH, load_ontology
+from homeostat.knowledge.vocabulary.vocabulary import PREFIXES
+from homeostat.plants.folder import PlantFiles, case_folder, read_files
+from homeostat.plants.settings.file import read_settings
+from homeostat.plants.settings.settings import Settings
+
+
+@dataclass(frozen=True, slots=True)
+class Plant:
+    """An installed case, as far as graph commands need it."""
+
+    files: PlantFiles
+    """What its folder holds."""
+    settings: Settings
+    """Its settings."""
+
+    @property
+    def name(self) -> str:
+        """Name of the case."""
+        return self.files.folder.name
+
+    @property
+    def system(self) -> NamedNode:
+        """The plant in its graph."""
+        return NamedNode(self.settings.system)
+
+    @property
+    def namespace(self) -> str:
+        """What the names of its things begin with, without the #."""
+        return self.system.value.rpartition("#")[0]
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Which graph is meant."""
+
+    path: Path
+    """File of the graph."""
+    plant: Plant | None
+    """The case that it is of; None for the graph of any other plant."""
+
+    @property
+    def own(self) -> bool:
+        """Whether it is the one in the case's folder."""
+        return self.plant is not None and self.path == self.plant.files.folder / GRAPH
+
+    @property
+    def prefixes(self) -> dict[str, str]:
+        """Prefix -> namespace IRI, a case's own included."""
+        own = {} if self.plant is None else {self.plant.name: self.plant.namespace + "#"}
+        return {**dict(PREFIXES), **own}
+
+
+def place(case: str | None, file: Path | None) -> Place:
+    """The graph in ``file``, or else that of ``case``; CaseError where there is no such case."""
+    plant = None if case is None else _plant(case)
+    if file is not None:
+        return Place(file, plant)
+    if plant is None:
+        raise UsageError("no graph is named; name a CASE, or a file with --graph FILE")
+    return Place(plant.files.folder / GRAPH, plant)
+
+
+def opened(where: Place) -> EmbeddedStore:
+    """The graph alone."""
+    store = EmbeddedStore()
+    _load(store, where, None)
+    return store
+
+
+def with_ontology(where: Place) -> EmbeddedStore:
+    """The graph and the ontologies in one store; a query that names no graph sees both."""
+    store = EmbeddedStore()
+    load_ontology(store)
+    graph = NamedNode("urn:homeostat:file" if where.plant is None else where.plant.namespace)
+    _load(store, where, graph)
+    return store.seeing(graph, ONTOLOGY_GRAPH)
+
+
+def _plant(case: str) -> Plant:
+    files = read_files(case_folder(case))
+    return Plant(files, read_settings(files))
+
+
+def _load(store: EmbeddedStore, where: Place, graph: NamedNode | None) -> None:
+    try:
+        load_file(store, where.path, graph)
+    except UnreadableGraph as error:
+        raise UsageError(str(error)) from error

@@ -1,0 +1,160 @@
+"""``homeostat replay``: a recorded run told again."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from homeostat.cli.options.arguments import UsageError
+
+if TYPE_CHECKING:
+    from homeostat.cli.options.arguments import Commands
+    from homeostat.cli.story.line import Line
+    from homeostat.cli.story.story import Story
+    from homeostat.domain.plant.description import PlantDescription
+    from homeostat.evaluate.result import Result
+    from homeostat.journal import Event, Record, RunStarted
+
+_UNTOLD = (LookupError, TypeError, ValueError, ArithmeticError, AttributeError)
+"""What words for a record of somebody else's making may run into."""
+
+
+def configure(commands: Commands) -> None:
+    """Declare the command."""
+    command = commands.add_parser(
+        "replay",
+        help="show a recorded run again",
+        description="Show a recorded run again, from its journal, with the lines that the run showed.",
+        epilog="Exit status 1 where the record is incomplete or was altered; what can be shown is shown before.",
+        allow_abbrev=False,
+    )
+    command.add_argument("run", type=Path, metavar="RUN", help="run directory")
+    command.add_argument("--case", metavar="PATH", help="folder of the run's plant, where it is not where it was")
+    command.add_argument("--json", action="store_true", help="print the result as the run did with --json")
+    command.set_defaults(carry_out=carry_out)
+
+
+def carry_out(options: argparse.Namespace) -> int:
+    """Show the run; 1 where its record is not whole."""
+    from homeostat.cli.commands.trace_verify import run_directory
+    from homeostat.domain.quotation import printable
+    from homeostat.journal.verify.verify import verify
+
+    run_dir = run_directory(options.run)
+    report = verify(run_dir)
+    if options.json:
+        _print_result(run_dir)
+    else:
+        _tell(run_dir, report.intact, options.case)
+    if report.problem is not None:
+        print(printable(f"homeostat: {str(run_dir)!r}: {report.problem}"), file=sys.stderr)
+    return 0 if report.complete else 1
+
+
+def _print_result(run_dir: Path) -> None:
+    from homeostat.evaluate.result import read_result
+
+    result = read_result(run_dir)
+    if result is None:
+        raise UsageError(f"run {str(run_dir)!r} has no result: it did not come to its end; replay it without --json")
+    print(result.to_json())
+
+
+def _tell(run_dir: Path, intact: bool, given: str | None) -> None:
+    from homeostat.cli.story.story import Story
+    from homeostat.evaluate.result import read_result
+    from homeostat.journal import BrokenChain, RunStarted, read_events
+    from homeostat.record.decode import recall
+
+    story = None
+    plant = None
+    try:
+        for record in read_events(run_dir):
+            event = recall(record)
+            if isinstance(event, RunStarted):
+                plant = _plant(event, run_dir, given)
+                story = Story(plant, run_dir)
+            if event is not None and story is not None:
+                for line in _lines(story, event, record):
+                    print(line)
+    except BrokenChain:
+        return  # what follows cannot be trusted; the report says where
+    result = read_result(run_dir) if intact else None
+    if result is not None and story is not None and plant is not None:
+        print("", *_summary(result, story, plant, run_dir), sep="\n")
+
+
+def _plant(started: RunStarted, run_dir: Path, given: str | None) -> PlantDescription:
+    """The plant of the run, whose words and units tell it; what the run says itself where that is not to be had.
+
+    A plant has code, so where it is, is not believed of a journal that nobody vouches for.
+    """
+    from homeostat.cli.options.unknown_plant import unknown_plant
+    from homeostat.domain.quotation import printable
+    from homeostat.evaluate.recorded_plant import recorded_case, recorded_folder
+    from homeostat.knowledge.store.error import GraphError
+    from homeostat.plants.error import CaseError
+    from homeostat.plants.folder import case_names
+    from homeostat.plants.plant import load_case
+
+    folder = recorded_folder(started)
+    try:
+        if given is None and folder is not None and not _vouched(run_dir):
+            raise CaseError(f"nobody vouches for where the run's plant is ({folder!r}); name its folder with --case")
+        return recorded_case(started, given).description
+    except (CaseError, GraphError) as error:
+        if given is not None:
+            raise
+        installed = folder is None and started.case in case_names()
+        words = "told in the words of the installed plant" if installed else "told without the plant's words and units"
+        print(printable(f"homeostat: {error}; {words}"), file=sys.stderr)
+        return load_case(started.case).description if installed else unknown_plant(started.case, _told(run_dir))
+
+
+def _vouched(run_dir: Path) -> bool:
+    """Whether a trusted key signed how the run began."""
+    from homeostat.cli.commands.trace_verify import trusted
+    from homeostat.journal.signing.keys import KeyTrouble
+    from homeostat.journal.verify.verify import verify
+
+    try:
+        return verify(run_dir, trusted(None)).vouched.lines > 0
+    except KeyTrouble:
+        return False
+
+
+def _told(run_dir: Path) -> Iterator[object]:
+    """Everything that the run has kept, up to where it cannot be read any more."""
+    from homeostat.evaluate.result import ResultError, read_result
+    from homeostat.journal import BrokenChain, read_events
+    from homeostat.record.decode import RecallError, recall
+
+    with contextlib.suppress(BrokenChain, RecallError):
+        for record in read_events(run_dir):
+            yield recall(record)
+    with contextlib.suppress(ResultError):
+        yield read_result(run_dir)
+
+
+def _lines(story: Story, event: Event, record: Record) -> list[Line]:
+    """What ``event`` has to say; UsageError where it is of a plant that this installation does not know like that."""
+    try:
+        return list(story.tell(event, record.happened_s))
+    except _UNTOLD as error:
+        raise UsageError(
+            f"event {record.seq} ({record.kind!r}) cannot be told: {error!r}; its plant is not the one known here"
+        ) from error
+
+
+def _summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path) -> list[str]:
+    """The end of the run in words; UsageError where its result is of a plant that is not known like that."""
+    from homeostat.cli.story.summary import summary
+
+    try:
+        return list(summary(result, story, plant, run_dir))
+    except _UNTOLD as error:
+        raise UsageError(f"the result of {str(run_dir)!r} cannot be told: {error!r}; verify the run") from error

@@ -1,0 +1,1 @@
+"""What a run came to, in the words of a control room."""

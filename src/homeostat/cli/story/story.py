@@ -1,0 +1,184 @@
+"""A run told line by line: live from its trace, or again from its journal; both give the same lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from homeostat.cli.story.folding import ATTEMPT, Folding
+from homeostat.cli.story.guard import GuardStory
+from homeostat.cli.story.line import Line, Tone
+from homeostat.cli.story.wording import beliefs, commands, quantity, worst
+from homeostat.domain.events.guard import FellBack, StateEntered
+from homeostat.domain.events.recovery import (
+    Attempted,
+    Departed,
+    Diagnosed,
+    FallbackArmed,
+    GaveUp,
+    LeftAsIs,
+    Noticed,
+    ReleasedActions,
+    ReleaseRefused,
+    Retrieved,
+)
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.quotation import printable, quoted
+from homeostat.evaluate.score.belief import merge
+from homeostat.journal import Event, RunFinished, RunStarted
+from homeostat.journal.calls import ModelCalled
+
+_MOST_DETAIL = 400
+"""Longest reason why a model did not answer [characters]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Onset:
+    """When an injected fault begins: ground truth that the story tells and the system does not know."""
+
+    at_s: float
+    """Process time [s]."""
+    fault: str
+    """Name of the fault."""
+    severity: float
+    """Severity in the fault's unit."""
+
+
+class Story:
+    """Turns events into lines."""
+
+    def __init__(self, plant: PlantDescription, run_dir: Path | str = "RUN") -> None:
+        """``plant`` knows the operator's words and the units; orders to the run name ``run_dir``."""
+        self._plant = plant
+        self._guard = GuardStory(plant, str(run_dir))
+        self._scales = plant.scales
+        self._coming: list[Onset] = []
+        self._reports = 0
+        self._notices = 0
+        self._acted = False
+        self._asked: set[str] = set()
+        self._folding = Folding()
+        self.faults: tuple[Onset, ...] = ()
+        """The injected faults."""
+        self.phase = "starting"
+        """What the system is doing, one word."""
+        self.state = plant.machine.initial.name
+        """State of the supervisory state machine."""
+        self.reason = ""
+        """Why the first fallback acted; empty where none did."""
+        self.acted_s: float | None = None
+        """Process time of the last release, or of the last fallback once one has acted; None where nothing was done."""
+
+    def watch(self, at_s: float) -> Iterator[Line]:
+        """The plant was seen at ``at_s`` [s]: nobody is thinking."""
+        self.phase = "starting" if self.state == self._plant.machine.initial.name else "watching"
+        yield from self._folding.show(self._pass_time(at_s))
+
+    def _pass_time(self, at_s: float) -> Iterator[Line]:
+        while self._coming and self._coming[0].at_s <= at_s:
+            onset = self._coming.pop(0)
+            fault = self._plant.fault(onset.fault)
+            size = quantity(onset.severity, fault.severity_unit)
+            yield Line(onset.at_s, "onset", f"{fault.label}: {fault.name} {size} (ground truth)", Tone.WARNING)
+
+    def tell(self, event: Event, at_s: float) -> Iterator[Line]:
+        """The lines of one event, with what happened in the plant before it; what says the same again is counted."""
+        yield from self._folding.fold(event, at_s, self._lines(event, at_s))
+
+    def _lines(self, event: Event, at_s: float) -> Iterator[Line]:
+        yield from self._pass_time(at_s)
+        yield from self._guard.tell(event, at_s)
+        match event:
+            case RunStarted():
+                yield self._begin(event)
+            case Noticed():
+                self.phase = "thinking"
+                self._notices += 1
+            case Retrieved() if self._notices <= 1 and event.form != "ASK" and event.query_sha256 not in self._asked:
+                self._asked.add(event.query_sha256)
+                about = ", ".join(event.about)
+                yield Line(at_s, "asked", f"the graph: {event.question} ({about}): {event.answer}", Tone.MUTED)
+            case Departed():
+                yield Line(at_s, "departed", f"from the prediction in {event.state!r}: {event.reason}", Tone.WARNING)
+            case Diagnosed():
+                yield from self._report(event, at_s)
+            case FallbackArmed() if not event.approved or self._reports == 1:
+                yield self._arm(event, at_s)
+            case ModelCalled():
+                yield _call(event, at_s)
+            case Attempted():
+                yield self._attempt(event, at_s)
+            case GaveUp() if not self._acted:
+                yield Line(at_s, "gave up", event.reason, Tone.MUTED)
+            case ReleasedActions():
+                self._acted = True
+                self.acted_s = self.acted_s if self.reason else at_s
+                yield Line(at_s, "released", commands(event.commands, self._plant), Tone.GOOD)
+            case ReleaseRefused():
+                text = f"{event.proposer}: the release check, because {printable(event.reason)}"
+                yield Line(at_s, "refused", text, Tone.WARNING)
+            case LeftAsIs():
+                yield Line(at_s, "kept", f"as it is, in {event.state!r}", Tone.MUTED)
+            case StateEntered():
+                self.state = event.state
+                label = self._plant.machine.state(event.state).label
+                yield Line(at_s, "state", f"{label} ({event.state})", Tone.MUTED)
+            case FellBack():
+                self._acted, self.state = True, event.strategy
+                self.reason, self.acted_s = self.reason or event.reason, at_s
+                text = f"{event.strategy!r}: {commands(event.commands, self._plant)}, because {event.reason}"
+                yield Line(at_s, "fallback", text, Tone.BAD)
+            case RunFinished():
+                yield Line(at_s, "end", event.outcome.replace("_", " "), Tone.MUTED)
+            case _:
+                pass  # an event that is not for the operator
+
+    def _begin(self, event: RunStarted) -> Line:
+        chosen = {setting.name: setting.value for setting in event.configuration}
+        self.faults = tuple(
+            Onset(float(chosen[f"onset_s {name}"]), name, float(chosen[f"severity {name}"])) for name in event.faults
+        )
+        self._coming = sorted(self.faults, key=lambda onset: onset.at_s)
+        what = " + ".join(event.faults) or "no fault"
+        return Line(0.0, "run", f"{event.case}, {what}, seed {event.seed}, {float(chosen['end_s']):g} s")
+
+    def _report(self, event: Diagnosed, at_s: float) -> Iterator[Line]:
+        self._reports += 1
+        believed = beliefs(merge(event.hypotheses), self._plant)
+        if self._reports > 1:
+            yield Line(at_s, "review", believed)
+            return
+        rules = {rule.name: rule.description for rule in self._plant.symptom_rules}
+        seen = "; ".join(f"{rules.get(s.rule, s.rule)} ({s.rule}, {s.severity:.1f} times its threshold)"
+                         for s in event.symptoms)  # fmt: skip
+        if seen:
+            yield Line(at_s, "noticed", seen, Tone.WARNING)
+        yield Line(at_s, "believed", believed)
+
+    def _arm(self, event: FallbackArmed, at_s: float) -> Line:
+        text = f"fallback {event.strategy!r}"
+        if not event.approved:
+            text += f" is the best there is, {worst(event.findings, self._scales)}"
+        tone = Tone.MUTED if event.approved else Tone.WARNING
+        return Line(at_s, "ready", f"{text}; {event.deadline_s:.0f} s to find something better", tone)
+
+    def _attempt(self, event: Attempted, at_s: float) -> Line:
+        verdict = "approved" if event.approved else "refused"
+        text = f"{event.number} by {event.proposer}, {' > '.join(event.path)}"
+        if not self._acted:  # a review's proposal is told in full only where it is released
+            text += f": {commands(event.commands, self._plant)}"
+        text += f"; {verdict}, {worst(event.findings, self._scales)}"
+        return Line(at_s, ATTEMPT, text, Tone.PLAIN if event.approved else Tone.MUTED)
+
+
+def _call(event: ModelCalled, at_s: float) -> Line:
+    """What a language model was asked; the operator sees who answered, and that it cost time.
+
+    What a server says is quoted here too: the journal of a replay may be older than this program, or forged.
+    """
+    if event.failure:
+        return Line(at_s, "model", f"{event.agent}: {event.model}: {quoted(event.detail, _MOST_DETAIL)}", Tone.WARNING)
+    tokens = f", {event.input_tokens} tokens in, {event.output_tokens} out" if event.input_tokens else ""
+    text = f"{event.agent}: {quoted(event.served)} answered in {event.wall_latency_s:.1f} s{tokens}"
+    return Line(at_s, "model", text, Tone.MUTED)

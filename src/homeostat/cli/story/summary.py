@@ -1,0 +1,107 @@
+"""The end of a run in a few lines for the operator."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from homeostat.cli.story.story import Onset, Story
+from homeostat.cli.story.wording import beliefs, commands, quantity
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.quotation import printable
+from homeostat.evaluate.result import Result
+from homeostat.evaluate.score.outcome import OutcomeKind
+from homeostat.evaluate.score.step_scores import StepScores
+from homeostat.record.directory import FIGURE
+
+HEADLINES: Final = {
+    OutcomeKind.LIMIT_VIOLATED: "Limit violated: a hard limit was not kept that could have been, or is not at the end.",
+    OutcomeKind.FALLBACK: "Fallback: the plant is in its safe state, and the operator must act.",
+    OutcomeKind.NOT_DETECTED: "Not detected: a fault violated a limit and nothing was reported.",
+    OutcomeKind.NEEDLESS_ACTION: "Needless action: left alone, the plant keeps its limits and loses no more.",
+    OutcomeKind.RECOVERED: "Recovered: the plant produces inside its limits.",
+    OutcomeKind.NO_ACTION: "No action: nothing was released.",
+    OutcomeKind.HELD: "Held: the plant is safe but does not produce.",
+}
+
+
+def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path) -> Iterator[str]:
+    """The lines, the headline first. ``story`` has been told to its end; the run is kept in ``run_dir``."""
+    yield HEADLINES[result.outcome]
+    yield _row("Fault", "; ".join(_injected(onset, plant) for onset in story.faults) or "none")
+    yield _row("Noticed", _noticed(result, plant))
+    yield _row("Done", _done(result, story.acted_s, plant))
+    if story.reason:
+        yield _row("Why", story.reason)
+    yield _row("Limits", _outside(result))
+    if result.production_loss is not None:
+        since = "the onset" if result.onset_s is not None else "the start"
+        yield _row("Production", f"{100 * result.production_loss:.1f} % lost since {since}")
+    if result.nominal_s is not None:
+        yield _row("Batch", _batch(result, plant))
+    if result.steps is not None:
+        yield _row("Steps", _steps(result.steps))
+    yield _row("Thinking", f"{result.thinking_s:.1f} s, {result.attempts} {_plural('attempt', result.attempts)}")
+    yield _row("Trace", str(run_dir))
+    yield _row("Figure", str(run_dir / FIGURE))
+
+
+def _row(name: str, text: str) -> str:
+    return f"  {name:<11} {printable(text)}"
+
+
+def _injected(onset: Onset, plant: PlantDescription) -> str:
+    fault = plant.fault(onset.fault)
+    return f"{fault.label} ({fault.name} {quantity(onset.severity, fault.severity_unit)}) from {onset.at_s:g} s"
+
+
+def _noticed(result: Result, plant: PlantDescription) -> str:
+    if result.detected_s is None:
+        return "nothing"
+    text = f"at {result.detected_s:.0f} s"
+    if result.onset_s is not None:
+        text += f", {result.detected_s - result.onset_s:.0f} s after the onset"
+    return f"{text}; believed {beliefs(result.hypotheses, plant)}"
+
+
+def _done(result: Result, acted_s: float | None, plant: PlantDescription) -> str:
+    """The last commands that were released, or a fallback's; they were written at ``acted_s`` [s]."""
+    if not result.actions:
+        return "nothing"
+    who = {"fallback": "the fallback", "search": "the search", "language": "the language model"}
+    text = f"by {who.get(result.actor, result.actor)}: {commands(result.actions, plant)}"
+    if acted_s is None:
+        return text
+    earlier = result.released_s is not None and result.released_s < acted_s
+    first = f"; the first release was at {result.released_s:.0f} s" if earlier else ""
+    return f"{text} (at {acted_s:.0f} s{first})"
+
+
+def _batch(result: Result, plant: PlantDescription) -> str:
+    assert result.nominal_s is not None
+    if result.complete_s is None:
+        text = f"not complete, ended in state {plant.machine.state(result.state).label!r}"
+    else:
+        text = f"complete at {result.complete_s:.0f} s, {result.complete_s - result.nominal_s:+.0f} s against nominal"
+    return ", ".join((text, *(f"{name.replace('_', ' ')} {value:.3g}" for name, value in result.totals.items())))
+
+
+def _steps(steps: StepScores) -> str:
+    parts = [f"{steps.plans_right} of {steps.plans} plans right", f"{steps.actions_right} of {steps.actions} actions"]
+    if steps.precision is not None and steps.recall is not None:
+        parts.append(f"actuators: precision {100 * steps.precision:.0f} %, recall {100 * steps.recall:.0f} %")
+    return ", ".join(parts)
+
+
+def _outside(result: Result) -> str:
+    parts = [
+        f"{e.limit} violated for {e.total_s:g} s, {e.from_detection_s:g} s of them after the fault was noticed"
+        for e in result.limit_exposure_s
+        if e.total_s > 0.0
+    ]
+    return "; ".join(parts) or "all kept, 0 s outside"
+
+
+def _plural(word: str, count: int) -> str:
+    return word if count == 1 else f"{word}s"

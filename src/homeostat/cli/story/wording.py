@@ -1,0 +1,60 @@
+"""How quantities, beliefs and commands are put to the operator."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.recovery import Command
+from homeostat.domain.verdict import Finding
+from homeostat.evaluate.score.belief import Belief
+
+_LEAST = 0.005
+"""Beliefs below this probability are not named [1]."""
+
+
+def quantity(value: float, unit: str) -> str:
+    """A value with its unit; a fraction has none."""
+    return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"
+
+
+def severities(belief: Belief, plant: PlantDescription) -> str:
+    """The faults of a belief with their sizes."""
+    return " + ".join(
+        f"{f.fault} {quantity(f.severity, plant.fault(f.fault).severity_unit)}" for f in belief.faults
+    ) or ("nothing is wrong")
+
+
+def beliefs(held: Iterable[Belief], plant: PlantDescription) -> str:
+    """Every belief that matters, most probable first."""
+    named = [b for b in held if b.probability >= _LEAST]
+    return "; ".join(f"{100 * b.probability:.0f} % {severities(b, plant)}" for b in named) or "no explanation"
+
+
+def command(order: Command, plant: PlantDescription) -> str:
+    """One command."""
+    if order.value is None:
+        return f"{order.tag} to automatic"
+    unit = plant.tag(order.tag).unit
+    return f"{order.tag} to {quantity(order.value, unit)}"
+
+
+def commands(orders: Iterable[Command], plant: PlantDescription) -> str:
+    """Commands in their order."""
+    return ", ".join(command(order, plant) for order in orders) or "no command"
+
+
+def worst(findings: Iterable[Finding], scales: Mapping[str, float]) -> str:
+    """The finding that is nearest to its limit, or furthest beyond, in terms of what counts in its unit.
+
+    A check that refuses whatever the margins are is told in its own words.
+    """
+    found = min(findings, key=lambda f: f.margin / scales.get(f.unit, 1.0), default=None)
+    if found is None:
+        return "nothing was checked"
+    if not math.isfinite(found.margin):  # a check that no margin can satisfy
+        named = f"({found.criterion})"
+        return found.message if named in found.message else f"{found.message} {named}"
+    unit = "" if found.unit in ("1", "") else f" {found.unit}"
+    return f"worst margin {found.margin:+.3g}{unit} ({found.criterion})"

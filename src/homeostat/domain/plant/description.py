@@ -1,0 +1,188 @@
+"""Everything that a plant's knowledge graph says, as one value: what agents, twin and guard are configured from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+from homeostat.domain.diagnosis import Fault, Feature, SymptomRule
+from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.parameter import ModelParameter
+from homeostat.domain.plant.rules import QualityRule, StartUp, TripRule, WriteRule
+from homeostat.domain.plant.state_machine import StateMachine
+from homeostat.domain.plant.tag import Tag
+from homeostat.domain.recovery import FallbackStrategy
+from homeostat.stl.formula import Expression
+from homeostat.stl.spelling import near_matches
+
+
+class ComponentKind(StrEnum):
+    """What a part of the plant is (VDI 2206)."""
+
+    SYSTEM = "System"
+    MODULE = "Module"
+    COMPONENT = "Component"
+    SENSOR = "Sensor"
+    ACTUATOR = "Actuator"
+    INFORMATION_PROCESSING = "InformationProcessing"
+
+
+class Relation(StrEnum):
+    """How a tag and a component belong together."""
+
+    MEASURES = "measures"
+    """The component is the sensor that measures the tag."""
+    DRIVES = "drives"
+    """The component is the actuator that follows the tag."""
+    REPORTS = "reports"
+    """The component works the tag out and reports it."""
+    SETS = "sets"
+    """The component is the controller whose setpoint the tag is."""
+    OVERRIDES = "overrides"
+    """The component is the actuator whose automatic command the tag replaces."""
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """One part of the plant."""
+
+    name: str
+    """Identifier in the equipment table."""
+    kind: ComponentKind
+    """What it is."""
+    part_of: str | None
+    """Name of the part that it is in; None for the whole plant."""
+    label: str
+    """In the operator's words."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """A tag with its place in the plant and in the process model."""
+
+    tag: Tag
+    """The tag."""
+    component: str
+    """Name of the component that it belongs to."""
+    relation: Relation
+    """How it belongs to it."""
+    variable: str
+    """Name of the quantity of the process model that carries its value."""
+
+
+@dataclass(frozen=True, slots=True)
+class ControlLoop:
+    """A controller that moves a tag so that another one follows its setpoint."""
+
+    name: str
+    """Identifier."""
+    controller: str
+    """Component that carries it out."""
+    process_variable: str
+    """Tag that is held."""
+    setpoint: str
+    """Tag that says where."""
+    manipulated_variable: str
+    """Tag that is moved."""
+    gain: str
+    """Symbol of the model parameter that is the proportional gain."""
+    reset: str
+    """Symbol of the model parameter that is the integral gain."""
+    label: str
+    """In the operator's words."""
+
+
+@dataclass(frozen=True, slots=True)
+class Equation:
+    """How one quantity follows from others."""
+
+    name: str
+    """Identifier."""
+    operator: str
+    """Process operator whose behaviour it describes."""
+    result: str
+    """Left side: a symbol, or ``dV/dt`` for a rate."""
+    expression: Expression
+    """Right side over tags and parameter symbols."""
+    label: str
+    """In the engineer's words."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlantDescription:
+    """A plant as its graph describes it; every list is sorted by name."""
+
+    name: str
+    """Name of the whole plant in the equipment table."""
+    label: str
+    """In the operator's words."""
+    components: tuple[Component, ...]
+    """Parts of the plant, the whole included."""
+    signals: tuple[Signal, ...]
+    """Tags with their places."""
+    loops: tuple[ControlLoop, ...]
+    """Control loops of the basic control system."""
+    machine: StateMachine
+    """Supervisory state machine."""
+    limits: Limits
+    """Interlocks, permissives, envelopes and acceptance criteria."""
+    faults: tuple[Fault, ...]
+    """Fault modes."""
+    features: tuple[Feature, ...]
+    """What monitoring computes."""
+    symptom_rules: tuple[SymptomRule, ...]
+    """When a feature's deviation counts, and which faults it indicates."""
+    parameters: tuple[ModelParameter, ...]
+    """Parameters of the process model with their uncertainty."""
+    fallback_strategies: tuple[FallbackStrategy, ...]
+    """Ways to the safe state."""
+    equations: tuple[Equation, ...]
+    """Equations of the process operators."""
+    qualities: Mapping[str, QualityRule]
+    """Tag -> when its reading may be believed."""
+    trips: Mapping[str, TripRule]
+    """Name of a hard limit -> how it is watched."""
+    writables: Mapping[str, WriteRule]
+    """Tag -> how it is commanded; no other tag can be."""
+    start_up: StartUp
+    """Start-up: its states, and its limits."""
+
+    @property
+    def tags(self) -> tuple[Tag, ...]:
+        """The tags."""
+        return tuple(signal.tag for signal in self.signals)
+
+    def tag(self, name: str) -> Tag:
+        """The tag called ``name``; ValueError naming the nearest ones where there is none."""
+        for signal in self.signals:
+            if signal.tag.name == name:
+                return signal.tag
+        raise ValueError(f"plant {self.name!r} has no tag {name!r}{near_matches(name, (t.name for t in self.tags))}")
+
+    @property
+    def tags_by_name(self) -> dict[str, Tag]:
+        """Name -> tag."""
+        return {signal.tag.name: signal.tag for signal in self.signals}
+
+    @property
+    def variables(self) -> dict[str, str]:
+        """Tag name -> quantity of the process model that carries its value."""
+        return {signal.tag.name: signal.variable for signal in self.signals}
+
+    @property
+    def scales(self) -> dict[str, float]:
+        """Unit -> what counts as one unit of margin in it: the smallest scale of its tags; 1 for mixed formulas."""
+        found: dict[str, float] = {}
+        for tag in self.tags:
+            found[tag.unit] = min(found.get(tag.unit, tag.scale), tag.scale)
+        return found | {"1": 1.0}
+
+    def fault(self, name: str) -> Fault:
+        """The fault mode called ``name``; ValueError naming the nearest ones where there is none."""
+        for fault in self.faults:
+            if fault.name == name:
+                return fault
+        known = [f.name for f in self.faults]
+        hint = near_matches(name, known)
+        raise ValueError(f"plant {self.name!r} has no fault {name!r}{hint}; it has {', '.join(known)}")

@@ -1,0 +1,107 @@
+"""What the guard knows of a plant: read from the engineering tables, never from a twin."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from homeostat.domain.mode import Side
+from homeostat.domain.plant.limits import Limit, Limits
+from homeostat.domain.plant.state_machine import StateMachine
+from homeostat.domain.plant.tag import Tag
+from homeostat.domain.recovery import FallbackStrategy, Step
+from homeostat.stl.formula import Formula
+
+
+@dataclass(frozen=True, slots=True)
+class QualityRule:
+    """When a reading of one tag may be believed."""
+
+    tag: str
+    """Name of the tag."""
+    stale_s: float
+    """Oldest reading that is still the present one [s]."""
+    noise: float | None = None
+    """Standard deviation of the reading, in the tag's unit; None where none is stated, and a constant value is none."""
+    frozen_s: float | None = None
+    """With noise: a value that has not changed for this long is frozen [s]; None where that is not judged."""
+    fastest: float | None = None
+    """Fastest change that the process can make, in the tag's unit per second; None where no step is too fast."""
+    grace_s: float = 0.0
+    """After a step that is too fast, how long the reading is uncertain before it counts again [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class TripRule:
+    """How one hard limit is watched."""
+
+    limit: str
+    """Name of the limit."""
+    cusum: float = 0.0
+    """Violation times time at which it trips, in the margin's unit times s; 0 trips at the first violation."""
+    grace_s: float = 0.0
+    """How long it may be undecided before that is a trip [s]."""
+    carrier: Formula | None = None
+    """What carries the limit meanwhile: another instrument or a balance; None where nothing does."""
+    lift: float = 0.0
+    """Largest correction of a reading under which the carrier may lift the trip, in the margin's unit; 0 for none."""
+    lift_s: float = 0.0
+    """Longest time for which it may be lifted [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class WriteRule:
+    """How one writable tag is commanded and read back."""
+
+    tag: str
+    """Name of the tag."""
+    tolerance: float
+    """Largest difference between a command and the target that the plant has accepted, in the tag's unit."""
+    confirm_s: float
+    """Time in which the plant must have accepted a command [s]."""
+    ramped_by: Side = Side.PLANT
+    """Who moves the value at the commanded rate."""
+    automatic: bool = False
+    """Whether it may be handed back to automatic."""
+
+
+@dataclass(frozen=True, slots=True)
+class StartUp:
+    """Start-up: a phase of the guard with limits of its own."""
+
+    states: frozenset[str] = frozenset()
+    """States that belong to it."""
+    limits: Mapping[str, Limit] = field(default_factory=dict)
+    """Name of a hard limit -> what holds instead of it during start-up."""
+    longest_s: Mapping[str, float] = field(default_factory=dict)
+    """State of start-up -> how long after the begin of start-up its limits hold there at most [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class GuardRules:
+    """One plant's rules, all that the guard needs."""
+
+    plant: str
+    """Name of the plant."""
+    tags: Mapping[str, Tag]
+    """Every tag by name."""
+    machine: StateMachine
+    """Supervisory state machine."""
+    limits: Limits
+    """Trip limits, permissives and envelopes."""
+    trips: Mapping[str, TripRule]
+    """Name of a hard limit -> how it is watched."""
+    qualities: Mapping[str, QualityRule]
+    """Tag -> when its reading may be believed."""
+    writables: Mapping[str, WriteRule]
+    """Tag -> how it is commanded; no other tag can be."""
+    fallbacks: tuple[FallbackStrategy, ...]
+    """Safe-state strategies in the order of the tables, each with the steps that follow."""
+    nominal: tuple[Step, ...] = ()
+    """The nominal sequence."""
+    start_up: StartUp = StartUp()
+    """Start-up."""
+    recipe: Side = Side.GUARD
+    """Who runs the nominal sequence."""
+    configuration: str = ""
+    """Digest of tables, graph, settings and baselines."""

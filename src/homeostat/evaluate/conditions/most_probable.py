@@ -1,0 +1,47 @@
+"""The most probable explanation alone: what an agent believes that knows no doubt."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from homeostat.agents.roles import Monitoring
+from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import Outcome
+from homeostat.evaluate.score.belief import merge
+from homeostat.plants.plant import Case
+
+
+class MostProbable:
+    """Implements :class:`homeostat.agents.roles.Monitoring` over another one, of whose hypotheses one is kept.
+
+    Studies use it to see what it is worth that a proposal must hold for every plausible hypothesis.
+    """
+
+    def __init__(self, monitoring: Monitoring) -> None:
+        """``monitoring`` watches and diagnoses."""
+        self._monitoring = monitoring
+
+    def notices(self, snapshot: Snapshot) -> bool:
+        """As the monitoring behind it."""
+        return self._monitoring.notices(snapshot)
+
+    @property
+    def symptoms(self) -> tuple[Symptom, ...]:
+        """Those of the monitoring behind it."""
+        return self._monitoring.symptoms
+
+    def diagnose(self, departed: bool = False) -> Diagnosis:
+        """The most probable set of faults, each of its most probable size, as if it were certain."""
+        diagnosis = self._monitoring.diagnose(departed)
+        kept = tuple(Hypothesis(belief.faults, 1.0) for belief in merge(diagnosis.hypotheses)[:1])
+        return replace(diagnosis, hypotheses=kept)
+
+    def follow(self, outcome: Outcome) -> None:
+        """As the monitoring behind it."""
+        self._monitoring.follow(outcome)
+
+
+def without_ensemble(case: Case) -> Case:
+    """``case`` with a twin that knows the expected parameters only."""
+    return replace(case, twin=replace(case.twin, judged_draws=1, draws=1, search_draws=1))

@@ -1,0 +1,140 @@
+"""A run as a picture: one panel per group of tags, the moments of the recovery above, the states below."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from io import BytesIO
+from typing import TYPE_CHECKING, Final
+
+from homeostat.domain.plant.tag import Role
+from homeostat.evaluate.figure.marks import draw_marks, explained, strip_rows
+from homeostat.evaluate.figure.panel import draw_lines
+from homeostat.evaluate.figure.states import draw_states, rows
+from homeostat.evaluate.figure.strips import draw_strips
+from homeostat.evaluate.run import RunResult
+from homeostat.evaluate.score.outcome import OutcomeKind
+from homeostat.plants.plant import Case
+from homeostat.plants.settings.figure_panel import LinePanel, StripPanel
+from homeostat.record.milestones import Milestones
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BEFORE_S: Final = 300.0
+"""How much of a run is shown before the onset [s]."""
+AFTER: Final = 0.06
+"""How much is shown after the last moment of a completed batch, as part of the time until then [1]."""
+_WIDTH: Final = 11.0
+"""Width of the picture [in]; heights below are in inches too."""
+_LEFT, _RIGHT, _TOP, _BOTTOM = 1.22, 1.2, 0.85, 0.55
+"""Room beside the panels: names of axes and rows, legends, title, time axis [in]."""
+_NAMES: Final = 0.82
+"""Room between an axis and its name, for the names of rows [in]."""
+_BETWEEN: Final = 0.15
+_LINES: Final = 1.4
+_ROW: Final = 0.19
+_ENDINGS: Final = {
+    OutcomeKind.LIMIT_VIOLATED: "Limit violated",
+    OutcomeKind.FALLBACK: "Fallback activated",
+    OutcomeKind.NOT_DETECTED: "The fault was not detected",
+    OutcomeKind.NEEDLESS_ACTION: "Needless action",
+    OutcomeKind.RECOVERED: "Recovered",
+    OutcomeKind.NO_ACTION: "No action",
+    OutcomeKind.HELD: "Held",
+}
+
+
+def draw(case: Case, run: RunResult, milestones: Milestones) -> bytes:
+    """The picture as PNG."""
+    content = BytesIO()
+    compose(case, run, milestones).savefig(content, format="png", metadata={"Software": None})
+    return content.getvalue()
+
+
+def compose(case: Case, run: RunResult, milestones: Milestones) -> Figure:
+    """The picture, from the top: title, moments, panels, states."""
+    machine = case.description.machine
+    first_s, last_s = window(run, milestones)
+    marks = explained(run, milestones, machine)
+    states = rows(machine, milestones, first_s, last_s)
+    heights = [_LINES if isinstance(panel, LinePanel) else _ROW * len(panel.tags) for panel in case.panels]
+    strip, *axes = _stack([_ROW * strip_rows(marks, milestones), *heights, _ROW * len(states)])
+    strip.set_xlim(first_s, last_s)
+    for axis in axes:
+        axis.yaxis.set_label_coords(-_NAMES / (_WIDTH - _LEFT - _RIGHT), 0.5)
+    started_s = milestones.states[0].at_s if milestones.states else run.scenario.end_s
+    for panel, axis in zip(case.panels, axes[:-1], strict=True):
+        match panel:
+            case LinePanel():
+                draw_lines(axis, panel, case.description, run, started_s)
+            case StripPanel():
+                draw_strips(axis, panel, run.truth)
+    draw_states(axes[-1], states)
+    draw_marks(strip, axes, marks, milestones)
+    axes[-1].tick_params(axis="x", labelsize=9, labelbottom=True)
+    axes[-1].set_xlabel("Process time [s]", fontsize=9.5)
+    figure = axes[-1].figure.get_figure(root=True)
+    assert figure is not None
+    _caption(figure, case, run, (first_s, last_s))
+    return figure
+
+
+def window(run: RunResult, milestones: Milestones) -> tuple[float, float]:
+    """Part of the run that is shown [s]: from before the onset to its end; of a batch that was completed, all of it."""
+    onset_s, end_s = run.scenario.onset_s or 0.0, run.scenario.end_s
+    if run.complete_s is None:
+        return max(0.0, onset_s - BEFORE_S), end_s
+    moments = [m.at_s for m in (*milestones.states, *milestones.releases, *milestones.fallbacks)]
+    last_s = max(run.complete_s, onset_s, *moments, *milestones.reports)
+    return 0.0, min(end_s, (1.0 + AFTER) * last_s)
+
+
+def _stack(heights: Sequence[float]) -> list[Axes]:
+    """Axes of the given heights [in] below each other, with one time axis."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    total = _TOP + sum(heights) + _BETWEEN * (len(heights) - 1) + _BOTTOM
+    figure = Figure(figsize=(_WIDTH, total), dpi=110)
+    FigureCanvasAgg(figure)
+    axes: list[Axes] = []
+    top = total - _TOP
+    for height in heights:
+        place = (_LEFT / _WIDTH, (top - height) / total, (_WIDTH - _LEFT - _RIGHT) / _WIDTH, height / total)
+        axes.append(figure.add_axes(place, sharex=axes[0] if axes else None))
+        axes[-1].tick_params(axis="x", labelbottom=False)
+        top -= height + _BETWEEN
+    return axes
+
+
+def _caption(figure: Figure, case: Case, run: RunResult, shown: tuple[float, float]) -> None:
+    """Title and how to read the picture."""
+    sizes = []
+    for fault in run.scenario.faults:
+        unit = case.description.fault(fault.fault).severity_unit
+        sizes.append(f"{fault.fault} {fault.severity:g}{'' if unit == '1' else ' ' + unit}")
+    what = " + ".join(sizes) or "no fault"
+    end = case.description.machine.state(run.state).label
+    title = f"{case.name}, {what}, seed {run.scenario.seed}"
+    left, height = _LEFT / _WIDTH, figure.get_figheight()
+    figure.text(left, 1 - 0.2 / height, title, fontsize=12, fontweight="bold", va="center")
+    outcome = f"{_ENDINGS[run.outcome]}. At the end: {end}."
+    figure.text(left, 1 - 0.42 / height, outcome, fontsize=10.5, va="center")
+    span = f"Shown: {shown[0]:.0f} s to {shown[1]:.0f} s of {run.scenario.end_s:.0f} s."
+    figure.text(left, 1 - 0.63 / height, f"{span} {_key(case)}", fontsize=8.5, color="#555555", va="center")
+
+
+def _key(case: Case) -> str:
+    """What the lines and bars of the case's panels mean."""
+    lines = [panel for panel in case.panels if isinstance(panel, LinePanel)]
+    roles = {case.description.tag(tag).role for panel in lines for tag in panel.tags}
+    meanings = {
+        "Solid: true value. Pale: measured.": bool(lines),
+        "Dashed: setpoint.": Role.SP in roles,
+        "Dotted: command.": Role.MV in roles,
+        "Red: limit (pale: not in force).": any(panel.limits for panel in lines),
+        "Grey: a step ends.": any(panel.guards for panel in lines),
+        "Bar: as high as the value.": len(lines) < len(case.panels),
+    }
+    return " ".join(words for words, present in meanings.items() if present)

@@ -1,0 +1,118 @@
+"""The moments of a run as lines through every panel, explained in a strip above them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from homeostat.domain.plant.state_machine import StateMachine
+from homeostat.evaluate.run import RunResult
+from homeostat.record.milestones import Milestones, Moment
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_ONSET: Final = "#3a3a3a"
+_NOTICED: Final = "#b8860b"
+_RELEASED: Final = "#00755a"
+_FALLBACK: Final = "#6a3d9a"
+_COMPLETE: Final = "#5f6b76"
+_CROWDED: Final = 0.045
+"""Distance between later releases below which the second one's time is left out, as part of the width [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """One moment that is explained in words."""
+
+    at_s: float
+    """Process time [s]."""
+    words: str
+    """What happened."""
+    colour: str
+    """Colour of line and words."""
+    dashes: tuple[float, tuple[float, ...]] | str
+    """Style of the line."""
+
+
+def strip_rows(marks: Sequence[Mark], milestones: Milestones) -> int:
+    """Lines of text above the panels: one per mark, one for silence, one for what was adjusted later."""
+    return len(marks) + _quiet(milestones) + (len(milestones.releases) > 1)
+
+
+def draw_marks(strip: Axes, panels: Sequence[Axes], marks: Sequence[Mark], milestones: Milestones) -> None:
+    """Draw every moment; later releases are thin lines with their times."""
+    total = strip_rows(marks, milestones)
+    strip.set_ylim(0.0, total)
+    strip.axis("off")
+    first_s, last_s = strip.get_xlim()
+    if _quiet(milestones):
+        strip.text(
+            first_s, total - 0.5, "Nothing was reported and nothing was done.", fontsize=9, color=_ONSET, va="center"
+        )
+    for row, mark in enumerate(marks, start=_quiet(milestones)):
+        for axis in panels:
+            axis.axvline(mark.at_s, color=mark.colour, linewidth=1.3, linestyle=mark.dashes, zorder=5)
+        height = total - 0.5 - row
+        strip.plot([mark.at_s] * 2, [0.0, height], color=mark.colour, linewidth=1.0, linestyle=mark.dashes)
+        _write(strip, mark.words, mark.at_s, height, 9.0, mark.colour)
+    later = [m for m in milestones.releases[1:] if m.at_s >= first_s]
+    for moment in later:
+        for axis in panels:
+            axis.axvline(moment.at_s, color=_RELEASED, linewidth=0.6, alpha=0.7, zorder=2)
+    _write_times(strip, later, _CROWDED * (last_s - first_s))
+
+
+def _quiet(milestones: Milestones) -> bool:
+    """Whether nothing was reported and nothing was done."""
+    return not (milestones.reports or milestones.releases or milestones.fallbacks)
+
+
+def _write_times(strip: Axes, later: Sequence[Moment], apart_s: float) -> None:
+    """Times of later releases on the lowest line, where there is room."""
+    written_s = -apart_s
+    for number, moment in enumerate(later):
+        if number == 0 or moment.at_s - written_s >= apart_s:
+            words = f"adjusted {moment.at_s:.0f} s" if number == 0 else f"{moment.at_s:.0f}"
+            _write(strip, words, moment.at_s, 0.4, 7.5, _RELEASED)
+            written_s = moment.at_s
+
+
+def _write(strip: Axes, words: str, at_s: float, height: float, size: float, colour: str) -> None:
+    """Words to the right of a moment, or to the left of it where the right has no room."""
+    text = strip.annotate(
+        words, (at_s, height), xytext=(4, 0), textcoords="offset points", va="center", fontsize=size, color=colour,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6}, zorder=6,
+    )  # fmt: skip
+    if text.get_window_extent().x1 > strip.figure.bbox.x1:
+        text.set(x=-4, ha="right")
+
+
+def explained(run: RunResult, milestones: Milestones, machine: StateMachine) -> list[Mark]:
+    """Onset, detection, first release, first fallback and completion, as far as they happened, in order of time."""
+    onset = run.scenario.onset_s
+    labels = {state.name: state.label for state in machine.states}
+    marks = []
+    if onset is not None:
+        marks.append(Mark(onset, f"{run.scenario.fault} begins, {onset:g} s", _ONSET, (0, (2, 2))))
+    if run.detected_s is not None:
+        marks.append(Mark(run.detected_s, f"noticed{_when(run.detected_s, onset)}", _NOTICED, "solid"))
+    if milestones.releases:
+        first = milestones.releases[0]
+        words = f"actions released{_when(first.at_s, onset)}, to reach {labels.get(first.what, first.what)!r}"
+        marks.append(Mark(first.at_s, words, _RELEASED, "solid"))
+    if milestones.fallbacks:
+        first = milestones.fallbacks[0]
+        marks.append(Mark(first.at_s, f"fallback {first.what!r} acts{_when(first.at_s, onset)}", _FALLBACK, "solid"))
+    if run.complete_s is not None:
+        nominal = f" (without the fault {run.nominal_s:.0f} s)" if onset is not None and run.nominal_s else ""
+        reached = [m.what for m in milestones.states if m.at_s <= run.complete_s][-1]
+        marks.append(Mark(run.complete_s, f"{labels[reached]}, {run.complete_s:.0f} s{nominal}", _COMPLETE, "solid"))
+    return sorted(marks, key=lambda mark: mark.at_s)
+
+
+def _when(at_s: float, onset_s: float | None) -> str:
+    if onset_s is None or at_s < onset_s:
+        return f", {at_s:.0f} s"
+    return f" after {at_s - onset_s:.0f} s, at {at_s:.0f} s"

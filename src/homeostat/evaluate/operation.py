@@ -1,0 +1,51 @@
+"""Operation: what Homeostat may do to the plant during a run, how fast time passes, and who orders anything."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+from homeostat.domain.mode import Mode, PersonCommand
+from homeostat.evaluate.resumption import Past
+from homeostat.guard.settings import GuardSettings
+from homeostat.journal import Setting
+
+PATIENT_S = 5.0
+"""Longest wait for the journal where no plant waits meanwhile, wall-clock [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """How a plant is operated; by default by itself, in virtual time."""
+
+    mode: Mode = Mode.CLOSED_LOOP
+    """Mode in which the guard begins; in observe and advise it cannot be given another one, as nobody can write."""
+    pace: float | None = None
+    """Process seconds per wall-clock second; None for virtual time, as fast as it goes."""
+    orders: Callable[[], Iterable[PersonCommand]] = tuple
+    """Asked at every tick for what people have ordered since the last one."""
+    persons: int = 1
+    """People who must agree to a reset."""
+    past: Past | None = None
+    """What the run goes on from; None for one that begins."""
+
+    def __post_init__(self) -> None:
+        if self.pace is not None and not (math.isfinite(self.pace) and self.pace > 0.0):
+            raise ValueError(f"pace {self.pace!r} must be finite and > 0 process seconds per second")
+        if self.persons < 1:
+            raise ValueError(f"persons {self.persons!r} must be at least 1")
+
+    @property
+    def guard(self) -> GuardSettings:
+        """How patient the guard is: in virtual time a slow disk must not decide what is released."""
+        settings = GuardSettings(persons=self.persons)
+        return settings if self.pace is not None else replace(settings, sync_s=PATIENT_S)
+
+    @property
+    def settings(self) -> tuple[Setting, ...]:
+        """As the journal has them; none for a run that is operated by itself."""
+        if self.mode is Mode.CLOSED_LOOP and self.pace is None and self.persons == 1:
+            return ()
+        paced = () if self.pace is None else (Setting("pace", self.pace),)
+        return Setting("mode", self.mode.value), *paced, Setting("persons", self.persons)

@@ -1,0 +1,164 @@
+"""A run that is kept: scored, drawn, and closed with a manifest, or closed as interrupted."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from importlib.metadata import version
+
+from homeostat.agents.roles import AskingProtocol
+from homeostat.domain.snapshot import Snapshot
+from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.figure.figure import draw
+from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.recorded_plant import place
+from homeostat.evaluate.result import RESULT, Result, result_of
+from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.scenario import Scenario
+from homeostat.evaluate.score.step_scores import score_steps
+from homeostat.journal import RunFinished, RunStarted, Setting, Subscriber, Summary
+from homeostat.links.clock import DeclaredClock, ThinkingClock
+from homeostat.plants.assembly import Language, Propose, in_operation
+from homeostat.plants.plant import Case
+from homeostat.process.seeds import NAMING
+from homeostat.record.directory import FIGURE, TRAJECTORY, RunDirectory
+from homeostat.record.milestones import Milestones
+
+LIBRARIES = ("numpy", "numba", "pyoxigraph")
+"""Libraries that what is computed depends on."""
+INTERRUPTED = "interrupted"
+"""Outcome in the trace of a run that was stopped from outside."""
+
+
+@dataclass(frozen=True, slots=True)
+class Thinking:
+    """How much process time thinking takes."""
+
+    scale: float = 1.0
+    """Process seconds per wall-clock second of thinking."""
+    declared_s: float | None = None
+    """Process time of every stretch of thinking [s]; None where it is measured."""
+
+    def clock(self) -> ThinkingClock | DeclaredClock:
+        """A clock that has not run yet."""
+        return ThinkingClock(self.scale) if self.declared_s is None else DeclaredClock(self.declared_s)
+
+    @property
+    def setting(self) -> Setting:
+        """As the journal has it."""
+        if self.declared_s is None:
+            return Setting("thinking_scale", self.scale)
+        return Setting("thinking_declared_s", self.declared_s)
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedRun:
+    """A run that was kept."""
+
+    run: RunResult
+    """What it came to."""
+    result: Result
+    """The same as it was written."""
+
+
+def record_run(
+    case: Case,
+    scenario: Scenario,
+    directory: RunDirectory,
+    thinking: Thinking,
+    proposer: str,
+    subscriber: Subscriber,
+    watcher: Callable[[Snapshot], None],
+    language: Language | None = None,
+    conditions: Conditions | None = None,
+    propose: Propose | None = in_operation,
+    known: Case | None = None,
+    kept: Callable[[RunResult], bool] = lambda run: True,
+    operation: Operation | None = None,
+) -> RecordedRun:
+    """Run ``scenario``, keep everything in ``directory`` and close it; ``subscriber`` and ``watcher`` follow the run.
+
+    ``proposer`` is what was asked for; ``language``, ``conditions``, ``propose``, ``known`` and ``operation`` are
+    as in :func:`homeostat.evaluate.run.run`; ``kept`` says whether anybody will look at the run: if not, there is
+    neither trajectory nor figure.
+
+    Where the disk is full, the run goes on to its end; what is missing of its record is in ``directory.missing``.
+
+    A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other exception leaves it
+    without manifest, which verifies as incomplete.
+    """
+    trace, milestones, seen = directory.trace, Milestones(), _LastTime(watcher)
+    trace.subscribe(milestones)
+    trace.subscribe(subscriber)
+    conditions, operation = conditions or Conditions(), operation or Operation()
+    chosen = (*conditions.settings, *operation.settings)
+    if operation.past is None:
+        trace.record(_started(case, scenario, thinking, proposer, chosen, language), 0.0)
+    else:
+        for event, at_s in operation.past.events:
+            milestones(event, at_s)
+    try:
+        done = run(
+            case, scenario, trace, thinking.clock(), watcher=seen, archive=directory, language=language,
+            conditions=conditions, propose=propose, known=known, operation=operation,
+        )  # fmt: skip
+        stepwise = language is not None and conditions.protocol is AskingProtocol.PER_STEP
+        steps = score_steps(case, scenario, done.said) if stepwise else None
+        directory.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
+        result = result_of(done, directory.path, steps)
+        with directory.spared(RESULT):
+            directory.store_whole(RESULT, f"{result.to_json()}\n".encode())
+        if kept(done):
+            _store(case, directory, done, milestones)
+    except KeyboardInterrupt:
+        directory.record(RunFinished(INTERRUPTED, "stopped from outside"), seen.at_s)
+        directory.close(Summary(scenario.seed, INTERRUPTED, case.configuration))
+        raise
+    directory.close(Summary(scenario.seed, result.outcome.value, case.configuration))
+    return RecordedRun(done, result)
+
+
+class _LastTime:
+    """Passes snapshots on and knows the time of the last one."""
+
+    def __init__(self, watcher: Callable[[Snapshot], None]) -> None:
+        self._watcher = watcher
+        self.at_s = 0.0
+
+    def __call__(self, snapshot: Snapshot) -> None:
+        self.at_s = snapshot.at_s
+        self._watcher(snapshot)
+
+
+def _started(
+    case: Case, scenario: Scenario, thinking: Thinking, proposer: str, chosen: tuple[Setting, ...],
+    language: Language | None,
+) -> RunStarted:  # fmt: skip
+    configuration = [Setting("configuration", case.configuration), *place(case)]
+    configuration += [Setting(f"made again {name}", "it was older than its sources") for name in case.remade]
+    configuration += [Setting("end_s", scenario.end_s), Setting("seeds", NAMING)]
+    for fault in scenario.faults:
+        configuration.append(Setting(f"onset_s {fault.fault}", fault.onset_s))
+        configuration.append(Setting(f"severity {fault.fault}", fault.severity))
+    configuration += [Setting("proposer", proposer), thinking.setting, *chosen]
+    if language is not None:
+        configuration.append(Setting("grounding", language.grounding.value))
+    versions = [Setting("python", sys.version.split()[0]), *(Setting(name, version(name)) for name in LIBRARIES)]
+    return RunStarted(
+        case=scenario.case,
+        faults=tuple(f.fault for f in scenario.faults),
+        seed=scenario.seed,
+        configuration=tuple(configuration),
+        versions=tuple(versions),
+        wall_started=datetime.now().astimezone().isoformat(timespec="milliseconds"),
+    )
+
+
+def _store(case: Case, directory: RunDirectory, done: RunResult, milestones: Milestones) -> None:
+    units = {tag.name: tag.unit for tag in case.description.tags}
+    with directory.spared(TRAJECTORY):
+        directory.store_trajectory(done.measured, done.truth, units)
+    with directory.spared(FIGURE):
+        directory.store_whole(FIGURE, draw(case, done, milestones))

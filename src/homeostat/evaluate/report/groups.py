@@ -1,0 +1,136 @@
+"""Groups of rows that are scored together, in an order that does not depend on the order of the rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, WHOLE, Row
+
+ALL: Final = "all"
+"""Name of all scenarios of a case together."""
+SEARCH: Final = "search"
+_YARDSTICKS: Final = (FALLBACK_ONLY, DO_NOTHING, HINDSIGHT)
+"""In the order of tables."""
+_KINDS: Final = ("none", "single", "paired", "unknown")
+
+
+class Source(Enum):
+    """Where figures come from. Lines of tables say so."""
+
+    MEASURED = "measured"
+    """From runs in which the proposer itself was asked."""
+    REPLAYED = "replayed"
+    """From runs in which recorded answers of a language model were said again."""
+    SCRIPTED = "scripted"
+    """From runs in which a script answered instead of a language model; it says nothing about any model."""
+    YARDSTICK = "yardstick"
+    """From runs that show what was possible, or what happens if nobody proposes."""
+    PAPER = "published"
+    """From the paper's tables."""
+    RERUN = "published rerun"
+    """From the paper's authors' own later runs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Rows of one proposer in one scenario of one case, or in several scenarios."""
+
+    case: str
+    """Name of the case."""
+    scenario: str
+    """Name of the scenario, of the published row, or ``all``."""
+    proposer: str
+    """Who proposes."""
+    ablation: str
+    """What is left out; ``none`` for nothing."""
+    rows: tuple[Row, ...]
+    """At least one row, in order of scenario and seed."""
+
+    @property
+    def name(self) -> str:
+        """Proposer, and what it goes without."""
+        return entrant(self.rows[0])
+
+    @property
+    def source(self) -> Source:
+        """Where its figures come from."""
+        return source(self.proposer)
+
+
+def succeeded(row: Row) -> bool:
+    """Whether a run counts as a success; where a fallback had to act it does not, as in the paper."""
+    return row.success and row.fallbacks == 0
+
+
+def broke_limit(row: Row) -> bool:
+    """Whether the plant truly left a hard limit."""
+    return row.exposure_s > 0.0 or row.least_margin < 0.0
+
+
+def source(proposer: str) -> Source:
+    """Where figures of ``proposer`` come from, by its name."""
+    if proposer.startswith(("replay:", "situated:")):
+        return Source.REPLAYED
+    if proposer.startswith("scripted:"):
+        return Source.SCRIPTED
+    return Source.YARDSTICK if proposer in _YARDSTICKS else Source.MEASURED
+
+
+def entrant(row: Row) -> str:
+    """Proposer of a row, and what it goes without: the unit of every comparison."""
+    return row.proposer if row.ablation == WHOLE else f"{row.proposer}, {row.ablation}"
+
+
+def in_order(rows: Iterable[Row]) -> tuple[Row, ...]:
+    """The rows by case, scenario, proposer, ablation and seed."""
+    return tuple(sorted(rows, key=lambda row: (row.case, _scenario(row), _entrant(row), row.seed, row.job)))
+
+
+def cases(rows: Sequence[Row]) -> list[str]:
+    """Names of the cases."""
+    return sorted({row.case for row in rows})
+
+
+def entrants(rows: Sequence[Row]) -> list[str]:
+    """Names of proposers with what they go without: the search first, yardsticks last."""
+    return list(dict.fromkeys(entrant(row) for row in sorted(rows, key=_entrant)))
+
+
+def scenarios(rows: Sequence[Row]) -> list[str]:
+    """Names of the scenarios: without a fault first, unknown faults last."""
+    return list(dict.fromkeys(row.scenario for row in sorted(rows, key=_scenario)))
+
+
+def overall(rows: Iterable[Row]) -> list[Group]:
+    """One group per case, proposer and ablation."""
+    return _groups(rows, lambda row: ALL)
+
+
+def by_scenario(rows: Iterable[Row]) -> list[Group]:
+    """One group per case, scenario, proposer and ablation."""
+    return _groups(rows, lambda row: row.scenario)
+
+
+def by_published(rows: Iterable[Row]) -> list[Group]:
+    """One group per case, row of the published tables, proposer and ablation; rows without one are left out."""
+    return _groups((row for row in rows if row.published), lambda row: row.published)
+
+
+def _groups(rows: Iterable[Row], named: Callable[[Row], str]) -> list[Group]:
+    found: dict[tuple[str, str, str, str], list[Row]] = {}
+    for row in in_order(rows):
+        found.setdefault((row.case, named(row), row.proposer, row.ablation), []).append(row)
+    return [Group(*key, tuple(members)) for key, members in found.items()]
+
+
+def _scenario(row: Row) -> tuple[int, str, str]:
+    known = _KINDS.index(row.kind) if row.kind in _KINDS else len(_KINDS)
+    return known, row.kind, row.scenario
+
+
+def _entrant(row: Row) -> tuple[int, str, bool, str]:
+    rank = 2 + _YARDSTICKS.index(row.proposer) if row.proposer in _YARDSTICKS else int(row.proposer != SEARCH)
+    return rank, row.proposer, row.ablation != WHOLE, row.ablation

@@ -1,0 +1,1 @@
+"""What a study measures, as numbers with intervals."""

@@ -1,0 +1,98 @@
+"""What came out, in sentences that are computed from the rows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from typing import Final
+
+from homeostat.evaluate.report.groups import Group, Source, broke_limit, cases, entrants, in_order, overall, scenarios
+from homeostat.evaluate.report.measures.comparison import Comparison, comparisons
+from homeostat.evaluate.report.measures.references import against, yardsticks
+from homeostat.evaluate.report.measures.scores import success_of
+from homeostat.evaluate.report.statistics import Rate
+from homeostat.evaluate.study.row import Row
+
+_CLEAR: Final = 0.05
+"""Adjusted probability below which a difference is called clear [1]."""
+
+
+def what_was_run(rows: Sequence[Row]) -> list[tuple[str, str]]:
+    """What the campaign consists of: a name and the words to it."""
+    ordered = in_order(rows)
+    facts = [("Runs", f"{len(ordered)}")]
+    for case in cases(ordered):
+        own = [row for row in ordered if row.case == case]
+        facts.append((f"Case {case}", f"{len(own)} runs; scenarios: {', '.join(scenarios(own))}"))
+    facts.append(("Proposers", ", ".join(_named(ordered))))
+    facts.append(("Seeds", spans(sorted({row.seed for row in ordered}))))
+    return facts
+
+
+def summary(rows: Sequence[Row], reference: str | None = None) -> list[tuple[str, list[str]]]:
+    """Per case: one sentence for each proposer, and what the comparison with the reference says."""
+    ordered = in_order(rows)
+    known = yardsticks(ordered)
+    compared = {(c.case, c.name): c for c in comparisons(ordered, reference)}
+    told = []
+    for case, groups in groupby(overall(ordered), key=lambda group: group.case):
+        sentences = []
+        for group in groups:
+            missed = against(group.rows, known).missed if group.source is not Source.YARDSTICK else None
+            sentences.append(_sentence(group, missed, compared.get((case, group.name))))
+        told.append((case, sentences))
+    return told
+
+
+def spans(seeds: Sequence[int]) -> str:
+    """Rising whole numbers in few words: ``1–10, 12``."""
+    runs: list[list[int]] = []
+    for seed in seeds:
+        if runs and runs[-1][1] == seed - 1:
+            runs[-1][1] = seed
+        else:
+            runs.append([seed, seed])
+    return ", ".join(f"{first}" if first == last else f"{first}–{last}" for first, last in runs)
+
+
+def _named(rows: Sequence[Row]) -> list[str]:
+    """Proposers, and how those answered that were no model asked there and then."""
+    sources = {group.name: group.source for group in overall(rows)}
+    return [n if sources[n] is Source.MEASURED else f"{n} ({sources[n].value})" for n in entrants(rows)]
+
+
+def _sentence(group: Group, missed: Rate | None, compared: Comparison | None) -> str:
+    rate = success_of(group.rows).success
+    words = f"{group.name}{_origin(group)}: {rate.count} of {rate.of} runs succeeded{_interval(rate)}"
+    broken = [row.exposure_s for row in group.rows if broke_limit(row)]
+    if broken:
+        words += f"; {_runs(len(broken))} broke a hard limit, for {max(broken):.0f} s at most"
+    else:
+        words += "; none broke a hard limit"
+    if missed is not None:
+        words += f"; {missed.count} of the {missed.of} successes that hindsight shows possible were missed"
+    return words + (f"; {_against(compared)}." if compared is not None else ".")
+
+
+def _against(one: Comparison) -> str:
+    more, less = one.only_this, one.only_reference
+    if more == less:
+        return f"beside {one.reference}, as many successes on the same {one.pairs} plants"
+    clear = "a clear difference" if one.p_adjusted < _CLEAR else "no clear difference"
+    difference = f"{abs(more - less)} {'more' if more > less else 'fewer'}"
+    successes = "success" if abs(more - less) == 1 else "successes"
+    p = "p < 0.001" if one.p_adjusted < 0.001 else f"p = {one.p_adjusted:.3f}"
+    return f"beside {one.reference}, {difference} {successes} on the same {one.pairs} plants: {clear} (adjusted {p})"
+
+
+def _origin(group: Group) -> str:
+    return "" if group.source is Source.MEASURED else f" ({group.source.value})"
+
+
+def _interval(rate: Rate) -> str:
+    ends = rate.interval
+    return "" if ends is None else f" (95 % interval {100.0 * ends.low:.0f} to {100.0 * ends.high:.0f} %)"
+
+
+def _runs(count: int) -> str:
+    return "1 run" if count == 1 else f"{count} runs"

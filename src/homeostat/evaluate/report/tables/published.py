@@ -1,0 +1,85 @@
+"""Published figures: the paper's tables, and what its authors measured again later."""
+
+from __future__ import annotations
+
+import functools
+import tomllib
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Final
+
+from homeostat.evaluate.report.groups import ALL, Source
+
+FILE: Final = "published.toml"
+_SOURCES: Final = {"paper": Source.PAPER, "rerun": Source.RERUN}
+
+
+@dataclass(frozen=True, slots=True)
+class Published:
+    """One line of a published table; None where a figure is not known."""
+
+    case: str
+    """Name of our case of the same plant."""
+    row: str
+    """Row of the table; ``all`` for the last one."""
+    model: str
+    """Language model, as the authors label it."""
+    source: str
+    """``paper``, or ``rerun`` for the authors' own later runs."""
+    successes: int
+    """Runs that succeeded."""
+    runs: int
+    """Runs."""
+    recovered: int | None = None
+    """Successes among the runs with at least one refused proposal."""
+    reprompted: int | None = None
+    """Runs with at least one refused proposal."""
+    recovery: float | None = None
+    """The quotient of these, where it is all that is known [%]."""
+    plans: float | None = None
+    """Next states that were named rightly, mean over runs [%]."""
+    actions: float | None = None
+    """Sets of actuators that were named rightly [%]."""
+    precision: float | None = None
+    """Of actuators that were switched on [%]."""
+    recall: float | None = None
+    """Of actuators that had to be switched on [%]."""
+    tokens_in: int | None = None
+    """Tokens of all questions, mean per run."""
+    tokens_out: int | None = None
+    """Tokens of all answers, mean per run."""
+    time_s: float | None = None
+    """Wall-clock time of a run, mean [s]."""
+    call_s: float | None = None
+    """Time of an answer, mean [s]."""
+    remark: str = ""
+    """What to know when reading the line."""
+
+    @property
+    def origin(self) -> Source:
+        """Where the line comes from."""
+        return _SOURCES[self.source]
+
+
+@functools.cache
+def published() -> tuple[Published, ...]:
+    """All published lines, in the order of the tables."""
+    text = files(__package__).joinpath(FILE).read_text(encoding="utf-8")
+    return tuple(
+        Published(case=case, row=row, model=model, source=source, **figures)
+        for case, sources in tomllib.loads(text).items()
+        for source, rows in sources.items()
+        for row, models in rows.items()
+        for model, figures in models.items()
+    )
+
+
+def published_rows(case: str) -> tuple[str, ...]:
+    """Rows of the case's published table without the last one, in its order; empty where there is none."""
+    return tuple(dict.fromkeys(line.row for line in published() if line.case == case and line.row != ALL))
+
+
+def published_lines(case: str, row: str) -> tuple[Published, ...]:
+    """Lines of one row of the case's published table: the paper's, then the later runs'."""
+    lines = [line for line in published() if (line.case, line.row) == (case, row)]
+    return tuple(sorted(lines, key=lambda line: line.source))

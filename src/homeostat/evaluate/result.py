@@ -1,0 +1,201 @@
+"""What a run came to, as ``result.json`` and ``homeostat run --json`` have it: ``schema`` and one key per field."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.recovery import Command
+from homeostat.evaluate.run import RunResult
+from homeostat.evaluate.score.belief import Belief, merge
+from homeostat.evaluate.score.outcome import OutcomeKind, outcome_kind
+from homeostat.evaluate.score.scoring import Exposure
+from homeostat.evaluate.score.step_scores import StepScores
+from homeostat.journal.encode import Json
+
+RESULT = "result.json"
+"""Name of the file in a run directory."""
+SCHEMA = 2
+"""Number of what the keys mean; one that is not there is 1, which knew other outcomes."""
+
+
+class ResultError(ValueError):
+    """A result file is not what was written; the message says so in one line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """The score of one run and what led to it."""
+
+    case: str
+    """Name of the case."""
+    fault: str
+    """Injected faults joined by '+'; ``none`` where there was none."""
+    seed: int
+    """Seed of the run."""
+    outcome: OutcomeKind
+    """How it ended."""
+    actor: str
+    """Who acted: ``search``, ``language``, ``fallback`` or ``none``."""
+    onset_s: float | None
+    """Process time of the first fault [s]."""
+    detected_s: float | None
+    """Process time of the first report from the onset on [s]."""
+    released_s: float | None
+    """Process time of the first release [s]."""
+    attempts: int
+    """Proposals that were judged."""
+    hypotheses: tuple[Belief, ...]
+    """The last diagnosis before the first release, most probable first."""
+    actions: tuple[Command, ...]
+    """The last commands that were written."""
+    min_margin: float | None
+    """Least margin of the first approval, each criterion in its own unit."""
+    limit_exposure_s: tuple[Exposure, ...]
+    """Seconds outside each limit [s]; those from detection on are null in JSON where nothing was detected."""
+    production_loss: float | None
+    """Fraction of the fault-free production that was lost from the onset on [1]."""
+    state: str
+    """State of the machine at the end."""
+    complete_s: float | None
+    """Process time at which the batch was complete [s]; None where it was not, and for a plant that knows no batch."""
+    nominal_s: float | None
+    """The same in the fault-free run [s]."""
+    totals: dict[str, float]
+    """What the case adds up over a run -> its true value at the end; the unit is the end of the name."""
+    steps: StepScores | None
+    """How many single steps a language model got right; None unless it was asked in every state."""
+    thinking_s: float
+    """Wall-clock seconds of thinking up to the first release [s]."""
+    wall_s: float
+    """Wall-clock seconds of the whole run [s]."""
+    trace: str
+    """Path of the run directory."""
+
+    @property
+    def good(self) -> bool:
+        """Recovered, or rightly left alone."""
+        return self.outcome.good
+
+    def to_json(self) -> str:
+        """One strictly valid JSON object, without a newline at the end."""
+        return json.dumps(
+            {
+                "schema": SCHEMA,
+                "case": self.case,
+                "fault": self.fault,
+                "seed": self.seed,
+                "outcome": self.outcome.value,
+                "actor": self.actor,
+                "onset_s": self.onset_s,
+                "detected_s": self.detected_s,
+                "released_s": self.released_s,
+                "attempts": self.attempts,
+                "hypotheses": [
+                    {"fault": b.name, "probability": b.probability, "severity": _severity(b)} for b in self.hypotheses
+                ],
+                "actions": [{"tag": c.tag, "value": c.value, "rate": c.rate} for c in self.actions],
+                "min_margin": self.min_margin,
+                "limit_exposure_s": {
+                    e.limit: {
+                        "from_detection": None if self.detected_s is None else e.from_detection_s,
+                        "total": e.total_s,
+                    }
+                    for e in self.limit_exposure_s
+                },
+                "production_loss": self.production_loss,
+                "state": self.state,
+                "complete_s": self.complete_s,
+                "nominal_s": self.nominal_s,
+                "totals": self.totals,
+                "steps": None if self.steps is None else asdict(self.steps),
+                "thinking_s": self.thinking_s,
+                "wall_s": self.wall_s,
+                "trace": self.trace,
+            },
+            allow_nan=False,
+            indent=1,
+        )
+
+
+def result_of(run: RunResult, trace: Path, steps: StepScores | None = None) -> Result:
+    """The result of ``run``, whose record is in folder ``trace``; what is not a finite number becomes None.
+
+    ``steps``: scores of single steps, where they were asked for.
+    """
+    return Result(
+        case=run.scenario.case,
+        fault=run.scenario.fault,
+        seed=run.scenario.seed,
+        outcome=run.outcome,
+        actor=run.actor,
+        onset_s=run.scenario.onset_s,
+        detected_s=run.detected_s,
+        released_s=run.released_s,
+        attempts=run.attempts,
+        hypotheses=merge(run.hypotheses),
+        actions=run.actions,
+        min_margin=_finite(run.min_margin),
+        limit_exposure_s=run.exposures,
+        production_loss=_finite(run.production_loss),
+        state=run.state,
+        complete_s=run.complete_s,
+        nominal_s=run.nominal_s,
+        totals=dict(run.totals),
+        steps=steps,
+        thinking_s=run.thinking_s,
+        wall_s=run.wall_s,
+        trace=str(trace),
+    )
+
+
+def read_result(run_dir: Path) -> Result | None:
+    """The result kept in ``run_dir``; None where the run has none, ResultError where it cannot be read."""
+    try:
+        text = (run_dir / RESULT).read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return None
+    try:
+        content: dict[str, Any] = json.loads(text)
+        if (schema := content.pop("schema", 1)) not in (1, SCHEMA):
+            raise ValueError(f"schema {schema!r} is not 1 or {SCHEMA}")
+        exposure: dict[str, Any] = content.pop("limit_exposure_s")
+        return Result(
+            **{
+                **content,
+                "outcome": outcome_kind(content["outcome"], content["actor"] == "fallback"),
+                "steps": None if content["steps"] is None else StepScores(**content["steps"]),
+                "hypotheses": tuple(_belief(item) for item in content["hypotheses"]),
+                "actions": tuple(Command(**item) for item in content["actions"]),
+                "limit_exposure_s": tuple(
+                    Exposure(name, e["from_detection"] or 0.0, e["total"]) for name, e in exposure.items()
+                ),
+            }
+        )
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise ResultError(f"{str(run_dir / RESULT)!r} is not a result: {error!r}; verify the run") from error
+
+
+def _severity(belief: Belief) -> Json:
+    """A number for one fault, an object fault -> severity for several, null for none; in each fault's unit."""
+    if len(belief.faults) == 1:
+        return belief.faults[0].severity
+    return {f.fault: f.severity for f in belief.faults} or None
+
+
+def _belief(item: dict[str, Any]) -> Belief:
+    severity = item["severity"]
+    if severity is None:
+        severity = {}
+    elif not isinstance(severity, dict):
+        severity = {item["fault"]: severity}
+    # The onset that was believed is in the journal, not in the result.
+    return Belief(tuple(FaultState(name, size, math.nan) for name, size in severity.items()), item["probability"])
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

@@ -1,0 +1,203 @@
+"""Resumption: a run that was killed goes on from its journal, on the same simulated plant, made again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.events.guard import (
+    FellBack,
+    LatchReset,
+    ModeEntered,
+    RequestAnswered,
+    SequenceLoaded,
+    Shed,
+    StateEntered,
+    StepTaken,
+)
+from homeostat.domain.events.recovery import Attempted, ReleasedActions
+from homeostat.domain.events.writes import Cause, ReadBack, WriteEnded, WriteIntended, WriteResult
+from homeostat.domain.mode import Mode
+from homeostat.domain.observation import Observation
+from homeostat.domain.recovery import ActionSet, Step
+from homeostat.evaluate.local_control import LocalControl, Told
+from homeostat.evaluate.scenario import Scenario
+from homeostat.guard.restart.memory import Memory
+from homeostat.journal import Event, Record, RunFinished, RunStarted
+from homeostat.links.retracing import Retracing
+from homeostat.links.simulated import SimulatedLink
+from homeostat.plants.plant import Case
+from homeostat.record.decode import recall
+
+
+class ResumptionError(ValueError):
+    """A run cannot go on; one line with the reason."""
+
+
+@dataclass(frozen=True, slots=True)
+class Past:
+    """What a journal holds of a run that was killed."""
+
+    started: RunStarted
+    """How it began."""
+    events: tuple[tuple[Event, float], ...]
+    """Its events, each with the process time of its line [s]."""
+    memory: Memory
+    """Where its guard stood."""
+
+    @classmethod
+    def of(cls, records: Sequence[Record]) -> Past:
+        """The past of a journal; ResumptionError where it holds no run that was killed."""
+        recalled = [(event, r.at_s) for r in records if (event := recall(r)) is not None]
+        if not recalled or not isinstance(recalled[0][0], RunStarted):
+            raise ResumptionError("its journal does not begin with a run")
+        if any(isinstance(event, RunFinished) for event, _ in recalled):
+            raise ResumptionError("it came to its end; there is nothing to go on with")
+        return cls(recalled[0][0], tuple(recalled), Memory.of(records))
+
+    @property
+    def at_s(self) -> float:
+        """Process time of the last line [s]."""
+        return self.events[-1][1]
+
+    @property
+    def settings(self) -> dict[str, str | float | bool]:
+        """What was chosen when the run began, by name."""
+        return {setting.name: setting.value for setting in self.started.configuration}
+
+    @property
+    def open_writes(self) -> tuple[int, ...]:
+        """Numbers of writes whose last attempt has no outcome: nobody knows whether the plant got them."""
+        return tuple(sorted({key[0] for key, result in self._results().items() if result is None}))
+
+    def scenario(self, case: Case) -> Scenario:
+        """The scenario of the run; ResumptionError where ``case`` is not what it was, or the journal does not say."""
+        chosen = self.settings
+        if chosen.get("configuration") != case.configuration:
+            raise ResumptionError(f"the configuration of {case.name!r} has changed since the run began")
+        try:
+            faults = tuple(
+                FaultState(name, float(chosen[f"severity {name}"]), float(chosen[f"onset_s {name}"]))
+                for name in self.started.faults
+            )
+            return Scenario(case.name, faults, self.started.seed, float(chosen["end_s"]))
+        except (KeyError, ValueError) as error:
+            raise ResumptionError(f"its first event does not say {error}") from None
+
+    def retrace(self, link: SimulatedLink, local: LocalControl) -> tuple[Observation, ...]:
+        """Let ``link`` do again what it did until the last line, and what was seen of it; nobody decides anything.
+
+        ``local`` runs its recipe again, told what it was told then.
+        """
+        results, seen, again = self._results(), _Seen(local.told.state), Retracing(link)
+        observations: list[Observation] = []
+        for event, at_s in self.events:
+            while link.now_s < at_s and not link.ended:
+                local.told = seen.told
+                observations.append(seen.observed(link))
+            seen.take(event)
+            match event:
+                case ModeEntered() if Mode(event.mode).writes:
+                    again.lease()
+                case ModeEntered() | Shed():
+                    again.give_back()
+                case WriteIntended() if results[event.write, event.attempt] not in (None, WriteResult.FAILED):
+                    again.write(event.commands)
+        local.told = seen.told
+        return tuple(observations)
+
+    def unsaid(self, case: Case) -> ReleasedActions | None:
+        """The release that the plant of ``case`` has and that recovery did not live to record; None for none."""
+        results, margins, proposers = self._results(), dict[str, float](), dict[str, str]()
+        begun: WriteIntended | None = None
+        written: WriteIntended | None = None
+        for event, _ in self.events:
+            match event:
+                case Attempted() if event.approved:
+                    margins[event.digest] = min(f.margin for f in event.findings)
+                case WriteIntended() if event.cause is Cause.REQUEST:
+                    begun = event if event.attempt == 1 else begun  # another attempt may send what is left
+                    arrived = results[event.write, event.attempt] not in (None, WriteResult.FAILED)
+                    written = begun if arrived else written
+                case RequestAnswered():
+                    proposers[event.request] = event.proposer
+                    if written and event.request == written.source and event.status in ("failed", "withdrawn"):
+                        written = None
+                case ReleasedActions() | FellBack():
+                    written = None
+        if written is None:
+            return None
+        return _release(case, written, proposers.get(written.source, ""), margins.get(written.digest, math.inf))
+
+    def _results(self) -> dict[tuple[int, int], WriteResult | None]:
+        """Write and attempt -> what became of it; None where nothing is known."""
+        results: dict[tuple[int, int], WriteResult | None] = {}
+        for event, _ in self.events:
+            match event:
+                case WriteIntended():
+                    results[event.write, event.attempt] = None
+                case WriteEnded():
+                    results[event.write, event.attempt] = event.result
+        return results
+
+
+class _Seen:
+    """Follows the events and says how each tick looked to recovery."""
+
+    def __init__(self, initial: str) -> None:
+        self._last = Observation(0.0, None, initial, ActionSet((), ""), None, None, (), None, Mode.OBSERVE, (), None)
+        self._flying: int | None = None
+        self._waiting = 0
+
+    @property
+    def told(self) -> Told:
+        """What the plant's own control was told of it."""
+        last = self._last
+        carries = last.mode.writes and (self._flying is not None or self._waiting > 0)
+        return Told(last.state, last.latched is not None, carries)
+
+    def take(self, event: Event) -> None:
+        """Take note of one event."""
+        match event:
+            case WriteIntended():
+                self._flying = event.write
+            case ReadBack() if event.write == self._flying and not event.deviating:
+                self._flying = None
+            case RequestAnswered() if event.status in ("failed", "withdrawn"):
+                self._flying = None
+            case SequenceLoaded():
+                self._waiting = len(event.steps) if event.source else 0
+            case StepTaken():
+                self._waiting = max(self._waiting - 1, 0)
+            case StateEntered():
+                self._last = replace(self._last, state=event.state, rest=ActionSet((), event.state))
+            case ModeEntered():
+                self._last = replace(self._last, mode=Mode(event.mode))
+            case FellBack():
+                self._last = replace(self._last, latched=event.reason)
+            case LatchReset():
+                self._last = replace(self._last, latched=None)
+
+    def observed(self, link: SimulatedLink) -> Observation:
+        """The next tick of ``link``."""
+        snapshot = link.advance()
+        return replace(self._last, now_s=link.now_s, snapshot=snapshot, sample=snapshot)
+
+
+def _release(case: Case, written: WriteIntended, proposer: str, margin: float) -> ReleasedActions:
+    """What recovery would have recorded of a request that was ``written``."""
+    by_name = {t.name: t for t in case.description.machine.transitions}
+    try:
+        then = tuple(Step(by_name[step.transition], step.commands) for step in written.steps)
+    except KeyError as unknown:
+        raise ResumptionError(f"{case.name!r} has no transition {unknown}, which was released") from None
+    return ReleasedActions.of(proposer, ActionSet(written.commands, written.state, then), margin)
+
+
+def told(past: Past) -> Iterator[str]:
+    """In what the run that goes on may differ from one that was never killed, line by line."""
+    yield f"it goes on at {past.at_s:.0f} s; what was thought and not released by then is thought again"
+    for write in past.open_writes:
+        yield f"whether write {write} reached the plant is not known: the plant is made again without it, and read"

@@ -1,0 +1,102 @@
+"""A scenario: which plant, which faults are truly there, which seed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from homeostat.domain.diagnosis import FaultState
+from homeostat.plants.plant import Case
+
+LONGEST_S = 86_400.0
+"""Longest run: a day [s]. Every second is kept in memory."""
+LARGEST_SEED = 2**32 - 1
+"""Largest seed; every draw comes from a child of it (:mod:`homeostat.process.seeds`)."""
+
+
+class ScenarioError(ValueError):
+    """A scenario asks for something that the case does not have; the message says what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """The ground truth of one run; no agent, twin or gate sees it."""
+
+    case: str
+    """Name of the case."""
+    faults: tuple[FaultState, ...]
+    """Injected faults; empty for a fault-free run."""
+    seed: int
+    """Seed of the plant's parameters, its disturbances and the twin's draws."""
+    end_s: float
+    """Process time at which the run ends [s]."""
+
+    @property
+    def fault(self) -> str:
+        """Names of the faults joined by '+'; 'none' for a fault-free run."""
+        return "+".join(f.fault for f in self.faults) or "none"
+
+    @property
+    def onset_s(self) -> float | None:
+        """Process time of the first fault [s]; None for a fault-free run."""
+        return min((f.onset_s for f in self.faults), default=None)
+
+
+def scenario(
+    case: Case, fault: str, seed: int, onset_s: float | None = None, severity: float | None = None,
+    end_s: float | None = None, location: str | None = None,
+) -> Scenario:  # fmt: skip
+    """The scenario of ``fault``: a fault's name, several joined by '+', or 'none'.
+
+    Args:
+        onset_s: process time from which the faults act [s]; the case's default where None.
+        severity: in the fault's unit; the nominal one where None; only for a single fault.
+        end_s: length of the run [s]; the case's default where None.
+        location: where a single fault is, for faults that are named ``fault_location``.
+
+    Raises:
+        ScenarioError: unknown fault, severity, onset, end or seed out of range.
+    """
+    end = case.end_s if end_s is None else end_s
+    onset = case.onset_s if onset_s is None else onset_s
+    names = [] if fault == "none" else fault.split("+")
+    if location is not None:
+        names = [_located(case, names, location)]
+    if not 0 <= seed <= LARGEST_SEED:
+        raise ScenarioError(f"seed {seed} must lie in 0 to {LARGEST_SEED}")
+    if not 1.0 <= end <= LONGEST_S:
+        raise ScenarioError(f"end of the run {end:g} s must lie in 1 s to {LONGEST_S:g} s")
+    if onset_s is not None and not names:
+        raise ScenarioError(f"onset {onset_s:g} s needs a fault; name one, or leave the onset out")
+    if names and not 0.0 <= onset < end:
+        remedy = "choose an earlier onset, or a later end" if onset >= end else "choose an onset from 0 s on"
+        raise ScenarioError(f"onset {onset:g} s must lie in the run, 0 s to {end:g} s; {remedy}")
+    if severity is not None and len(names) != 1:
+        raise ScenarioError(f"severity {severity:g} needs exactly one fault, {fault!r} names {len(names)}")
+    states = []
+    for name in names:
+        try:
+            mode = case.description.fault(name)
+        except ValueError as unknown:
+            raise ScenarioError(str(unknown)) from None
+        size = mode.severity_nominal if severity is None else severity
+        if not mode.severity_range.contains(size):
+            unit = "" if mode.severity_unit == "1" else f" {mode.severity_unit}"
+            allowed = f"{mode.severity_range.low:g} to {mode.severity_range.high:g}{unit}"
+            raise ScenarioError(f"severity {size:g} of {name!r} must lie in {allowed} ({mode.description})")
+        states.append(FaultState(name, size, onset))
+    if len(set(names)) != len(names):
+        raise ScenarioError(f"{fault!r} names a fault twice; name each once")
+    return Scenario(case.name, tuple(states), seed, end)
+
+
+def _located(case: Case, names: Sequence[str], location: str) -> str:
+    """The fault that is called ``name_location``."""
+    if len(names) != 1:
+        raise ScenarioError(f"location {location!r} needs exactly one fault, {'+'.join(names) or 'none'!r} is named")
+    name = f"{names[0]}_{location}"
+    places = [f.name.removeprefix(names[0] + "_") for f in case.description.faults if f.name.startswith(names[0] + "_")]
+    if location not in places:
+        has = f"it can be at {', '.join(places)}" if places else "it has only one place; leave the location out"
+        raise ScenarioError(f"fault {names[0]!r} has no location {location!r}; {has}")
+    return name

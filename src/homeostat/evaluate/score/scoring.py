@@ -1,0 +1,134 @@
+"""Scoring: what the plant truly did, as numbers; what they come to is in :mod:`homeostat.evaluate.score.outcome`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from homeostat.domain.plant.limits import LimitKind
+from homeostat.domain.plant.production import Production
+from homeostat.domain.snapshot import Trajectory
+from homeostat.evaluate.score.limits_in_force import LimitsInForce
+from homeostat.process.types import Row
+
+CALM_S = 60.0
+"""A plant that ends inside its hard limits keeps them over the last this many seconds [s]."""
+RETURN_S = 60.0
+"""What is outside a limit at detection may swing about it this much longer than until it first comes back [s]."""
+FED_S = 60.0
+"""What a plant is fed at the end is the mean over the last this many seconds [s]."""
+LEAST_FED = 0.1
+"""A plant that produces is fed at least this share of its design rate at the end [1]."""
+LEAST_PRODUCT = 0.9
+"""A batch that is complete has at least this share of the fault-free product [1]."""
+SAME_LOSS = 0.005
+"""Losses of production that differ by no more than this are the same: disturbances alone make as much [1]."""
+_EQUAL = 1e-9
+"""What rounding may make of a share [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Exposure:
+    """How long the true value was outside one limit."""
+
+    limit: str
+    """Name of the limit."""
+    from_detection_s: float
+    """Seconds outside from detection on [s]."""
+    total_s: float
+    """Seconds outside in the whole run [s]."""
+
+
+def exposures(truth: Trajectory, force: LimitsInForce, detected_s: float | None) -> tuple[Exposure, ...]:
+    """Exposure to every interlock and envelope, where it is in ``force``."""
+    late = truth.times_s > (np.inf if detected_s is None else detected_s)
+    result = []
+    for limit in force.limits.limits:
+        if limit.kind is LimitKind.PERMISSIVE:
+            continue
+        outside = force.outside(limit, truth)  # where it cannot be judged, too
+        seconds = (float((outside & late).sum()) * truth.dt_s, float(outside.sum()) * truth.dt_s)
+        result.append(Exposure(limit.name, *seconds))
+    return tuple(result)
+
+
+def inside_at_end(truth: Trajectory, force: LimitsInForce) -> bool:
+    """Whether the plant kept its hard limits over the last :data:`CALM_S` seconds."""
+    judged = truth.times_s > float(truth.times_s[-1]) - CALM_S
+    return not any(force.outside(limit, truth)[judged].any() for limit in force.limits.hard)
+
+
+def production_loss(
+    truth: Trajectory, healthy: Trajectory, delivered: Sequence[str], from_s: float, to_s: float | None = None
+) -> float:
+    """Fraction of the fault-free production between two times that was lost [1].
+
+    ``delivered`` names the true quantities whose sum is what was produced so far (delivered, or still in the plant).
+    NaN where nothing would have been produced in that time, or where it is not known what was.
+    """
+    possible = _made(healthy, delivered, from_s, to_s)
+    return 1.0 - _made(truth, delivered, from_s, to_s) / possible if possible else math.nan
+
+
+def _made(run: Trajectory, delivered: Sequence[str], from_s: float, to_s: float | None = None) -> float:
+    """What was produced between two times, in the unit of the ``delivered`` quantities; NaN where none is named."""
+    first = int(np.searchsorted(run.times_s, from_s))
+    last = run.length - 1 if to_s is None else int(np.searchsorted(run.times_s, to_s))
+    return float(sum(run.signals[d][0, last] - run.signals[d][0, first] for d in delivered)) if delivered else math.nan
+
+
+def fed_at_end(truth: Trajectory, production: Production) -> bool:
+    """Whether the plant is fed at the end: over :data:`FED_S`, at least :data:`LEAST_FED` of its design rate."""
+    last = truth.times_s > truth.times_s[-1] - FED_S
+    fed = float(truth.signals[production.throughput][0, last].mean())
+    return fed >= (LEAST_FED - _EQUAL) * production.design_rate
+
+
+def has_product(truth: Trajectory, healthy: Trajectory, delivered: Sequence[str]) -> bool:
+    """Whether a run has its product: at least :data:`LEAST_PRODUCT` of what the fault-free run delivers."""
+    possible = _made(healthy, delivered, truth.start_s)
+    return _made(truth, delivered, truth.start_s) >= (LEAST_PRODUCT - _EQUAL) * possible  # not where one is NaN
+
+
+def loses_no_more(
+    run: Trajectory, other: Trajectory, healthy: Trajectory, delivered: Sequence[str], from_s: float
+) -> bool:
+    """Whether ``run`` loses no more of the fault-free production after ``from_s`` [s] than ``other``, within SAME_LOSS.
+
+    Where nothing would have been produced, it is no more if ``run`` makes no less. What is not known is never no more.
+    """
+    made, others, possible = (_made(each, delivered, from_s) for each in (run, other, healthy))
+    return made >= others - (SAME_LOSS + _EQUAL) * abs(possible)
+
+
+def outside_after(truth: Trajectory, force: LimitsInForce, from_s: float = -math.inf) -> dict[str, Row]:
+    """Hard limit -> times after ``from_s`` at which its true value is outside [s], empty ones left out."""
+    judged = truth.times_s > from_s
+    found = {limit.name: truth.times_s[judged & force.outside(limit, truth)] for limit in force.limits.hard}
+    return {name: times for name, times in found.items() if times.size}
+
+
+def kept_until(outside: Mapping[str, Row], truth: Trajectory, from_s: float) -> dict[str, float] | None:
+    """Hard limit that is outside at ``from_s`` already -> until when it may be [s]; None where a limit is not kept.
+
+    ``outside`` is what :func:`outside_after` found in ``truth``. What is outside at once is kept if it comes back, and
+    is outside no more from :data:`RETURN_S` after that.
+    """
+    found: dict[str, float] = {}
+    for name, times in outside.items():
+        if times[0] > from_s + truth.dt_s:
+            return None
+        gaps = np.flatnonzero(np.diff(times) > 1.5 * truth.dt_s)
+        back_s = float(times[gaps[0]] if gaps.size else times[-1]) + truth.dt_s
+        if back_s > truth.times_s[-1] or times[-1] > back_s + RETURN_S:
+            return None
+        found[name] = back_s + RETURN_S
+    return found
+
+
+def worse(outside: Mapping[str, Row], until: Mapping[str, float]) -> bool:
+    """Whether a run with these times ``outside`` violates what another kept ``until``."""
+    return any(times[-1] > until.get(name, -math.inf) for name, times in outside.items())

@@ -1,0 +1,119 @@
+"""Scores of single steps, as studies that ask in every state define them; the truth is found by hindsight."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from homeostat.agents.language.answers import unfenced
+from homeostat.domain.plant.state_machine import State
+from homeostat.evaluate.conditions.transcript import Said
+from homeostat.evaluate.reference.best_route import best_route
+from homeostat.evaluate.scenario import Scenario
+from homeostat.llm.situated import SUPPLIED
+from homeostat.plants.plant import Case
+
+ON = 0.05
+"""An actuator is on above this value; everything that is switched goes from 0 to 1 [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepScores:
+    """How many answers were right."""
+
+    plans: int
+    """Answers of the planning agent."""
+    plans_right: int
+    """Those that name the state which follows on the best route."""
+    actions: int
+    """Answers of the action agent."""
+    actions_right: int
+    """Those that switch on what the state that was named needs, and nothing else."""
+    on_right: int
+    """Actuators that were switched on and had to be."""
+    on_wrong: int
+    """Actuators that were switched on and had not to be."""
+    on_missed: int
+    """Actuators that had to be switched on and were not."""
+
+    @property
+    def plan_correctness(self) -> float | None:
+        """Share of right plans [1]; None where none was asked for."""
+        return _share(self.plans_right, self.plans)
+
+    @property
+    def action_correctness(self) -> float | None:
+        """Share of right action answers [1]; None where none was asked for."""
+        return _share(self.actions_right, self.actions)
+
+    @property
+    def precision(self) -> float | None:
+        """Share of the actuators switched on that had to be [1]; None where none was."""
+        return _share(self.on_right, self.on_right + self.on_wrong)
+
+    @property
+    def recall(self) -> float | None:
+        """Share of the actuators that had to be switched on and were [1]; None where none had to."""
+        return _share(self.on_right, self.on_right + self.on_missed)
+
+
+def score_steps(case: Case, scenario: Scenario, said: Sequence[Said]) -> StepScores | None:
+    """Scores of ``said`` against the best route by hindsight; None where no route completes.
+
+    A plan is right where it names the successor of the present state on that route; beside the route none is. Actuators
+    are compared with what the state that was named last is commanded by design, whether or not it was named rightly.
+    """
+    best = best_route(case, scenario)
+    if best is None:
+        return None
+    said = [s for s in said if s.served != SUPPLIED]
+    follows = dict(zip(best.states, best.states[1:], strict=False))
+    states = {state.name: state for state in case.description.machine.states}
+    plans = [(s.state, _field(s.answer, "path")) for s in said if s.agent == "planning"]
+    right = sum(follows.get(state) == named for state, named in plans)
+    acted = [(states[name], switched) for name, switched in _acted(said) if name in states]
+    needed = [(_needed(state), switched) for state, switched in acted]
+    return StepScores(
+        plans=len(plans), plans_right=right,
+        actions=len(needed), actions_right=sum(must == on for must, on in needed),
+        on_right=sum(len(must & on) for must, on in needed), on_wrong=sum(len(on - must) for must, on in needed),
+        on_missed=sum(len(must - on) for must, on in needed),
+    )  # fmt: skip
+
+
+def _acted(said: Sequence[Said]) -> list[tuple[str, frozenset[str]]]:
+    """The state that was named before, and what was switched on, for every answer of the action agent."""
+    named, found = "", []
+    for s in said:
+        if s.agent == "planning":
+            named = str(_field(s.answer, "path"))
+        elif s.agent == "action":
+            found.append((named, _on(_field(s.answer, "commands"))))
+    return found
+
+
+def _needed(state: State) -> frozenset[str]:
+    """Actuators that ``state`` switches on by design."""
+    return _on({r.tag: r.design for r in state.setpoints})
+
+
+def _on(commands: object) -> frozenset[str]:
+    """Tags with a value above :data:`ON`."""
+    if not isinstance(commands, Mapping):
+        return frozenset()
+    return frozenset(t for t, v in commands.items() if isinstance(v, int | float) and v > ON)
+
+
+def _field(answer: str, name: str) -> object:
+    """A field of an answer; None where the answer is no JSON object or has no such field."""
+    try:
+        value: Any = json.loads(unfenced(answer))
+    except ValueError:
+        return None
+    return value.get(name) if isinstance(value, dict) else None
+
+
+def _share(part: int, whole: int) -> float | None:
+    return part / whole if whole else None

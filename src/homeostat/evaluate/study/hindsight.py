@@ -1,0 +1,97 @@
+"""What was possible: an exhaustive search on the true plant, with the true faults known from their onset on."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from homeostat.domain.plant.state_machine import SetpointRange
+from homeostat.domain.recovery import Command
+from homeostat.evaluate.reference.best_constant import STRIDE_S, BestConstant, best_constant
+from homeostat.evaluate.reference.best_route import best_route, executive_along
+from homeostat.evaluate.reference.unsupervised import fault_free
+from homeostat.evaluate.run import RunResult, run_steered
+from homeostat.evaluate.scenario import Scenario
+from homeostat.evaluate.study.plan.expansion import loaded
+from homeostat.evaluate.study.plan.job import Job
+from homeostat.evaluate.study.row import HINDSIGHT, Row
+from homeostat.evaluate.study.row_of import Observed, row_of, succeeded
+from homeostat.plants.assembly import new_sequencer
+from homeostat.plants.plant import Case
+
+LEVELS = 7
+"""Values of each setpoint that are tried at first."""
+FINER = (5, 5, 5)
+"""Values that are tried between the neighbours of the best one, again and again."""
+
+
+def hindsight_row(job: Job) -> Row:
+    """The row of the best that could have been done; no success where nothing admissible was found.
+
+    For a batch every route and speed from the start; otherwise every set of constant setpoints from the onset on. Where
+    none of them keeps every limit, nothing at all, if the plant comes back by itself.
+    """
+    begin = time.monotonic()
+    case, chosen = loaded(job.scenario.case), job.scenario
+    idle = run_steered(case, chosen, new_sequencer(case))
+    found = _best_batch(case, chosen) if idle.nominal_s is not None else _best_setpoints(case, chosen)
+    if found is None and succeeded(idle):
+        found = idle  # limits are broken whatever is done, and the plant comes back by itself
+    row = row_of(job, Observed(found or idle, None, ()), "")
+    outcome = "possible" if found else "impossible"
+    return replace(row, success=found is not None, actor=HINDSIGHT, outcome=outcome, wall_s=time.monotonic() - begin)
+
+
+def _best_batch(case: Case, chosen: Scenario) -> RunResult | None:
+    best = best_route(case, chosen)
+    if best is None:
+        return None
+    return run_steered(case, chosen, executive_along(case, best.path, best.values))
+
+
+def _best_setpoints(case: Case, chosen: Scenario) -> RunResult | None:
+    if chosen.onset_s is None:
+        return None
+    onset_s = float(max(1, math.ceil(chosen.onset_s)))  # the first second at which anything can be commanded
+    if chosen.end_s - onset_s < STRIDE_S:
+        return None  # too late for anything
+    healthy = fault_free(case, chosen.seed, chosen.end_s).truth.signals
+    made = sum(float(healthy[d][0, -1] - healthy[d][0, int(onset_s) - 1]) for d in case.delivered)
+    open_ = [r for r in _choices(case) if r.design is not None]
+    grid = {r.tag: _levels(r.low, r.high, LEVELS, r.design) for r in open_}
+    best = best_constant(case, chosen, onset_s, grid, made)
+    for count in FINER:
+        if best.setpoints is None:
+            return None
+        grid = {tag: _between(values, best.setpoints[tag], count) for tag, values in grid.items()}
+        best = max(best, best_constant(case, chosen, onset_s, grid, made), key=_gain)
+    assert best.setpoints is not None  # the finer grids hold the best point of the one before
+    tags = case.description.tags_by_name
+    commands = tuple(Command(tag, value, tags[tag].rate_limit) for tag, value in best.setpoints.items())
+    return run_steered(case, chosen, new_sequencer(case), onset_s, commands)
+
+
+def _choices(case: Case) -> tuple[SetpointRange, ...]:
+    """The open setpoints of the state that leaves most of them open."""
+    return max((s.open_setpoints for s in case.description.machine.states if s.recovery_target), key=len)
+
+
+def _gain(found: BestConstant) -> float:
+    return -np.inf if found.setpoints is None else -found.production_loss
+
+
+def _levels(low: float, high: float, count: int, design: float | None) -> tuple[float, ...]:
+    """``count`` values from ``low`` to ``high``, and ``design``."""
+    values = {*np.linspace(low, high, count).tolist(), *(() if design is None else (design,))}
+    return tuple(sorted(values))
+
+
+def _between(values: tuple[float, ...], best: float, count: int) -> tuple[float, ...]:
+    """``count`` values between the neighbours of ``best`` in ``values``, and itself."""
+    ordered = sorted(values)
+    at = ordered.index(best)
+    low, high = ordered[max(at - 1, 0)], ordered[min(at + 1, len(ordered) - 1)]
+    return _levels(low, high, count, best)

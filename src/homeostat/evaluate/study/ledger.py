@@ -1,0 +1,101 @@
+"""The ledger: every row on disk the moment it is known, so that a campaign that was killed goes on where it stopped."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, fields
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self, final
+
+from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.row import Row, row_from
+
+LEDGER = "rows.jsonl"
+"""Name of the file in the campaign's folder."""
+_COLUMNS = {f.name for f in fields(Row)}
+
+
+@final
+class Ledger:
+    """Rows of one campaign by the fingerprint of their job; one process at a time writes them."""
+
+    def __init__(self, folder: Path) -> None:
+        """Open the ledger in ``folder``; CampaignError where another campaign is writing there."""
+        self._made = not folder.exists()
+        folder.mkdir(parents=True, exist_ok=True)
+        self._path = folder / LEDGER
+        self._file = _locked(self._path)
+        self._rows: dict[str, Row] = {}
+        self._recover()
+
+    @property
+    def rows(self) -> Mapping[str, Row]:
+        """Fingerprint -> row of everything that was done before or since."""
+        return self._rows
+
+    def add(self, fingerprint: str, row: Row) -> None:
+        """Keep ``row`` for good; OSError where the disk does not take it, and then the next start makes it again."""
+        left = (json.dumps({"fingerprint": fingerprint, **asdict(row)}, allow_nan=False) + "\n").encode()
+        before = os.fstat(self._file).st_size
+        try:
+            while left:  # a disk that is nearly full takes a part of a line, and says so at the next one only
+                left = left[os.write(self._file, left) :]
+            os.fsync(self._file)
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._file, before)
+            raise OSError(error.errno, os.strerror(error.errno or 0), str(self._path)) from error
+        self._rows[fingerprint] = row
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if os.fstat(self._file).st_size == 0:  # a campaign that never began leaves nothing behind
+            self._path.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):  # a folder with anything else in it stays
+                if self._made:
+                    self._path.parent.rmdir()
+        os.close(self._file)  # this gives the lock back
+
+    def _recover(self) -> None:
+        """Read what is there; a last line that was cut off goes, and so does what another version wrote otherwise."""
+        content = self._path.read_bytes()
+        whole = content[: content.rfind(b"\n") + 1]
+        if len(whole) < len(content):
+            os.ftruncate(self._file, len(whole))
+        for line in whole.splitlines():
+            # Whatever else stands there is no row; such a row is made again.
+            with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError, RecursionError):
+                kept: dict[str, Any] = json.loads(line)
+                fingerprint = str(kept.pop("fingerprint"))
+                if kept.keys() == _COLUMNS:
+                    self._rows[fingerprint] = row_from(kept)
+
+
+def _locked(path: Path) -> int:
+    """The file, opened for this process alone; CampaignError where another one has it."""
+    while True:
+        file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(file)
+            raise CampaignError(
+                f"{str(path.parent)!r} is in use by another campaign; wait for it or choose --out"
+            ) from None
+        if os.fstat(file).st_nlink:
+            return file
+        os.close(file)  # whoever had it removed it between the two steps above
+
+
+def in_order(fingerprints: Iterable[str], ledger: Ledger) -> list[Row]:
+    """The rows of ``fingerprints``, in their order; those that are not there are left out."""
+    return [ledger.rows[f] for f in fingerprints if f in ledger.rows]

@@ -1,0 +1,70 @@
+"""Entrants: who proposes in a campaign's run, as a value that can be sent to another process."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from homeostat.agents.grounding.context import GroundingKind
+from homeostat.agents.roles import AskingProtocol, Proposer
+from homeostat.evaluate.named_model import NamedModel
+from homeostat.evaluate.study.plan.constant import constant_proposer
+from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT
+from homeostat.plants.assembly import Language, Propose, Workbench, in_operation
+
+SEARCH, CONSTANT = "search", "constant"
+WITHOUT_MODEL = (SEARCH, CONSTANT, DO_NOTHING, FALLBACK_ONLY, HINDSIGHT)
+"""Entrants that ask no language model."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entrant:
+    """Who proposes, and how it is asked."""
+
+    who: str
+    """One of :data:`WITHOUT_MODEL`, or the name of a model."""
+    label: str
+    """Name in tables."""
+    protocol: AskingProtocol
+    """When it is asked, and for how much."""
+    label_given: bool
+    """Whether it is told the true faults."""
+    then_search: bool
+    """Whether the search follows a language model."""
+    model: NamedModel | None = None
+    """The language model; None for :data:`WITHOUT_MODEL`."""
+    values: Mapping[str, float] = field(default_factory=dict)
+    """What ``constant`` commands: tag -> value."""
+
+    @property
+    def recorded_digest(self) -> str:
+        """Digest of the recorded answers that are replayed; empty where none are."""
+        path = self.model.recorded if self.model else None
+        return hashlib.sha256(path.read_bytes()).hexdigest() if path else ""
+
+    def language(self, grounding: GroundingKind) -> Language | None:
+        """The language model of one run, made anew; None where there is none."""
+        return None if self.model is None else Language(self.model.make(), grounding=grounding)
+
+    @property
+    def propose(self) -> Propose | None:
+        """What makes the proposers of a run; None where nobody acts."""
+        if self.who == DO_NOTHING:
+            return None
+        if self.who == FALLBACK_ONLY:
+            return _nobody
+        if self.who == CONSTANT:
+            return self._constant
+        return in_operation if self.model is None or self.then_search else _alone
+
+    def _constant(self, bench: Workbench) -> tuple[Proposer, ...]:
+        return (constant_proposer(bench, self.values),)
+
+
+def _nobody(bench: Workbench) -> tuple[Proposer, ...]:
+    return ()
+
+
+def _alone(bench: Workbench) -> tuple[Proposer, ...]:
+    return (bench.speaking(),)

@@ -1,0 +1,210 @@
+"""From a plan to its jobs: every scenario and seed with every proposer and every ablation that can matter to it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cache
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from homeostat.agents.grounding.context import GroundingKind
+from homeostat.agents.roles import AskingProtocol
+from homeostat.domain.diagnosis import FaultState
+from homeostat.evaluate.named_model import REPLAY, SITUATED, NamedModel, NoSuchModel
+from homeostat.evaluate.recorded_run import Thinking
+from homeostat.evaluate.scenario import Scenario, ScenarioError, scenario
+from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.plan.ablation import ABLATIONS, Ablation
+from homeostat.evaluate.study.plan.arm import CONSTANT, WITHOUT_MODEL, Entrant
+from homeostat.evaluate.study.plan.job import Job
+from homeostat.evaluate.study.plan.plan import Plan, ProposerPlan, ScenarioPlan, seeds_of
+from homeostat.evaluate.study.row import WHOLE, YARDSTICKS
+from homeostat.plants.assembly import check_protocol
+from homeostat.plants.error import CaseError
+from homeostat.plants.plant import Case, load_case
+from homeostat.process.seeds import Stream
+from homeostat.process.seeds import generator as draws
+from homeostat.stl.spelling import near_matches
+
+UNTOUCHED = (CONSTANT, *YARDSTICKS)
+"""Proposers without anything that could be left out."""
+LONGEST_NAME = 200
+"""Most bytes of a job's name, which is a folder's."""
+
+
+@cache
+def loaded(name: str) -> Case:
+    """The case called ``name``, loaded once per process; CampaignError where there is none."""
+    try:
+        return load_case(name)
+    except CaseError as error:
+        raise CampaignError(str(error)) from None
+
+
+def jobs_of(plan: Plan, folder: Path, model: NamedModel | None = None) -> tuple[Job, ...]:
+    """Every job, in the order of the file: scenario, seed, proposer, ablation.
+
+    Recorded answers are looked for from ``folder`` on; ``model`` says how models are asked. Raises CampaignError where
+    something is asked for that there is not.
+    """
+    found: dict[str, Job] = {}
+    for name in {c for p in plan.proposers for c in p.cases}:
+        loaded(name)
+    for proposer in plan.proposers:
+        _check_values(proposer, [loaded(s.case) for s in plan.scenarios])
+    for chosen in plan.scenarios:
+        _check_ends(chosen)
+        for seed in seeds_of(plan.seeds if chosen.seeds is None else chosen.seeds):
+            truth = _drawn(chosen, seed)
+            for proposer in plan.proposers:
+                for job in _side_by_side(plan, chosen, truth, proposer, folder, model or NamedModel("")):
+                    if found.setdefault(job.name, job) is not job:
+                        raise CampaignError(f"two runs would be called {job.name!r}; choose other names or seeds")
+                    if len(job.name.encode()) > LONGEST_NAME:
+                        raise CampaignError(
+                            f"run {job.name!r} has more than {LONGEST_NAME} bytes; give scenario or proposer a 'name'"
+                        )
+    if not found:
+        raise CampaignError("there is nothing to run: no proposer takes part in any case, or has answers for it")
+    return tuple(found.values())
+
+
+def _check_values(plan: ProposerPlan, cases: Sequence[Case]) -> None:
+    """CampaignError where ``values`` name what is a setpoint in no plant: it would be left out without a word."""
+    known = {r.tag for case in cases for state in case.description.machine.states for r in state.open_setpoints}
+    for tag in plan.values:
+        if tag not in known:
+            there = ", ".join(sorted(known))
+            raise CampaignError(
+                f"proposer {plan.label!r}: values: no plant has an open setpoint {tag!r}{near_matches(tag, known)}; "
+                f"there are {there}"
+            )
+
+
+def _check_ends(plan: ScenarioPlan) -> None:
+    """CampaignError where not everything exists that may be drawn, whether any seed draws it or not."""
+    case = loaded(plan.case)
+    names = plan.fault.split("+") if isinstance(plan.fault, str) else plan.fault
+    try:
+        for name, severity, onset_s in product(names, _ends(plan.severity), _ends(plan.onset_s)):
+            scenario(case, name, 0, onset_s, severity, plan.end_s, plan.location)
+    except ScenarioError as error:
+        raise _in_scenario(plan, error) from None
+
+
+def _ends(given: float | str | tuple[float, float] | None) -> tuple[float | None, ...]:
+    if isinstance(given, tuple):
+        return given
+    return (None if isinstance(given, str) else given,)
+
+
+def _in_scenario(plan: ScenarioPlan, error: ScenarioError) -> CampaignError:
+    return CampaignError(f"scenario {plan.label!r} of {plan.case!r}: {error}")
+
+
+def _side_by_side(
+    plan: Plan, chosen: ScenarioPlan, truth: Scenario, proposer: ProposerPlan, folder: Path, model: NamedModel
+) -> list[Job]:
+    """The jobs of one proposer in one scenario."""
+    if proposer.cases and truth.case not in proposer.cases:
+        return []
+    entrant = _entrant(proposer, truth, chosen.label, folder, model)
+    if entrant is None:
+        return []
+    kind = "unknown" if chosen.unknown else ("none", "single", "paired")[min(len(truth.faults), 2)]
+    thinking = Thinking() if plan.thinking_measured else Thinking(declared_s=plan.thinking_declared_s)
+    return [
+        Job(truth, chosen.label, kind, chosen.published, entrant, name, thinking, plan.keep)
+        for name in plan.ablations
+        if (name == WHOLE or _matters(ABLATIONS[name], entrant))
+        # Nobody can be told the name of a fault that nobody knows.
+        and not (chosen.unknown and (entrant.label_given or ABLATIONS[name].label_given))
+    ]
+
+
+def _matters(ablation: Ablation, entrant: Entrant) -> bool:
+    """Whether leaving it out can make a difference to ``entrant``."""
+    if entrant.who in UNTOUCHED or (ablation.label_given and entrant.label_given):
+        return False
+    return ablation.grounding is GroundingKind.GRAPH or entrant.model is not None
+
+
+def _drawn(plan: ScenarioPlan, seed: int) -> Scenario:
+    """The ground truth for ``seed``: what is left to chance follows from it and the scenario's name alone."""
+    case = loaded(plan.case)
+    generator = draws(seed, Stream.STUDY_SCENARIO, plan.label)
+    names = _faults(plan, generator)
+    end_s = case.end_s if plan.end_s is None else plan.end_s
+    states: list[FaultState] = []
+    try:
+        for name in names:
+            severity = _severity(plan, case, name, generator)
+            onset_s = _value(plan.onset_s, generator)
+            states += scenario(case, name, seed, onset_s, severity, end_s, plan.location).faults
+        if not names:
+            scenario(case, "none", seed, end_s=end_s)
+        if len({s.fault for s in states}) < len(states):
+            raise ScenarioError(f"{'+'.join(names)!r} names a fault twice; name each once")
+    except ScenarioError as error:
+        raise _in_scenario(plan, error) from None
+    return Scenario(case.name, tuple(states), seed, end_s)
+
+
+def _faults(plan: ScenarioPlan, generator: np.random.Generator) -> Sequence[str]:
+    if isinstance(plan.fault, str):
+        return [] if plan.fault == "none" else plan.fault.split("+")
+    return [str(name) for name in generator.choice(plan.fault, size=plan.draw, replace=False)]
+
+
+def _severity(plan: ScenarioPlan, case: Case, name: str, generator: np.random.Generator) -> float | None:
+    if plan.severity != "any":
+        return _value(plan.severity, generator)
+    located = name if plan.location is None else f"{name}_{plan.location}"
+    admitted = next((f.severity_range for f in case.description.faults if f.name == located), None)
+    if admitted is None:
+        return None  # the scenario itself says that there is no such fault
+    return _value((admitted.low, admitted.high), generator)
+
+
+def _value(given: float | tuple[float, float] | None, generator: np.random.Generator) -> float | None:
+    """``given``, or a value between its two ends with few enough digits to be typed again: four, or a narrow span's."""
+    if not isinstance(given, tuple):
+        return given
+    low, high = given
+    digits = 4 if high - low >= 0.1 or high == low else 3 - math.floor(math.log10(high - low))
+    return min(max(round(float(generator.uniform(low, high)), digits), low), high)
+
+
+def _entrant(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, model: NamedModel) -> Entrant | None:
+    """Who proposes in one run; None where its answers were to be recorded run by run, and those of this one are not."""
+    protocol = AskingProtocol(plan.protocol) if _has_steps(truth.case) else AskingProtocol.ROUTE
+    entrant = Entrant(plan.who, plan.label, protocol, plan.label_given, plan.then_search, None, dict(plan.values))
+    if plan.who in WITHOUT_MODEL:
+        return entrant
+    name = plan.who
+    if kind := next((k for k in (REPLAY, SITUATED) if name.startswith(k)), None):
+        filled = name.removeprefix(kind)
+        for key, value in (("case", truth.case), ("scenario", label), ("seed", str(truth.seed))):
+            filled = filled.replace(f"{{{key}}}", value)
+        if kind + filled != name and not (folder / filled).exists():
+            return None
+        name = f"{kind}{(folder / filled).resolve()}"  # other processes may stand in other folders
+    asked = NamedModel(name, model.local_only, model.allow_hosts, model.temperature, model.seed)
+    try:
+        asked.make()
+    except (NoSuchModel, OSError) as error:
+        raise CampaignError(f"proposer {plan.label!r}: {error}") from None
+    return Entrant(plan.who, plan.label, protocol, plan.label_given, plan.then_search, asked)
+
+
+@cache
+def _has_steps(case: str) -> bool:
+    """Whether ``case`` can be asked for step by step."""
+    try:
+        check_protocol(loaded(case), AskingProtocol.PER_STEP)
+    except CaseError:
+        return False
+    return True

@@ -1,0 +1,102 @@
+"""A campaign from its jobs to its folder: ledger, dataset, provenance and report."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import shlex
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+from homeostat import __version__
+from homeostat.evaluate.recorded_run import LIBRARIES
+from homeostat.evaluate.report.report import write_report
+from homeostat.evaluate.study.dataset import DATASET, write_dataset
+from homeostat.evaluate.study.done import Done
+from homeostat.evaluate.study.engine import carry_out
+from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.ledger import Ledger, in_order
+from homeostat.evaluate.study.measurement import Kept
+from homeostat.evaluate.study.plan.job import Job, code_digest
+from homeostat.evaluate.study.progress import Progress
+from homeostat.evaluate.study.row import Row
+from homeostat.journal.files import write_whole
+
+REPORT_NEEDS = ("jinja2", "scipy")
+"""Libraries of the extra ``campaign`` without which there is no report."""
+PROVENANCE = "provenance.json"
+"""Name of the file that says what the rows were made from."""
+
+
+@dataclass(frozen=True, slots=True)
+class Workers:
+    """Who carries the jobs out."""
+
+    number: int
+    """Processes on this machine; 1 for this one alone."""
+    cluster: str | None = None
+    """Address of a Dask scheduler; None for this machine."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """What a campaign came to."""
+
+    rows: tuple[Row, ...]
+    """Every row, in the order of the jobs."""
+    failed: tuple[Done, ...]
+    """Jobs that failed; the next start tries them again."""
+    files: tuple[Path, ...]
+    """What was written: dataset, report, tables."""
+
+
+def run_campaign(
+    title: str, jobs: Sequence[Job], folder: Path, workers: Workers, show: Callable[[Progress], None],
+    rerun: Callable[[Row], str],
+) -> Ended:  # fmt: skip
+    """Carry out the jobs that ``folder`` does not hold yet, and write dataset and report of all of them.
+
+    ``show`` is told of every job that ends; ``rerun`` gives the command that repeats a row. Whatever stops this, every
+    row that was shown is in ``folder``, and the same call goes on from there. Raises CampaignError where ``folder`` is
+    in use, workers cannot be had, or what the report needs is not installed.
+    """
+    _check_installed()
+    prints = {job.fingerprint: job for job in jobs}
+    failed: list[Done] = []
+    with Ledger(folder) as ledger:
+        todo = [job for fingerprint, job in prints.items() if fingerprint not in ledger.rows]
+        progress = Progress(todo, workers.number)
+        show(progress)
+        for done in carry_out(todo, Kept(folder.resolve()), workers.number, workers.cluster) if todo else ():
+            if done.row is None:
+                failed.append(done)
+            else:
+                ledger.add(done.job.fingerprint, done.row)
+            progress.take(done)
+            show(progress)
+        rows = in_order(prints, ledger)
+        write_dataset(folder / DATASET, rows)
+        write_whole(folder / PROVENANCE, _provenance(title))
+        files = write_report(folder, title, rows, rerun) if rows else ()
+    return Ended(tuple(rows), tuple(failed), (folder / DATASET, *files))
+
+
+def _check_installed() -> None:
+    """CampaignError, before anything is run, where the report could not be written in the end."""
+    for name in REPORT_NEEDS:
+        if importlib.util.find_spec(name) is None:
+            raise CampaignError(f"the report of a campaign needs {name!r}: pip install 'homeostat[campaign]'")
+
+
+def rerun_command(source: Path, options: Sequence[str] = ()) -> Callable[[Row], str]:
+    """What gives the command that repeats a row of the campaign in ``source``, started with ``options``."""
+    begin = shlex.join(["homeostat", "campaign", str(source), *options, "--only"])
+    return lambda row: f"{begin} {shlex.quote(row.job)}"
+
+
+def _provenance(title: str) -> bytes:
+    versions = {"homeostat": __version__, "python": sys.version.split()[0], **{n: version(n) for n in LIBRARIES}}
+    return (json.dumps({"title": title, "package": code_digest(), "versions": versions}, indent=1) + "\n").encode()

@@ -1,0 +1,1 @@
+"""Trips, the latch and the fallback that acts."""

@@ -1,0 +1,102 @@
+"""Response: what follows on violated limits: events, alarms and, where a fallback does not help, the next one."""
+
+from __future__ import annotations
+
+from homeostat.domain.alarm import Priority
+from homeostat.domain.events.guard import FallbackIneffective, Tripped
+from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.fallback.effect import EffectWatch
+from homeostat.guard.fallback.latch import Latch
+from homeostat.guard.fallback.trial import Trial
+from homeostat.guard.parts import Parts
+from homeostat.guard.watch.trips import Violation
+
+
+class Response:
+    """Knows which violated limits the fallback that acts answers, and whether it helps."""
+
+    def __init__(self, parts: Parts, latch: Latch) -> None:
+        """``latch``: the fallback."""
+        self._parts, self._latch = parts, latch
+        self._violated = self._before = self._answered = self._returned = self._told = frozenset[str]()
+        self._unanswered: dict[str, str] = {}
+        self._effects = EffectWatch(parts.rules.fallbacks)
+        self._strategy: str | None = None
+
+    def remember(self, trial: Trial, latched: bool) -> None:
+        """Go on after a death: a fallback that is ``latched`` has no more time to help, and answers nothing new."""
+        self._before = trial.violated
+        if latched:
+            self._strategy = trial.acted or None
+            self._answered, self._returned = trial.answered, trial.returned
+            self._effects.recall(trial.effects)
+
+    def take(self, violations: tuple[Violation, ...], now_s: float, readings: Snapshot | None, acts: bool) -> None:
+        """Journal what is newly violated; ``acts``: whether somebody may write, so that a fallback may follow."""
+        names = frozenset(v.limit for v in violations)
+        for violation in violations:
+            if violation.limit not in self._violated:
+                self._begin(violation, now_s, acts)
+        for name in sorted(self._violated - names):
+            self._parts.alarms.return_(f"trip:{name}", now_s)
+            self._unanswered.pop(name, None)
+        for name in sorted(self._before - names):
+            text = "it was violated when the guard died, and has come back"
+            self._parts.alarms.say(f"trip:{name}", f"{name}: {text}", Priority.CRITICAL, now_s)
+        ended, self._before = (self._violated | self._before) - names, frozenset()
+        self._answered -= ended  # one that the dead guard had answered and that comes back is answered by the next
+        self._violated = self._latch.violated = names
+        strategy = self._latch.strategy.name if self._latch.strategy else None
+        if strategy != self._strategy or not self._latch.standing or self._parts.tenure.lost:
+            # what the plant's own control has done in a lapse is put right before anything is said of the strategy
+            self._strategy = strategy
+            self._returned, self._told = frozenset(), frozenset()
+            self._effects.clear()
+        if self._latch.reason is None:
+            self._unanswered.clear()
+        elif self._latch.standing:
+            self._returned |= ended
+            self._under_fallback(violations, now_s, readings, acts)
+
+    def _begin(self, violation: Violation, now_s: float, acts: bool) -> None:
+        event = Tripped(violation.limit, violation.margin, violation.unit, violation.reason, acts)
+        self._parts.note(event, now_s)
+        self._parts.alarms.raise_(f"trip:{violation.limit}", violation.reason, Priority.CRITICAL, now_s)
+        if violation.limit not in self._answered:
+            self._unanswered[violation.limit] = violation.reason
+
+    def _under_fallback(
+        self, violations: tuple[Violation, ...], now_s: float, readings: Snapshot | None, acts: bool
+    ) -> None:
+        """A fallback stands: another limit, or one that it does not help, has the next strategy act."""
+        strategy = self._latch.strategy
+        if strategy is not None:
+            served = (self._unanswered.keys() & strategy.serves.keys()) - self._returned
+            for name in served:
+                del self._unanswered[name]
+            failed = self._effects.failed(now_s, strategy, violations)
+            for event in self._effects.news(strategy) if not self._parts.tenure.lost else ():
+                self._parts.note(event, now_s)
+            if failed is not None:
+                self._ineffective(strategy.name, *failed, now_s, acts)
+                if acts:
+                    limit, reason = failed
+                    self._latch.give_up(self._answer() | {limit}, reason, now_s, readings)
+                    return
+        if self._unanswered and acts:
+            reason = next(iter(self._unanswered.values()))
+            if not self._latch.escalate(self._answer(), reason, now_s, readings):
+                text = f"no other fallback is left: {reason}"
+                self._parts.alarms.raise_("fallbacks", text, Priority.CRITICAL, now_s)
+
+    def _answer(self) -> frozenset[str]:
+        """The violated limits that nothing answers yet; what acts next is chosen against them."""
+        found = frozenset(self._unanswered)
+        self._unanswered.clear()
+        return found
+
+    def _ineffective(self, strategy: str, limit: str, reason: str, now_s: float, acts: bool) -> None:
+        if limit not in self._told:
+            self._told |= {limit}
+            self._parts.note(FallbackIneffective(strategy, limit, reason, acts), now_s)
+        self._parts.alarms.raise_(f"fallback:{strategy}", reason, Priority.CRITICAL, now_s)

@@ -1,0 +1,1 @@
+"""Requests and people's orders: authorised, verified, refused with a reason."""

@@ -1,0 +1,231 @@
+"""People: their orders are carried out by the guard, checked once, answered and journalled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from homeostat.domain.alarm import Priority
+from homeostat.domain.events.guard import LatchReset, ModeEntered, PersonHeard
+from homeostat.domain.events.writes import Cause
+from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
+from homeostat.domain.recovery import ActionSet
+from homeostat.guard.fallback.latch import Latch
+from homeostat.guard.modes import Modes
+from homeostat.guard.parts import Parts
+from homeostat.guard.requests.authority import Authority
+from homeostat.guard.requests.objections import no_alarm, no_start, unchanged_service
+from homeostat.guard.requests.requests import Requests
+from homeostat.guard.requests.verification import Present, Unfit, verify_start
+from homeostat.guard.sequence.recognition import recognise
+from homeostat.guard.sequence.sequencer import loaded, nominal_commands, what_follows
+from homeostat.guard.sequence.steps import Steps
+from homeostat.guard.texts import LONGEST_NAME, brief, said
+from homeostat.guard.writing.flight import Progress, Write
+
+
+@dataclass(frozen=True, slots=True)
+class Counted:
+    """An order that counts, and is carried out once others order it too."""
+
+    missing: int
+    """How many others."""
+    text: str
+    """The same in words."""
+
+
+@dataclass(frozen=True, slots=True)
+class Floor:
+    """What people's orders act on."""
+
+    parts: Parts
+    """The guard's parts."""
+    modes: Modes
+    """Who may write."""
+    latch: Latch
+    """Fallback and latch."""
+    requests: Requests
+    """What waits for a person."""
+    steps: Steps
+    """What was released and is still to come."""
+
+
+class Persons:
+    """Carries out what people order."""
+
+    def __init__(self, floor: Floor) -> None:
+        """``floor``: what orders act on."""
+        self._floor = floor
+        settings = floor.parts.settings
+        self._authority = Authority(settings.persons, settings.person_s, settings.order_s)
+        self._starting: tuple[Write, str, ActionSet] | None = None
+        self._unread: tuple[Write, str] | None = None
+        self._orders: dict[Verb, Callable[[PersonCommand, Present], str | Counted]] = {
+            Verb.APPROVE: self._approve,
+            Verb.REJECT: self._reject,
+            Verb.RESET: self._reset,
+            Verb.MODE: self._mode,
+            Verb.IN_SERVICE: self._service,
+            Verb.OUT_OF_SERVICE: self._service,
+            Verb.ACKNOWLEDGE: self._acknowledge,
+            Verb.FALL_BACK: self._fall_back,
+            Verb.START: self._start,
+        }
+
+    def hear(self, command: PersonCommand, present: Present) -> None:
+        """Carry out ``command`` if nothing is against it, and journal what came of it."""
+        objection, check, missing = self._authority.objection(command), "", 0
+        if not objection:
+            try:
+                came = self._orders[command.verb](command, present)
+                objection, missing = (came.text, came.missing) if isinstance(came, Counted) else (came, 0)
+            except Unfit as unfit:
+                objection, check = unfit.finding.message, unfit.finding.criterion
+            except BaseException as error:  # whoever orders something gets an answer
+                objection = f"the order could not be carried out: {said(error)}"
+        name, person, verb, subject = (
+            brief(given, LONGEST_NAME) for given in (command.id, command.person, command.verb, command.subject)
+        )
+        self._authority.remember((name,))
+        role = command.role if isinstance(command.role, Role) else Role.OPERATOR
+        reason = objection or brief(command.reason)
+        event = PersonHeard(name, person, role, verb, subject, not objection, reason, check, missing)
+        self._floor.parts.note(event, present.now_s)
+
+    def remember(self, used: Iterable[str]) -> None:
+        """Orders that were answered before a restart are not carried out again."""
+        self._authority.remember(used)
+
+    def follow(self, write: Write | None, progress: Progress | None, now_s: float) -> None:
+        """Take note of how far ``write`` has come: a start is made once the plant has got its commands.
+
+        Nothing follows behind one that the plant takes and does not hold, or that something overtakes before that.
+        """
+        starting, parts = self._starting, self._floor.parts
+        made = parts.writer.accepted or progress is Progress.CONFIRMED
+        if starting is not None and write is starting[0] and made:
+            self._starting, self._unread = None, (starting[0], starting[1])
+            parts.sequencer.load(starting[2], now_s)
+            parts.note(loaded(starting[1], starting[2], aborting=False), now_s)
+        if self._unread is None:
+            return
+        if write is not self._unread[0] or progress is Progress.FAILED:
+            self._give_up(self._unread[1], now_s)
+        elif progress is Progress.CONFIRMED:
+            self._unread = None
+
+    def _give_up(self, start: str, now_s: float) -> None:
+        """Nothing follows ``start``, which the plant was not read to hold; what a fallback has loaded since stays."""
+        self._unread, parts = None, self._floor.parts
+        if self._floor.latch.reason is None:
+            parts.sequencer.stop()
+            parts.note(loaded(start, ActionSet((), parts.sequencer.state), aborting=False), now_s)
+
+    def _approve(self, command: PersonCommand, present: Present) -> str:
+        return self._floor.requests.agree(command.subject, command.digest)
+
+    def _reject(self, command: PersonCommand, present: Present) -> str:
+        return self._floor.requests.reject(command.subject, f"{command.person}: {command.reason}", present.now_s)
+
+    def _acknowledge(self, command: PersonCommand, present: Present) -> str:
+        alarms = self._floor.parts.alarms
+        if alarms.acknowledge(command.subject, command.person, present.now_s):
+            return ""
+        return no_alarm(command.subject, (alarm.id for alarm in alarms.standing))
+
+    def _service(self, command: PersonCommand, present: Present) -> str:
+        service, into = self._floor.parts.service, command.verb is Verb.IN_SERVICE
+        if service.change(command.subject, into, command.person, command.reason, present.now_s):
+            if into:
+                self._floor.parts.alarms.return_(f"moved:{command.subject}", present.now_s)
+            return ""
+        return unchanged_service(command.subject, self._floor.parts.rules, service)
+
+    def _mode(self, command: PersonCommand, present: Present) -> str:
+        floor, mode, now_s = self._floor, Mode(command.subject), present.now_s
+        if floor.latch.reason is not None and mode.writes:
+            return "a fallback is latched; reset it first"
+        objection = floor.modes.enter(mode, now_s)
+        if objection:
+            return objection
+        if floor.latch.reason is None:  # a fallback is sent until it stands, whatever the mode
+            floor.parts.writer.overtake(now_s, f"{command.person} changed the mode")
+        why = f"{command.person} changed the mode to {mode.value!r}"
+        if self._unread is not None:
+            text = f"{why} before the plant was read to hold {self._unread[1]!r}: nothing follows it"
+            floor.parts.alarms.say("write:person", text, Priority.HIGH, now_s)
+            self._give_up(self._unread[1], now_s)
+        floor.requests.withdraw_all(why, now_s)
+        if not mode.writes:
+            floor.steps.withdraw(why, now_s)
+        floor.parts.note(ModeEntered(mode.value, command.person, command.reason), now_s)
+        return ""
+
+    def _reset(self, command: PersonCommand, present: Present) -> str | Counted:
+        floor, now_s, readings = self._floor, present.now_s, present.readings
+        if floor.latch.reason is None:
+            return "nothing is latched"
+        if readings is None or not (floor.latch.standing or floor.parts.alarms.lasts("shed")):
+            return "the fallback is not confirmed by the plant yet; a reset would leave it half done"
+        if not readings.accepted or now_s - readings.at_s > floor.parts.settings.again_s:
+            return "the plant does not answer; nobody can say in which state it would be left"
+        agreed = self._authority.agree(command, now_s)
+        if not agreed:
+            return self._counted()
+        rules, sequencer = floor.parts.rules, floor.parts.sequencer
+        found = recognise(rules.machine, floor.parts.evidence(readings), sequencer.state, rules.start_up.states)
+        floor.latch.reset(now_s)
+        floor.modes.enter(Mode.OBSERVE, now_s)
+        sequencer.restore(found.state, (), aborting=False)
+        if found.candidates:
+            floor.parts.alarms.say("position", str(found), Priority.MEDIUM, now_s)
+        floor.parts.note(LatchReset(agreed, command.reason, found.state, found.candidates), now_s)
+        floor.parts.note(ModeEntered(Mode.OBSERVE.value, command.person, "reset"), now_s)
+        return ""
+
+    def _counted(self) -> Counted:
+        """A reset that more people must order."""
+        persons, missing = self._floor.parts.settings.persons, self._authority.missing
+        others = "another person" if missing == 1 else f"{missing} other people"
+        return Counted(missing, f"{persons - missing} of {persons} people; {others} must order it too")
+
+    def _fall_back(self, command: PersonCommand, present: Present) -> str:
+        floor = self._floor
+        if not floor.modes.mode.writes:
+            return f"in mode {floor.modes.mode.value!r} nobody writes"
+        if floor.latch.reason is not None:
+            return "a fallback has acted already"
+        floor.requests.withdraw_all("a person ordered the fallback", present.now_s)
+        floor.latch.activate(f"ordered by {command.person}: {command.reason}", present.now_s, present.readings)
+        return ""
+
+    def _start(self, command: PersonCommand, present: Present) -> str:
+        """Take a transition that leads back to a start, with the design commands of its target state."""
+        floor = self._floor
+        rules, writer, now_s = floor.parts.rules, floor.parts.writer, present.now_s
+        leaving = (t for t in rules.machine.transitions if t.source == present.state and t.on_decision)
+        found = next((t for t in leaving if t.name == command.subject), None)
+        if floor.latch.reason is not None:
+            return "a fallback is latched; reset it first"
+        if not floor.modes.mode.writes:
+            return f"a start needs a mode that writes; this one is {floor.modes.mode.value!r}"
+        if floor.parts.tenure.lost:
+            return f"the lease is lost: {floor.parts.tenure.lost}"
+        if found is None:
+            return no_start(command.subject, rules, present.state)
+        if present.readings is None:
+            return "there is no reading to decide on"
+        by_state = nominal_commands(rules)
+        guards = rules.recipe is Side.GUARD  # else the plant's own recipe goes on from there
+        then = what_follows(rules.machine, found.target, by_state) if guards else ()
+        actions = ActionSet(by_state[found.target], found.target, then)
+        verify_start(found, actions, rules, present)
+        if writer.flying is not None:
+            return "another write is under way; order it again"
+        write = Write.of(Cause.PERSON, command.person, actions)
+        if not writer.begin(write, now_s):
+            return f"the intention could not be journalled: {floor.parts.recorder.trouble}"
+        floor.requests.withdraw_all(f"{command.person} ordered a start", now_s)
+        self._starting = (write, command.subject, actions)
+        self.follow(write, None, now_s)
+        return ""

@@ -1,0 +1,1 @@
+"""The sequencer: what was released is taken step by step."""

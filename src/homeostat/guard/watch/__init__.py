@@ -1,0 +1,1 @@
+"""What the guard sees: quality of readings, trip limits, start-up, alarms."""

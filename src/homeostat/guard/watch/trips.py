@@ -1,0 +1,238 @@
+"""Trip limits: watched on what instruments say and on what a diagnosis says they mean, by cumulative sums.
+
+A single noisy reading above its limit is no violation, a lasting one must not wait for a slow filter. So every limit
+has a cumulative sum (Page, Biometrika 41, 1954) of its violation over time, S := max(0, S - margin dt), and trips when
+S exceeds what the table allows [unit of the margin times s]. A violation lasts until S has come back to zero.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from homeostat.domain.events.guard import TripLifted, TripLiftEnded
+from homeostat.domain.plant.limits import Limit
+from homeostat.domain.plant.rules import GuardRules, TripRule
+from homeostat.domain.ports import GuardEvent
+from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.fallback.trial import Trial
+from homeostat.guard.watch.start_up import StartUpPhase
+from homeostat.stl.formula import Formula
+
+NEAR = 0.5
+"""Share of its allowance that a limit may have used up while something is still released [1]."""
+LONGEST_S = 5.0
+"""Longest time for which one reading counts in a sum, where the ticks are further apart [s]."""
+MOST = 100
+"""Most explanations that a correction may have."""
+
+Errors = Mapping[str, float]
+"""Tag -> reading minus truth, in the tag's unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """One hard limit that is violated, or that cannot be judged any more."""
+
+    limit: str
+    """Name of the limit."""
+    margin: float
+    """Margin that trips, in ``unit``; NaN where it cannot be judged."""
+    unit: str
+    """Unit of the margin."""
+    reason: str
+    """One sentence."""
+
+
+@dataclass(slots=True)
+class _Watched:
+    """What is remembered of one limit."""
+
+    raw: float = 0.0
+    corrected: float = 0.0
+    blind_s: float = 0.0
+    doubted_s: float = 0.0
+    violated: bool = False
+    lifted_s: float = 0.0
+    lifting: bool = False
+
+
+class TripWatch:
+    """Judges every hard limit once per tick, whether or not anything is latched."""
+
+    def __init__(self, rules: GuardRules, note: Callable[[GuardEvent, float], None]) -> None:
+        """``note`` journals an event at a process time [s]; a limit without a rule trips at its first violation."""
+        self._rules, self._note = rules, note
+        self._limits = {limit.name: limit for limit in rules.limits.hard}
+        self._trips = {name: rules.trips.get(name, TripRule(name)) for name in self._limits}
+        self._watched = {name: _Watched() for name in self._limits}
+        self._errors: tuple[Errors, ...] = ({},)
+        self._at_s = math.inf
+        self._starting: bool | None = None
+        self.start_up = StartUpPhase(rules.start_up, rules.machine, note)
+        """The phase in which some limits are others."""
+
+    def correct(self, errors: tuple[Errors, ...]) -> None:
+        """Take note of instrument errors, one mapping per plausible explanation; what is not finite is none.
+
+        ValueError where there are too many to be judged within a tick.
+        """
+        if len(errors) > MOST:
+            raise ValueError(f"a correction has {len(errors)} explanations; at most {MOST} are judged")
+        tags = len(self._rules.tags)
+        if any(len(error) > tags for error in errors):
+            raise ValueError(f"an explanation corrects more readings than there are tags ({tags})")
+        clean = tuple({t: float(e) for t, e in error.items() if math.isfinite(e)} for error in errors)
+        self._errors = clean or ({},)
+
+    def remember(self, trial: Trial, now_s: float) -> None:
+        """Go on after a death: no trip may be lifted for longer than without it.
+
+        A limit that was violated is so until its sum has come back to zero: it must not look as if it had come back.
+        """
+        for name, watched in self._watched.items():
+            watched.lifted_s = trial.lifted_s(name, self._trips[name].lift_s, now_s)
+            if name in trial.violated:
+                watched.raw = watched.corrected = self._trips[name].cusum
+                watched.violated = True
+
+    def judge(self, now_s: float, readings: Snapshot | None, state: str) -> tuple[Violation, ...]:
+        """Every violated hard limit at ``now_s`` [s] in ``state``; ``readings`` are judged for quality already."""
+        dt_s = max(now_s - self._at_s, 0.0) or 1.0  # a tick counts, should the clock stand
+        self._at_s = now_s
+        self._change(self.start_up.holds(now_s, readings, state))
+        found = [self._judge(name, readings, now_s, dt_s) for name in self._limits]
+        return tuple(v for v in found if v is not None)
+
+    def near(self, readings: Snapshot) -> tuple[Violation, ...]:
+        """Hard limits that forbid a release on these ``readings``: undecided, or half way to a trip."""
+        found = []
+        for name, watched in self._watched.items():
+            limit = self._in_force(name)
+            margin = _margin(limit.formula, readings.values)
+            used = max(watched.raw, watched.corrected)
+            if math.isnan(margin) or (not watched.lifting and used > NEAR * self._trips[name].cusum):
+                found.append(_violation(limit, margin))
+        return tuple(found)
+
+    def above(self, readings: Snapshot) -> tuple[Violation, ...]:
+        """Hard limits that are violated on the very ``readings``, as they are or corrected, if only by noise."""
+        found = []
+        for name, watched in self._watched.items():
+            limit = self._in_force(name)
+            margin = min([_margin(limit.formula, readings.values), *self._explained(limit, readings.values)])
+            if margin < 0.0 and not watched.lifting:
+                found.append(_violation(limit, margin))
+        return tuple(found)
+
+    def _change(self, starting: bool) -> None:
+        """Start-up begins or ends: a sum that was made against one limit says nothing about another."""
+        if self._starting is not None and starting is not self._starting:
+            for name in self._rules.start_up.limits.keys() & self._watched.keys():
+                watched = self._watched[name]
+                watched.raw, watched.corrected, watched.violated = 0.0, 0.0, False
+        self._starting = starting
+
+    def _in_force(self, name: str) -> Limit:
+        return self._rules.start_up.limits.get(name, self._limits[name]) if self._starting else self._limits[name]
+
+    def _judge(self, name: str, readings: Snapshot | None, now_s: float, dt_s: float) -> Violation | None:
+        watched, rule, limit = self._watched[name], self._trips[name], self._in_force(name)
+        values = {} if readings is None else readings.values
+        said, carried = _margin(limit.formula, values), self._carried(rule, readings)
+        blind = _blind(limit, rule, watched, said, dt_s)
+        uncertain = not math.isnan(said) and readings is not None and bool(limit.formula.tags & readings.uncertain)
+        watched.doubted_s = _used(watched.doubted_s, dt_s, rule.grace_s, uncertain)
+        doubted = math.isnan(said) or (uncertain and watched.doubted_s <= rule.grace_s)
+        # What carries a limit takes back nothing that its readings have shown.
+        raw = min(carried, 0.0) if carried is not None and doubted else said
+        if math.isnan(raw):  # a violated limit has not come back because nobody sees it any more
+            return blind or (_violation(limit, raw) if watched.violated else None)
+        explained = self._explained(limit, values) or (raw,)
+        counted_s, corrected = min(dt_s, LONGEST_S), min(explained)
+        watched.raw = _cumulated(watched.raw, raw, counted_s, rule.cusum)
+        watched.corrected = _cumulated(watched.corrected, corrected, counted_s, rule.cusum)
+        size = max(explained) - (raw if math.isnan(said) else said)
+        lifted = watched.raw > rule.cusum and self._may_lift(rule, watched, size, explained, carried)
+        if lifted:
+            self._lift(rule, watched, now_s, dt_s)
+        trips = watched.corrected > rule.cusum or (watched.raw > rule.cusum and not lifted)
+        over = max(watched.raw, watched.corrected) > 0.0
+        watched.violated = trips or (watched.violated and over and not lifted)
+        if watched.lifting and not over:
+            watched.lifting = False
+            self._note(TripLiftEnded(name, watched.lifted_s), now_s)
+        return _violation(limit, min(raw, corrected)) if watched.violated else blind
+
+    def _explained(self, limit: Limit, values: Mapping[str, float]) -> tuple[float, ...]:
+        """Margin of ``limit`` under every explanation that refutes a reading, where it can be judged."""
+        margins = (_margin(limit.formula, _corrected(values, errors)) for errors in self._errors if errors)
+        return tuple(m for m in margins if not math.isnan(m))
+
+    def _carried(self, rule: TripRule, readings: Snapshot | None) -> float | None:
+        """Least margin of what carries the limit under any explanation; None where nothing does, or not now."""
+        if self._starting or rule.carrier is None or readings is None or rule.carrier.tags & readings.uncertain:
+            return None
+        values = readings.values
+        margins = [_margin(rule.carrier, _corrected(values, errors)) for errors in ({}, *self._errors)]
+        return None if any(map(math.isnan, margins)) else min(margins)
+
+    def _may_lift(
+        self, rule: TripRule, watched: _Watched, size: float, explained: tuple[float, ...], carried: float | None
+    ) -> bool:
+        """Whether a correction of this ``size`` may keep a reading from tripping: only where something carries it."""
+        refuted = all(self._errors)  # an empty mapping says that the readings may be right as they are
+        bounded = size <= rule.lift and watched.lifted_s < rule.lift_s
+        return refuted and bounded and min(explained) >= 0.0 and carried is not None and carried >= 0.0
+
+    def _lift(self, rule: TripRule, watched: _Watched, now_s: float, dt_s: float) -> None:
+        if not watched.lifting and rule.carrier is not None:
+            watched.lifting = True
+            self._note(TripLifted(rule.limit, rule.carrier.text, now_s + rule.lift_s - watched.lifted_s), now_s)
+        watched.lifted_s += dt_s
+
+
+def _blind(limit: Limit, rule: TripRule, watched: _Watched, said: float, dt_s: float) -> Violation | None:
+    """A limit that cannot be judged is violated after its grace time; counted in ticks, should the clock stand."""
+    watched.blind_s = _used(watched.blind_s, dt_s, rule.grace_s, math.isnan(said))
+    if watched.blind_s <= rule.grace_s:
+        return None
+    text = f"{limit.formula.text!r} could not be judged for {watched.blind_s:g} s; {rule.grace_s:g} s are allowed"
+    return Violation(rule.limit, math.nan, limit.formula.unit, f"{text} ({rule.limit})")
+
+
+def _used(before_s: float, dt_s: float, grace_s: float, uses: bool) -> float:
+    """How much of a grace time is used up after ``dt_s`` more; it comes back no faster than it was used [s].
+
+    Otherwise one good reading now and then would put a trip off for ever.
+    """
+    return before_s + dt_s if uses else max(min(before_s, grace_s) - dt_s, 0.0)
+
+
+def _cumulated(before: float, margin: float, dt_s: float, most: float) -> float:
+    """The cumulative sum after ``dt_s`` more at ``margin``; it stops a little above what trips, so that it can fall."""
+    return min(max(0.0, before - margin * dt_s), most + (most or 1.0))
+
+
+def _margin(formula: Formula, values: Mapping[str, float]) -> float:
+    """Margin at ``values``; NaN where it is undecided, or the formula is none for one point."""
+    try:
+        return formula.margin_at(values)
+    except Exception:  # one broken rule must not keep the others from being watched
+        return math.nan
+
+
+def _corrected(values: Mapping[str, float], errors: Errors) -> dict[str, float]:
+    return {tag: value - errors.get(tag, 0.0) for tag, value in values.items()}
+
+
+def _violation(limit: Limit, margin: float) -> Violation:
+    name, text, unit = limit.name, repr(limit.formula.text), limit.formula.unit
+    if math.isnan(margin):
+        return Violation(name, margin, unit, f"{text} cannot be judged now ({name})")
+    if margin >= 0.0:
+        return Violation(
+            name, margin, unit, f"{text} was violated and holds by no more than {margin:.4g} {unit} ({name})"
+        )
+    return Violation(name, margin, unit, f"{text} is violated by {-margin:.4g} {unit} ({name})")

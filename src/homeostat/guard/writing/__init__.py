@@ -1,0 +1,1 @@
+"""The one writer: lease, flight, ramp, read-back, retry."""

@@ -1,0 +1,35 @@
+"""Everything that happened, in order: typed events in an append-only, hash-chained journal, and the files beside it."""
+
+from homeostat.journal.events import Event, Resumed, RunFinished, RunStarted, Setting, Signed, Subscriber, Trace
+from homeostat.journal.files import StoredFile
+from homeostat.journal.followed import Followed
+from homeostat.journal.journal import Journal
+from homeostat.journal.manifest import Manifest, Summary
+from homeostat.journal.memory import Entry, MemoryTrace
+from homeostat.journal.reading import BrokenChain, Record, read_events
+from homeostat.journal.signing.signatures import Signature, Vouched
+from homeostat.journal.verify.verify import Report
+
+__all__ = [
+    "BrokenChain",
+    "Entry",
+    "Event",
+    "Followed",
+    "Journal",
+    "Manifest",
+    "MemoryTrace",
+    "Record",
+    "Report",
+    "Resumed",
+    "RunFinished",
+    "RunStarted",
+    "Setting",
+    "Signature",
+    "Signed",
+    "StoredFile",
+    "Subscriber",
+    "Summary",
+    "Trace",
+    "Vouched",
+    "read_events",
+]

@@ -1,0 +1,1 @@
+"""Signatures of a journal, and the keys that make and check them."""

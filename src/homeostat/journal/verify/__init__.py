@@ -1,0 +1,1 @@
+"""Is a run what it was when it was written, and does it agree with itself?"""

@@ -1,0 +1,89 @@
+"""What the rules of meaning look at: the journal's events, the manifest, the result."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from homeostat.domain.events.guard import (
+    AlarmRaised,
+    AlarmReturned,
+    FallbackStands,
+    FellBack,
+    GuardStarted,
+    Latched,
+    LatchReset,
+    ModeEntered,
+    PersonHeard,
+    RequestAnswered,
+    SequenceLoaded,
+    ServiceChanged,
+    StateEntered,
+)
+from homeostat.domain.events.recovery import ReleasedActions
+from homeostat.domain.events.writes import ReadBack, WriteEnded, WriteIntended
+from homeostat.journal.encode import Json
+from homeostat.journal.events import RunFinished, RunStarted
+from homeostat.journal.files import RESULT
+from homeostat.journal.manifest import Manifest
+from homeostat.journal.reading import Record
+
+_TOLD: Final = frozenset(
+    event.kind
+    for event in (
+        AlarmRaised, AlarmReturned, FallbackStands, FellBack, GuardStarted, Latched, LatchReset, ModeEntered,
+        PersonHeard, ReadBack, ReleasedActions, RequestAnswered, RunFinished, RunStarted, SequenceLoaded,
+        ServiceChanged, StateEntered, WriteEnded, WriteIntended,
+    )
+)  # fmt: skip
+"""Events whose fields a rule looks at; of the others it counts that they happened, and when."""
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """A recorded run whose bytes are known to be what was written."""
+
+    records: tuple[Record, ...]
+    """Every event, `condensed`."""
+    manifest: Manifest | None
+    """What closes it; None where it was not closed."""
+    result: Mapping[str, Json] | None
+    """What it came to; None where it has no result."""
+
+    def of(self, *kinds: str) -> Iterator[Record]:
+        """The events of some kinds, in order."""
+        return (r for r in self.records if r.kind in kinds)
+
+
+def condensed(record: Record) -> Record:
+    """The record without fields that no rule looks at: a long run must fit into memory."""
+    return record if record.kind in _TOLD else replace(record, fields={})
+
+
+def read_result(run_dir: Path) -> Mapping[str, Json] | None:
+    """The values of the run's result; None where it has none that can be read."""
+    try:
+        content = json.loads((run_dir / RESULT).read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return None
+    return content if isinstance(content, dict) else None
+
+
+def word(value: Json) -> str:
+    """The name of an enum's member, or its value, as one spelling: ``TIMED_OUT`` and ``timed-out`` are the same."""
+    return str(value).lower().replace("_", "-")
+
+
+def text(record: Record, name: str) -> str:
+    """A field that is a text; empty where it is missing or none."""
+    value = record.fields.get(name)
+    return value if isinstance(value, str) else ""
+
+
+def whole(record: Record, name: str) -> int:
+    """A field that is an integer; -1 where it is missing or none."""
+    value = record.fields.get(name)
+    return value if type(value) is int else -1

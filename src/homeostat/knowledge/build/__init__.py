@@ -1,0 +1,1 @@
+"""From engineering tables to the graph of a plant."""

@@ -1,0 +1,122 @@
+"""A plant's graph from its engineering tables: mapping, rules, checks, sorted Turtle with a seal.
+
+``python -m homeostat.knowledge.build FOLDER`` writes ``FOLDER/plant.ttl`` unless something is wrong. ``--triples FILE``
+compares what another RML processor made of the same mapping, so that no processor is trusted alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Final
+
+from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse
+
+from homeostat.knowledge.build.derive import complete
+from homeostat.knowledge.build.rml import materialise
+from homeostat.knowledge.build.rml_mapping import read_mapping
+from homeostat.knowledge.build.seal import seal
+from homeostat.knowledge.build.turtle import write_turtle
+from homeostat.knowledge.checks.conformance import check_shapes
+from homeostat.knowledge.description.plant import read_plant
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.knowledge.vocabulary.vocabulary import RDF, XSD, CPSMod
+
+MAPPING: Final = "mapping.rml.ttl"
+"""Name of the mapping in a plant's folder."""
+GRAPH: Final = "plant.ttl"
+"""Name of the graph in a plant's folder."""
+
+
+def build(folder: Path, other: frozenset[Triple] | None = None) -> bytes:
+    """The graph of the plant in ``folder`` as sorted Turtle; equal tables and mapping give equal bytes.
+
+    ``other`` is what another RML processor made of the mapping, compared where given. Raises GraphError that names the
+    table, row or thing.
+    """
+    from homeostat.knowledge.build.tables.check import (
+        refuse_bad_tables,  # a plant whose graph is there already is loaded without the schemas
+    )
+
+    refuse_bad_tables(folder)
+    return mapped(folder, other)
+
+
+def mapped(folder: Path, other: frozenset[Triple] | None = None) -> bytes:
+    """As `build`, without a look at the tables first: what is wrong in them is found in the graph, or not at all."""
+    try:
+        text = (folder / MAPPING).read_bytes()
+    except OSError as error:
+        raise GraphError(Code.BAD_MAPPING, str(folder), f"has no mapping {MAPPING}: {error.strerror}") from error
+    maps = read_mapping(text)
+    stated = materialise(maps, folder)
+    check_numbers(stated)
+    if other is not None and other != stated:
+        odd = min(other ^ stated, key=str)
+        whose = "only the other processor" if odd in other else "only homeostat.knowledge.build.rml"
+        raise GraphError(Code.BAD_MAPPING, "mapping", f"{len(other ^ stated)} triples differ; {whose} makes {odd}")
+    triples = complete(stated, folder, (MAPPING, *(item.source for item in maps)))
+    plant = next(t.subject for t in triples if t.predicate == RDF.type and t.object == CPSMod.SystemModel)
+    assert isinstance(plant, NamedNode)  # complete() makes sure
+    namespace = plant.value.rpartition("#")[0] + "#"
+    return seal(write_turtle(triples, namespace[:-1].rpartition(":")[2], namespace))
+
+
+def refuse_incomplete(graph: bytes) -> None:
+    """GraphError where the graph breaks a shape or cannot be read into the domain's types."""
+    store = EmbeddedStore()
+    store.load(graph, RdfFormat.TURTLE)
+    if broken := check_shapes(store):
+        more = f" (and {len(broken) - 1} more)" if len(broken) > 1 else ""
+        raise GraphError(Code.BAD_SHAPE, broken[0].focus, broken[0].message + more)
+    plants = store.select(f"SELECT ?plant {{ ?plant a {CPSMod.SystemModel} }}")
+    for row in plants:
+        read_plant(store, row.iri("plant"))
+
+
+def check_numbers(triples: Iterable[Triple]) -> None:
+    """GraphError where a number cannot be read or is not finite."""
+    for triple in sorted(triples, key=str):
+        term = triple.object
+        if isinstance(term, Literal) and not _readable(term):
+            kind = term.datatype.value.rpartition("#")[2]
+            subject = str(triple.subject).rpartition("#")[2].strip("<>")
+            thing = f"{subject} {triple.predicate.value.rpartition('#')[2]}"
+            raise GraphError(Code.BAD_NUMBER, thing, f"{term.value!r} is no finite {kind}; correct the cell")
+
+
+def _readable(term: Literal) -> bool:
+    try:
+        if term.datatype == XSD.double:
+            return math.isfinite(float(term.value)) and "_" not in term.value
+        if term.datatype == XSD.integer:
+            return str(int(term.value)) == term.value
+    except ValueError:
+        return False
+    return True
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Command line; 0 when the graph was written, 1 with one line on standard error when a table is wrong."""
+    parser = argparse.ArgumentParser(prog="python -m homeostat.knowledge.build", description=__doc__)
+    parser.add_argument("folder", type=Path, help="a plant's folder, with its mapping and its engineering tables")
+    parser.add_argument("--triples", type=Path, help="N-Triples by another RML processor, to compare with")
+    parser.add_argument("--out", type=Path, help=f"file to write; FOLDER/{GRAPH} where not given")
+    options = parser.parse_args(arguments)
+    try:
+        other = _read_triples(options.triples) if options.triples else None
+        graph = build(options.folder, other)
+        refuse_incomplete(graph)
+    except GraphError as error:
+        print(f"{options.folder}: {error}", file=sys.stderr)
+        return 1
+    (options.out or options.folder / GRAPH).write_bytes(graph)
+    return 0
+
+
+def _read_triples(path: Path) -> frozenset[Triple]:
+    return frozenset(quad.triple for quad in parse(path=path, format=RdfFormat.N_TRIPLES))

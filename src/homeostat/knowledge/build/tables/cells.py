@@ -1,0 +1,223 @@
+"""Cells: names, texts, words, numbers with bounds and units, formulas, and references to rows of other tables."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import lru_cache
+from typing import Annotated, Final, TypeAlias
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
+
+from homeostat.knowledge.store.error import Code
+from homeostat.stl.formula import FormulaError, parse, parse_expression
+from homeostat.stl.spelling import near_matches
+
+_LONGEST_NAME: Final = 120
+_LONGEST_TEXT: Final = 2000
+_SHOWN: Final = 80
+_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_WHOLE: Final = re.compile(r"-?(0|[1-9]\d*)", re.ASCII)
+_TAG: Final = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", re.ASCII)
+
+BIG: Final = 1e9
+"""No quantity of a plant is larger in a unit that somebody would choose for it."""
+SMALL: Final = 1e-9
+"""What must be more than nothing is at least this, in its unit."""
+HOUR_S: Final = 3_600.0
+"""One hour [s]: the readings that the twin keeps."""
+
+
+class CellError(ValueError):
+    """What is wrong with a cell or with a row; the message names the value, what is allowed, and the remedy."""
+
+    def __init__(self, code: Code, message: str) -> None:
+        """``code`` says which mistake it is."""
+        super().__init__(message)
+        self.code = code
+        """Which mistake it is."""
+
+
+class Row(BaseModel):
+    """A row of a table: its fields are the table's columns, those with a default may be empty."""
+
+    model_config = ConfigDict(frozen=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Refers:
+    """Marks a column whose cell is the name of something that another row states."""
+
+    kind: str
+    """What is referred to; see `homeostat.knowledge.build.tables.references`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reads:
+    """Marks a column with a formula or expression."""
+
+    read: Callable[[str], frozenset[str]]
+    """Names that a text reads."""
+    kinds: frozenset[str]
+    """What these may be."""
+    code: Code
+    """The mistake where one is none of them."""
+
+
+def shown(cell: str) -> str:
+    """A cell for a message: in one line, and not without end."""
+    text = ascii(cell)
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
+
+
+def number(low: float, high: float, unit: str, why: str) -> BeforeValidator:
+    """A number from ``low`` to ``high`` in ``unit``; ``why`` says where the ends come from."""
+
+    def check(cell: str) -> float:
+        if not _NUMBER.fullmatch(cell):
+            raise CellError(Code.BAD_NUMBER, f"{shown(cell)} is no number; write one in {unit}, with a decimal point")
+        if not low <= float(cell) <= high:
+            message = f"{shown(cell)} is outside {low:g} to {high:g} {unit}: {why}; correct the cell"
+            raise CellError(Code.BAD_NUMBER, message)
+        return float(cell)
+
+    return BeforeValidator(check)
+
+
+def whole(low: int, high: int, what: str) -> BeforeValidator:
+    """A whole number from ``low`` to ``high``."""
+
+    def check(cell: str) -> int:
+        if not _WHOLE.fullmatch(cell) or len(cell) > 9 or not low <= int(cell) <= high:
+            raise CellError(Code.BAD_NUMBER, f"{shown(cell)} is no whole number from {low} to {high}: {what}")
+        return int(cell)
+
+    return BeforeValidator(check)
+
+
+def one_of(*words: str) -> BeforeValidator:
+    """One of a few words."""
+
+    def check(cell: str) -> str:
+        if cell not in words:
+            hint = near_matches(cell[:_LONGEST_NAME], words)
+            raise CellError(Code.BAD_WORD, f"{shown(cell)} is none of {', '.join(words)}{hint}")
+        return cell
+
+    return BeforeValidator(check)
+
+
+def words_of(enumeration: type[StrEnum]) -> BeforeValidator:
+    """A word of an enumeration of the domain."""
+    return one_of(*(item.value for item in enumeration))
+
+
+def _name(cell: str) -> str:
+    if len(cell) > _LONGEST_NAME or not cell.isprintable() or " " in cell:
+        message = f"{shown(cell)} is no name; write at most {_LONGEST_NAME} printable characters without blanks"
+        raise CellError(Code.BAD_TABLE, message)
+    return cell
+
+
+def _tag_name(cell: str) -> str:
+    if len(cell) > _LONGEST_NAME or not _TAG.fullmatch(cell):
+        message = f"{shown(cell)} is no name that formulas can use; write letters, digits, _ and dots, as in 'T1.sp'"
+        raise CellError(Code.BAD_TABLE, message)
+    return cell
+
+
+def _text(cell: str) -> str:
+    if len(cell) > _LONGEST_TEXT or not cell.isprintable():
+        message = f"{shown(cell)} is no text; write at most {_LONGEST_TEXT} printable characters in one line"
+        raise CellError(Code.BAD_TABLE, message)
+    return cell
+
+
+@lru_cache(maxsize=4096)  # tables repeat their formulas, and each is read twice: as a cell, and for what it names
+def _condition_reads(cell: str) -> frozenset[str]:
+    try:
+        return parse(_text(cell)).tags
+    except FormulaError as error:
+        raise CellError(Code.BAD_FORMULA, str(error)) from None
+
+
+@lru_cache(maxsize=4096)
+def _expression_reads(cell: str) -> frozenset[str]:
+    try:
+        return parse_expression(_text(cell)).tags
+    except FormulaError as error:
+        raise CellError(Code.BAD_FORMULA, str(error)) from None
+
+
+def _readable(read: Callable[[str], frozenset[str]]) -> AfterValidator:
+    def check(cell: str) -> str:
+        read(cell)
+        return cell
+
+    return AfterValidator(check)
+
+
+Name: TypeAlias = Annotated[str, AfterValidator(_name)]
+"""What tables, formulas, prompts and code call a thing."""
+TagName: TypeAlias = Annotated[str, AfterValidator(_tag_name)]
+"""Name of a tag: formulas can use it."""
+Text: TypeAlias = Annotated[str, AfterValidator(_text)]
+"""Words for people."""
+YesNo: TypeAlias = Annotated[str, one_of("yes", "no")]
+"""``yes`` or ``no``."""
+
+_CONDITION: Final = Reads(_condition_reads, frozenset({"tag"}), Code.UNKNOWN_TAG)
+_EXPRESSION: Final = Reads(_expression_reads, frozenset({"tag"}), Code.UNKNOWN_TAG)
+_EQUATION: Final = Reads(_expression_reads, frozenset({"tag", "parameter"}), Code.UNKNOWN_SYMBOL)
+Condition: TypeAlias = Annotated[str, _readable(_condition_reads), _CONDITION]
+"""A formula over tags."""
+OptionalCondition: TypeAlias = Annotated[str | None, _readable(_condition_reads), _CONDITION]
+"""A formula over tags, or nothing."""
+Term: TypeAlias = Annotated[str, _readable(_expression_reads), _EXPRESSION]
+"""An arithmetic term over tags."""
+OptionalTerm: TypeAlias = Annotated[str | None, _readable(_expression_reads), _EXPRESSION]
+"""An arithmetic term over tags, or nothing."""
+Equation: TypeAlias = Annotated[str, _readable(_expression_reads), _EQUATION]
+"""An arithmetic term over tags and parameters."""
+
+Component: TypeAlias = Annotated[str, Refers("component")]
+"""Name of a component."""
+OptionalComponent: TypeAlias = Annotated[str | None, Refers("component")]
+"""Name of a component, or nothing."""
+Tag: TypeAlias = Annotated[str, Refers("tag")]
+"""Name of a tag."""
+OptionalTag: TypeAlias = Annotated[str | None, Refers("tag")]
+"""Name of a tag, or nothing."""
+Operator: TypeAlias = Annotated[str, Refers("operator")]
+"""Name of a process operator."""
+OptionalOperator: TypeAlias = Annotated[str | None, Refers("operator")]
+"""Name of a process operator, or nothing."""
+Parameter: TypeAlias = Annotated[str, Refers("parameter")]
+"""Symbol of a parameter."""
+State: TypeAlias = Annotated[str, Refers("state")]
+"""Name of a state."""
+LimitName: TypeAlias = Annotated[str, Refers("limit")]
+"""Name of a limit."""
+
+Value: TypeAlias = Annotated[float, number(-BIG, BIG, "(its unit)", "nothing in a plant is larger")]
+"""A value of any sign, in the unit of what it is about."""
+OptionalValue: TypeAlias = Annotated[float | None, number(-BIG, BIG, "(its unit)", "nothing in a plant is larger")]
+"""A value of any sign, or nothing."""
+Positive: TypeAlias = Annotated[float, number(SMALL, BIG, "(its unit)", "it must be more than 0")]
+"""A value above 0, in the unit of what it is about."""
+OptionalPositive: TypeAlias = Annotated[float | None, number(SMALL, BIG, "(its unit)", "it must be more than 0")]
+"""A value above 0, or nothing."""
+Size: TypeAlias = Annotated[float, number(0.0, BIG, "(its unit)", "it cannot be negative")]
+"""A value that is not negative, in the unit of what it is about."""
+Wait: TypeAlias = Annotated[float, number(0.0, HOUR_S, "s", "the twin keeps an hour of readings")]
+"""A time that may be none [s]."""
+
+
+def in_order(low: float, high: float, columns: str, equal: bool = False) -> None:
+    """CellError where the ends of a range are not in order; ``columns`` names them."""
+    if not (low < high or (equal and low == high)):
+        needed = "must not be above" if equal else "must be below"
+        message = f"{columns}: {low:g} {needed} {high:g}; exchange or correct them"
+        raise CellError(Code.REVERSED_RANGE, message)

@@ -1,0 +1,123 @@
+"""Checking a plant's tables before anything is made of them: a bad cell is one line with its place and the remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Final
+
+from pydantic import ValidationError
+
+from homeostat.knowledge.build.tables import behaviour, diagnosis, guarding, structure
+from homeostat.knowledge.build.tables.cells import CellError, Row, shown
+from homeostat.knowledge.build.tables.reading import Rows, read_rows
+from homeostat.knowledge.build.tables.references import unknown_names
+from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.stl.spelling import near_matches
+
+FOLDER: Final = "engineering"
+"""Where the tables are in a plant's folder."""
+SCHEMAS: Final[Mapping[str, tuple[type[Row], tuple[str, ...]]]] = {
+    "equipment": (structure.Equipment, ("id",)),
+    "signals": (structure.Signal, ("tag",)),
+    "sensors": (structure.Sensor, ("component",)),
+    "loops": (structure.Loop, ("id",)),
+    "parameters": (structure.ModelParameter, ("symbol",)),
+    "operators": (structure.ProcessOperator, ("id",)),
+    "flows": (structure.Flow, ("operator", "direction", "flow")),
+    "equations": (structure.OperatorEquation, ("id",)),
+    "states": (behaviour.OperatingState, ("id",)),
+    "state_requirements": (behaviour.StateRequirement, ("state", "component")),
+    "setpoints": (behaviour.Setpoint, ("state", "tag")),
+    "transitions": (behaviour.Transition, ("id",)),
+    "limits": (behaviour.Limit, ("id",)),
+    "criteria": (behaviour.Criterion, ("id",)),
+    "fallbacks": (behaviour.FallbackStep, ("strategy", "step")),
+    "fallback_waivers": (behaviour.Waiver, ("strategy", "permissive")),
+    "fallback_limits": (behaviour.FallbackLimit, ("strategy", "limit")),
+    "quality": (guarding.Quality, ("tag",)),
+    "trips": (guarding.Trip, ("limit",)),
+    "start_up": (guarding.StartUpLimit, ("limit",)),
+    "writables": (guarding.Writable, ("tag",)),
+    "faults": (diagnosis.Fault, ("id",)),
+    "features": (diagnosis.Feature, ("id",)),
+    "symptoms": (diagnosis.Symptom, ("id",)),
+    "symptom_faults": (diagnosis.SymptomFault, ("symptom", "fault")),
+}
+"""Table -> what its rows are, and the columns that tell one from another."""
+
+
+def refuse_bad_tables(folder: Path) -> None:
+    """GraphError with the first mistake in the tables of the plant in ``folder``, and the number of the others."""
+    found = list(mistakes(folder))
+    if found:
+        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+        raise GraphError(found[0].code, found[0].thing, found[0].message + more)
+
+
+def mistakes(folder: Path) -> Iterator[GraphError]:
+    """Every mistake in the tables of the plant in ``folder``; which tables there must be is the mapping's business."""
+    tables: dict[str, Rows] = {}
+    for name in SCHEMAS:
+        path = folder / FOLDER / f"{name}.csv"
+        if not path.exists():
+            continue
+        try:
+            tables[name] = read_rows(path)
+        except GraphError as error:
+            yield error
+    for name, table in tables.items():
+        yield from _columns(name, table) or _cells(name, table)
+    for name, line, column, code, message in unknown_names(tables, {name: SCHEMAS[name][0] for name in tables}):
+        yield GraphError(code, _place(name, line, tables[name]), f"{column}: {message}")
+
+
+def _columns(name: str, table: Rows) -> list[GraphError]:
+    """Columns that are missing, or that the table does not have."""
+    known = SCHEMAS[name][0].model_fields
+    found = []
+    for column in table.columns:
+        if column not in known:
+            message = f"column {shown(column)} is not known{near_matches(column, known)}; there are {', '.join(known)}"
+            found.append(GraphError(Code.BAD_TABLE, f"{name}.csv row 1", message))
+    for column in known:
+        if column not in table.columns:
+            hint = near_matches(column, table.columns)
+            message = f"column {column!r} is missing{hint}; add it, with an empty cell where nothing is stated"
+            found.append(GraphError(Code.BAD_TABLE, f"{name}.csv row 1", message))
+    return found
+
+
+def _cells(name: str, table: Rows) -> Iterator[GraphError]:
+    """Cells that are no value of their column, and rows that contradict themselves or another one."""
+    model, key = SCHEMAS[name]
+    seen: dict[tuple[str, ...], int] = {}
+    for line, row in enumerate(table.rows, start=2):
+        try:
+            model.model_validate({column: cell for column, cell in row.items() if cell})
+        except ValidationError as error:
+            yield from _bad_row(error, name, line, table)
+        names = tuple(row[column] for column in key)
+        if names in seen:
+            verb = "are those" if key[1:] else "is that"
+            message = f"{' and '.join(key)} {verb} of row {seen[names]}; remove or rename one of them"
+            yield GraphError(Code.DUPLICATE_ID, _place(name, line, table), message)
+        seen.setdefault(names, line)
+
+
+def _bad_row(error: ValidationError, name: str, line: int, table: Rows) -> Iterator[GraphError]:
+    place = _place(name, line, table)
+    for found in error.errors(include_url=False):
+        column = f"{found['loc'][0]}: " if found["loc"] else ""
+        cause = found.get("ctx", {}).get("error")
+        if isinstance(cause, CellError):
+            yield GraphError(cause.code, place, f"{column}{cause}")
+        else:
+            yield GraphError(Code.MISSING_VALUE, place, f"{column}the cell is empty; fill it")
+
+
+def _place(name: str, line: int, table: Rows) -> str:
+    """Where a row is, with what it is about."""
+    row = table.rows[line - 2]
+    about = " ".join(row.get(column, "") for column in SCHEMAS[name][1])
+    return f"{name}.csv row {line} ({shown(about)})"

@@ -1,0 +1,43 @@
+"""Reading a table: a header of different columns, and as many cells in every row."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from homeostat.knowledge.store.error import Code, GraphError
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """The cells of one table."""
+
+    columns: tuple[str, ...]
+    """Its header."""
+    rows: tuple[Mapping[str, str], ...]
+    """Column -> cell, without spaces around it; row 0 is the second line of the file."""
+
+
+def read_rows(path: Path) -> Rows:
+    """The table in ``path``; GraphError where it cannot be read, is ragged, or a cell begins or ends with a space."""
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            reader = csv.DictReader(file, strict=True, restkey="", restval=None)
+            rows = tuple(reader)
+            header = tuple(reader.fieldnames or ())
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise GraphError(Code.BAD_TABLE, path.name, f"cannot be read: {error}") from error
+    if not header or "" in header or len(set(header)) < len(header):
+        raise GraphError(Code.BAD_TABLE, path.name, f"needs a header of different column names, has {list(header)}")
+    for line, row in enumerate(rows, start=2):
+        if "" in row or None in row.values():
+            raise GraphError(
+                Code.BAD_TABLE, f"{path.name} row {line}", f"needs {len(header)} cells; quote cells with commas"
+            )
+        if stray := [name for name, cell in row.items() if cell != cell.strip()]:
+            raise GraphError(
+                Code.BAD_TABLE, f"{path.name} row {line}", f"column {stray[0]!r} begins or ends with a space"
+            )
+    return Rows(header, rows)

@@ -1,0 +1,1 @@
+"""What must hold of a plant's graph before anybody relies on it."""

@@ -1,0 +1,114 @@
+"""May what states admit and fallbacks command be commanded at all?"""
+
+from __future__ import annotations
+
+from homeostat.domain.mode import Side
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.limits import LimitKind
+from homeostat.domain.plant.tag import Role
+from homeostat.knowledge.checks.consistency_rules import ranges_of
+from homeostat.knowledge.checks.intervals import can_hold
+from homeostat.knowledge.store.error import Code, Found
+from homeostat.stl.spelling import near_matches
+
+
+def setpoints(plant: PlantDescription) -> Found:
+    """What the states admit: commandable tags, inside their ranges, design values inside the admitted range."""
+    for state in plant.machine.states:
+        for setpoint in state.setpoints:
+            thing = f"state {state.name!r}"
+            tag = plant.tag(setpoint.tag)
+            if reason := _not_commandable(plant, setpoint.tag):
+                yield Code.NOT_COMMANDABLE, thing, f"tag {tag.name!r} cannot be commanded: {reason}"
+            allowed = f"[{tag.range.low:g}, {tag.range.high:g}] {tag.unit}"
+            for value in (setpoint.low, setpoint.high):
+                if not tag.range.contains(value):
+                    message = f"admits {tag.name!r} = {value:g}, outside its range {allowed}"
+                    yield Code.SETPOINT_OUTSIDE_RANGE, thing, message
+            if setpoint.design is not None and not setpoint.low <= setpoint.design <= setpoint.high:
+                admitted = f"[{setpoint.low:g}, {setpoint.high:g}] {tag.unit}"
+                message = f"design value {setpoint.design:g} of {tag.name!r} is outside {admitted}"
+                yield Code.SETPOINT_OUTSIDE_RANGE, thing, message
+
+
+def fallbacks(plant: PlantDescription) -> Found:
+    """What the fallback strategies command: commandable tags, inside their ranges."""
+    if not plant.fallback_strategies:
+        yield Code.NO_FALLBACK, f"plant {plant.name!r}", "has no fallback strategy; state at least one"
+    for strategy in plant.fallback_strategies:
+        thing = f"fallback {strategy.name!r}"
+        for command in strategy.actions.commands:
+            tag = plant.tag(command.tag)
+            if reason := _not_commandable(plant, command.tag):
+                yield Code.FALLBACK_TAG_NOT_COMMANDABLE, thing, f"tag {command.tag!r} cannot be commanded: {reason}"
+            if command.value is not None and not tag.range.contains(command.value):
+                allowed = f"[{tag.range.low:g}, {tag.range.high:g}] {tag.unit}"
+                message = f"commands {tag.name!r} = {command.value:g}, outside its range {allowed}"
+                yield Code.FALLBACK_OUTSIDE_RANGE, thing, message
+
+
+def permissives(plant: PlantDescription) -> Found:
+    """What fallbacks command violates no permissive, whatever the plant does, but those that are set aside."""
+    ranges = ranges_of(plant)
+    rules = {limit.name: limit for limit in plant.limits.of_kind(LimitKind.PERMISSIVE)}
+    for strategy in plant.fallback_strategies:
+        thing = f"fallback {strategy.name!r}"
+        for name in sorted(strategy.waived.keys() - rules.keys()):
+            yield Code.UNKNOWN_LIMIT, thing, f"sets {name!r} aside, which is no permissive{near_matches(name, rules)}"
+        commanded = {c.tag: (c.value, c.value) for c in strategy.actions.commands if c.value is not None}
+        for name, rule in rules.items():
+            if name not in strategy.waived and not can_hold(rule.formula.root, ranges | commanded):
+                message = f"violates {name!r}, '{rule.formula}'; change its commands or add a waiver with the reason"
+                yield Code.FALLBACK_NOT_PERMITTED, thing, message
+
+
+def admitted(plant: PlantDescription) -> Found:
+    """What fallbacks command is admitted by the state that they lead to."""
+    for strategy in plant.fallback_strategies:
+        thing, target = f"fallback {strategy.name!r}", plant.machine.state(strategy.actions.target)
+        for command in strategy.actions.commands:
+            found = target.setpoint(command.tag)
+            if found is None:
+                message = f"commands {command.tag!r}, but state {target.name!r} has no setpoint row for it; add one"
+                yield Code.FALLBACK_NOT_ADMITTED, thing, message
+            elif command.value is not None and not found.low <= command.value <= found.high:
+                allowed = f"[{found.low:g}, {found.high:g}] {plant.tag(command.tag).unit}"
+                message = f"commands {command.tag!r} = {command.value:g}, but state {target.name!r} admits {allowed}"
+                yield Code.FALLBACK_NOT_ADMITTED, thing, message
+
+
+def writables(plant: PlantDescription) -> Found:
+    """Every tag that is commanded has a row of the writable tags that fits it, and no other tag has one."""
+    for name, rule in sorted(plant.writables.items()):
+        thing, tag = f"writable tag {name!r}", plant.tag(name)
+        if reason := _not_commandable(plant, name):
+            yield Code.NOT_COMMANDABLE, thing, f"cannot be commanded: {reason}"
+        if tag.increment is not None and rule.tolerance >= tag.increment:
+            message = f"tolerance {rule.tolerance:g} must be below its increment {tag.increment:g} {tag.unit}"
+            yield Code.BAD_NUMBER, thing, message
+        if rule.ramped_by is Side.GUARD and tag.rate_limit is None:
+            yield Code.TAG_NOT_WRITABLE, thing, "is ramped by the guard, but has no rate_limit in the signal table"
+    by_hand = {(s.name, r.tag, r.design is None) for s in plant.machine.states for r in s.setpoints}
+    in_fallback = {(f.name, c.tag, c.value is None) for f in plant.fallback_strategies for c in f.actions.commands}
+    for where, found in (("state", by_hand), ("fallback", in_fallback)):
+        for name, written, automatic in sorted(found):
+            thing, row = f"{where} {name!r}", plant.writables.get(written)
+            if row is None:
+                message = f"commands {written!r}, which has no row in the table of writable tags; add one"
+                yield Code.TAG_NOT_WRITABLE, thing, message
+            elif automatic and not row.automatic:
+                message = (
+                    f"hands {written!r} back to automatic, which its row of the writable tags forbids; fill the value"
+                )
+                yield Code.TAG_NOT_WRITABLE, thing, message
+
+
+def _not_commandable(plant: PlantDescription, name: str) -> str:
+    """Why nobody but the basic control system may write a tag; empty where it may be commanded."""
+    tag = plant.tag(name)
+    if tag.role not in (Role.SP, Role.MV):
+        return f"it has role {tag.role}, needs SP or MV"
+    for loop in plant.loops:
+        if loop.manipulated_variable == name:
+            return f"loop {loop.name!r} writes it; command its setpoint or a manual output instead"
+    return ""

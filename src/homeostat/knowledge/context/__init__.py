@@ -1,0 +1,1 @@
+"""The facts of a plant in the neighbourhood of a question."""

@@ -1,0 +1,113 @@
+"""Documents: the plant's graph in plain words, one short paragraph per thing, without IRIs and without Turtle.
+
+They hold the same facts as the Turtle of :mod:`~homeostat.knowledge.context.context`, so that a study can tell what
+the graph's structure is worth. Left out is what no agent is ever shown: the syntax trees of equations, whose text
+stays, the second description of model parameters by DIN EN 61360, what the guard alone needs, and the hashes of the
+source tables.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse
+
+from homeostat.domain.quotation import quote, quoted
+from homeostat.knowledge.context.context import PLAIN, TEXT_LIMIT
+from homeostat.knowledge.store.store import GraphStore
+from homeostat.knowledge.vocabulary.vocabulary import DINEN61360, HS, RDF, RDFS, M
+
+_UNTOLD: Final = frozenset(
+    {
+        HS.SourceTable, DINEN61360.Type_Description, DINEN61360.Instance_Description,
+        HS.QualityRule, HS.TripRule, HS.WriteRule, HS.StartUpLimit, HS.Waiver,
+        HS.FallbackEffect,
+    }
+)  # fmt: skip
+"""Types of things without a document."""
+_HEADING: Final = frozenset({RDF.type, RDFS.label, HS.belongsTo})
+"""Said by the first words of a document; that everything belongs to the one plant is not said."""
+_WORD: Final = re.compile(r"[A-Z]?[a-z0-9]+|[A-Z]+(?![a-z])|[^\sA-Za-z0-9_-]+")
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """What the graph says about one thing."""
+
+    name: str
+    """Kind and name of the thing, as in ``state_normal``."""
+    label: str
+    """What people call it, as it is recorded; empty where it has no label."""
+    text: str
+    """One line; whatever was recorded as text is quoted."""
+
+
+def documents(store: GraphStore, namespace: str) -> tuple[Document, ...]:
+    """One document per thing of the plant in ``namespace``, sorted by name."""
+    about: dict[str, list[Triple]] = {}
+    for quad in parse(store.dump(RdfFormat.N_TRIPLES), RdfFormat.N_TRIPLES):
+        if isinstance(quad.subject, NamedNode) and quad.subject.value.startswith(namespace):
+            about.setdefault(quad.subject.value.removeprefix(namespace), []).append(quad.triple)
+    told = {name: triples for name, triples in about.items() if _is_told(triples)}
+    return tuple(_document(name, told[name], namespace, told) for name in sorted(told))
+
+
+def _is_told(triples: Sequence[Triple]) -> bool:
+    types = {t.object for t in triples if t.predicate == RDF.type}
+    return not types & _UNTOLD and not (types and all(_is_syntax(kind) for kind in types))
+
+
+def _is_syntax(kind: object) -> bool:
+    """Whether things of ``kind`` are parts of an equation's tree."""
+    return isinstance(kind, NamedNode) and kind.value.startswith(M.iri)
+
+
+def _document(name: str, triples: Sequence[Triple], namespace: str, told: Collection[str]) -> Document:
+    """``told``: names of the things that have a document; relations to others are not told."""
+    ordered = sorted(triples, key=lambda t: (t.predicate != RDFS.comment, t.predicate.value, str(t.object)))
+    labels = [t.object.value for t in ordered if t.predicate == RDFS.label and isinstance(t.object, Literal)]
+    kinds = [_words(t.object) for t in ordered if t.predicate == RDF.type and not _is_syntax(t.object)]
+    named = {*labels, _called(name)}
+    by_phrase: dict[str, list[str]] = {}
+    for triple in ordered:
+        if triple.predicate not in _HEADING and (shown := _object(triple.object, named, namespace, told)):
+            by_phrase.setdefault("" if triple.predicate == RDFS.comment else _words(triple.predicate), []).append(shown)
+    by_objects: dict[str, list[str]] = {}  # the T-Box names many relations twice, by a special and a general property
+    for phrase, objects in by_phrase.items():
+        by_objects.setdefault(_listed(objects), []).append(phrase)
+    heading = " ".join((_listed(kinds), _called(name), *(quote(label, TEXT_LIMIT) for label in labels)))
+    said = [f"{_listed([p for p in phrases if p])} {objects}" for objects, phrases in by_objects.items()]
+    return Document(
+        name, (*labels, "")[0], " ".join(f"{s[0].upper()}{s[1:]}." for s in map(str.strip, (heading, *said)))
+    )
+
+
+def _object(term: object, named: Collection[str], namespace: str, told: Collection[str]) -> str:
+    """What is related, in words; empty for what has no document, and for a text that is ``named`` in the heading."""
+    if isinstance(term, Literal):
+        form = PLAIN.get(term.datatype)
+        if form is not None and form.fullmatch(term.value):
+            return term.value
+        return "" if term.value in named else quote(term.value, TEXT_LIMIT)
+    assert isinstance(term, NamedNode)
+    name = term.value.removeprefix(namespace)
+    return _called(name) if name in told else ""
+
+
+def _called(name: str) -> str:
+    """How a thing is called without its kind: ``normal`` for ``state_normal``."""
+    return quoted(name.partition("_")[2] or name, TEXT_LIMIT)
+
+
+def _words(term: object) -> str:
+    """The local name of a type or a property, word by word: ``range high`` for ``hs:rangeHigh``."""
+    assert isinstance(term, NamedNode)
+    local = quoted(re.split("[#/]", term.value)[-1], TEXT_LIMIT)
+    return " ".join(word.lower() for word in _WORD.findall(local))
+
+
+def _listed(words: Sequence[str]) -> str:
+    return " and ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)

@@ -1,0 +1,1 @@
+"""Questions to the graph: SPARQL templates with typed parameters and typed answers."""

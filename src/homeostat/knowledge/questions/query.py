@@ -1,0 +1,165 @@
+"""Questions as files: SPARQL templates with typed parameters that are bound as RDF terms.
+
+A template is a file ``queries/<name>.rq`` that is valid SPARQL by itself. Its first lines are comments that declare it:
+
+    # form: SELECT
+    # doc: The transitions of a state machine.
+    # param machine: iri -- the state machine
+    # param faults: iri* -- faults to reckon with
+
+In the text, ``$machine`` stands for the term. A parameter of several terms (``iri*``) may stand only in
+``VALUES ?variable { $faults }``. Binding replaces whole tokens by terms that pyoxigraph has serialised, never text by
+text, and never inside strings, IRIs or comments; so an argument cannot change the shape of a query.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from importlib import resources
+from typing import Final
+
+from pyoxigraph import Triple
+
+from homeostat.knowledge.questions.parameter import Argument, Kind, Parameter, ParameterError
+from homeostat.knowledge.store.store import GraphStore, Row
+from homeostat.stl.spelling import near_matches
+
+_TOKEN: Final = re.compile(
+    r"""(?P<iri><[^<>"{}|^`\\\x00-\x20]*>)
+      | (?P<string>\"\"\"(?:[^\\]|\\.)*?\"\"\"|'''(?:[^\\]|\\.)*?'''|"(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*')
+      | (?P<comment>\#[^\n]*)
+      | \$(?P<parameter>[A-Za-z_]\w*)
+      | \?(?P<variable>[A-Za-z_]\w*)""",
+    re.VERBOSE | re.DOTALL,
+)
+_DECLARATION: Final = re.compile(r"param (?P<name>[a-z_]+): (?P<kind>[a-z]+\*?) -- (?P<doc>.+)")
+_LIST_PLACE: Final = re.compile(r"VALUES \?\w+ \{ \$(\w+) \}")
+
+
+class TemplateError(ValueError):
+    """A template file that contradicts itself; the message names the file."""
+
+
+class Form(StrEnum):
+    """The form of a query or update, which decides the type of its answer."""
+
+    SELECT = "SELECT"
+    CONSTRUCT = "CONSTRUCT"
+    DESCRIBE = "DESCRIBE"
+    ASK = "ASK"
+    UPDATE = "UPDATE"
+
+
+@dataclass(frozen=True, slots=True)
+class Template:
+    """One question, ready to be bound and asked."""
+
+    name: str
+    """Name of the file without its ending."""
+    form: Form
+    """Form of the query."""
+    doc: str
+    """What the answer is."""
+    parameters: tuple[Parameter, ...]
+    """Its parameters, in the order declared."""
+    text: str
+    """The file as read."""
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the text, in lower-case hexadecimal, for the journal."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+    def bind(self, arguments: Mapping[str, Argument]) -> str:
+        """The query with every parameter replaced by its term; ParameterError where an argument does not fit."""
+        known = {parameter.name: parameter for parameter in self.parameters}
+        if wrong := sorted(known.keys() ^ arguments.keys()):
+            what = "unknown" if wrong[0] in arguments else "missing"
+            takes = ", ".join(f"{parameter.name}: {parameter.kind.value}" for parameter in self.parameters)
+            raise ParameterError(f"template {self.name!r}: parameter {wrong[0]!r} is {what}, takes {takes or 'none'}")
+        terms = {name: known[name].serialise(self.name, value) for name, value in arguments.items()}
+        return _TOKEN.sub(lambda token: terms[token["parameter"]] if token["parameter"] else token[0], self.text)
+
+    def select(self, store: GraphStore, **arguments: Argument) -> tuple[Row, ...]:
+        """Ask a SELECT template."""
+        self._expect(Form.SELECT)
+        return store.select(self.bind(arguments))
+
+    def construct(self, store: GraphStore, **arguments: Argument) -> tuple[Triple, ...]:
+        """Ask a CONSTRUCT or DESCRIBE template."""
+        self._expect(Form.CONSTRUCT, Form.DESCRIBE)
+        return store.construct(self.bind(arguments))
+
+    def ask(self, store: GraphStore, **arguments: Argument) -> bool:
+        """Ask an ASK template."""
+        self._expect(Form.ASK)
+        return store.ask(self.bind(arguments))
+
+    def update(self, store: GraphStore, **arguments: Argument) -> None:
+        """Carry an UPDATE template out."""
+        self._expect(Form.UPDATE)
+        store.update(self.bind(arguments))
+
+    def _expect(self, *forms: Form) -> None:
+        if self.form not in forms:
+            raise TypeError(f"template {self.name!r} has form {self.form.value}, not {' or '.join(forms)}")
+
+
+def parse(name: str, text: str) -> Template:
+    """The template in ``text``; TemplateError where its declarations and its text disagree."""
+    heads: dict[str, str] = {}
+    parameters: list[Parameter] = []
+    for line in text.splitlines():
+        if not line.startswith("# "):
+            break
+        declaration = _DECLARATION.fullmatch(line[2:])
+        key, colon, value = line[2:].partition(": ")
+        if declaration and declaration["kind"] in set(Kind):
+            parameters.append(Parameter(declaration["name"], Kind(declaration["kind"]), declaration["doc"]))
+        elif colon and key in ("form", "doc") and key not in heads:
+            heads[key] = value.strip()
+        else:
+            raise TemplateError(f"template {name!r}: cannot read the declaration {line!r}")
+    if heads.get("form") not in set(Form) or not heads.get("doc"):
+        raise TemplateError(f"template {name!r}: needs '# form: {'|'.join(Form)}' and '# doc: ...' at its top")
+    _check_use(name, parameters, text)
+    return Template(name, Form(heads["form"]), heads["doc"], tuple(parameters), text)
+
+
+def _check_use(name: str, parameters: list[Parameter], text: str) -> None:
+    tokens = list(_TOKEN.finditer(text))
+    used = {token["parameter"] for token in tokens if token["parameter"]}
+    declared = [parameter.name for parameter in parameters]
+    if used != set(declared) or len(declared) != len(set(declared)):
+        raise TemplateError(f"template {name!r}: declares parameters {sorted(declared)}, uses {sorted(used)}")
+    if clash := used & {token["variable"] for token in tokens}:
+        raise TemplateError(f"template {name!r}: {sorted(clash)[0]!r} is both a parameter and a variable; rename one")
+    places = {match.start(1) - 1 for match in _LIST_PLACE.finditer(text)}
+    lists = {parameter.name for parameter in parameters if parameter.kind is Kind.IRIS}
+    for token in tokens:
+        wanted = token["parameter"]
+        if wanted and (wanted in lists) != (token.start() in places):
+            place = f"'VALUES ?variable {{ ${wanted} }}'"
+            raise TemplateError(
+                f"template {name!r}: '${wanted}' must stand in {place} if and only if its type ends in *"
+            )
+
+
+@functools.cache
+def template(name: str) -> Template:
+    """The template ``queries/<name>.rq`` of this package; KeyError naming the nearest names where there is none."""
+    if name not in names():
+        raise KeyError(f"no template {name!r}{near_matches(name, names())}")
+    return parse(name, resources.files(__package__).joinpath("queries", f"{name}.rq").read_text("utf-8"))
+
+
+@functools.cache
+def names() -> tuple[str, ...]:
+    """Names of all templates, sorted."""
+    files = resources.files(__package__).joinpath("queries").iterdir()
+    return tuple(sorted(file.name.removesuffix(".rq") for file in files if file.name.endswith(".rq")))

@@ -1,0 +1,1 @@
+"""Graph stores: in this process or behind a SPARQL endpoint."""

@@ -1,0 +1,55 @@
+"""A graph in a file, in any of the RDF formats: the file's ending says which."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from pyoxigraph import NamedNode, RdfFormat, Triple, parse, serialize
+
+from homeostat.knowledge.store import answers
+from homeostat.knowledge.store.store import GraphStore
+
+FORMATS: Final = {
+    ".ttl": RdfFormat.TURTLE,
+    ".nt": RdfFormat.N_TRIPLES,
+    ".jsonld": RdfFormat.JSON_LD,
+    ".rdf": RdfFormat.RDF_XML,
+    ".owl": RdfFormat.RDF_XML,
+    ".trig": RdfFormat.TRIG,
+    ".nq": RdfFormat.N_QUADS,
+}
+"""Ending of a file -> its format."""
+
+
+class UnreadableGraph(ValueError):
+    """A file that is no graph; one line that names the file and the remedy."""
+
+
+def load_file(store: GraphStore, path: Path, graph: NamedNode | None = None) -> None:
+    """Add what the file says to ``graph``, or to the default graph.
+
+    A plant's export often wraps all it says into one named graph. The names of graphs say nothing about the plant, so
+    everything in the file is read as one graph. Nothing is fetched: JSON-LD must carry its context with it.
+
+    Raises:
+        UnreadableGraph: the ending is unknown, the content is not what the ending says, or there is none.
+        OSError: the file cannot be read.
+    """
+    triples = serialize(_triples(path), format=RdfFormat.N_TRIPLES)
+    assert triples is not None  # only what is written to a file returns nothing
+    store.load(triples, RdfFormat.N_TRIPLES, graph)
+
+
+def _triples(path: Path) -> tuple[Triple, ...]:
+    content = path.read_bytes()
+    format = FORMATS.get(path.suffix.lower())
+    if format is None:
+        raise UnreadableGraph(f"{str(path)!r} has no ending of an RDF format; name it {', '.join(FORMATS)}")
+    try:
+        found = tuple(quad.triple for quad in parse(content, format=format))
+    except (SyntaxError, ValueError) as error:
+        raise UnreadableGraph(f"{str(path)!r} is no {format.name}: {answers.one_line(error)}") from error
+    if not found:
+        raise UnreadableGraph(f"{str(path)!r} is {format.name} that says nothing: it has no triple")
+    return found

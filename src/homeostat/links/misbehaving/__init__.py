@@ -1,0 +1,1 @@
+"""Any link, with faults of communication by a script."""

@@ -1,0 +1,272 @@
+"""Wiring: from a case and a plant's lease to a guard, and recovery in a thread beside it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from homeostat.agents.bounds import Budget
+from homeostat.agents.grounding.context import GroundingKind
+from homeostat.agents.grounding.documents import excerpts
+from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.language.proposer import language_proposer, step_proposer
+from homeostat.agents.monitoring.monitoring import Monitoring
+from homeostat.agents.roles import AskingProtocol, Crew, Proposer, Simulation
+from homeostat.agents.roles import Monitoring as MonitoringRole
+from homeostat.agents.search.action import SearchAction
+from homeostat.agents.search.candidates import design_commands
+from homeostat.agents.search.planning import EVENT, SearchPlanning
+from homeostat.agents.search.reprompting import MarginReprompting
+from homeostat.agents.simulation import TwinSimulation
+from homeostat.agents.validation import LimitValidation
+from homeostat.domain.mode import Mode
+from homeostat.domain.observation import Trouble
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.rules import GuardRules
+from homeostat.domain.ports import Clock, Lease, Source
+from homeostat.domain.recovery import Command, FallbackStrategy, Step
+from homeostat.guard.attachment import Attachment
+from homeostat.guard.guard import Guard
+from homeostat.guard.requests.seal import Sealer, new_key
+from homeostat.guard.restart.memory import Memory
+from homeostat.guard.sequence.sequencer import Sequencer, nominal_route, what_follows
+from homeostat.guard.settings import GuardSettings
+from homeostat.journal import Trace
+from homeostat.journal.archive import Archive, NoArchive
+from homeostat.llm.address import KEY_VARIABLES
+from homeostat.llm.model import LanguageModel
+from homeostat.llm.recorded import RecordedModel
+from homeostat.llm.secrets import Secrets
+from homeostat.plants.error import CaseError
+from homeostat.plants.plant import Case
+from homeostat.recovery.exchange.exchange import Exchange, ExchangeSettings
+from homeostat.recovery.exchange.loop import Hook, Loop
+from homeostat.recovery.exchange.worker import Worker
+from homeostat.recovery.plant_rules import Bounds, PlantRules
+from homeostat.recovery.release_check import ReleaseCheck
+from homeostat.recovery.supervisor import Supervisor
+from homeostat.twin.twin import Twin
+
+
+@dataclass(frozen=True, slots=True)
+class Language:
+    """A language model that proposes before the search does."""
+
+    model: LanguageModel
+    """Who is asked; its calls go to the run's trace."""
+    notes: tuple[str, ...] = ()
+    """What operators wrote."""
+    file: Path | None = None
+    """File that every call is added to; None for none."""
+    grounding: GroundingKind = GroundingKind.GRAPH
+    """What its prompts show of the plant."""
+
+    def proposer(
+        self, case: Case, grounding: Grounding, simulation: Simulation, trace: Trace, archive: Archive,
+        protocol: AskingProtocol = AskingProtocol.ROUTE,
+    ) -> Proposer:  # fmt: skip
+        """The proposer; whatever keys the environment holds are struck out of what it records."""
+        secrets = tuple(value for name in KEY_VARIABLES if (value := os.environ.get(name)))
+        recorded = RecordedModel(self.model, trace, archive, secrets, self.file)
+        d = case.description
+        notes = tuple(map(Secrets(secrets).strike, self.notes))  # before a prompt cuts them: half a key is not found
+        propose = step_proposer if protocol is AskingProtocol.PER_STEP else language_proposer
+        shown = excerpts(self.grounding, grounding, case.graph, case.namespace)
+        return propose(recorded, d, grounding, simulation, case.production, notes, shown)
+
+
+@dataclass(frozen=True, slots=True)
+class Workbench:
+    """What proposers of a case are made from."""
+
+    case: Case
+    """The plant."""
+    twin: Twin
+    """Its twin, which monitoring keeps up to date."""
+    grounding: Grounding
+    """Asks its graph."""
+    simulation: Simulation
+    """Tries on the twin."""
+    trace: Trace
+    """Takes the calls of models."""
+    archive: Archive
+    """Keeps what models were asked and answered."""
+    protocol: AskingProtocol
+    """When proposers are asked, and for how much."""
+    language: Language | None
+    """The language model of the run; None for none."""
+
+    def searching(self) -> Proposer:
+        """The deterministic proposer that is always there."""
+        d = self.case.description
+        action = SearchAction(self.twin, d.limits, d.tags_by_name, self.case.production, d.scales)
+        return Proposer("search", SearchPlanning(d, self.grounding), action, MarginReprompting(d.scales), improves=True)
+
+    def speaking(self) -> Proposer:
+        """The language model's proposer; AssertionError in a run without one."""
+        assert self.language is not None, "the run has no language model"
+        return self.language.proposer(
+            self.case, self.grounding, self.simulation, self.trace, self.archive, self.protocol
+        )
+
+
+Propose = Callable[[Workbench], tuple[Proposer, ...]]
+"""Makes the proposers of a run, in the order in which they are asked."""
+
+
+def in_operation(bench: Workbench) -> tuple[Proposer, ...]:
+    """As a plant is operated: the language model first where there is one, and the search after it."""
+    return (bench.searching(),) if bench.language is None else (bench.speaking(), bench.searching())
+
+
+def new_sequencer(case: Case) -> Sequencer:
+    """The sequencer of ``case`` before its first sample, with the nominal route: its recipe by design."""
+    return Sequencer(case.description.machine, case.description.limits, nominal(case))
+
+
+def nominal(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> tuple[Step, ...]:
+    """What follows from the initial state by itself; nothing where every step is asked for."""
+    d = case.description
+    return nominal_route(d.machine, _by_design(d)) if protocol is AskingProtocol.ROUTE else ()
+
+
+def check_protocol(case: Case, protocol: AskingProtocol) -> None:
+    """CaseError where every step is to be asked for, but nothing leads from the initial state to where one may end."""
+    machine = case.description.machine
+    start = machine.initial.name
+    if protocol is AskingProtocol.PER_STEP and not machine.paths(start, {}, EVENT, blocked=()):
+        raise CaseError(
+            f"{case.name} cannot be asked for step by step: from {start!r} no path leads to where a recovery may end; "
+            "leave --protocol per-step to batches"
+        )
+
+
+def fallbacks(case: Case) -> tuple[FallbackStrategy, ...]:
+    """The fallback strategies of ``case``, each with the steps that follow from its state by themselves."""
+    d = case.description
+    commands = _by_design(d)
+    return tuple(
+        replace(s, actions=replace(s.actions, then=what_follows(d.machine, s.actions.target, commands)))
+        for s in d.fallback_strategies
+    )
+
+
+def _by_design(plant: PlantDescription) -> dict[str, tuple[Command, ...]]:
+    """State -> what it is commanded by design."""
+    return {state.name: design_commands(state, plant.tags_by_name) for state in plant.machine.states}
+
+
+ISSUER = "release-check"
+"""Name in which the release check seals requests."""
+BUSY_S = 600.0
+"""Longest that recovery may hold a plant that stands while it thinks, wall-clock [s]."""
+END_S = 5.0
+"""Longest wait for recovery to end when a run is over, wall-clock [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arrangement:
+    """How a run is arranged; by default as a plant is operated."""
+
+    mode: Mode = Mode.CLOSED_LOOP
+    """Mode in which the guard begins; in one in which nobody writes, the plant runs its own recipe."""
+    guard: GuardSettings = field(default_factory=GuardSettings)
+    """How patient the guard is, and how many people must agree to a reset."""
+    memory: Memory | None = None
+    """What a journal says of the guard before; None for a run that begins."""
+    budget: Budget = field(default_factory=Budget)
+    """What one recovery may take."""
+    archive: Archive = field(default_factory=NoArchive)
+    """Keeps what graph and models were asked and answered."""
+    language: Language | None = None
+    """Proposes first where it is given."""
+    protocol: AskingProtocol = AskingProtocol.ROUTE
+    """When proposers are asked."""
+    given: Callable[[MonitoringRole], MonitoringRole] | None = None
+    """Puts another monitoring in front of the case's, for studies that take the diagnosis from elsewhere."""
+    propose: Propose = in_operation
+    """Makes the proposers, for studies that compare them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Assembly:
+    """A guard with recovery beside it."""
+
+    guard: Guard
+    """Decides."""
+    exchange: Exchange
+    """Where the two meet."""
+    worker: Worker
+    """Runs recovery."""
+
+    def run(self, source: Source, hook: Hook = lambda seen: None, scale: float | None = None) -> None:
+        """Go on until ``source`` ends, in virtual time, or at ``scale`` process seconds per wall-clock second.
+
+        ``hook`` is shown every observation. Raises ProcessError where a simulated plant leaves the physical world.
+        """
+        loop = Loop(self.guard, source, self.exchange, hook)
+        reason = "the run was interrupted"
+        self.worker.start()
+        try:
+            loop.run_virtual() if scale is None else loop.run_paced(scale)
+            reason = "the run is over"
+        finally:
+            self.worker.join(END_S)
+            self.guard.stop(reason)
+
+
+def guard_rules(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> GuardRules:
+    """What the guard knows of ``case``: all of it from tables and settings."""
+    d = case.description
+    return GuardRules(
+        plant=case.name, tags=d.tags_by_name, machine=d.machine, limits=d.limits, trips=d.trips,
+        qualities=d.qualities, writables=d.writables, fallbacks=fallbacks(case), nominal=nominal(case, protocol),
+        start_up=d.start_up, recipe=case.recipe, configuration=case.configuration,
+    )  # fmt: skip
+
+
+def wire(
+    case: Case, lease: Lease | None, clock: Clock, trace: Trace, seed: int, arrangement: Arrangement = Arrangement()
+) -> Assembly:
+    """A guard for the plant behind ``lease``, and recovery beside it; ``seed`` seeds the twin's draws, as the run's."""
+    mode, key = arrangement.mode, new_key()
+    patience = replace(arrangement.guard, lease_within_s=case.lease_within_s)
+    rules = guard_rules(case, arrangement.protocol)
+    guard = Guard(rules, Attachment(trace, lease, mode, {ISSUER: key}, arrangement.memory), patience)
+
+    def lost(cause: str) -> None:
+        guard.mailbox.put(Trouble("recovery:lost", cause))
+
+    def failed(cause: str) -> None:
+        guard.mailbox.put(Trouble("recovery:failed", cause))
+
+    busy_s = BUSY_S if clock.measured else clock.wall_s(0.0)
+    exchange = Exchange(clock, guard.mailbox.put, lost, ExchangeSettings(busy_s=busy_s))
+    sealer = Sealer(ISSUER, key, lambda: patience.person_s if guard.mode is Mode.APPROVE else patience.check_age_s)
+    supervisor = _supervisor(case, exchange, trace, seed, arrangement, rules, sealer)
+    return Assembly(guard, exchange, Worker(exchange, supervisor.supervise, failed))
+
+
+def _supervisor(
+    case: Case, exchange: Exchange, trace: Trace, seed: int, arrangement: Arrangement, rules: GuardRules,
+    sealer: Sealer,
+) -> Supervisor:  # fmt: skip
+    d, tags, archive = case.description, case.description.tags_by_name, arrangement.archive
+    twin = Twin(case.model, d, case.twin, seed)
+    grounding = Grounding(case.graph, case.namespace, archive)
+    simulation = TwinSimulation(twin, tags, d.limits)
+    bench = Workbench(case, twin, grounding, simulation, trace, archive, arrangement.protocol, arrangement.language)
+    monitoring: MonitoringRole = Monitoring(twin, grounding, d, case.baselines, case.started, case.monitoring)
+    crew = Crew(
+        monitoring=arrangement.given(monitoring) if arrangement.given else monitoring,
+        proposers=arrangement.propose(bench),
+        simulation=simulation,
+        validation=LimitValidation(d.limits, tags),
+        grounding=grounding,
+    )
+    known = PlantRules(d.machine, d.limits, case.production, rules.fallbacks, d.scales)
+    check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration)
+    bounds = Bounds(arrangement.budget, case.patience, arrangement.protocol is AskingProtocol.PER_STEP)
+    return Supervisor(exchange, crew, known, check, bounds, trace)

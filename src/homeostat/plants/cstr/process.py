@@ -1,0 +1,158 @@
+"""The reactor as a :class:`~homeostat.process.model.ProcessModel`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from homeostat.plants.cstr.kernel import NORMAL, advance, measure
+from homeostat.plants.cstr.layout import FaultSlot, Input, P, Parameter, S, State, U
+from homeostat.process.batch import Kernel
+from homeostat.process.equipment import pid_integral
+from homeostat.process.types import Cube, Row, Table
+
+_TRUE = {
+    "T1": S.T, "L1": S.V, "F1": S.F1_true, "F2": S.F2_true, "F3": S.F3_true, "T2": S.T2_true, "T3": S.T3_true,
+    "V1_zt": S.V1_pos, "P1_zt": S.P1_pos, "V2_zt": S.V2_pos,
+    "V1_cmd": S.V1_cmd, "P1_cmd": S.P1_cmd, "V2_cmd": S.V2_cmd,
+    "leak": S.leak, "overflow": S.overflow, "UA": S.UA, "product": S.product, "phase": S.phase,
+    "CA": S.CA, "CB": S.CB, "CC": S.CC, "CD": S.CD,
+    "V1_rate": S.V1_rate, "P1_rate": S.P1_rate, "V2_rate": S.V2_rate,
+}  # fmt: skip
+_READ = {
+    "T1": S.T1, "L1": S.L1, "F1": S.F1, "F2": S.F2, "F3": S.F3, "T2": S.T2, "T3": S.T3,
+    "V1_zt": S.V1_zt, "P1_zt": S.P1_zt, "V2_zt": S.V2_zt,
+    "V1_cmd": S.V1_cmd, "P1_cmd": S.P1_cmd, "V2_cmd": S.V2_cmd,
+    "V1_travel": S.V1_travel, "P1_travel": S.P1_travel, "V2_travel": S.V2_travel,
+    "V1_rate": S.V1_rate, "P1_rate": S.P1_rate, "V2_rate": S.V2_rate,
+}  # fmt: skip
+_DERIVED = ("T1_err", "L1_err", "V1_rate", "P1_rate", "V2_rate")
+_TRAVEL = {"V1": S.V1_travel, "P1": S.P1_travel, "V2": S.V2_travel}
+
+
+class CstrModel:
+    """Continuous stirred-tank reactor with jacket, three loops and nine faults; equations in ``kernel``."""
+
+    states: tuple[str, ...] = State._fields
+    parameters: tuple[str, ...] = Parameter._fields
+    inputs: tuple[str, ...] = Input._fields
+    faults: tuple[str, ...] = FaultSlot._fields
+    variables: tuple[str, ...] = (*_READ, *Input._fields, *_DERIVED)
+    shown: Mapping[str, int] = _READ
+    kernel: Kernel = staticmethod(advance)
+
+    def initial_state(self, parameters: Row) -> Row:
+        """Empty vessel at feed temperature, feed isolation valve open."""
+        x = np.zeros(len(S))
+        x[S.T] = x[S.T1] = x[S.T1_ideal] = x[S.T2] = x[S.T2_true] = parameters[P.T_feed]
+        x[S.T3] = x[S.T3_true] = parameters[P.T_coolant]
+        x[S.UA] = parameters[P.UA]
+        x[S.XV1_pos] = 1.0
+        return x
+
+    def readings(self, state: Row, inputs: Row) -> Mapping[str, float]:
+        """Variable -> what the instruments say."""
+        values = state.tolist()
+        read = {name: values[i] for name, i in _READ.items()}
+        read.update(zip(self.inputs, inputs.tolist(), strict=True))
+        read["T1_err"] = read["T1"] - read["T1_sp"]
+        read["L1_err"] = read["L1"] - read["L1_sp"]
+        return read
+
+    def truth(self, record: Cube, inputs: Cube) -> Mapping[str, NDArray[np.float64]]:
+        """Variable -> true values; deviations as the loops see them, travel from the first sample on."""
+        values = {name: record[:, :, i] for name, i in _TRUE.items()}
+        for k, name in enumerate(self.inputs):
+            values[name] = np.broadcast_to(inputs[:, :, k], values["T1"].shape)
+        values["T1_err"] = record[:, :, S.T1_ideal] - values["T1_sp"]
+        values["L1_err"] = record[:, :, S.L1_ideal] - values["L1_sp"]
+        for name, i in _TRAVEL.items():
+            values[f"{name}_travel"] = record[:, :, i] - record[:, :1, i]
+        return values
+
+    def estimate(self, readings: Mapping[str, float]) -> Row:
+        """A state in NORMAL phase that agrees with smoothed readings; concentrations at their design values."""
+        x = np.zeros(len(S))
+        for name, i in _READ.items():
+            x[i] = readings[name]
+        for name, i in _TRUE.items():
+            if name in readings:
+                x[i] = readings[name]
+        x[S.V] = max(x[S.V], 0.0)
+        x[[S.V1_pos, S.P1_pos, S.V2_pos]] = np.clip(x[[S.V1_pos, S.P1_pos, S.V2_pos]], 0.0, 1.0)
+        x[S.XV1_pos] = readings["XV1_cmd"]
+        x[S.CA], x[S.CB], x[S.CC], x[S.CD] = 0.0187, 0.0009, 0.0804, 0.0491
+        x[S.phase] = NORMAL
+        return x
+
+    def correct(self, states: Table, residuals: Mapping[str, Row]) -> None:
+        """Shift temperature and volume by what their instruments say beyond the model."""
+        states[:, S.T] += residuals["T1"]
+        states[:, S.V] = np.maximum(states[:, S.V] + residuals["L1"], 0.0)
+
+    def resume_control(self, states: Table, readings: Mapping[str, Row], parameters: Table) -> None:
+        """Integral terms behind the present commands, I = output - Kp e (level: minus the feed-forward).
+
+        Where a command is at its limit it does not tell the integral; it is followed from where it last did.
+        """
+        p, r = parameters[0], readings
+        for name, i in _READ.items():
+            if not name.endswith("_travel"):
+                states[:, i] = r[name][-1]
+        feed = r["F1_sp"][:-1] - r["F1"][:-1]
+        states[:, S.flow_integral] = r["V1_cmd"][-1] - p[P.Kp_flow] * feed[-1] + p[P.Ki_flow] * feed[-1]
+        forward = np.clip(r["F1"][:-1] / p[P.feedforward_P1], 0.0, 1.0)
+        states[:, S.level_integral] = _follow_integral(
+            r["L1"][:-1] - r["L1_sp"][:-1], r["P1_cmd"][1:] - forward, _free(r["P1_cmd"][1:]), r["P1_man"][1:],
+            (p[P.Kp_level], p[P.Ki_level], p[P.trim_low]),
+        )  # fmt: skip
+        states[:, S.temperature_integral] = _follow_integral(
+            r["T1"][:-1] - r["T1_sp"][:-1], r["V2_cmd"][1:], _free(r["V2_cmd"][1:]), r["V2_man"][1:],
+            (p[P.Kp_temperature], p[P.Ki_temperature], 0.0),
+        )  # fmt: skip
+
+    def shown_and_true(
+        self, states: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
+    ) -> tuple[Mapping[str, Row], Mapping[str, Row]]:
+        """Noise-free readings of the instruments next to the truth."""
+        seen = states.copy()
+        for member in range(len(seen)):
+            measure(seen[member], parameters[member], severity[member], onset_s[member], at_s, 0, 0.0)
+        names = [name for name in _TRUE if name in _READ and _TRUE[name] != _READ[name]]
+        return {n: seen[:, _READ[n]] for n in names}, {n: states[:, _TRUE[n]] for n in names}
+
+    def replay_inputs(self, readings: Mapping[str, Row], inputs: Table) -> Table:
+        """Recorded commands as manual outputs, the measured feed temperature as the feed's."""
+        replay = inputs.copy()
+        replay[:, U.V1_man] = readings["V1_cmd"]
+        replay[:, U.P1_man] = readings["P1_cmd"]
+        replay[:, U.V2_man] = readings["V2_cmd"]
+        replay[:, U.T2_in] = readings["T2"]
+        return replay
+
+
+def _free(command: Row) -> NDArray[np.bool_]:
+    """Rows in which a command is inside its limits."""
+    return np.asarray((command > 0.0) & (command < 1.0))
+
+
+def _follow_integral(
+    error: Row, output: Row, known: NDArray[np.bool_], manual: Row, tuning: tuple[float, float, float]
+) -> float:
+    """The integral term after the last row; ``tuning`` is Kp, Ki and the lower limit of Kp e + I (the upper is 1).
+
+    It is followed from the last row in which the output told it: where the loop was free and on automatic.
+    """
+    gain, reset, low = tuning
+    automatic = np.isnan(manual)
+    told = np.flatnonzero(known & automatic)
+    first = int(told[-1]) if told.size else 0
+    integral = float(output[first] - gain * error[first])
+    if not told.size:
+        integral = min(max(integral, low), 1.0)
+    for e, free in zip(error[first:].tolist(), automatic[first:].tolist(), strict=True):
+        if free:
+            integral = float(pid_integral(e, integral, gain, reset, low, 1.0, 1.0))
+    return min(max(integral, low), 1.0)

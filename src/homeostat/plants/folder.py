@@ -1,0 +1,64 @@
+"""The files of a plant's folder, read once, and the folders of the installed plants."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from homeostat.knowledge.build.build import GRAPH, MAPPING
+from homeostat.knowledge.build.seal import with_one_line_end
+from homeostat.plants.error import CaseError
+from homeostat.stl.spelling import near_matches
+
+CASES: Final = Path(__file__).parent
+"""Where the installed plants are."""
+SETTINGS: Final = "case.toml"
+"""Name of the settings in a plant's folder."""
+BASELINES: Final = "baseline.csv"
+"""Name of the reference values in a plant's folder."""
+SIGNATURE: Final = "plant.sig"
+"""Name of the engineer's signature in a plant's folder; no part of what is signed."""
+_PATTERNS: Final = (SETTINGS, MAPPING, GRAPH, BASELINES, "engineering/*.csv", "*.py")
+
+
+@dataclass(frozen=True, slots=True)
+class PlantFiles:
+    """What a plant's folder held when it was read."""
+
+    folder: Path
+    """The folder."""
+    contents: Mapping[str, bytes]
+    """Name relative to the folder, with ``/`` -> content with LF at the end of every line."""
+
+    def content(self, name: str) -> bytes:
+        """Content of the file called ``name``; CaseError where there was none."""
+        if name not in self.contents:
+            raise CaseError(f"plant {str(self.folder)!r} has no file {name!r}")
+        return self.contents[name]
+
+
+def read_files(folder: Path) -> PlantFiles:
+    """What configures the plant in ``folder``: settings, tables, mapping, generated files, and its own code."""
+    paths = (path for pattern in _PATTERNS for path in folder.glob(pattern) if path.is_file())
+    contents = {path.relative_to(folder).as_posix(): with_one_line_end(path.read_bytes()) for path in paths}
+    return PlantFiles(folder, dict(sorted(contents.items())))
+
+
+def case_names() -> tuple[str, ...]:
+    """Names of every case that is installed."""
+    return tuple(sorted(path.parent.name for path in CASES.glob(f"*/{SETTINGS}")))
+
+
+def case_folder(name: str) -> Path:
+    """Folder of the case called ``name``, or the folder that ``name`` is a path of (it has a ``/``).
+
+    Raises CaseError naming near matches where there is no such case.
+    """
+    if ("/" in name or "\\" in name) and (Path(name) / SETTINGS).is_file():
+        return Path(name).resolve()
+    if name not in case_names():
+        known = case_names()
+        raise CaseError(f"unknown case {name!r}{near_matches(name, known)}; installed: {', '.join(known)}")
+    return CASES / name

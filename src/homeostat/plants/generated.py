@@ -1,0 +1,96 @@
+"""The generated files of a plant: what was altered by hand is refused, what is older than its sources is made again."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from homeostat.domain.plant.limits import LimitKind
+from homeostat.journal.files import write_whole
+from homeostat.knowledge.build.build import GRAPH, build, refuse_incomplete
+from homeostat.knowledge.build.provenance import stale_tables
+from homeostat.knowledge.build.seal import is_sealed, sha256
+from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.plants.baselines import digest_of, learned_from, read_baselines, refuse_altered
+from homeostat.plants.error import CaseError
+from homeostat.plants.folder import BASELINES, PlantFiles
+
+if TYPE_CHECKING:
+    from homeostat.plants.plant import Case
+
+
+def refuse_altered_graph(files: PlantFiles) -> None:
+    """GraphError where there is a graph that is not as the build wrote it."""
+    if GRAPH in files.contents and not is_sealed(files.contents[GRAPH]):
+        raise GraphError(
+            Code.ALTERED, f"{files.folder.name}/{GRAPH}", "does not match its own hash: it was changed after it was "
+            f"built; change the tables instead and run 'python -m homeostat.knowledge.build {files.folder}'",
+        )  # fmt: skip
+
+
+def with_fresh_graph(files: PlantFiles) -> PlantFiles:
+    """``files`` with a graph of the tables as they are now: the same object where it is that already.
+
+    Raises GraphError where the graph was altered, or cannot be made from the tables.
+    """
+    refuse_altered_graph(files)
+    graph = files.contents.get(GRAPH)
+    if graph is not None and not stale_tables(files.folder, graph):
+        return files
+    fresh = build(files.folder)
+    refuse_incomplete(fresh)
+    return _with(files, GRAPH, fresh)
+
+
+def with_baselines(case: Case) -> Case:
+    """``case`` with its reference values; they are learned again where they follow from something older.
+
+    Raises CaseError where they were never learned, GraphError where they were altered or cannot be.
+    """
+    if BASELINES not in case.files.contents:
+        raise CaseError(
+            f"plant {case.name!r} has no reference values yet; "
+            f"learn them: python -m homeostat.plants.learn_baselines {case.name}"
+        )
+    content = case.files.contents[BASELINES]
+    refuse_altered(content)
+    if learned_from(content) != baseline_sources(case):
+        from homeostat.plants.learn_baselines import learned  # learning loads plants, and rarely happens
+
+        content = learned(case)
+        files = _with(case.files, BASELINES, content)
+        case = replace(case, files=files, remade=(*case.remade, BASELINES))
+    return replace(case, baselines=read_baselines(content, case.description))
+
+
+def baseline_sources(case: Case) -> str:
+    """Digest of what the reference values of ``case`` follow from; nothing else makes them stale.
+
+    It is what the graph says about features, parameters, signals and the sequence with its permissives, how a run
+    starts and ends, and the code of the process model.
+    """
+    d = case.description
+    return digest_of({
+        "features": [[f.name, str(f.expression), str(f.accumulation), f.window_s, f.filter_s] for f in d.features],
+        "parameters": [[p.symbol, p.value, p.sd] for p in d.parameters],
+        "signals": [[s.tag.name, s.variable, s.tag.rate_limit] for s in d.signals],
+        "states": [[s.name, [[r.tag, r.low, r.high, r.design] for r in s.setpoints]] for s in d.machine.states],
+        "transitions": [
+            [t.name, t.source, t.target, t.event, str(t.guard), t.on_decision] for t in d.machine.transitions
+        ],
+        "permissives": [[p.name, str(p.formula)] for p in d.limits.of_kind(LimitKind.PERMISSIVE)],
+        "run": [str(case.started), case.start.tolist(), case.end_s, case.monitoring.settle_s],
+        "code": [[name, sha256(text)] for name, text in case.files.contents.items() if name.endswith(".py")],
+    })  # fmt: skip
+
+
+def _with(files: PlantFiles, name: str, content: bytes) -> PlantFiles:
+    """``files`` with another ``content`` of ``name``, on disk as well where the folder can be written; that is said."""
+    why = "its tables are newer" if name == GRAPH else "what it follows from has changed"
+    try:
+        write_whole(files.folder / name, content)
+    except OSError:
+        why += f"; it is not kept, because {str(files.folder)!r} cannot be written"
+    logging.getLogger(__name__).warning("made again %s: %s", f"{files.folder.name}/{name}", why)
+    return PlantFiles(files.folder, dict(sorted({**files.contents, name: content}.items())))

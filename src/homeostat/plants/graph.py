@@ -1,0 +1,40 @@
+"""The graph of a case: read, checked against the process model, and turned into typed values."""
+
+from __future__ import annotations
+
+from pyoxigraph import NamedNode, RdfFormat
+
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.knowledge.checks.consistency import ModelInterface, refuse_inconsistent
+from homeostat.knowledge.description.plant import read_plant
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.store.store import GraphStore
+from homeostat.process.model import ProcessModel
+
+
+def open_graph(content: bytes) -> EmbeddedStore:
+    """The A-Box in ``content`` (Turtle) in a store in memory."""
+    store = EmbeddedStore()
+    store.load(content, RdfFormat.TURTLE)
+    return store
+
+
+def read_description(store: GraphStore, system: str, model: ProcessModel, horizon_s: float) -> PlantDescription:
+    """The plant as its graph describes it.
+
+    Raises:
+        GraphError: the graph is incomplete, or it and ``model`` do not fit; ``horizon_s`` is a rollout's length [s].
+    """
+    plant = read_plant(store, NamedNode(system))
+    refuse_inconsistent(plant, interface(model, horizon_s))
+    return plant
+
+
+def interface(model: ProcessModel, horizon_s: float) -> ModelInterface:
+    """What ``model`` offers to a graph."""
+    return ModelInterface(
+        parameters=frozenset(model.parameters),
+        variables=frozenset(model.variables),
+        faults=frozenset(model.faults),
+        horizon_s=horizon_s,
+    )

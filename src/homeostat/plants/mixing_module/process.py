@@ -1,0 +1,122 @@
+"""The Mixing Module as a :class:`~homeostat.process.model.ProcessModel`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from homeostat.plants.mixing_module.instruments import measure_line, measure_tanks
+from homeostat.plants.mixing_module.kernel import advance
+from homeostat.plants.mixing_module.layout import TANKS, VALVES, FaultSlot, Input, P, Parameter, S, State
+from homeostat.process.batch import Kernel
+from homeostat.process.types import Cube, Row, Table
+
+_TANKS = ("B201", "B202", "B203", "B204")
+AREA = 14.31355
+"""Cross-section of every tank, for turning a level into a volume [L/m]."""
+KPA_PER_M = 998.0 * 9.80665 / 1000.0
+"""Hydrostatic pressure of a metre of liquid [kPa/m]."""
+_READ = {
+    **{f"L_{tank}": S.LT1 + i for i, tank in enumerate(_TANKS)},
+    **{f"P_{tank}": S.PT1 + i for i, tank in enumerate(_TANKS)},
+    **{f"LSL_{tank}": S.LSL1 + i for i, tank in enumerate(_TANKS)},
+    **{f"LSM_{tank}": S.LSM1 + i for i, tank in enumerate(_TANKS)},
+    **{f"LSH_{tank}": S.LSH1 + i for i, tank in enumerate(_TANKS)},
+    "P_main": S.PT5, "P_header": S.PT6, "flow": S.FT, "speed_P101": S.ST1, "speed_P102": S.ST2, "idle_P101": S.idle1,
+    "idle_P102": S.idle2,
+}  # fmt: skip
+"""Variable -> column of what the instruments show."""
+_TRUE = _READ | {
+    **{f"L_{tank}": S.L1 + i for i, tank in enumerate(_TANKS)},
+    **{f"P_{tank}": S.P1 + i for i, tank in enumerate(_TANKS)}, "P_main": S.P5, "P_header": S.P6,
+    "flow": S.q_transfer, "speed_P101": S.N1, "speed_P102": S.N2, "idle_P101": S.no_flow1, "idle_P102": S.no_flow2,
+    "delivered": S.delivered, "spilled": S.spilled, "overflowed": S.overflowed, "supplied": S.supplied,
+    "dry_s": S.dry_s, "dead_head_s": S.dead_head_s, "leak": S.q_leak, "drain": S.q_drain, "flow_P101": S.q_main,
+    "flow_P102": S.q_bypass,
+}  # fmt: skip
+"""Variable -> column of the truth."""
+_HIDDEN = ("delivered", "spilled", "overflowed")
+"""Variables that a tag may be bound to although no instrument shows them: NaN in every reading."""
+
+
+class MixingModel:
+    """Three feed tanks, a collecting tank, a main and a bypass pump; equations in ``kernel``."""
+
+    states: tuple[str, ...] = State._fields
+    parameters: tuple[str, ...] = Parameter._fields
+    inputs: tuple[str, ...] = tuple(f"cmd_{name}" for name in Input._fields)
+    faults: tuple[str, ...] = FaultSlot._fields
+    variables: tuple[str, ...] = (*_READ, *(f"cmd_{name}" for name in Input._fields), *_HIDDEN)
+    shown: Mapping[str, int] = _READ
+    kernel: Kernel = staticmethod(advance)
+
+    def initial_state(self, parameters: Row) -> Row:
+        """Every tank at 10 % of its height, everything closed and still."""
+        x = np.zeros(len(S))
+        for i in range(TANKS):
+            height = parameters[P.height_B204] if i == TANKS - 1 else parameters[P.height_feed]
+            x[S.V1 + i] = parameters[P.area] * 0.1 * height
+        none = np.zeros(len(self.faults)), np.full(len(self.faults), np.inf)
+        measure_tanks(x, parameters, *none, 0.0, 0, 0.0)
+        measure_line(x, parameters, *none, 0.0, 0, 0.0)
+        return x
+
+    def readings(self, state: Row, inputs: Row) -> Mapping[str, float]:
+        """Variable -> what the instruments say."""
+        values = state.tolist()
+        read = {name: values[i] for name, i in _READ.items()}
+        read.update(zip(self.inputs, inputs.tolist(), strict=True))
+        read.update(dict.fromkeys(_HIDDEN, float("nan")))
+        return read
+
+    def truth(self, record: Cube, inputs: Cube) -> Mapping[str, NDArray[np.float64]]:
+        """Variable -> true values."""
+        values = {name: record[:, :, i] for name, i in _TRUE.items()}
+        for k, name in enumerate(self.inputs):
+            values[name] = np.broadcast_to(inputs[:, :, k], record.shape[:2])
+        return values
+
+    def estimate(self, readings: Mapping[str, float]) -> Row:
+        """Levels by their hydrostatic pressures; valves and pumps where they are commanded to."""
+        x = np.zeros(len(S))
+        for name, i in _READ.items():
+            x[i] = readings[name]
+        for i, tank in enumerate(_TANKS):
+            x[S.L1 + i] = max(readings[f"P_{tank}"] / KPA_PER_M, 0.0)
+            x[S.V1 + i] = AREA * x[S.L1 + i]
+        for k in range(VALVES):
+            x[S.VI1_pos + k] = readings[self.inputs[k]]
+        x[S.N1], x[S.N2] = readings["speed_P101"], readings["speed_P102"]
+        return x
+
+    def correct(self, states: Table, residuals: Mapping[str, Row]) -> None:
+        """Shift levels by what the hydrostatic pressures say beyond the model: level transmitters may lie."""
+        for i, tank in enumerate(_TANKS):
+            shift = residuals[f"P_{tank}"] / KPA_PER_M
+            states[:, S.V1 + i] = np.maximum(states[:, S.V1 + i] + AREA * shift, 0.0)
+            states[:, S.L1 + i] = states[:, S.V1 + i] / AREA
+
+    def resume_control(self, states: Table, readings: Mapping[str, Row], parameters: Table) -> None:
+        """Set what the instruments show and count totals from now on; there are no controllers with a memory."""
+        for name, i in _READ.items():
+            states[:, i] = readings[name][-1]
+        states[:, S.no_flow1], states[:, S.no_flow2] = states[:, S.idle1], states[:, S.idle2]
+        states[:, S.supplied :] = 0.0
+
+    def shown_and_true(
+        self, states: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
+    ) -> tuple[Mapping[str, Row], Mapping[str, Row]]:
+        """Noise-free readings of levels and flow next to the truth."""
+        seen = states.copy()
+        for member in range(len(seen)):
+            row = seen[member], parameters[member], severity[member], onset_s[member]
+            measure_tanks(*row, at_s, 0, 0.0)
+            measure_line(*row, at_s, 0, 0.0)
+        names = ("L_B201", "L_B202", "L_B203", "L_B204", "flow")
+        return {n: seen[:, _READ[n]] for n in names}, {n: states[:, _TRUE[n]] for n in names}
+
+    def replay_inputs(self, readings: Mapping[str, Row], inputs: Table) -> Table:
+        """Recorded commands are all that drives the module."""
+        return inputs.copy()

@@ -1,0 +1,168 @@
+"""A case: one plant's graph, process model, reference values and settings, ready to be wired."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from homeostat.agents.bounds import Patience
+from homeostat.agents.monitoring.monitoring import MonitoringSettings
+from homeostat.domain.mode import Side
+from homeostat.domain.plant.baseline import Baseline
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.production import Production
+from homeostat.domain.plant.state_machine import StateMachine
+from homeostat.domain.recovery import open_setpoints
+from homeostat.guard.settings import LEASE_WITHIN_S
+from homeostat.knowledge.build.build import GRAPH
+from homeostat.knowledge.store.store import GraphStore
+from homeostat.plants.configuration import configuration_digest
+from homeostat.plants.error import CaseError
+from homeostat.plants.folder import PlantFiles, case_folder, read_files
+from homeostat.plants.generated import with_baselines, with_fresh_graph
+from homeostat.plants.graph import open_graph, read_description
+from homeostat.plants.model import find_model
+from homeostat.plants.settings.check import refuse_misfit
+from homeostat.plants.settings.figure_panel import Panel, read_panel
+from homeostat.plants.settings.file import read_settings
+from homeostat.plants.settings.settings import Settings
+from homeostat.process.model import ProcessModel
+from homeostat.process.seeds import Stream, generator
+from homeostat.process.types import Row
+from homeostat.stl.formula import Formula
+from homeostat.twin.twin import TwinSettings
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One plant, ready to be wired into a supervisor."""
+
+    name: str
+    """Name of the folder."""
+    title: str
+    """In the engineer's words."""
+    files: PlantFiles
+    """What its folder holds."""
+    graph: GraphStore
+    """The knowledge graph."""
+    namespace: str
+    """Where the plant's things live in it."""
+    description: PlantDescription
+    """What the graph says."""
+    model: ProcessModel
+    """The equations."""
+    baselines: dict[str, Baseline]
+    """Feature -> reference values."""
+    twin: TwinSettings
+    """How the twin is judged and used."""
+    monitoring: MonitoringSettings
+    """How patient monitoring is."""
+    patience: Patience
+    """How eagerly it is improved."""
+    production: Production
+    """What production is to the search."""
+    delivered: tuple[str, ...]
+    """True quantities whose sum is what was produced so far."""
+    totals: Mapping[str, str]
+    """What is added up over a run -> the true quantity."""
+    started: Formula
+    """Holds once the plant has left start-up."""
+    start: Row
+    """Inputs at the start of a run, shape (inputs,)."""
+    end_s: float
+    """Length of a run [s]."""
+    onset_s: float
+    """Default onset of a fault [s]."""
+    panels: tuple[Panel, ...]
+    """Panels of a run's figure."""
+    lease_within_s: float = LEASE_WITHIN_S
+    """Longest that the plant's link may need to give a lease [s]."""
+    recipe: Side = Side.GUARD
+    """Who runs the nominal sequence in modes that write; in the others the plant does."""
+    remade: tuple[str, ...] = ()
+    """Generated files that were older than their sources, and were made again when the case was loaded."""
+
+    @property
+    def configuration(self) -> str:
+        """Digest of everything that configures the plant."""
+        return configuration_digest(self.files)
+
+    def true_parameters(self, seed: int) -> Row:
+        """Parameters of the plant that ``seed`` stands for, drawn from the stated uncertainty."""
+        by_symbol = {p.symbol: p for p in self.description.parameters}
+        draws = generator(seed, Stream.TRUTH_PARAMETERS).standard_normal(len(self.model.parameters))
+        values = [by_symbol[s].value + by_symbol[s].sd * z for s, z in zip(self.model.parameters, draws, strict=True)]
+        return np.array(values)
+
+
+def load_case(name: str, learned: bool = True) -> Case:
+    """Read the case called ``name``: its graph, its model and, unless not ``learned`` yet, its reference values.
+
+    ``name`` may be a path of a plant's folder; it has a ``/`` then. A generated file that is older than its sources is
+    made again: `Case.remade` names it.
+
+    Raises:
+        CaseError: the case is unknown, or its settings are wrong or do not fit the plant.
+        GraphError: a generated file was altered, or graph, tables, model and reference values disagree.
+    """
+    files = read_files(case_folder(name))
+    settings = read_settings(files)
+    model = find_model(files.folder.name, settings.model)
+    fresh = with_fresh_graph(files)
+    graph = open_graph(fresh.contents[GRAPH])
+    description = read_description(graph, settings.system, model, settings.twin.settings.horizon_s)
+    refuse_misfit(files.folder.name, settings, description, model)
+    _check_choices(description.machine)
+    case = _case(settings, fresh, graph, description, model)
+    if fresh is not files:
+        case = replace(case, remade=(GRAPH,))
+    return with_baselines(case) if learned else case
+
+
+def _case(
+    settings: Settings, files: PlantFiles, graph: GraphStore, description: PlantDescription, model: ProcessModel
+) -> Case:
+    """The case without its reference values."""
+    return Case(
+        name=files.folder.name,
+        title=settings.title,
+        files=files,
+        graph=graph,
+        namespace=settings.namespace,
+        description=description,
+        model=model,
+        baselines={},
+        twin=settings.twin.settings,
+        patience=settings.patience.settings,
+        monitoring=settings.monitoring.settings,
+        production=settings.objective.production,
+        delivered=tuple(settings.objective.delivered),
+        totals=dict(settings.objective.totals),
+        started=next(t.guard for t in description.machine.transitions if t.name == settings.run.started_by),
+        start=_start(settings.start, description, model),
+        lease_within_s=settings.link.lease_within_s,
+        recipe=Side(settings.recipe),
+        end_s=settings.run.end_s,
+        onset_s=settings.run.onset_s,
+        panels=tuple(read_panel(table.model_dump(exclude_none=True), description) for table in settings.figure),
+    )
+
+
+def _check_choices(machine: StateMachine) -> None:
+    """CaseError where what is chosen once for a whole route has no value that all its states admit."""
+    for state in machine.states:
+        for way in machine.paths(state.name, {}, "", blocked=(), longest=0):
+            try:
+                open_setpoints((state, *(machine.state(t.target) for t in way)))
+            except ValueError as error:
+                raise CaseError(f"{error}; give the states ranges that overlap") from None
+
+
+def _start(values: Mapping[str, float], description: PlantDescription, model: ProcessModel) -> Row:
+    """Inputs at the start; those that are not given are on automatic."""
+    row = np.full(len(model.inputs), np.nan)
+    for tag, value in values.items():
+        row[model.inputs.index(description.variables[tag])] = value
+    return row

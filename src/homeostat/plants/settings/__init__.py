@@ -1,0 +1,1 @@
+"""What an engineer sets for a plant, with bounds and units."""

@@ -1,0 +1,117 @@
+"""Do the settings fit the plant? Every tag, variable, state and transition that they name must be there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.tag import Range, Role
+from homeostat.plants.error import CaseError
+from homeostat.plants.folder import SETTINGS
+from homeostat.plants.settings.settings import Settings
+from homeostat.process.model import ProcessModel
+from homeostat.stl.spelling import near_matches
+
+
+def refuse_misfit(name: str, settings: Settings, plant: PlantDescription, model: ProcessModel) -> None:
+    """CaseError where the settings of the case called ``name`` name what the plant or its model does not have.
+
+    So it is, too, where a value is outside what the plant says about its tag.
+    """
+    check = _Check(f"{name}/{SETTINGS}", plant, model)
+    transitions = [t.name for t in plant.machine.transitions]
+    check.known("run, started_by", "transition", [settings.run.started_by], transitions)
+    check.start(settings.start)
+    check.objective(settings)
+    check.twin(settings)
+    check.times(settings)
+
+
+@dataclass(frozen=True, slots=True)
+class _Check:
+    """Checks of one file against one plant."""
+
+    where: str
+    """The file, for messages."""
+    plant: PlantDescription
+    """What the graph says."""
+    model: ProcessModel
+    """What is simulated."""
+
+    def known(self, place: str, what: str, names: Iterable[str], known: Iterable[str]) -> None:
+        """CaseError for the first of ``names`` that is not ``known``, or stands there twice."""
+        have, seen = sorted(set(known)), set[str]()
+        for name in names:
+            if name not in have:
+                hint = near_matches(name, have)
+                raise CaseError(f"{self.where}: {place}: the plant has no {what} {name!r}{hint}")
+            if name in seen:
+                raise CaseError(f"{self.where}: {place}: {what} {name!r} is named twice")
+            seen.add(name)
+
+    def start(self, start: Mapping[str, float]) -> None:
+        """What is commanded at the start can be commanded, within its range."""
+        tags = {t.name: t for t in self.plant.tags if t.role in (Role.SP, Role.MV)}
+        inputs = {name for name in tags if self.plant.variables[name] in self.model.inputs}
+        self.known("start", "tag that can be commanded", start, inputs)
+        for name, value in start.items():
+            self.inside(f"start, {name}", value, tags[name].range, tags[name].unit)
+
+    def inside(self, place: str, value: float, allowed: Range, unit: str) -> None:
+        """CaseError where ``value`` is outside ``allowed``."""
+        if not allowed.contains(value):
+            raise CaseError(
+                f"{self.where}: {place}: {value:.6g} {unit} is outside {allowed.low:.6g} to "
+                f"{allowed.high:.6g} {unit}, what its tag can be"
+            )
+
+    def objective(self, settings: Settings) -> None:
+        """What production is counted in is there."""
+        objective, tags = settings.objective, self.plant.tags_by_name
+        self.known("objective, throughput", "tag", [objective.throughput], tags)
+        tag = tags[objective.throughput]
+        some = Range(tag.range.span * 1e-3, tag.range.high)
+        self.inside("objective, design_rate", objective.design_rate, some, tag.unit)
+        rows = np.zeros((1, 1, len(self.model.states))), np.zeros((1, 1, len(self.model.inputs)))
+        quantities = {*tags, *self.model.truth(*rows)}
+        self.known("objective, delivered", "quantity", objective.delivered, quantities)
+        for name, quantity in objective.totals.items():
+            self.known(f"objective, totals, {name}", "quantity", [quantity], quantities)
+
+    def twin(self, settings: Settings) -> None:
+        """What the twin is judged by is measured, and no error is larger than the instrument's range."""
+        twin = settings.twin
+        measured = {s.variable: s.tag for s in self.plant.signals if s.variable in self.model.variables}
+        self.known("twin, errors", "variable", twin.errors, measured)
+        self.known("twin, corrected", "variable with an entry in errors", twin.corrected, twin.errors)
+        self.known("twin, initial", "state variable", twin.initial, self.model.states)
+        widest = max(t.range.span for t in self.plant.tags if t.role is Role.PV)
+        for name, deviation in twin.initial.items():
+            if not 0.0 < deviation <= widest:
+                message = (
+                    f"{deviation:.6g} must be more than 0 and at most {widest:.6g}, the widest range of a measured tag"
+                )
+                raise CaseError(f"{self.where}: twin, initial, {name}: {message}")
+        for name, (noise, error) in twin.errors.items():
+            tag, most = measured[name], measured[name].range.span / 4.0
+            if not (most * 1e-6 <= noise <= most and error <= most):
+                allowed = f"{most * 1e-6:.6g} to {most:.6g} {tag.unit}, a quarter of the tag's range"
+                message = (
+                    f"noise {noise:.6g} {tag.unit} must be from {allowed}, and model error {error:.6g} at most that"
+                )
+                raise CaseError(f"{self.where}: twin, errors, {name}: {message}")
+
+    def times(self, settings: Settings) -> None:
+        """What is waited for comes before the run ends; a stretch that is averaged may be meant never to be full."""
+        end_s = settings.run.end_s
+        for table, filled in (("monitoring", settings.monitoring), ("patience", settings.patience)):
+            for name, value in filled.given().items():
+                if name.endswith("_s") and name != "centre_s" and value >= end_s:
+                    message = f"{value:.6g} s must be less than the run's end_s = {end_s:.6g} s: it would never be over"
+                    raise CaseError(f"{self.where}: {table}, {name}: {message}")
+        if (settle_s := settings.monitoring.settings.settle_s) >= end_s:
+            message = f"{settle_s:.6g} s (the default) must be less than the run's end_s = {end_s:.6g} s"
+            raise CaseError(f"{self.where}: monitoring, settle_s: {message}")

@@ -1,0 +1,222 @@
+"""What ``case.toml`` may say: every key with its type and bounds. What a key means stands at the type that it fills."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final, Literal, TypeAlias
+
+from annotated_types import Len
+from pydantic import BaseModel, ConfigDict, StringConstraints, model_validator
+
+from homeostat.agents.bounds import Patience
+from homeostat.agents.monitoring.monitoring import MonitoringSettings
+from homeostat.domain.plant.production import Production
+from homeostat.guard.settings import LEASE_WITHIN_S, LONGEST_LEASE_S
+from homeostat.plants.settings.bounds import (
+    WEEK_S,
+    Deviation,
+    Draws,
+    Finite,
+    Fraction,
+    Horizon,
+    Pause,
+    Rows,
+    SomeTime,
+    Stretch,
+    Stride,
+    within,
+)
+from homeostat.twin.twin import TwinSettings
+
+MOST_STEPS: Final = 1_000_000
+"""Simulated seconds of one hypothesis in one rollout, over all parameter draws [s]."""
+Name: TypeAlias = Annotated[str, StringConstraints(min_length=1, max_length=120, pattern=r"^\S+$")]
+"""Name of a tag, variable, state, limit or transition; whether the plant has it is checked against the plant."""
+Text: TypeAlias = Annotated[str, StringConstraints(min_length=1, max_length=200, strip_whitespace=True)]
+"""A title for people."""
+
+
+class Table(BaseModel):
+    """A table of the file: no unknown key, no conversion, nothing that changes later."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    def given(self) -> dict[str, Any]:
+        """What the file states; the rest keeps the defaults of the type that is filled."""
+        return {name: getattr(self, name) for name in self.model_fields_set}
+
+
+class RunTable(Table):
+    """``[run]``: how long a run is."""
+
+    end_s: Annotated[float, within(10.0, WEEK_S, "s", "a run lasts some samples and at most a week")]
+    """Length of a run [s]."""
+    onset_s: Annotated[float, within(0.0, WEEK_S, "s", "a fault begins in the run")]
+    """Default onset of a fault [s]."""
+    started_by: Name
+    """Transition whose guard holds once the plant has left start-up."""
+
+    @model_validator(mode="after")
+    def _onset_before_end(self) -> RunTable:
+        if self.onset_s >= self.end_s:
+            raise ValueError(f"onset_s = {self.onset_s:g} s must be before end_s = {self.end_s:g} s")
+        return self
+
+
+class ObjectiveTable(Table):
+    """``[objective]``: what production is."""
+
+    throughput: Name
+    """Tag whose mean is the production rate."""
+    design_rate: Annotated[float, within(1e-9, 1e9, "(tag's unit)", "a plant is designed to produce something")]
+    """Its value by design, in the tag's unit."""
+    delivered: Annotated[list[Name], Len(1, 40)]
+    """True quantities whose sum is what was produced so far."""
+    totals: dict[Name, Name] = {}
+    """What is added up over a run -> the true quantity."""
+
+    @property
+    def production(self) -> Production:
+        """As the search knows it."""
+        return Production(self.throughput, self.design_rate)
+
+
+class TwinTable(Table):
+    """``[twin]``: how the twin is judged and used; what the keys mean stands at `TwinSettings`."""
+
+    errors: Annotated[dict[Name, Annotated[list[Deviation], Len(2, 2)]], Len(1)]
+    corrected: Annotated[list[Name], Len(1)]
+    initial: Annotated[dict[Name, Deviation], Len(1)]
+    gain_error: Fraction
+    replay_s: Stretch | None = None
+    recent_s: Stretch | None = None
+    synchronise_s: Stretch | None = None
+    settle_rows: Rows | None = None
+    horizon_s: Horizon | None = None
+    judged_draws: Draws | None = None
+    draws: Draws | None = None
+    search_draws: Draws | None = None
+    stride: Stride | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> TwinTable:
+        twin = self.settings
+        if twin.stride > twin.horizon_s:
+            raise ValueError(f"stride = {twin.stride} s must be at most horizon_s = {twin.horizon_s} s")
+        for name in ("judged_draws", "draws", "search_draws"):
+            if (steps := getattr(twin, name) * twin.horizon_s) > MOST_STEPS:
+                raise ValueError(
+                    f"{name} x horizon_s = {steps} s is more than {MOST_STEPS} s: no rollout would end while it matters"
+                )
+        if twin.settle_rows > twin.replay_s:
+            raise ValueError(
+                f"settle_rows = {twin.settle_rows} must be at most replay_s = {twin.replay_s}, in readings"
+            )
+        return self
+
+    @property
+    def settings(self) -> TwinSettings:
+        """As the twin takes them."""
+        errors = {name: (noise, model) for name, (noise, model) in self.errors.items()}
+        return TwinSettings(**{**self.given(), "errors": errors, "corrected": tuple(self.corrected)})
+
+
+class MonitoringTable(Table):
+    """``[monitoring]``: what the keys mean stands at `MonitoringSettings`."""
+
+    settle_s: SomeTime | None = None
+    centre_s: Annotated[float, within(1.0, 1e6, "s", "a mean needs a sample, and 1e6 s is never")] | None = None
+    sure: Annotated[float, within(0.5, 1.0, "(probability)", "what is less probable than not is not sure")] | None = (
+        None
+    )
+    evidence_s: SomeTime | None = None
+    again_s: Pause | None = None
+    transient_s: SomeTime | None = None
+    review_s: Pause | None = None
+    repeat_s: Pause | None = None
+
+    @property
+    def settings(self) -> MonitoringSettings:
+        """As monitoring takes them."""
+        return MonitoringSettings(**self.given())
+
+
+class PatienceTable(Table):
+    """``[patience]``: what the keys mean stands at `Patience`."""
+
+    calm_s: SomeTime | None = None
+    improvements: Annotated[int, within(0, 100, "proposals", "each one is searched and judged")] | None = None
+    slack_s: Pause | None = None
+    repeat_s: Pause | None = None
+
+    @property
+    def settings(self) -> Patience:
+        """As the supervisor takes them."""
+        return Patience(**self.given())
+
+
+class LinkTable(Table):
+    """``[link]``: what the plant's control system needs; the guard waits beside its ticks."""
+
+    lease_within_s: Annotated[
+        float, within(1.0, LONGEST_LEASE_S, "s", "a tick passes meanwhile, and an attempt is made every 600 s at least")
+    ] = LEASE_WITHIN_S
+    """Longest that it needs to give a lease, wall-clock [s]."""
+
+
+class FigureTable(Table):
+    """``[[figure]]``: one panel; see `homeostat.plants.settings.figure_panel`."""
+
+    title: Text
+    """What it shows."""
+    kind: str = "lines"
+    """``lines`` or ``strips``."""
+    tags: Annotated[list[Name], Len(1, 40)]
+    """Tags that are drawn."""
+    limits: list[Name] = []
+    """Limits that are drawn as lines."""
+    guards: list[Name] = []
+    """Transitions whose guards are drawn as lines."""
+    window: Annotated[list[Finite], Len(2, 2)] | None = None
+    """Ends of the axis, in the tags' unit; strips have none."""
+
+    @model_validator(mode="after")
+    def _window_of_lines(self) -> FigureTable:
+        if self.window is None and self.kind == "lines":
+            raise ValueError("lines need a window = [low, high]")
+        if self.window is not None and not self.window[0] < self.window[1]:
+            raise ValueError(f"window = {self.window} must have its lower end first")
+        return self
+
+
+class Settings(Table):
+    """The whole file."""
+
+    title: Text
+    """The plant, in the engineer's words."""
+    model: Annotated[str, StringConstraints(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*$", max_length=200)]
+    """The process model, as ``module:class``."""
+    system: Annotated[str, StringConstraints(pattern=r'^[a-z][a-z0-9+.-]*:[^\s<>"{}|^`\\#]+#[\w.-]+$', max_length=200)]
+    """IRI of the plant in its graph."""
+    recipe: Literal["guard", "plant"] = "guard"
+    """Who runs the nominal sequence in modes that write; in the others the plant does."""
+    run: RunTable
+    """How long a run is."""
+    start: dict[Name, Finite]
+    """Commanded tag -> its value at the start of a run, in its unit; what is not given is on automatic."""
+    objective: ObjectiveTable
+    """What production is."""
+    twin: TwinTable
+    """How the twin is judged and used."""
+    monitoring: MonitoringTable = MonitoringTable()
+    """How patient monitoring is."""
+    patience: PatienceTable = PatienceTable()
+    """How eagerly a plant is improved."""
+    link: LinkTable = LinkTable()
+    """What the plant's control system needs."""
+    figure: list[FigureTable] = []
+    """Panels of a run's figure."""
+
+    @property
+    def namespace(self) -> str:
+        """What the names of the plant's things begin with."""
+        return self.system.rpartition("#")[0] + "#"

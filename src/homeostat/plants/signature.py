@@ -1,0 +1,87 @@
+"""An engineer's signature under a plant's configuration: whose key vouches for exactly these tables and settings."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection
+from pathlib import Path
+from typing import Annotated, Final
+
+from pydantic import BaseModel, ConfigDict, StringConstraints, ValidationError
+
+from homeostat.domain.quotation import quoted
+from homeostat.journal.signing.keys import SigningKey, vouches
+from homeostat.plants.folder import SIGNATURE
+
+_PURPOSE: Final = b"homeostat plant configuration\n"
+"""What is signed begins with this, so that no other signature of the key can be passed off as one of a plant."""
+_MOST_BYTES: Final = 10_000
+"""A signature file is not longer [byte]."""
+
+Digest = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
+Words = Annotated[str, StringConstraints(min_length=1, max_length=200, strip_whitespace=True)]
+
+
+class Signature(BaseModel):
+    """Content of ``plant.sig``."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    plant: Words
+    """Name of the case."""
+    digest: Digest
+    """Digest of its configuration."""
+    person: Words
+    """Who signed."""
+    reason: Words
+    """Why, for example the number of the review."""
+    key: Digest
+    """Public Ed25519 key, in hexadecimal."""
+    signature: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{128}$")] = "0" * 128
+    """Signature over all the rest, in hexadecimal."""
+
+    @property
+    def message(self) -> bytes:
+        """What is signed."""
+        content = self.model_dump(exclude={"signature"})
+        return _PURPOSE + json.dumps(content, sort_keys=True, separators=(",", ":")).encode("ascii")
+
+    @property
+    def genuine(self) -> bool:
+        """Whether whoever holds the key signed this content."""
+        return vouches(self.key, self.message, self.signature)
+
+
+def sign(plant: str, digest: str, person: str, reason: str, key: SigningKey) -> Signature:
+    """A signature under ``digest``; ValueError where ``person`` or ``reason`` does not have 1 to 200 characters."""
+    plain = Signature(
+        plant=plant, digest=digest, person=quoted(person, 1000), reason=quoted(reason, 1000), key=key.public
+    )
+    return plain.model_copy(update={"signature": key.sign(plain.message)})
+
+
+def check_signature(
+    case_folder: Path, digest: str, trusted_keys: Collection[str], file: Path | None = None
+) -> str | None:
+    """Why nobody trusted vouches for the configuration ``digest``, in one line; None where somebody does.
+
+    The signature is ``plant.sig`` in ``case_folder``, or ``file``; ``trusted_keys`` are public keys in hexadecimal.
+    """
+    path = file or case_folder / SIGNATURE
+    try:
+        with path.open("rb") as stream:
+            found = Signature.model_validate_json(stream.read(_MOST_BYTES))
+    except FileNotFoundError:
+        return f"the configuration is not signed: there is no {str(path)!r}; sign it with 'homeostat plant sign'"
+    except OSError as error:
+        return f"the signature {str(path)!r} cannot be read: {error.strerror}"
+    except ValidationError as error:
+        return f"{str(path)!r} is no signature: {error.errors(include_url=False)[0]['msg']}"
+    who = f"{quoted(found.person)!r} (key {found.key[:16]}...)"
+    if not found.genuine:
+        return f"the signature {str(path)!r} was altered: it is not what {who} signed"
+    if found.digest != digest:
+        return f"{who} signed another configuration, {found.digest[:16]}...; this one is {digest[:16]}..."
+    if found.key not in trusted_keys:
+        return f"the signature is by {who}, a key that is not trusted here"
+    return None

@@ -1,0 +1,87 @@
+"""Releases: what was written for a request, by the guard's own word; recovery may be overtaken before it says so."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Self
+
+from homeostat.domain.events.guard import RequestAnswered
+from homeostat.domain.events.recovery import Attempted
+from homeostat.domain.events.writes import Cause, WriteIntended
+from homeostat.domain.recovery import Command
+from homeostat.domain.request import RequestStatus
+from homeostat.journal.events import Event
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """One request that was written to the plant, wholly, in part or in vain."""
+
+    at_s: float
+    """Process time at which the plant was read to hold it, or at which it was first sent where it never did [s]."""
+    proposer: str
+    """Who proposed it."""
+    digest: str
+    """Digest of the action set."""
+    commands: tuple[Command, ...]
+    """What was sent first; empty where only steps for later were released."""
+    target: str
+    """State that it leads to; empty where the journal does not tell it."""
+    approved: Attempted | None
+    """The proposal that was approved; None where the journal does not tell it."""
+
+    @property
+    def min_margin(self) -> float | None:
+        """Least margin of the approval, each criterion in its own unit."""
+        return None if self.approved is None else min((f.margin for f in self.approved.findings), default=None)
+
+
+class Releases:
+    """Follows a trace. A request counts once the guard intends to write it, whatever becomes of the write."""
+
+    def __init__(self) -> None:
+        """Nothing was released yet."""
+        self._proposers: dict[str, str] = {}
+        self._approved: dict[str, Attempted] = {}
+        self._made: dict[str, Release] = {}
+
+    @classmethod
+    def of(cls, events: Iterable[Event]) -> Self:
+        """What ``events`` say, times left out."""
+        releases = cls()
+        for event in events:
+            releases.take(event, 0.0)
+        return releases
+
+    @property
+    def made(self) -> tuple[Release, ...]:
+        """Every release, in the order in which they were begun."""
+        return tuple(self._made.values())
+
+    def take(self, event: Event, at_s: float) -> bool:
+        """Take one event; whether a release begins with it."""
+        match event:
+            case Attempted() if event.approved:
+                self._approved[event.digest] = event
+            case WriteIntended() if event.cause is Cause.REQUEST and event.source not in self._made:
+                self._begin(event.source, event.digest, event.commands, event.state, at_s)
+                return True
+            case RequestAnswered():
+                return self._answered(event, at_s)
+        return False
+
+    def _answered(self, event: RequestAnswered, at_s: float) -> bool:
+        self._proposers[event.request] = event.proposer or self._proposers.get(event.request, "")
+        if event.status != RequestStatus.CONFIRMED:
+            return False
+        begins = event.request not in self._made
+        if begins:
+            self._begin(event.request, event.digest, (), "", at_s)
+        self._made[event.request] = replace(self._made[event.request], at_s=at_s)
+        return begins
+
+    def _begin(self, name: str, digest: str, commands: tuple[Command, ...], state: str, at_s: float) -> None:
+        approved = self._approved.get(digest)
+        target = approved.path[-1] if approved is not None and approved.path else state
+        self._made[name] = Release(at_s, self._proposers.get(name, ""), digest, commands, target, approved)

@@ -1,0 +1,1 @@
+"""Where the guard's loop and recovery's thread meet."""

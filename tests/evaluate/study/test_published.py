@@ -1,0 +1,74 @@
+"""The published figures are whole and agree with themselves, and stand beside ours."""
+
+from __future__ import annotations
+
+import pytest
+
+from homeostat.evaluate.report.groups import ALL, Source
+from homeostat.evaluate.report.tables.paper import RUN, paper_latency, paper_tables
+from homeostat.evaluate.report.tables.published import published, published_lines, published_rows
+from tests.evaluate.study.fake_rows import campaign, plain
+
+
+@pytest.mark.parametrize(("case", "rows"), [("mixing_module", 7), ("cstr", 4)])
+def test_every_row_has_both_models_and_both_campaigns(case: str, rows: int) -> None:
+    names = (*published_rows(case), ALL)
+    assert len(names) == rows
+    for name in names:
+        lines = published_lines(case, name)
+        assert {(line.model, line.origin) for line in lines} == {
+            (model, origin) for model in ("GPT-4.1-mini", "GPT-4o-mini") for origin in (Source.PAPER, Source.RERUN)
+        }
+
+
+def test_the_last_row_counts_the_others() -> None:
+    for last in (line for line in published() if line.row == ALL):
+        parts = [
+            line for line in published()
+            if (line.case, line.source, line.model) == (last.case, last.source, last.model) and line.row != ALL
+        ]  # fmt: skip
+        assert sum(line.successes for line in parts) == last.successes
+        assert sum(line.runs for line in parts) == last.runs
+        if last.reprompted is not None:
+            assert sum(line.reprompted or 0 for line in parts) == last.reprompted
+            assert sum(line.recovered or 0 for line in parts) == last.recovered
+        tokens = [line.tokens_in for line in parts if line.tokens_in is not None]
+        assert last.tokens_in == pytest.approx(sum(tokens) / len(tokens), rel=0.01)
+
+
+def test_known_totals() -> None:
+    totals = {(line.case, line.source, line.model): line.successes for line in published() if line.row == ALL}
+    assert totals["mixing_module", "paper", "GPT-4o-mini"] == 51
+    assert totals["mixing_module", "rerun", "GPT-4o-mini"] == 0
+    assert totals["cstr", "paper", "GPT-4.1-mini"] == 28
+    assert totals["cstr", "rerun", "GPT-4.1-mini"] == 19
+
+
+def test_published_lines_stand_below_ours() -> None:
+    reactor, mixer = paper_tables(campaign(range(1, 4)))
+    assert reactor.header[:5] == ("fault", "proposer", "figures", "runs", "success")
+    faults = [line[0] for line in reactor.lines]
+    assert list(dict.fromkeys(faults)) == [*published_rows("cstr"), ALL]
+    assert [line[2] for line in reactor.lines if line[0] == "fouling"][-4:] == ["published"] * 2 + [
+        "published rerun"
+    ] * 2
+    assert "replayed" in {line[2] for line in reactor.lines}
+    assert [line[0] for line in mixer.lines][-1] == RUN
+    assert "pump_degradation, sensor_fault were not run" in mixer.note
+
+
+def test_the_total_of_some_rows_stands_beside_no_published_total() -> None:
+    (table,) = paper_tables([plain()])
+    assert {line[2] for line in table.lines if line[0] == RUN} == {"measured"}
+    assert ALL not in {line[0] for line in table.lines}
+
+
+def test_rows_that_stand_for_nothing_published_are_left_out() -> None:
+    assert paper_tables([plain(published="")]) == []
+    (table,) = paper_tables([plain(case="tank", published="fouling")])
+    assert {line[2] for line in table.lines} == {"measured"}
+
+
+def test_times_stand_in_tables_of_their_own() -> None:
+    assert not any("[s]" in name for table in paper_tables(campaign(range(1, 3))) for name in table.header)
+    assert all("mean run [s]" in table.header for table in paper_latency(campaign(range(1, 3))))

@@ -1,0 +1,125 @@
+"""From the alarm to the score on the real reactor, with declared thinking time: a few seeds, short runs."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+
+from homeostat.agents.bounds import Budget
+from homeostat.domain.events.recovery import Attempted, Diagnosed, FallbackArmed, Noticed, ReleasedActions
+from homeostat.evaluate.reference.unsupervised import run_unattended
+from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.scenario import Scenario, scenario
+from homeostat.evaluate.score.limits_in_force import LimitsInForce
+from homeostat.evaluate.score.outcome import OutcomeKind
+from homeostat.evaluate.score.scoring import exposures
+from homeostat.journal import MemoryTrace
+from homeostat.links.clock import DeclaredClock
+from tests.twin.followed import reactor
+
+ONSET_S = 1450.0
+LASTS_S = {"fouling": 4000.0}
+"""Seconds from the onset to the end of a run; fouling creeps, and cooling copes with it for most of an hour."""
+
+
+def short(fault: str, seed: int) -> Scenario:
+    if fault == "none":
+        return scenario(reactor(), fault, seed, end_s=1900.0)
+    return scenario(reactor(), fault, seed, onset_s=ONSET_S, end_s=ONSET_S + LASTS_S.get(fault, 450.0))
+
+
+def done(fault: str, seed: int, budget: Budget | None = None) -> tuple[RunResult, MemoryTrace]:
+    trace = MemoryTrace()
+    return run(reactor(), short(fault, seed), trace, DeclaredClock(1.0), budget), trace
+
+
+@functools.cache
+def ran(fault: str, seed: int) -> tuple[RunResult, MemoryTrace]:
+    return done(fault, seed)
+
+
+RECOVERABLE = [
+    ("cool_stuck_closed", 1),
+    ("cool_stuck_closed", 4),
+    ("pump_degrade", 1),
+    ("pump_degrade", 2),
+    ("fouling", 2),
+]
+
+
+@pytest.mark.parametrize(("fault", "seed"), RECOVERABLE)
+def test_the_reactor_is_recovered_and_never_too_hot(fault: str, seed: int) -> None:
+    result, _ = ran(fault, seed)
+    assert result.outcome is OutcomeKind.RECOVERED and result.good, result.reason
+    assert result.actor == "search" and result.attempts >= 1 and result.reason == ""
+    running = result.truth.times_s > 600.0
+    assert result.truth.signals["T1"][0, running].max() <= 313.0
+    assert {e.limit: e.total_s for e in result.exposures if e.total_s > 0.0} == {}
+    assert result.production_loss < 0.5
+
+
+@pytest.mark.parametrize(("fault", "seed"), RECOVERABLE)
+def test_the_fault_is_named_before_anything_is_released(fault: str, seed: int) -> None:
+    result, trace = ran(fault, seed)
+    assert result.detected_s is not None and result.released_s is not None
+    assert ONSET_S <= result.detected_s < result.released_s
+    kinds = [entry.event.kind for entry in trace.entries]
+    order = [kinds.index(e.kind) for e in (Noticed, Diagnosed, FallbackArmed, Attempted, ReleasedActions)]
+    assert order == sorted(order), "noticed, diagnosed, fallback armed, attempted, released"
+    alike = {fault, "outlet_block"} if fault == "pump_degrade" else {fault}
+    assert sum(h.probability for h in result.hypotheses if h.name in alike) >= 0.9
+
+
+def test_without_action_the_same_valve_overheats_the_reactor() -> None:
+    """The test above means something: nobody acting is worse."""
+    force = LimitsInForce.after(reactor().description, 600.0)
+    truth = run_unattended(reactor(), short("cool_stuck_closed", 1))
+    exposed = {e.limit: e.total_s for e in exposures(truth, force, None)}
+    assert exposed["LIM-T-HIGH"] > 100.0
+
+
+def test_the_same_seed_leaves_the_same_trace() -> None:
+    one, two = ran("pump_degrade", 1)[1], done("pump_degrade", 1)[1]
+    assert one.last == two.last and len(one.entries) == len(two.entries) > 5
+    assert one.last != ran("pump_degrade", 2)[1].last
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_healthy_reactor_is_left_alone(seed: int) -> None:
+    result, trace = ran("none", seed)
+    assert trace.of(Diagnosed) == () and trace.of(ReleasedActions) == ()
+    assert result.outcome is OutcomeKind.NO_ACTION and result.good and result.actor == "none"
+    assert result.production_loss == 0.0 and result.detected_s is None and result.actions == ()
+
+
+OTHERS = ("cool_stuck_open", "outlet_block", "inlet_stuck_open", "temp_bias", "level_bias", "leak")
+
+
+@pytest.mark.parametrize("fault", OTHERS)
+def test_acting_never_breaks_a_limit_for_longer_than_not_acting(fault: str) -> None:
+    result, _ = done(fault, 1)
+    limits, force = reactor().description.limits, LimitsInForce.after(reactor().description, 600.0)
+    alone = {e.limit: e.total_s for e in exposures(run_unattended(reactor(), short(fault, 1)), force, None)}
+    acted = {e.limit: e.total_s for e in exposures(result.truth, force, None)}
+    hard = {limit.name for limit in limits.hard}
+    assert {name: (acted[name], alone[name]) for name in hard if acted[name] > alone[name]} == {}
+    assert result.detected_s is not None and result.detected_s - ONSET_S <= 60.0
+    assert result.outcome is not OutcomeKind.NOT_DETECTED
+
+
+def test_what_is_recorded_is_what_the_plant_said() -> None:
+    result, _ = ran("pump_degrade", 1)
+    assert result.measured.length == result.truth.length
+    difference = result.measured.signals["T1"] - result.truth.signals["T1"]
+    assert 0.2 < float(np.std(difference[0, 700:1400])) < 1.0, "instruments are noisy, the truth is not"
+
+
+def test_the_scenario_is_what_was_run() -> None:
+    result, _ = ran("cool_stuck_closed", 1)
+    assert result.scenario == short("cool_stuck_closed", 1)
+    before = result.truth.times_s < ONSET_S
+    after = result.truth.times_s > ONSET_S + 10.0
+    moved = result.truth.signals["V2.pos"][0]
+    assert moved[after] == pytest.approx(1.0 - 0.7, abs=0.01) and moved[before][-1] > 0.4

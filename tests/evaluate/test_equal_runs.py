@@ -1,0 +1,40 @@
+"""Equal seeds with declared thinking give equal runs: the plant, the guard, recovery and its thread, event by event."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+from homeostat.evaluate.run import run
+from homeostat.evaluate.scenario import scenario
+from homeostat.journal import Event, MemoryTrace
+from homeostat.links.clock import DeclaredClock
+from homeostat.plants.plant import Case, load_case
+
+RUNS = {
+    "cstr": ("cool_stuck_closed", 900.0, 1010.0),
+    "mixing_module": ("stuck_closed_VI202", 60.0, 160.0),
+}
+"""Plant -> a fault to which there is an answer, its onset [s], and when the run ends [s]."""
+
+
+@cache
+def plant(name: str) -> Case:
+    return load_case(name)
+
+
+def events(name: str, seed: int) -> list[tuple[float, Event]]:
+    """What happened in a run, with its times; what the wall clock says is left out."""
+    fault, onset_s, end_s = RUNS[name]
+    trace = MemoryTrace()
+    run(plant(name), scenario(plant(name), fault, seed, onset_s=onset_s, end_s=end_s), trace, DeclaredClock(1.0))
+    return [(entry.at_s, entry.event) for entry in trace.entries]
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_whole_run_is_the_same_a_second_time(name: str) -> None:
+    first = events(name, 1)
+    assert {"diagnosed", "attempted"} <= {event.kind for _, event in first}
+    assert events(name, 1) == first
+    assert events(name, 2) != first

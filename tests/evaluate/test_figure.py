@@ -1,0 +1,159 @@
+"""The picture of a run: limits where they are in force, moments in their order, the same bytes for the same run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from homeostat.domain.plant.limits import Limit, LimitKind
+from homeostat.domain.plant.tag import Range
+from homeostat.domain.snapshot import Trajectory
+from homeostat.evaluate.figure.figure import compose, draw, window
+from homeostat.evaluate.figure.limits import in_force, thresholds, together
+from homeostat.evaluate.figure.marks import explained
+from homeostat.evaluate.figure.states import Row, draw_states
+from homeostat.evaluate.figure.strips import draw_strips
+from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.scenario import scenario
+from homeostat.journal import MemoryTrace
+from homeostat.links.clock import DeclaredClock
+from homeostat.plants.plant import Case, load_case
+from homeostat.plants.settings.figure_panel import StripPanel
+from homeostat.record.milestones import Milestones
+from homeostat.stl.formula import parse
+
+
+def limit(text: str) -> Limit:
+    return Limit("LIM", LimitKind.INTERLOCK, parse(text), True, "table", "what it protects")
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("T1 <= 313", [(313.0, True)]),
+        ("313 > T1", [(313.0, True)]),
+        ("T1 >= -5", [(-5.0, False)]),
+        ("-5 <= T1 and T1 < 20", [(-5.0, False), (20.0, True)]),
+        ("L1 >= 2 or F1 <= 0.1", []),
+        ("T1 - L1 <= 3", []),
+    ],
+)
+def test_thresholds(text: str, found: list[tuple[float, bool]]) -> None:
+    assert [(t.value, t.upper) for t in thresholds(parse(text), ("T1", "T1.sp"))] == found
+
+
+def test_a_limit_is_not_in_force_while_an_alternative_holds() -> None:
+    truth = Trajectory(1.0, 1.0, {"L1": np.array([[3.0, 1.0, 1.0]]), "F1": np.array([[1.0, 1.0, 0.0]])})
+    one = limit("L1 >= 2 or F1 <= 0.1")
+    (threshold,) = thresholds(one.formula, ("L1",))
+    assert in_force(one, threshold.node, truth).tolist() == [True, True, False]
+    alone = limit("L1 >= 2")
+    assert in_force(alone, thresholds(alone.formula, ("L1",))[0].node, truth).all()
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    return load_case("cstr")
+
+
+def leaking(case: Case) -> tuple[RunResult, Milestones]:
+    trace, milestones = MemoryTrace(), Milestones()
+    trace.subscribe(milestones)
+    return run(case, scenario(case, "leak", 1, 700.0, end_s=900.0), trace, DeclaredClock(1.0)), milestones
+
+
+def test_moments_in_their_order_and_equal_runs_equal_pictures(case: Case) -> None:
+    done, milestones = leaking(case)
+    marks = explained(done, milestones, case.description.machine)
+    assert [m.at_s for m in marks] == sorted(m.at_s for m in marks) and marks[0].at_s == 700.0
+    assert [m.words.split()[0] for m in marks] == ["leak", "noticed", "fallback"]
+    assert draw(case, done, milestones) == draw(case, *leaking(case))
+
+
+@pytest.mark.parametrize(
+    ("descriptions", "words"),
+    [
+        (["A does not overflow"], "A does not overflow"),
+        (["A does not overflow", "B does not overflow"], "A/B does not overflow"),
+        (["Highest level", "Level of the weir"], "Highest level; Level of the weir"),
+        (["Lowest flow", "Highest level"], "Lowest flow; Highest level"),
+    ],
+)
+def test_limits_of_one_value_share_their_words(descriptions: list[str], words: str) -> None:
+    assert together(descriptions) == words
+
+
+@pytest.fixture(scope="module")
+def batch() -> Case:
+    return load_case("mixing_module")
+
+
+@pytest.fixture(scope="module")
+def clogged(batch: Case) -> tuple[RunResult, Milestones]:
+    trace, milestones = MemoryTrace(), Milestones()
+    trace.subscribe(milestones)
+    what = scenario(batch, "clogging_main", 3, 100.0, severity=0.98, end_s=500.0)
+    return run(batch, what, trace, DeclaredClock(1.0)), milestones
+
+
+def crossing(texts: Sequence[Text]) -> list[tuple[str, str]]:
+    boxes = [(text.get_text(), text.get_window_extent()) for text in texts]
+    return [(a, b) for (a, first), (b, second) in combinations(boxes, 2) if first.overlaps(second)]
+
+
+def test_words_of_moments_and_names_of_states_can_be_read(batch: Case, clogged: tuple[RunResult, Milestones]) -> None:
+    figure = compose(batch, *clogged)
+    moments, states = figure.axes[0].texts, figure.axes[-1].texts
+    labels = {state.name: state.label for state in batch.description.machine.states}
+    assert [t.get_text() for t in states] == ["Ready for a batch", *(labels[m.what] for m in clogged[1].states)]
+    assert [t.get_text().split()[0] for t in moments] == ["clogging_main", "noticed", "actions", "Batch"]
+    for texts in (moments, states, figure.texts):
+        assert crossing(texts) == []
+        assert all(figure.bbox.x0 <= b.x0 and b.x1 <= figure.bbox.x1 for b in (t.get_window_extent() for t in texts))
+
+
+def test_a_name_is_never_on_a_bar_that_is_too_short_for_it() -> None:
+    axis = Figure(figsize=(10.0, 2.0)).subplots()
+    axis.set_xlim(0.0, 100.0)
+    draw_states(axis, [Row("Somewhat long name", 0, ((0.0, 5.0), (60.0, 65.0))), Row("Name", 1, ((5.0, 60.0),))])
+    (long, short) = (text.get_window_extent().transformed(axis.transData.inverted()) for text in axis.texts)
+    assert long.x0 > 5.0 and long.x1 < 60.0
+    assert short.x0 > 5.0 and short.x1 < 60.0
+
+
+def test_every_axis_gives_its_unit_and_every_strip_its_tag(batch: Case, clogged: tuple[RunResult, Milestones]) -> None:
+    axes = compose(batch, *clogged).axes[1:-1]
+    for panel, axis in zip(batch.panels, axes, strict=True):
+        assert {batch.description.tag(tag).unit for tag in panel.tags} == {panel.unit}
+        assert f"[{'fraction' if panel.unit == '1' else panel.unit}]" in axis.get_ylabel()
+        if isinstance(panel, StripPanel):
+            assert tuple(label.get_text() for label in axis.get_yticklabels()) == panel.tags
+    assert any(isinstance(panel, StripPanel) for panel in batch.panels)
+
+
+def test_a_bar_is_as_high_as_its_value_and_begins_with_it() -> None:
+    truth = Trajectory(1.0, 1.0, {"V1": np.array([[0.0, 1.0, 1.0, 0.4, np.nan]])})
+    axis = Figure().subplots()
+    draw_strips(axis, StripPanel("Valves", "1", ("V1",), Range(0.0, 1.0)), truth)
+    (bar,) = [path for collection in axis.collections for path in collection.get_paths()]
+    heights = np.linspace(-0.5, 0.5, 201)
+    full, partial, automatic = (
+        float(np.mean(bar.contains_points([(at_s, y) for y in heights]))) for at_s in (1.5, 3.5, 4.5)
+    )
+    assert full == pytest.approx(0.76, abs=0.02) and partial == pytest.approx(0.4 * full, abs=0.02) and automatic == 0.0
+
+
+def test_the_time_axis_ends_with_the_batch_or_with_the_run(clogged: tuple[RunResult, Milestones]) -> None:
+    done, milestones = clogged
+    assert done.complete_s is not None
+    first_s, last_s = window(done, milestones)
+    assert first_s == 0.0 and done.complete_s < last_s < 1.1 * done.complete_s
+    assert window(replace(done, complete_s=None), milestones) == (0.0, 500.0)
+    late = replace(done, scenario=replace(done.scenario, faults=(replace(done.scenario.faults[0], onset_s=400.0),)))
+    assert 400.0 < window(late, milestones)[1] < 500.0

@@ -1,0 +1,68 @@
+"""A reactor whose recovery was killed is recovered all the same: what it saw before is seen again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.recorded_run import RecordedRun, Thinking, record_run
+from homeostat.evaluate.resumption import Past
+from homeostat.evaluate.scenario import scenario
+from homeostat.evaluate.score.outcome import OutcomeKind
+from homeostat.journal import read_events
+from homeostat.journal.verify.verify import verify
+from homeostat.plants.plant import Case, load_case
+from homeostat.record.directory import RunDirectory
+
+END_S, ONSET_S = 2300.0, 2000.0
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    return load_case("cstr")
+
+
+def recorded(case: Case, directory: RunDirectory, operation: Operation | None = None) -> RecordedRun:
+    chosen = scenario(case, "cool_stuck_closed", 1, end_s=END_S)
+    with directory:
+        return record_run(
+            case, chosen, directory, Thinking(declared_s=1.0), "search", lambda event, at_s: None,
+            lambda snapshot: None, kept=lambda run: False, operation=operation,
+        )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def whole(case: Case, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RecordedRun]:
+    run = tmp_path_factory.mktemp("whole") / "run"
+    return run, recorded(case, RunDirectory(run))
+
+
+def killed(run: Path, into: Path, dies: str) -> Past:
+    """What is left of ``run`` where it dies in front of its first event of kind ``dies`` after the onset."""
+    into.mkdir()
+    lines = next(r.seq for r in read_events(run) if r.kind == dies and r.at_s >= ONSET_S) - 1
+    kept = (run / "events.jsonl").read_bytes().splitlines(keepends=True)[:lines]
+    (into / "events.jsonl").write_bytes(b"".join(kept))
+    return Past.of(tuple(read_events(into)))
+
+
+@pytest.mark.parametrize(
+    "dies", ["noticed", "diagnosed", "attempted", "write-intended", "write-ended", "state-entered", "released"]
+)
+def test_killed_at_any_step_of_its_recovery_the_reactor_is_recovered(
+    case: Case, whole: tuple[Path, RecordedRun], tmp_path: Path, dies: str
+) -> None:
+    run, first = whole
+    past = killed(run, tmp_path / "run", dies)
+    again = recorded(case, RunDirectory.resume(tmp_path / "run"), Operation(past=past))
+    assert again.run.outcome is first.run.outcome is OutcomeKind.RECOVERED
+    assert again.run.actor == "search" and again.run.detected_s is not None
+    assert again.run.detected_s <= ONSET_S + 10.0, "what it had seen before is seen again"
+    seconds = int(past.at_s)
+    for name, values in first.run.truth.signals.items():
+        assert np.array_equal(values[0, :seconds], again.run.truth.signals[name][0, :seconds], equal_nan=True), name
+    report = verify(tmp_path / "run")
+    assert report.complete and report.contradictions == ()

@@ -1,0 +1,135 @@
+"""A run that was killed goes on: the plant is the same plant, and nothing is repeated whose effect is known."""
+
+from __future__ import annotations
+
+import functools
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
+from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.recorded_run import RecordedRun, Thinking, record_run
+from homeostat.evaluate.resumption import Past, ResumptionError, told
+from homeostat.evaluate.scenario import scenario
+from homeostat.journal import read_events
+from homeostat.journal.verify.verify import verify
+from homeostat.plants.plant import Case, load_case
+from homeostat.record.directory import RunDirectory, RunDirectoryError
+
+END_S, FAULT = 130.0, "stuck_closed_VI202"
+
+
+def case() -> Case:
+    return load_case("mixing_module")
+
+
+def recorded(directory: RunDirectory, operation: Operation | None = None, fault: str = FAULT) -> RecordedRun:
+    chosen = scenario(case(), fault, 1, end_s=END_S)
+    with directory:
+        return record_run(
+            case(), chosen, directory, Thinking(declared_s=1.0), "search", lambda event, at_s: None,
+            lambda snapshot: None, kept=lambda run: False, operation=operation,
+        )  # fmt: skip
+
+
+@functools.cache
+def whole(folder: Path) -> RecordedRun:
+    return recorded(RunDirectory(folder))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("whole") / "run"
+
+
+def killed(run: Path, into: Path, kind: str, at_s: float) -> Past:
+    """What is left of ``run`` where it dies behind its last event of ``kind`` up to ``at_s``."""
+    shutil.copytree(run, into)
+    (into / "manifest.json").unlink()
+    (into / "result.json").unlink()
+    last = [r.seq for r in read_events(into) if r.kind == kind and r.at_s <= at_s][-1]
+    lines = (into / "events.jsonl").read_bytes().splitlines(keepends=True)
+    (into / "events.jsonl").write_bytes(b"".join(lines[:last]))
+    return Past.of(tuple(read_events(into)))
+
+
+def writes(run: Path) -> list[tuple[float, int, str]]:
+    return [(r.at_s, r.fields["write"], r.fields["source"]) for r in read_events(run) if r.kind == "write-intended"]  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(("kind", "at_s"), [("state-entered", 1.0), ("read-back", 2.0), ("step-taken", 37.0)])
+def test_killed_between_two_thoughts_it_goes_on_as_if_it_had_not_been(
+    folder: Path, tmp_path: Path, kind: str, at_s: float
+) -> None:
+    first = whole(folder)
+    past = killed(folder, tmp_path / "run", kind, at_s)
+    assert past.open_writes == ()
+    again = recorded(RunDirectory.resume(tmp_path / "run"), Operation(past=past))
+    assert writes(tmp_path / "run") == writes(folder)
+    for name, values in first.run.truth.signals.items():
+        assert np.array_equal(values, again.run.truth.signals[name], equal_nan=True), name
+    assert again.run.outcome is first.run.outcome and again.run.state == first.run.state
+    report = verify(tmp_path / "run")
+    assert report.complete and report.contradictions == ()
+
+
+@pytest.mark.parametrize("kind", ["write-intended", "write-ended", "sequence-loaded", "diagnosed", "attempted"])
+def test_killed_in_the_middle_of_a_recovery_the_plant_has_the_same_past_and_is_recovered(
+    folder: Path, tmp_path: Path, kind: str
+) -> None:
+    first = whole(folder)
+    past = killed(folder, tmp_path / "run", kind, 71.0)
+    again = recorded(RunDirectory.resume(tmp_path / "run"), Operation(past=past))
+    seconds = int(past.at_s)
+    for name, values in first.run.truth.signals.items():
+        assert np.array_equal(values[0, :seconds], again.run.truth.signals[name][0, :seconds], equal_nan=True), name
+    assert again.run.state == "held"
+    assert any("goes on at" in line for line in told(past))
+    report = verify(tmp_path / "run")
+    assert report.complete and report.contradictions == ()
+
+
+def test_latch_mode_and_service_survive(tmp_path: Path) -> None:
+    said = [
+        PersonCommand("order-001", "Ada", Role.ENGINEER, Verb.OUT_OF_SERVICE, "VI203.cmd", reason="maintenance"),
+        PersonCommand("order-002", "Ada", Role.ENGINEER, Verb.FALL_BACK, reason="smoke"),
+    ]
+    operation = Operation(Mode.APPROVE, orders=lambda: (said.pop(),) if said else ())
+    recorded(RunDirectory(tmp_path / "first"), operation, "none")
+    past = killed(tmp_path / "first", tmp_path / "run", "fallback-stands", 10.0)
+    done = recorded(RunDirectory.resume(tmp_path / "run"), Operation(Mode.APPROVE, past=past), "none")
+    assert past.memory.mode is Mode.APPROVE and past.memory.latched is not None
+    assert done.run.state == "aborted" and done.run.actor == "fallback"
+    assert writes(tmp_path / "run") == writes(tmp_path / "first")
+
+
+def test_killed_in_observe_the_plants_recipe_has_the_same_past_and_goes_on(tmp_path: Path) -> None:
+    ticks = iter(range(1, 1000))
+    look = PersonCommand("order-001", "Ada", Role.ENGINEER, Verb.MODE, "observe", reason="a look")
+    operation = Operation(orders=lambda: (look,) if next(ticks) == 20 else ())
+    first = recorded(RunDirectory(tmp_path / "first"), operation, "none")
+    past = killed(tmp_path / "first", tmp_path / "run", "state-entered", 90.0)
+    again = recorded(RunDirectory.resume(tmp_path / "run"), Operation(past=past), "none")
+    assert past.memory.mode is Mode.OBSERVE and first.run.state == again.run.state != "filling_B201"
+    for name, values in first.run.truth.signals.items():
+        assert np.array_equal(values, again.run.truth.signals[name], equal_nan=True), name
+    assert writes(tmp_path / "run") == writes(tmp_path / "first")
+
+
+def test_a_run_that_still_goes_on_is_not_gone_on_with(tmp_path: Path) -> None:
+    with RunDirectory(tmp_path / "run"), pytest.raises(RunDirectoryError, match="still goes on"):
+        RunDirectory.resume(tmp_path / "run")
+
+
+def test_what_cannot_go_on_says_why(folder: Path, tmp_path: Path) -> None:
+    whole(folder)
+    with pytest.raises(ResumptionError, match="came to its end"):
+        Past.of(tuple(read_events(folder)))
+    with pytest.raises(ResumptionError, match="does not begin"):
+        Past.of(tuple(read_events(folder))[1:3])
+    past = killed(folder, tmp_path / "run", "step-taken", 37.0)
+    with pytest.raises(ResumptionError, match="configuration"):
+        past.scenario(load_case("cstr"))

@@ -1,0 +1,39 @@
+"""A copy of an installed plant's folder that a test may change."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from homeostat.knowledge.build.seal import seal
+from homeostat.plants.folder import CASES
+from homeostat.plants.plant import Case, load_case
+
+
+@dataclass(frozen=True)
+class Copy:
+    """A writable plant folder."""
+
+    folder: Path
+
+    @classmethod
+    def of(cls, name: str, where: Path) -> Copy:
+        shutil.copytree(CASES / name, where / name, ignore=shutil.ignore_patterns("__pycache__"))
+        return cls(where / name)
+
+    def load(self) -> Case:
+        return load_case(str(self.folder))
+
+    def text(self, name: str) -> str:
+        return (self.folder / name).read_text(encoding="utf-8")
+
+    def replace(self, name: str, old: str, new: str) -> None:
+        text = self.text(name)
+        assert old in text, f"{name} has no {old!r}"
+        (self.folder / name).write_text(text.replace(old, new, 1), encoding="utf-8")
+
+    def reseal(self, name: str) -> None:
+        """As somebody who knows how the hash is made."""
+        body = self.text(name).rpartition("# sha256")[0]
+        (self.folder / name).write_bytes(seal(body.encode()))

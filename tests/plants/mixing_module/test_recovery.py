@@ -1,0 +1,191 @@
+"""Batches from start to end: a fault gets what cures it, and wrong routes are refused for what they would do."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+
+import pytest
+
+from benchmarks.mixing_wrong_routes import forced
+from homeostat.agents.search.planning import EVENT
+from homeostat.domain.events.guard import FellBack, StateEntered
+from homeostat.domain.events.recovery import Departed, Diagnosed, ReleasedActions
+from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import Revise
+from homeostat.evaluate.reference.best_route import best_route
+from homeostat.evaluate.reference.unsupervised import open_process, watch
+from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.scenario import scenario
+from homeostat.journal import MemoryTrace
+from homeostat.links.clock import DeclaredClock
+from homeostat.plants.assembly import fallbacks, new_sequencer
+from homeostat.plants.plant import Case, load_case
+
+
+@functools.cache
+def module() -> Case:
+    return load_case("mixing_module")
+
+
+def batch(fault: str, seed: int, onset_s: float, severity: float | None = None) -> tuple[RunResult, MemoryTrace]:
+    trace = MemoryTrace()
+    chosen = scenario(module(), fault, seed, onset_s if fault != "none" else None, severity, 450.0)
+    result = run(module(), chosen, trace, DeclaredClock(1.0))
+    assert result.totals["overflowed_L"] == result.totals["dry_run_s"] == result.totals["dead_head_s"] == 0.0
+    assert all(e.total_s == 0.0 for e in result.exposures)
+    return result, trace
+
+
+def states(trace: MemoryTrace) -> list[str]:
+    return [e.state for e in trace.of(StateEntered)]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_batch_without_fault_takes_its_eight_transitions_and_nobody_acts(seed: int) -> None:
+    result, trace = batch("none", seed, 0.0)
+    assert states(trace) == [
+        "filling_B201", "filling_B202", "filling_B203", "emptying_B201", "emptying_B202", "emptying_B203",
+        "emptying_B204", "complete",
+    ]  # fmt: skip
+    assert not trace.of(ReleasedActions) and not trace.of(Departed) and result.complete_s == result.nominal_s
+    assert result.totals["delivered_L"] == pytest.approx(8.3, abs=0.5)
+
+
+@pytest.mark.parametrize(("fault", "onset_s", "severity"), [
+    ("pump_failure", 125.0, None), ("pump_degradation", 50.0, 0.5), ("clogging_main", 125.0, 1.0),
+    ("leakage_main", 125.0, 0.3),
+])  # fmt: skip
+def test_what_the_bypass_cures_goes_through_the_bypass(fault: str, onset_s: float, severity: float | None) -> None:
+    result, trace = batch(fault, 1, onset_s, severity)
+    assert result.state == "complete" and any(s.startswith("bypass") for s in states(trace))
+    assert result.totals["spilled_L"] <= 0.5
+
+
+@pytest.mark.parametrize(("fault", "severity"), [("pump_degradation", 0.2), ("clogging_main", 0.6)])
+def test_what_waiting_cures_stays_on_the_main_line(fault: str, severity: float) -> None:
+    result, trace = batch(fault, 2, 50.0, severity)
+    assert result.state == "complete" and not any(s.startswith("bypass") for s in states(trace))
+
+
+def test_what_neither_cures_is_held() -> None:
+    result, trace = batch("clogging_common", 2, 20.0, 1.0)
+    assert "held" in states(trace) and result.complete_s is None
+    assert best_route(module(), result.scenario) is None, "no route could have completed it"
+
+
+@pytest.mark.parametrize(("fault", "severity"), [("sensor_stuck_B203", 1.0), ("sensor_bias_B202", -0.03)])
+def test_a_level_that_lies_is_not_waited_for(fault: str, severity: float) -> None:
+    result, _ = batch(fault, 1, 10.0 if "bias" in fault else 50.0, severity)
+    assert result.state == "complete"
+    assert result.totals["delivered_L"] == pytest.approx(8.3, abs=0.5), "every tank was filled and emptied"
+
+
+def test_a_level_that_lies_at_the_end_of_the_batch_does_not_keep_it_open() -> None:
+    result, _ = batch("sensor_stuck_B204", 9, 150.0, 1.0)
+    assert result.state == "complete"
+
+
+def test_a_flow_meter_that_is_stuck_at_nothing_stops_no_batch() -> None:
+    result, _ = batch("sensor_stuck_flow", 13, 60.0, 1.0)
+    assert result.state == "complete"
+
+
+@pytest.mark.parametrize(("fault", "seed", "onset_s", "severity"), [
+    ("sensor_drift_B203", 7, 111.0, -0.0021), ("sensor_stuck_B201", 5, 133.0, 0.9),
+])  # fmt: skip
+def test_a_level_that_begins_to_lie_overfills_nothing_and_ends_no_batch(
+    fault: str, seed: int, onset_s: float, severity: float
+) -> None:
+    result, _ = batch(fault, seed, onset_s, severity)
+    assert result.state == "complete" and result.totals["delivered_L"] == pytest.approx(8.3, abs=0.5)
+
+
+@pytest.mark.parametrize("severity", [0.2, 0.9])
+def test_what_goes_on_filling_a_tank_is_led_out(severity: float) -> None:
+    result, trace = batch("stuck_open_VI201", 3, 145.0, severity)
+    assert result.complete_s is None and states(trace)[-1] == "pumping_out"
+    assert [e.strategy for e in trace.of(FellBack)] == ["pump_out"]
+
+
+def test_a_batch_that_is_over_is_not_left_to_a_valve_that_does_not_close() -> None:
+    result, trace = batch("stuck_open_VI203", 2, 240.0, 0.6)
+    assert result.complete_s is not None, "the batch itself was complete"
+    assert [e.strategy for e in trace.of(FellBack)] == ["pump_out"]
+
+
+def test_a_pump_that_has_emptied_every_tank_stops_before_it_is_hurt() -> None:
+    case, sequencer = module(), new_sequencer(module())
+    (pump_out,) = (s for s in fallbacks(case) if s.name == "pump_out")
+    process = open_process(case, scenario(case, "none", 1, end_s=400.0))
+
+    def pump_out_at_100_s(snapshot: Snapshot) -> None:
+        if snapshot.at_s == 100.0:
+            sequencer.load(pump_out.actions, 100.0)
+            process.command(pump_out.actions.commands)
+
+    truth = watch(process, sequencer, pump_out_at_100_s).truth().signals
+    assert sequencer.state == "emptied" and truth["dry_s"][0, -1] == truth["dead_head_s"][0, -1] == 0.0
+    assert all(truth[f"B20{n}.level"][0, -1] < 0.15 for n in (1, 2, 3)), "gravity leaves what stands below B204"
+
+
+@pytest.mark.parametrize(("fault", "onset_s", "where", "end"), [
+    ("pump_failure", 125.0, ("emptying_B201", "t4"), "complete"),
+    ("stuck_closed_VI202", 45.0, ("filling_B202", "t2"), "held"),
+])  # fmt: skip
+def test_what_no_symptom_shows_is_found_when_the_batch_departs_from_its_prediction(
+    fault: str, onset_s: float, where: tuple[str, str], end: str
+) -> None:
+    case = module()
+    deaf = replace(case, description=replace(case.description, symptom_rules=()))
+    trace = MemoryTrace()
+    result = run(deaf, scenario(case, fault, 1, onset_s, 1.0, 400.0), trace, DeclaredClock(1.0))
+    departed, diagnosed = trace.of(Departed)[0], trace.of(Diagnosed)[0]
+    assert (departed.state, departed.transition) == where
+    assert diagnosed.symptoms == () and diagnosed.hypotheses[0].name == fault
+    assert trace.of(ReleasedActions) and not trace.of(FellBack) and result.state == end
+
+
+@pytest.mark.parametrize(("fault", "severity", "reason"), [
+    ("pump_failure", 1.0, "TARGET-complete"), ("clogging_main", 1.0, "ACC-PUMPS"), ("leakage_main", 0.5, "ACC-SPILL"),
+])  # fmt: skip
+@pytest.mark.parametrize("at_s", [60.0, 120.0])
+def test_the_wrong_route_is_refused_for_a_physical_reason(
+    fault: str, severity: float, reason: str, at_s: float
+) -> None:
+    verdict = forced(scenario(module(), fault, 4, at_s - 5.0, severity, at_s))
+    assert isinstance(verdict, Revise) and reason in {f.criterion for f in verdict.violated}
+    assert all(f.margin > -float("inf") for f in verdict.violated), "margins, not refusals"
+
+
+def test_a_batch_without_one_of_its_parts_is_held_not_completed() -> None:
+    """An inlet that never opens: what the recipe wants of that tank would be missing from the product."""
+    result, trace = batch("stuck_closed_VI201", 3, 5.0, 1.0)
+    assert states(trace)[-1] == "held" and result.complete_s is None and result.totals["delivered_L"] == 0.0
+    assert best_route(module(), result.scenario) is None
+
+
+@pytest.mark.parametrize(
+    ("readings", "resumed"),
+    [
+        ({}, {"filling_B201"}),
+        ({"B201": 0.2}, {"filling_B201", "filling_B202"}),
+        ({"B201": 0.2, "B202": 0.2}, {"filling_B201", "filling_B202", "filling_B203"}),
+        ({"B202": 0.2, "B203": 0.2}, {"filling_B201", "emptying_B201", "bypass_emptying_B201"}),
+        ({"B203": 0.2, "B204": 0.3}, {"filling_B201", "emptying_B202", "bypass_emptying_B202"}),
+        ({"B203": 0.1, "B204": 0.5}, {"filling_B201", "emptying_B203", "bypass_emptying_B203"}),
+        ({"B204": 0.66}, {"filling_B201", "emptying_B203", "bypass_emptying_B203", "emptying_B204"}),
+    ],
+)
+@pytest.mark.parametrize("blind", ["level", "pressure"])
+def test_a_held_batch_goes_on_where_what_the_recipe_wants_before_is_there(
+    readings: dict[str, float], resumed: set[str], blind: str
+) -> None:
+    """Either transmitter is enough: one that reads nothing does not keep the batch."""
+    levels = dict.fromkeys(("B201", "B202", "B203"), 0.02) | {"B204": 0.122} | readings
+    values = {f"{tank}.level": level for tank, level in levels.items()}
+    values |= {f"{tank}.pressure": 9.81 * level for tank, level in levels.items()}
+    values |= dict.fromkeys((tag for tag in values if tag.endswith(blind)), 0.0)
+    machine = module().description.machine
+    decided = [t for t in machine.transitions if t.source == "held" and t.on_decision and t.event == EVENT]
+    assert {t.target for t in decided if t.guard.holds(values)} == resumed

@@ -1,0 +1,254 @@
+"""Settings: an unknown key, an unknown name and an absurd value are one line each; nothing foreign is imported."""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from homeostat.guard.guard import Guard
+from homeostat.guard.settings import GuardSettings
+from homeostat.journal import MemoryTrace
+from homeostat.links.clock import DeclaredClock
+from homeostat.plants import assembly as wiring
+from homeostat.plants.assembly import wire
+from homeostat.plants.error import CaseError
+from homeostat.plants.folder import CASES, PlantFiles
+from homeostat.plants.plant import load_case
+from homeostat.plants.settings.file import read_settings
+from homeostat.plants.settings.settings import Settings
+from tests.plants.copies import Copy
+
+TEXT = (CASES / "cstr" / "case.toml").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def reactor(tmp_path: Path) -> Copy:
+    return Copy.of("cstr", tmp_path)
+
+
+def read(text: str) -> Settings:
+    return read_settings(PlantFiles(Path("some"), {"case.toml": text.encode("utf-8", "surrogatepass")}))
+
+
+def changed(key: str, value: str) -> str:
+    """The reactor's settings with another ``value`` for ``key``, which is added where it is not there."""
+    table, _, name = key.rpartition(".")
+    pattern = re.compile(rf"(?m)^{re.escape(name)} = .*$")
+    start = TEXT.index(f"[{table}]") if table else 0
+    end = TEXT.find("\n[", start + 1)
+    section = TEXT[start:end]
+    line = f"{name} = {value}"
+    section = pattern.sub(lambda _: line, section, count=1) if pattern.search(section) else f"{section}\n{line}\n"
+    return TEXT[:start] + section + TEXT[end:]
+
+
+ABSURD = [
+    ("twin.judged_draws", "-1", "judged_draws: -1 draws is outside 1 to 1000 draws"),
+    ("twin.judged_draws", "0", "outside 1 to 1000"),
+    ("twin.draws", "0", "draws: 0 draws is outside"),
+    ("twin.search_draws", "1000000", "search_draws: 1e+06 draws is outside"),
+    ("twin.horizon_s", "100000000", "horizon_s: 1e+08 s is outside 1 to 86400 s"),
+    ("twin.horizon_s", "1e8", "valid integer"),
+    ("twin.gain_error", "nan", "gain_error: nan"),
+    ("twin.gain_error", "1.5", "outside 0 to 1"),
+    ("twin.horizon_s", "86400", "judged_draws x horizon_s = 1036800 s is more than 1000000 s"),
+    ("twin.stride", "0", "stride: 0 s is outside 1 to 3600 s"),
+    ("twin.stride", "1000", "at most horizon_s = 900 s"),
+    ("twin.replay_s", "-5", "replay_s: -5 s is outside 1 to 3600 s"),
+    ("twin.recent_s", "100000", "recent_s: 100000 s is outside"),
+    ("twin.synchronise_s", "0", "synchronise_s: 0 s"),
+    ("twin.settle_rows", "700", "at most replay_s = 600"),
+    ("twin.errors.T1", "[nan, 0.1]", "errors, T1"),
+    ("twin.errors.T1", "[-0.5, 0.1]", "outside 0 to"),
+    ("twin.errors.T1", "[0.5]", "at least 2 items"),
+    ("twin.initial.T", "inf", "initial, T: inf"),
+    ("twin.corrected", "[]", "twin, corrected: at least 1 items are needed, and there are 0; add what is meant"),
+    ("objective.delivered", "[]", "objective, delivered: at least 1 items are needed, and there are 0"),
+    ("run.end_s", "0.0", "end_s: 0 s is outside 10 to 604800 s"),
+    ("run.end_s", "inf", "end_s: inf s is outside"),
+    ("run.onset_s", "-1.0", "onset_s: -1 s"),
+    ("run.onset_s", "6000.0", "onset_s = 6000 s must be before end_s = 6000 s"),
+    ("objective.design_rate", "0.0", "design_rate: 0"),
+    ("monitoring.sure", "1.2", "sure: 1.2 (probability) is outside 0.5 to 1"),
+    ("monitoring.sure", "nan", "sure: nan"),
+    ("monitoring.settle_s", "-1.0", "settle_s: -1 s"),
+    ("monitoring.repeat_s", "0.0", "repeat_s: 0 s is outside 1 to 86400 s"),
+    ("monitoring.evidence_s", "1e9", "evidence_s: 1e+09 s"),
+    ("run.end_s", "true", "valid number"),
+    ("run.end_s", '"6000"', "valid number"),
+    ("model", '"os"', "model: 'os' is not written as 'module:class'"),
+    ("system", '"no iri"', "system: 'no iri' is not written as an IRI"),
+    ("title", '""', "title: "),
+    ("twin.judged_drawz", "3", "there is no key 'judged_drawz'; did you mean 'judged_draws'"),
+    ("run.onset", "3", "there is no key 'onset'; did you mean 'onset_s'"),
+    ("tilte", '"x"', "there is no key 'tilte'; did you mean 'title'"),
+]
+
+
+@pytest.mark.parametrize(("key", "value", "words"), ABSURD, ids=lambda x: x if "." in x else "")
+def test_an_absurd_value_is_one_line(key: str, value: str, words: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        read(changed(key, value))
+    message = str(caught.value)
+    assert words in message and message.startswith("some/case.toml: ") and "\n" not in message
+
+
+def test_a_misspelt_key_comes_before_the_one_that_is_missing_by_it() -> None:
+    with pytest.raises(CaseError, match=r"there is no key 'startedby'; did you mean 'started_by'.*\(and 1 more\)$"):
+        read(TEXT.replace("started_by", "startedby", 1))
+
+
+@pytest.mark.parametrize("table", ["errors", "initial"])
+def test_a_table_that_names_nothing_is_one_line(table: str) -> None:
+    start = TEXT.index(f"[twin.{table}]")
+    with pytest.raises(CaseError, match=rf"^some/case\.toml: twin, {table}: at least 1 items are needed"):
+        read(f"{TEXT[:start]}[twin.{table}]{TEXT[TEXT.index(chr(10) + '[', start) :]}")
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[twin", "twin = 3", "", "title = '\x00'", "a = " + "9" * 5000, "a = " + "[" * 5000, "twin = [[1]]", "\ud800"],
+)
+def test_what_are_no_settings(text: str) -> None:
+    with pytest.raises(CaseError, match=r"^some/case\.toml") as caught:
+        read(text)
+    assert len(str(caught.value)) < 500
+
+
+MISFITS = [
+    ('started_by = "t_started"', 'started_by = "t_start"', "no transition 't_start'; did you mean 't_started'"),
+    ('"T1.sp" = 310.0', '"T1.spp" = 310.0', "no tag that can be commanded 'T1.spp'; did you mean 'T1.sp'"),
+    ('"T1.sp" = 310.0', '"T1" = 310.0', "no tag that can be commanded 'T1'"),
+    ('"T1.sp" = 310.0', '"T1.sp" = 400.0', "start, T1.sp: 400 K is outside 296 to 313 K"),
+    ('throughput = "F1"', 'throughput = "F11"', "no tag 'F11'; did you mean 'F1'"),
+    ("design_rate = 0.0333333333333333", "design_rate = 5", "design_rate: 5 L/s is outside 8e-05 to 0.08 L/s"),
+    ('delivered = ["product", "L1"]', 'delivered = ["produkt"]', "no quantity 'produkt'; did you mean 'product'"),
+    ('delivered = ["product", "L1"]', 'delivered = ["L1", "L1"]', "quantity 'L1' is named twice"),
+    ("L1 = [0.03, 0.03]", "L11 = [0.03, 0.03]", "twin, errors: the plant has no variable 'L11'; did you mean 'L1'"),
+    ("L1 = [0.03, 0.03]", "L1 = [30, 0.03]", "twin, errors, L1: noise 30 L must be from 4e-06 to 4 L"),
+    ("L1 = [0.03, 0.03]", "L1 = [0, 0.03]", "noise 0 L must be from"),
+    ("L1 = [0.03, 0.03]", "L1 = [0.03, 5]", "model error 5 at most"),
+    ("design_rate = 0.0333333333333333", "design_rate = 1e-8", "design_rate: 1e-08 L/s is outside 8e-05 to 0.08 L/s"),
+    ("sure = 0.95", "review_s = 30000", "monitoring, review_s: 30000 s must be less than the run's end_s = 6000 s"),
+    ("window = [0.0, 12.0]", "window = [0.0, 1e8]", "figure 'Level' has the window 0 to 1e+08 L"),
+    ('corrected = ["T1", "L1"]', 'corrected = ["T1", "L2"]', "no variable with an entry in errors 'L2'"),
+    ("V = 0.005", "V = 5000", "twin, initial, V: 5000 must be more than 0 and at most 110"),
+    ("V = 0.005", "VV = 0.005", "twin, initial: the plant has no state variable 'VV'; did you mean 'V'"),
+    ("sure = 0.95", "settle_s = 6000", "must be less than the run's end_s = 6000 s"),
+    ('tags = ["F1", "F2", "F1.sp"]', 'tags = ["F1", "F22"]', "did you mean 'F2'"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "words"), MISFITS, ids=[new for _, new, _ in MISFITS])
+def test_a_setting_that_does_not_fit_the_plant(reactor: Copy, old: str, new: str, words: str) -> None:
+    reactor.replace("case.toml", old, new)
+    with pytest.raises(CaseError) as caught:
+        reactor.load()
+    assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        "antigravity:geohash", "os:system", "homeostat.process.model:ProcessModel", "homeostat.plants.cstr:process",
+        "homeostat.plants.csrt.process:CstrModel", "homeostat.plants.cstr.process:CstrModell",
+        "homeostat.plants.cstr.process:Mapping", "homeostat.plants.cstr.process:advance",
+        "homeostat.plants.learn_baselines:main", "homeostat.plants.cstr.__init__:x",
+    ],
+)  # fmt: skip
+def test_only_what_an_installed_plant_provides_is_imported(reactor: Copy, model: str) -> None:
+    before = set(sys.modules)
+    reactor.replace("case.toml", "homeostat.plants.cstr.process:CstrModel", model)
+    with pytest.raises(CaseError, match=r"no installed plant provides|defines no process model") as caught:
+        reactor.load()
+    assert "\n" not in str(caught.value)
+    assert not {"antigravity"} & (set(sys.modules) - before)
+
+
+def numbers(table: Any, place: tuple[str, ...] = ()) -> list[tuple[str, ...]]:
+    """Places of all numbers in the settings."""
+    if isinstance(table, dict):
+        return [found for key, value in table.items() for found in numbers(value, (*place, key))]
+    return [place] if isinstance(table, int | float) else []
+
+
+CONTENT = tomllib.loads(TEXT)
+HOSTILE = st.one_of(
+    st.sampled_from([math.nan, math.inf, -math.inf, -1, -1e-9, 10**400, -(10**400), 1e300, True, None, "5", [], {}]),
+    st.dates(),
+    st.text(max_size=200),
+)
+
+
+@given(place=st.sampled_from(numbers(CONTENT)), value=HOSTILE)
+@settings(deadline=None, max_examples=200)
+def test_whatever_stands_for_a_number_is_one_line(place: tuple[str, ...], value: Any) -> None:
+    content = tomllib.loads(TEXT)
+    table = content
+    for key in place[:-1]:
+        table = table[key]
+    table[place[-1]] = value
+    if place[0] == "start" and value in (-1, -1e-9, 1e300):
+        return  # finite: what the plant says about the tag bounds it
+    with pytest.raises(CaseError) as caught:
+        read(_toml(content))
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 600
+
+
+def _toml(value: Any, top: bool = True) -> str:
+    if isinstance(value, dict):
+        pairs = [f"{_toml(str(key), False)} = {_toml(item, False)}" for key, item in value.items()]
+        return "\n".join(pairs) if top else "{" + ", ".join(pairs) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(_toml(item, False) for item in value) + "]"
+    if isinstance(value, str):
+        return '"' + "".join(c if c.isalnum() and c.isascii() else f"\\U{ord(c):08x}" for c in value) + '"'
+    if isinstance(value, bool) or value is None:
+        return str(value).lower()  # None is no TOML at all
+    return value.isoformat() if hasattr(value, "isoformat") else _digits(value)
+
+
+def _digits(value: float) -> str:
+    return f"1{'0' * 400}" if value == 10**400 else f"-1{'0' * 400}" if value == -(10**400) else repr(value)
+
+
+@pytest.mark.parametrize("name", ["cstr", "mixing_module"])
+def test_the_installed_plants_are_as_their_files_say(name: str) -> None:
+    case = load_case(name)
+    content = tomllib.loads((CASES / name / "case.toml").read_text(encoding="utf-8"))
+    assert case.remade == () and (case.end_s, case.onset_s) == (content["run"]["end_s"], content["run"]["onset_s"])
+    assert case.twin.errors == {k: tuple(v) for k, v in content["twin"]["errors"].items()}
+    for table, filled in (("twin", case.twin), ("monitoring", case.monitoring), ("patience", case.patience)):
+        for key, value in content.get(table, {}).items():
+            if isinstance(value, int | float):
+                assert getattr(filled, key) == value
+
+
+def test_how_long_the_link_may_need_for_a_lease_is_the_plants_setting() -> None:
+    assert read(TEXT).link.lease_within_s == load_case("cstr").lease_within_s == 10.0
+    assert read(f"{TEXT}\n[link]\nlease_within_s = 45.0\n").link.lease_within_s == 45.0
+    for value in ("0.5", "601.0", "nan", "true", '"10"'):
+        with pytest.raises(CaseError, match="lease_within_s"):
+            read(f"{TEXT}\n[link]\nlease_within_s = {value}\n")
+
+
+def test_the_guard_waits_for_a_lease_as_long_as_the_plant_states(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[GuardSettings] = []
+
+    def guard(rules: Any, attachment: Any, settings: GuardSettings) -> Guard:
+        made.append(settings)
+        return Guard(rules, attachment, settings)
+
+    monkeypatch.setattr(wiring, "Guard", guard)
+    case = replace(load_case("cstr"), lease_within_s=45.0)
+    wire(case, None, DeclaredClock(1.0), MemoryTrace(), 1)
+    assert [s.lease_within_s for s in made] == [45.0]
