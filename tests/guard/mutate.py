@@ -17,9 +17,9 @@ import random
 import signal
 import sys
 import time
-from pathlib import Path
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import psutil
 import pytest
