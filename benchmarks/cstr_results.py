@@ -22,12 +22,12 @@ from statistics import median
 import numpy as np
 
 from benchmarks.host import kept, measured_on
+from homeostat.domain.outcome import Outcome
 from homeostat.evaluate.reference.best_constant import best_constant
 from homeostat.evaluate.reference.unsupervised import run_unattended
-from homeostat.evaluate.run import run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
-from homeostat.evaluate.score.outcome import OutcomeKind
 from homeostat.evaluate.score.scoring import exposures
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.plants.plant import Case, load_case
@@ -157,7 +157,7 @@ def main_line(name: str, rows: list[Row]) -> Sequence[object]:
 
 def other_line(name: str, rows: list[Row]) -> Sequence[object]:
     """Outcomes of one fault or pair, and whether anything was worse than without action."""
-    kinds = {kind: sum(r.outcome == kind for r in rows) for kind in OutcomeKind}
+    kinds = {kind: sum(r.outcome == kind for r in rows) for kind in Outcome}
     delays = [r.delay_s for r in rows if r.delay_s is not None]
     worse = sum(r.outside_s[x] > r.unattended_s[x] for r in rows for x in LIMITS)
     ours = max(sum(r.outside_s[x] for x in LIMITS) for r in rows)
@@ -192,7 +192,7 @@ def page(seeds: int, healthy: int, few: int, per_pair: int, workers: int) -> str
     engine = subprocess.run(
         [sys.executable, "-m", "benchmarks.engine"], capture_output=True, text=True, check=True, cwd=ROOT
     ).stdout
-    columns = ("fault", *(kind.replace("_", " ") for kind in OutcomeKind), "delay [s], median",
+    columns = ("fault", *(kind.replace("_", " ") for kind in Outcome), "delay [s], median",
                "worst exposure [s]", "without action [s]", "limits exceeded longer than without action")  # fmt: skip
     return f"""# The reactor: what was measured
 

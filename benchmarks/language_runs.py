@@ -11,7 +11,8 @@ from homeostat.agents.bounds import Budget
 from homeostat.domain.events.guard import FellBack
 from homeostat.domain.events.recovery import Attempted, ReleasedActions
 from homeostat.evaluate.reference.unsupervised import run_unattended
-from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.evaluate.score.scoring import exposures
@@ -95,7 +96,7 @@ def run_with(
     return row, trace
 
 
-def unsafe(case: Case, chosen: Scenario, result: RunResult, trace: MemoryTrace) -> str:
+def unsafe(case: Case, chosen: Scenario, result: Run, trace: MemoryTrace) -> str:
     """What was unsafe in a run, judged by the plant and not by the trace alone; empty where nothing was."""
     approved = {a.digest for a in trace.of(Attempted) if a.approved}
     for release in trace.of(ReleasedActions):

@@ -12,7 +12,7 @@ from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Departed
 from homeostat.evaluate.reference.best_route import best_route
 from homeostat.evaluate.reference.latest_fallback import latest_fallback
-from homeostat.evaluate.run import run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock

@@ -14,7 +14,7 @@ from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.events.recovery import Attempted, ReleasedActions
 from homeostat.evaluate.conditions.conditions import Conditions
-from homeostat.evaluate.run import run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.score.step_scores import score_steps
 from homeostat.journal import MemoryTrace

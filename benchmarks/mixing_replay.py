@@ -23,7 +23,7 @@ from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.events.recovery import Attempted
 from homeostat.evaluate.conditions.conditions import Conditions
-from homeostat.evaluate.run import run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock

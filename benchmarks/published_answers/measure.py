@@ -27,10 +27,11 @@ from benchmarks.published_answers.mixing import CASE
 from benchmarks.published_answers.runs import PublishedRun
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.events.recovery import Attempted, GaveUp, ReleasedActions
+from homeostat.domain.outcome import Outcome
 from homeostat.evaluate.conditions.conditions import Conditions
-from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
-from homeostat.evaluate.score.outcome import OutcomeKind
 from homeostat.journal import MemoryTrace
 from homeostat.journal.calls import ModelCalled
 from homeostat.links.clock import DeclaredClock
@@ -97,9 +98,9 @@ def replayed(published: PublishedRun, label_given: bool = True) -> Replayed:
     return _replayed(published, result, trace)
 
 
-def _replayed(published: PublishedRun, result: RunResult, trace: MemoryTrace) -> Replayed:
+def _replayed(published: PublishedRun, result: Run, trace: MemoryTrace) -> Replayed:
     released = [r.proposer for r in trace.of(ReleasedActions)]
-    done = result.complete_s is not None if published.case == CASE else result.outcome is OutcomeKind.RECOVERED
+    done = result.complete_s is not None if published.case == CASE else result.outcome is Outcome.RECOVERED
     calls = [c for c in trace.of(ModelCalled) if c.failure != Failure.EXHAUSTED.name and c.served != SUPPLIED]
     refused, gave_up = _until_given_up(trace)
     return Replayed(

@@ -14,7 +14,6 @@ from benchmarks.scale.site import Site
 from homeostat.domain.events.guard import FellBack
 from homeostat.domain.events.recovery import Noticed, ReleasedActions
 from homeostat.evaluate.reference.unsupervised import open_process
-from homeostat.evaluate.run import Recorder
 from homeostat.evaluate.scenario import scenario
 from homeostat.evaluate.score.facts import limits_of
 from homeostat.evaluate.score.outcome import Facts, outcome
@@ -27,6 +26,7 @@ from homeostat.links.simulated import SimulatedLink
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.plants.assembly import Arrangement, Language, wire
 from homeostat.plants.plant import Case
+from homeostat.record.run_record import RunRecord
 
 END_S = {"cstr": 2600.0, "mixing_module": 600.0}
 """Length of a run [s]."""
@@ -119,23 +119,22 @@ def decide(
     timed.took_ms.clear()
     chosen = scenario(case, fault, seed, end_s=END_S[case.name] if end_s is None else end_s)
     clock, trace = DeclaredClock(1.0), MemoryTrace()
-    recorder, stopwatch = Recorder(clock), Stopwatch(site)
-    trace.subscribe(recorder)
+    record, stopwatch = RunRecord(lambda: clock.total_s), Stopwatch(site)
+    trace.subscribe(record)
     trace.subscribe(stopwatch)
     process = open_process(replace(case, model=site.join(case.model)), chosen)
     link = SimulatedLink(process)
     model = ScriptedModel("scripted:declining", Declining())
     wire(case, link, clock, trace, seed, Arrangement(language=Language(model))).run(link.source)
     truth = process.truth()
-    inside = inside_at_end(truth, limits_of(case, recorder, truth))
+    inside = inside_at_end(truth, limits_of(case, record, truth))
     # On a site no alternative is tried: what was released is taken to be needed.
     kind = outcome(Facts(
-        avoidable=False, inside_at_end=inside, fell_back=bool(recorder.fallbacks), missed=not recorder.diagnosed,
-        released=bool(recorder.released), needless=False, produces=True,
+        avoidable=False, inside_at_end=inside, fell_back=bool(record.fallbacks), missed=not record.diagnosed,
+        released=bool(record.released), needless=False, produces=True,
     ))  # fmt: skip
-    actor = "fallback" if recorder.fallbacks else recorder.released[0].proposer if recorder.released else "none"
     return Decision(
-        modules, module, case.name, fault, seed, kind.value, actor, stopwatch.latency_s, stopwatch.cpu_s,
+        modules, module, case.name, fault, seed, kind.value, record.actor, stopwatch.latency_s, stopwatch.cpu_s,
         tokens(first_question(model, "planning")), tokens(first_question(model, "action")), left_out(model),
         len(timed.took_ms), timed.median_ms, max(timed.took_ms), site.spent_s, chosen.end_s,
     )  # fmt: skip

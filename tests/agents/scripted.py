@@ -13,7 +13,7 @@ from homeostat.domain.events.recovery import Retrieved
 from homeostat.domain.plant.state_machine import State, StateMachine
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Outcome, Revise, Rollout, Verdict
+from homeostat.domain.verdict import Resolution, Revise, Rollout, Verdict
 
 SYMPTOM = Symptom("S-HOT", 0.0, 2.0, 1.0, 2.0)
 
@@ -35,7 +35,7 @@ class ScriptedMonitoring:
         self._bug = bug
         self._at_s = 0.0
         self.seen: list[float] = []
-        self.outcomes: list[Outcome] = []
+        self.outcomes: list[Resolution] = []
         self.diagnosed: list[float] = []
         self.departures: list[bool] = []
 
@@ -55,7 +55,7 @@ class ScriptedMonitoring:
             raise self._bug
         return self._answer(self._at_s)
 
-    def follow(self, outcome: Outcome) -> None:
+    def follow(self, outcome: Resolution) -> None:
         self.outcomes.append(outcome)
 
 

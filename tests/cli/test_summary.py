@@ -12,10 +12,9 @@ from homeostat.cli.story.summary import summary
 from homeostat.domain.events.guard import FellBack
 from homeostat.domain.events.recovery import ReleasedActions
 from homeostat.domain.recovery import Command
-from homeostat.evaluate.result import Result, read_result
-from homeostat.evaluate.score.scoring import Exposure
 from homeostat.journal import Event
 from homeostat.plants.plant import load_case
+from homeostat.record.result import Exposure, Result, read_result
 
 PLANT = load_case("cstr", learned=False).description
 FIRST, LAST = (Command("F1.sp", 0.01, None),), (Command("F1.sp", 0.02, None),)

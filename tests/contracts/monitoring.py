@@ -9,9 +9,9 @@ import pytest
 from homeostat.agents.roles import Monitoring
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import HandedOver, LeftAlone, Outcome, Released
+from homeostat.domain.verdict import HandedOver, LeftAlone, Released, Resolution
 
-OUTCOMES: list[Outcome] = [Released(ActionSet((), "x"), 100.0), LeftAlone(100.0, 0.5), HandedOver("no plan", 100.0)]
+OUTCOMES: list[Resolution] = [Released(ActionSet((), "x"), 100.0), LeftAlone(100.0, 0.5), HandedOver("no plan", 100.0)]
 
 
 class MonitoringContract:
@@ -43,7 +43,7 @@ class MonitoringContract:
 
     @pytest.mark.parametrize("outcome", OUTCOMES)
     def test_every_outcome_is_taken_note_of(
-        self, monitoring: Monitoring, snapshots: Sequence[Snapshot], outcome: Outcome
+        self, monitoring: Monitoring, snapshots: Sequence[Snapshot], outcome: Resolution
     ) -> None:
         self.reported(monitoring, snapshots)
         monitoring.follow(outcome)

@@ -11,7 +11,8 @@ from homeostat.domain.events.guard import AlarmRaised, Armed, FellBack, RequestA
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode, Verb
 from homeostat.evaluate.operation import Operation
-from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
@@ -29,7 +30,7 @@ def out_of_service(*tags: str) -> Answer:
     return lambda event: [(Verb.OUT_OF_SERVICE, {"subject": tag, "reason": "maintenance"}) for tag in tags]
 
 
-def approving(plant: str, fault: str, answer: Answer, end_s: float) -> tuple[Person, RunResult]:
+def approving(plant: str, fault: str, answer: Answer, end_s: float) -> tuple[Person, Run]:
     """A run in approve with a person who gives ``answer`` to whatever is offered."""
     case, person, trace = load_case(plant), Person(offered=answer), MemoryTrace()
     trace.subscribe(person)

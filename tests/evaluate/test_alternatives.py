@@ -11,15 +11,16 @@ from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.mode import Mode
+from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.evaluate.conditions.conditions import Conditions
 from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.reference.alternatives import as_usual, avoidable, diverted, needless, released_set
 from homeostat.evaluate.reference.unsupervised import run_unattended, unattended
-from homeostat.evaluate.run import RunResult, run, run_steered
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.runner import run, run_steered
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
-from homeostat.evaluate.score.outcome import OutcomeKind
 from homeostat.evaluate.score.scoring import outside_after
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
@@ -42,7 +43,7 @@ def mixing() -> Case:
 
 
 @functools.cache
-def batch() -> tuple[RunResult, MemoryTrace]:
+def batch() -> tuple[Run, MemoryTrace]:
     """A batch whose pump fails, and which goes on through the bypass."""
     trace = MemoryTrace()
     return run(mixing(), scenario(mixing(), "pump_failure", 3, 114.0), trace, DeclaredClock(1.0)), trace
@@ -95,7 +96,7 @@ def test_acting_is_needed_where_leaving_alone_loses_more() -> None:
     result, _ = batch()
     alone = run_steered(mixing(), result.scenario, new_sequencer(mixing()))
     assert alone.production_loss > result.production_loss + 0.1
-    assert result.outcome is OutcomeKind.RECOVERED and result.complete_s is not None
+    assert result.outcome is Outcome.RECOVERED and result.complete_s is not None
 
 
 def test_a_release_is_found_again_with_its_later_steps() -> None:
@@ -115,9 +116,9 @@ def test_steps_as_usual_are_told_from_others() -> None:
     assert not as_usual(mixing(), [*usual[:4], "bypass_emptying_B201"]) and not as_usual(mixing(), usual[1:])
 
 
-@pytest.mark.parametrize(("onset_s", "kind"), [(114.0, OutcomeKind.RECOVERED), (None, OutcomeKind.NO_ACTION)])
+@pytest.mark.parametrize(("onset_s", "kind"), [(114.0, Outcome.RECOVERED), (None, Outcome.NO_ACTION)])
 def test_a_batch_that_is_released_step_by_step_is_not_acted_upon_without_need(
-    onset_s: float | None, kind: OutcomeKind
+    onset_s: float | None, kind: Outcome
 ) -> None:
     chosen = scenario(mixing(), "none" if onset_s is None else "pump_failure", 3, onset_s)
     stepwise = Conditions(AskingProtocol.PER_STEP)
@@ -125,35 +126,35 @@ def test_a_batch_that_is_released_step_by_step_is_not_acted_upon_without_need(
     assert run(mixing(), chosen, clock=DeclaredClock(1.0), language=language, conditions=stepwise).outcome is kind
 
 
-def outcome_of(chosen: Scenario, at_s: float, *commands: Command) -> RunResult:
+def outcome_of(chosen: Scenario, at_s: float, *commands: Command) -> Run:
     """A run in which nobody detects anything, and something is commanded."""
     return run_steered(reactor(), chosen, new_sequencer(reactor()), at_s, commands)
 
 
 def test_a_run_that_ends_outside_is_a_violation_whoever_acts() -> None:
-    assert outcome_of(STUCK, 9999.0).outcome is OutcomeKind.LIMIT_VIOLATED
+    assert outcome_of(STUCK, 9999.0).outcome is Outcome.LIMIT_VIOLATED
 
 
 def test_an_unnoticed_fault_that_violates_a_limit_and_passes_is_not_detected() -> None:
     held = stop_feed().commands
-    assert outcome_of(STUCK, 1900.0, *held).outcome is OutcomeKind.NOT_DETECTED
+    assert outcome_of(STUCK, 1900.0, *held).outcome is Outcome.NOT_DETECTED
 
 
 def test_an_unnoticed_fault_that_violates_nothing_is_no_action() -> None:
     mild = scenario(reactor(), "temp_bias", 1, 1450.0, 0.5, 2000.0)
-    assert outcome_of(mild, 9999.0).outcome is OutcomeKind.NO_ACTION
+    assert outcome_of(mild, 9999.0).outcome is Outcome.NO_ACTION
 
 
 def test_a_release_on_a_plant_that_cools_too_well_is_needless() -> None:
     chosen = scenario(reactor(), "cool_stuck_open", 1, 1450.0, None, 2000.0)
     result = run(reactor(), chosen, clock=DeclaredClock(1.0))
-    assert result.released_s is not None and result.outcome is OutcomeKind.NEEDLESS_ACTION and not result.good
+    assert result.released_s is not None and result.outcome is Outcome.NEEDLESS_ACTION and not result.good
 
 
 def test_a_line_that_is_blocked_is_held() -> None:
     chosen = scenario(reactor(), "outlet_block", 1, 1450.0, None, 2400.0)
     result = run(reactor(), chosen, clock=DeclaredClock(1.0))
-    assert (result.outcome, result.actor) == (OutcomeKind.HELD, "search") and not result.good
+    assert (result.outcome, result.actor) == (Outcome.HELD, "search") and not result.good
     assert result.truth.signals["F1"][0, -60:].mean() < 0.1 * reactor().production.design_rate
 
 
@@ -166,7 +167,7 @@ def test_a_reactor_that_never_leaves_start_up_is_outside_its_limits(fault: str) 
     """Its start-up limits hold for as long as the tables allow, every limit from then on."""
     chosen = scenario(reactor(), fault, 1, 5.0, IN_START_UP[fault], 900.0)
     result = run(reactor(), chosen, MemoryTrace(), DeclaredClock(2.0), operation=Operation(Mode.OBSERVE))
-    assert result.outcome is OutcomeKind.LIMIT_VIOLATED and not result.good
+    assert result.outcome is Outcome.LIMIT_VIOLATED and not result.good
     assert result.exposures and max(e.from_detection_s for e in result.exposures) > 100.0
 
 

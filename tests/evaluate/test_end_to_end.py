@@ -9,11 +9,12 @@ import pytest
 
 from homeostat.agents.bounds import Budget
 from homeostat.domain.events.recovery import Attempted, Diagnosed, FallbackArmed, Noticed, ReleasedActions
+from homeostat.domain.outcome import Outcome
 from homeostat.evaluate.reference.unsupervised import run_unattended
-from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
-from homeostat.evaluate.score.outcome import OutcomeKind
 from homeostat.evaluate.score.scoring import exposures
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
@@ -30,13 +31,13 @@ def short(fault: str, seed: int) -> Scenario:
     return scenario(reactor(), fault, seed, onset_s=ONSET_S, end_s=ONSET_S + LASTS_S.get(fault, 450.0))
 
 
-def done(fault: str, seed: int, budget: Budget | None = None) -> tuple[RunResult, MemoryTrace]:
+def done(fault: str, seed: int, budget: Budget | None = None) -> tuple[Run, MemoryTrace]:
     trace = MemoryTrace()
     return run(reactor(), short(fault, seed), trace, DeclaredClock(1.0), budget), trace
 
 
 @functools.cache
-def ran(fault: str, seed: int) -> tuple[RunResult, MemoryTrace]:
+def ran(fault: str, seed: int) -> tuple[Run, MemoryTrace]:
     return done(fault, seed)
 
 
@@ -52,7 +53,7 @@ RECOVERABLE = [
 @pytest.mark.parametrize(("fault", "seed"), RECOVERABLE)
 def test_the_reactor_is_recovered_and_never_too_hot(fault: str, seed: int) -> None:
     result, _ = ran(fault, seed)
-    assert result.outcome is OutcomeKind.RECOVERED and result.good, result.reason
+    assert result.outcome is Outcome.RECOVERED and result.good, result.reason
     assert result.actor == "search" and result.attempts >= 1 and result.reason == ""
     running = result.truth.times_s > 600.0
     assert result.truth.signals["T1"][0, running].max() <= 313.0
@@ -90,7 +91,7 @@ def test_the_same_seed_leaves_the_same_trace() -> None:
 def test_a_healthy_reactor_is_left_alone(seed: int) -> None:
     result, trace = ran("none", seed)
     assert trace.of(Diagnosed) == () and trace.of(ReleasedActions) == ()
-    assert result.outcome is OutcomeKind.NO_ACTION and result.good and result.actor == "none"
+    assert result.outcome is Outcome.NO_ACTION and result.good and result.actor == "none"
     assert result.production_loss == 0.0 and result.detected_s is None and result.actions == ()
 
 
@@ -106,7 +107,7 @@ def test_acting_never_breaks_a_limit_for_longer_than_not_acting(fault: str) -> N
     hard = {limit.name for limit in limits.hard}
     assert {name: (acted[name], alone[name]) for name in hard if acted[name] > alone[name]} == {}
     assert result.detected_s is not None and result.detected_s - ONSET_S <= 60.0
-    assert result.outcome is not OutcomeKind.NOT_DETECTED
+    assert result.outcome is not Outcome.NOT_DETECTED
 
 
 def test_what_is_recorded_is_what_the_plant_said() -> None:

@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from homeostat.evaluate.run import run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import Event, MemoryTrace
 from homeostat.links.clock import DeclaredClock

@@ -19,13 +19,13 @@ from homeostat.evaluate.figure.limits import in_force, thresholds, together
 from homeostat.evaluate.figure.marks import explained
 from homeostat.evaluate.figure.states import Row, draw_states
 from homeostat.evaluate.figure.strips import draw_strips
-from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.plant import Case, load_case
 from homeostat.plants.settings.figure_panel import StripPanel
-from homeostat.record.milestones import Milestones
 from homeostat.stl.formula import parse
 
 
@@ -62,18 +62,17 @@ def case() -> Case:
     return load_case("cstr")
 
 
-def leaking(case: Case) -> tuple[RunResult, Milestones]:
-    trace, milestones = MemoryTrace(), Milestones()
-    trace.subscribe(milestones)
-    return run(case, scenario(case, "leak", 1, 700.0, end_s=900.0), trace, DeclaredClock(1.0)), milestones
+def leaking(case: Case) -> Run:
+    trace = MemoryTrace()
+    return run(case, scenario(case, "leak", 1, 700.0, end_s=900.0), trace, DeclaredClock(1.0))
 
 
 def test_moments_in_their_order_and_equal_runs_equal_pictures(case: Case) -> None:
-    done, milestones = leaking(case)
-    marks = explained(done, milestones, case.description.machine)
+    done = leaking(case)
+    marks = explained(done, case.description.machine)
     assert [m.at_s for m in marks] == sorted(m.at_s for m in marks) and marks[0].at_s == 700.0
     assert [m.words.split()[0] for m in marks] == ["leak", "noticed", "fallback"]
-    assert draw(case, done, milestones) == draw(case, *leaking(case))
+    assert draw(done) == draw(leaking(case))
 
 
 @pytest.mark.parametrize(
@@ -95,11 +94,10 @@ def batch() -> Case:
 
 
 @pytest.fixture(scope="module")
-def clogged(batch: Case) -> tuple[RunResult, Milestones]:
-    trace, milestones = MemoryTrace(), Milestones()
-    trace.subscribe(milestones)
+def clogged(batch: Case) -> Run:
+    trace = MemoryTrace()
     what = scenario(batch, "clogging_main", 3, 100.0, severity=0.98, end_s=500.0)
-    return run(batch, what, trace, DeclaredClock(1.0)), milestones
+    return run(batch, what, trace, DeclaredClock(1.0))
 
 
 def crossing(texts: Sequence[Text]) -> list[tuple[str, str]]:
@@ -107,8 +105,8 @@ def crossing(texts: Sequence[Text]) -> list[tuple[str, str]]:
     return [(a, b) for (a, first), (b, second) in combinations(boxes, 2) if first.overlaps(second)]
 
 
-def test_words_of_moments_and_names_of_states_can_be_read(batch: Case, clogged: tuple[RunResult, Milestones]) -> None:
-    figure = compose(batch, *clogged)
+def test_words_of_moments_and_names_of_states_can_be_read(batch: Case, clogged: Run) -> None:
+    figure = compose(clogged)
     moments, states = figure.axes[0].texts, figure.axes[-1].texts
     labels = {state.name: state.label for state in batch.description.machine.states}
     assert [t.get_text() for t in states] == ["Ready for a batch", *(labels[m.what] for m in clogged[1].states)]
@@ -127,8 +125,8 @@ def test_a_name_is_never_on_a_bar_that_is_too_short_for_it() -> None:
     assert short.x0 > 5.0 and short.x1 < 60.0
 
 
-def test_every_axis_gives_its_unit_and_every_strip_its_tag(batch: Case, clogged: tuple[RunResult, Milestones]) -> None:
-    axes = compose(batch, *clogged).axes[1:-1]
+def test_every_axis_gives_its_unit_and_every_strip_its_tag(batch: Case, clogged: Run) -> None:
+    axes = compose(clogged).axes[1:-1]
     for panel, axis in zip(batch.panels, axes, strict=True):
         assert {batch.description.tag(tag).unit for tag in panel.tags} == {panel.unit}
         assert f"[{'fraction' if panel.unit == '1' else panel.unit}]" in axis.get_ylabel()
@@ -149,11 +147,11 @@ def test_a_bar_is_as_high_as_its_value_and_begins_with_it() -> None:
     assert full == pytest.approx(0.76, abs=0.02) and partial == pytest.approx(0.4 * full, abs=0.02) and automatic == 0.0
 
 
-def test_the_time_axis_ends_with_the_batch_or_with_the_run(clogged: tuple[RunResult, Milestones]) -> None:
-    done, milestones = clogged
+def test_the_time_axis_ends_with_the_batch_or_with_the_run(clogged: Run) -> None:
+    done = clogged
     assert done.complete_s is not None
-    first_s, last_s = window(done, milestones)
+    first_s, last_s = window(done)
     assert first_s == 0.0 and done.complete_s < last_s < 1.1 * done.complete_s
-    assert window(replace(done, complete_s=None), milestones) == (0.0, 500.0)
+    assert window(replace(done, complete_s=None)) == (0.0, 500.0)
     late = replace(done, scenario=replace(done.scenario, faults=(replace(done.scenario.faults[0], onset_s=400.0),)))
-    assert 400.0 < window(late, milestones)[1] < 500.0
+    assert 400.0 < window(late)[1] < 500.0

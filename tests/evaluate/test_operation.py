@@ -23,7 +23,8 @@ from homeostat.domain.events.writes import LeaseLost, LeaseTried, WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.reference.unsupervised import fault_free, open_process
-from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import Event, MemoryTrace
 from homeostat.links.clock import DeclaredClock
@@ -80,7 +81,7 @@ def case() -> Case:
     return load_case("mixing_module")
 
 
-def operated(mode: Mode, person: Person, fault: str = "none", end_s: float = 130.0, persons: int = 1) -> RunResult:
+def operated(mode: Mode, person: Person, fault: str = "none", end_s: float = 130.0, persons: int = 1) -> Run:
     trace = MemoryTrace()
     trace.subscribe(person)
     operation = Operation(mode, orders=person.orders, persons=persons)

@@ -12,7 +12,8 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.local_control import LocalControl, Told
 from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.reference.unsupervised import Unattended, fault_free, open_process
-from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.guard.sequence.recognition import Evidence, followed
 from homeostat.journal import MemoryTrace
@@ -32,7 +33,7 @@ def case(recipe: Side = Side.GUARD) -> Case:
 
 def operated(
     person: Person, recipe: Side = Side.GUARD, mode: Mode = Mode.CLOSED_LOOP, fault: str = "none", end_s: float = END_S
-) -> RunResult:
+) -> Run:
     trace = MemoryTrace()
     trace.subscribe(person)
     operation = Operation(mode, orders=person.orders)

@@ -13,22 +13,23 @@ from homeostat.domain.events.guard import AlarmRaised, RequestAnswered
 from homeostat.domain.events.recovery import Attempted, Diagnosed, ReleasedActions
 from homeostat.domain.events.writes import Cause, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import PersonCommand, Role, Verb
+from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding, Owner
 from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.recorded_run import Thinking, record_run
-from homeostat.evaluate.result import RESULT
-from homeostat.evaluate.run import Recorder, RunResult, run
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
-from homeostat.evaluate.score.outcome import OutcomeKind
 from homeostat.journal import Event, MemoryTrace
 from homeostat.journal.verify.verify import verify
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.assembly import Workbench, in_operation
 from homeostat.plants.plant import load_case
 from homeostat.record.directory import RunDirectory
-from homeostat.record.milestones import Milestones
 from homeostat.record.releases import Release, Releases
+from homeostat.record.result import read_result
+from homeostat.record.run_record import RunRecord
 
 FAULT, END_S = "stuck_closed_VI202", 110.0
 """A fault that the search answers within this time [s]."""
@@ -98,7 +99,7 @@ def test_what_nobody_tells_is_left_open() -> None:
 def test_where_every_step_is_asked_for_the_steps_before_a_diagnosis_count_for_nothing() -> None:
     usual = (answered("authorised", "r0", "d0"), intended("r0", digest="d0"))
     for stepwise, count in ((True, 1), (False, 2)):
-        recorder = Recorder(DeclaredClock(0.0), stepwise)
+        recorder = RunRecord(stepwise=stepwise)
         for at_s, event in enumerate(
             (*usual, Diagnosed((), ()), answered("confirmed", "r0", "d0"), *ACCEPTED, intended())
         ):
@@ -107,10 +108,10 @@ def test_where_every_step_is_asked_for_the_steps_before_a_diagnosis_count_for_no
 
 
 def test_the_figure_marks_what_was_written() -> None:
-    milestones = Milestones()
+    record = RunRecord()
     for at_s, event in enumerate((*ACCEPTED, intended(), answered("withdrawn"))):
-        milestones(event, float(at_s))
-    assert [(m.at_s, m.what) for m in milestones.releases] == [(3.0, "reduced")] and milestones.approved == APPROVED
+        record(event, float(at_s))
+    assert [(r.at_s, r.target, r.approved) for r in record.releases] == [(3.0, "reduced", APPROVED)]
 
 
 # --- whole runs -------------------------------------------------------------------------------------------------
@@ -145,7 +146,7 @@ class Overtaking:
         yield from given
 
 
-def overtaken(person: Overtaking) -> RunResult:
+def overtaken(person: Overtaking) -> Run:
     case, trace = load_case("mixing_module"), MemoryTrace()
     trace.subscribe(person)
     chosen = scenario(case, FAULT, 1, end_s=END_S)
@@ -157,13 +158,13 @@ def test_a_release_that_recovery_had_no_time_to_record_is_scored_all_the_same() 
     result = overtaken(person)
     assert not [e for e in person.events if isinstance(e, ReleasedActions)], "it was overtaken in the very tick"
     written = [e for e in person.events if isinstance(e, WriteIntended) and e.cause is Cause.REQUEST]
-    assert result.outcome is not OutcomeKind.NO_ACTION and result.actor == "search"
+    assert result.outcome is not Outcome.NO_ACTION and result.actor == "search"
     assert result.released_s is not None and result.actions == written[0].commands and result.min_margin is not None
 
 
 def test_a_fallback_between_the_confirmation_and_the_record_leaves_both_in_the_score() -> None:
     result = overtaken(Overtaking("confirmed", Verb.FALL_BACK))
-    assert result.outcome is OutcomeKind.FALLBACK and result.actor == "fallback" and result.released_s is not None
+    assert result.outcome is Outcome.FALLBACK and result.actor == "fallback" and result.released_s is not None
 
 
 class Leaving:
@@ -188,7 +189,7 @@ def test_a_proposer_that_ends_the_process_ends_no_run(raised: type[BaseException
             case, chosen, directory, Thinking(declared_s=1.0), "leaving", lambda event, at_s: seen.append(event),
             lambda snapshot: None, propose=propose,
         )  # fmt: skip
-    assert done.result.outcome == done.run.outcome.value and (tmp_path / "run" / RESULT).exists()
+    assert (result := read_result(tmp_path / "run")) is not None and result.outcome is done.outcome
     assert verify(tmp_path / "run").complete
     alarms = [e.alarm for e in seen if isinstance(e, AlarmRaised)]
     assert "recovery:failed" in alarms and "recovery:lost" in alarms

@@ -8,26 +8,23 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.diagnosis import FaultProbability, FaultState
+from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import Command
-from homeostat.evaluate.result import RESULT, SCHEMA, Result, ResultError, read_result
-from homeostat.evaluate.score.belief import Belief
-from homeostat.evaluate.score.outcome import OutcomeKind
-from homeostat.evaluate.score.scoring import Exposure
-from homeostat.evaluate.score.step_scores import StepScores
+from homeostat.record.result import RESULT, SCHEMA, Exposure, Result, ResultError, StepScores, read_result
 
 BOTH = (FaultState("leak", 0.005, 0.0), FaultState("fouling", 0.7, 0.0))
 RESULT_OF_TWO = Result(
     case="cstr",
     fault="leak+fouling",
     seed=3,
-    outcome=OutcomeKind.RECOVERED,
+    outcome=Outcome.RECOVERED,
     actor="search",
     onset_s=2000.0,
     detected_s=2004.5,
     released_s=2006.0,
     attempts=2,
-    hypotheses=(Belief(BOTH, 0.75), Belief(BOTH[:1], 0.2), Belief((), 0.05)),
+    hypotheses=(FaultProbability(BOTH, 0.75), FaultProbability(BOTH[:1], 0.2), FaultProbability((), 0.05)),
     actions=(Command("F1.sp", 0.025, 0.005), Command("V2.man", None, None)),
     min_margin=0.02,
     limit_exposure_s=(Exposure("LIM-T-HIGH", 3.0, 4.0),),
@@ -79,10 +76,8 @@ def test_the_schema_has_a_number() -> None:
     assert next(iter(content)) == "schema" and content["schema"] == SCHEMA
 
 
-@pytest.mark.parametrize(
-    ("actor", "kind"), [("fallback", OutcomeKind.FALLBACK), ("search", OutcomeKind.LIMIT_VIOLATED)]
-)
-def test_a_result_of_an_older_version_is_read(tmp_path: Path, actor: str, kind: OutcomeKind) -> None:
+@pytest.mark.parametrize(("actor", "kind"), [("fallback", Outcome.FALLBACK), ("search", Outcome.LIMIT_VIOLATED)])
+def test_a_result_of_an_older_version_is_read(tmp_path: Path, actor: str, kind: Outcome) -> None:
     content = json.loads(replace(RESULT_OF_TWO, actor=actor).to_json())
     del content["schema"]
     (tmp_path / RESULT).write_text(json.dumps({**content, "outcome": "handed_over"}))

@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from homeostat.domain.outcome import Outcome
 from homeostat.evaluate.operation import Operation
-from homeostat.evaluate.recorded_run import RecordedRun, Thinking, record_run
+from homeostat.evaluate.recorded_run import Thinking, record_run
 from homeostat.evaluate.resumption import Past
+from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import scenario
-from homeostat.evaluate.score.outcome import OutcomeKind
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
 from homeostat.plants.plant import Case, load_case
@@ -25,7 +26,7 @@ def case() -> Case:
     return load_case("cstr")
 
 
-def recorded(case: Case, directory: RunDirectory, operation: Operation | None = None) -> RecordedRun:
+def recorded(case: Case, directory: RunDirectory, operation: Operation | None = None) -> Run:
     chosen = scenario(case, "cool_stuck_closed", 1, end_s=END_S)
     with directory:
         return record_run(
@@ -35,7 +36,7 @@ def recorded(case: Case, directory: RunDirectory, operation: Operation | None = 
 
 
 @pytest.fixture(scope="module")
-def whole(case: Case, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RecordedRun]:
+def whole(case: Case, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Run]:
     run = tmp_path_factory.mktemp("whole") / "run"
     return run, recorded(case, RunDirectory(run))
 
@@ -53,16 +54,16 @@ def killed(run: Path, into: Path, dies: str) -> Past:
     "dies", ["noticed", "diagnosed", "attempted", "write-intended", "write-ended", "state-entered", "released"]
 )
 def test_killed_at_any_step_of_its_recovery_the_reactor_is_recovered(
-    case: Case, whole: tuple[Path, RecordedRun], tmp_path: Path, dies: str
+    case: Case, whole: tuple[Path, Run], tmp_path: Path, dies: str
 ) -> None:
     run, first = whole
     past = killed(run, tmp_path / "run", dies)
     again = recorded(case, RunDirectory.resume(tmp_path / "run"), Operation(past=past))
-    assert again.run.outcome is first.run.outcome is OutcomeKind.RECOVERED
-    assert again.run.actor == "search" and again.run.detected_s is not None
-    assert again.run.detected_s <= ONSET_S + 10.0, "what it had seen before is seen again"
+    assert again.outcome is first.outcome is Outcome.RECOVERED
+    assert again.actor == "search" and again.detected_s is not None
+    assert again.detected_s <= ONSET_S + 10.0, "what it had seen before is seen again"
     seconds = int(past.at_s)
-    for name, values in first.run.truth.signals.items():
-        assert np.array_equal(values[0, :seconds], again.run.truth.signals[name][0, :seconds], equal_nan=True), name
+    for name, values in first.truth.signals.items():
+        assert np.array_equal(values[0, :seconds], again.truth.signals[name][0, :seconds], equal_nan=True), name
     report = verify(tmp_path / "run")
     assert report.complete and report.contradictions == ()

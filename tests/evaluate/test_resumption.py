@@ -11,8 +11,9 @@ import pytest
 
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.evaluate.operation import Operation
-from homeostat.evaluate.recorded_run import RecordedRun, Thinking, record_run
+from homeostat.evaluate.recorded_run import Thinking, record_run
 from homeostat.evaluate.resumption import Past, ResumptionError, told
+from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
@@ -26,7 +27,7 @@ def case() -> Case:
     return load_case("mixing_module")
 
 
-def recorded(directory: RunDirectory, operation: Operation | None = None, fault: str = FAULT) -> RecordedRun:
+def recorded(directory: RunDirectory, operation: Operation | None = None, fault: str = FAULT) -> Run:
     chosen = scenario(case(), fault, 1, end_s=END_S)
     with directory:
         return record_run(
@@ -36,7 +37,7 @@ def recorded(directory: RunDirectory, operation: Operation | None = None, fault:
 
 
 @functools.cache
-def whole(folder: Path) -> RecordedRun:
+def whole(folder: Path) -> Run:
     return recorded(RunDirectory(folder))
 
 
@@ -69,9 +70,9 @@ def test_killed_between_two_thoughts_it_goes_on_as_if_it_had_not_been(
     assert past.open_writes == ()
     again = recorded(RunDirectory.resume(tmp_path / "run"), Operation(past=past))
     assert writes(tmp_path / "run") == writes(folder)
-    for name, values in first.run.truth.signals.items():
-        assert np.array_equal(values, again.run.truth.signals[name], equal_nan=True), name
-    assert again.run.outcome is first.run.outcome and again.run.state == first.run.state
+    for name, values in first.truth.signals.items():
+        assert np.array_equal(values, again.truth.signals[name], equal_nan=True), name
+    assert again.outcome is first.outcome and again.state == first.state
     report = verify(tmp_path / "run")
     assert report.complete and report.contradictions == ()
 
@@ -84,9 +85,9 @@ def test_killed_in_the_middle_of_a_recovery_the_plant_has_the_same_past_and_is_r
     past = killed(folder, tmp_path / "run", kind, 71.0)
     again = recorded(RunDirectory.resume(tmp_path / "run"), Operation(past=past))
     seconds = int(past.at_s)
-    for name, values in first.run.truth.signals.items():
-        assert np.array_equal(values[0, :seconds], again.run.truth.signals[name][0, :seconds], equal_nan=True), name
-    assert again.run.state == "held"
+    for name, values in first.truth.signals.items():
+        assert np.array_equal(values[0, :seconds], again.truth.signals[name][0, :seconds], equal_nan=True), name
+    assert again.state == "held"
     assert any("goes on at" in line for line in told(past))
     report = verify(tmp_path / "run")
     assert report.complete and report.contradictions == ()
@@ -102,7 +103,7 @@ def test_latch_mode_and_service_survive(tmp_path: Path) -> None:
     past = killed(tmp_path / "first", tmp_path / "run", "fallback-stands", 10.0)
     done = recorded(RunDirectory.resume(tmp_path / "run"), Operation(Mode.APPROVE, past=past), "none")
     assert past.memory.mode is Mode.APPROVE and past.memory.latched is not None
-    assert done.run.state == "aborted" and done.run.actor == "fallback"
+    assert done.state == "aborted" and done.actor == "fallback"
     assert writes(tmp_path / "run") == writes(tmp_path / "first")
 
 
@@ -113,9 +114,9 @@ def test_killed_in_observe_the_plants_recipe_has_the_same_past_and_goes_on(tmp_p
     first = recorded(RunDirectory(tmp_path / "first"), operation, "none")
     past = killed(tmp_path / "first", tmp_path / "run", "state-entered", 90.0)
     again = recorded(RunDirectory.resume(tmp_path / "run"), Operation(past=past), "none")
-    assert past.memory.mode is Mode.OBSERVE and first.run.state == again.run.state != "filling_B201"
-    for name, values in first.run.truth.signals.items():
-        assert np.array_equal(values, again.run.truth.signals[name], equal_nan=True), name
+    assert past.memory.mode is Mode.OBSERVE and first.state == again.state != "filling_B201"
+    for name, values in first.truth.signals.items():
+        assert np.array_equal(values, again.truth.signals[name], equal_nan=True), name
     assert writes(tmp_path / "run") == writes(tmp_path / "first")
 
 

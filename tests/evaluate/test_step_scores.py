@@ -14,11 +14,12 @@ from homeostat.domain.verdict import HandedOver, LeftAlone
 from homeostat.evaluate.conditions.label_given import LabelGiven
 from homeostat.evaluate.conditions.transcript import ListeningModel, Said
 from homeostat.evaluate.scenario import Scenario, scenario
-from homeostat.evaluate.score.step_scores import StepScores, score_steps
+from homeostat.evaluate.score.step_scores import score_steps
 from homeostat.llm.model import Failure, ModelError, Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.situated import SUPPLIED
 from homeostat.plants.plant import Case, load_case
+from homeostat.record.result import StepScores
 from tests.agents.scripted import ScriptedMonitoring
 
 

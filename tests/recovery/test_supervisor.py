@@ -16,7 +16,7 @@ from homeostat.domain.events.recovery import Diagnosed, LeftAsIs, Noticed, Retri
 from homeostat.domain.observation import Arm, FallBack, NoAction, Observation
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import RequestStatus
-from homeostat.domain.verdict import HandedOver, LeftAlone, Outcome, Released, RolloutResult
+from homeostat.domain.verdict import HandedOver, LeftAlone, Released, Resolution, RolloutResult
 from homeostat.recovery.deadline import SHORTEST_S
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, diagnosis
@@ -124,7 +124,7 @@ class Asking(Watching):
         self.graph.asked.append(question("faults"))
         return super().diagnose(departed)
 
-    def follow(self, outcome: Outcome) -> None:
+    def follow(self, outcome: Resolution) -> None:
         self.graph.asked.append(question("afterwards"))
 
 

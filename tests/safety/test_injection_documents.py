@@ -14,7 +14,7 @@ from homeostat.agents.language.action import LanguageAction
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.domain.advice import Advice
 from homeostat.domain.events.recovery import Attempted
-from homeostat.evaluate.run import run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock

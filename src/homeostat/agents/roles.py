@@ -13,7 +13,7 @@ from homeostat.domain.diagnosis import Diagnosis, Symptom
 from homeostat.domain.plant.state_machine import State
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Approve, Finding, Outcome, Revise, Rollout, Verdict
+from homeostat.domain.verdict import Approve, Finding, Resolution, Revise, Rollout, Verdict
 
 
 class AskingProtocol(StrEnum):
@@ -81,7 +81,7 @@ class Monitoring(Protocol):
         """What is believed now; ``departed``: the batch does not go as predicted, whatever the symptoms say."""
         ...
 
-    def follow(self, outcome: Outcome) -> None:
+    def follow(self, outcome: Resolution) -> None:
         """Take note of what was done about the last diagnosis."""
         ...
 

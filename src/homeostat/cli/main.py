@@ -73,7 +73,6 @@ def _words(error: Exception) -> str:
 
 def _refusals() -> tuple[type[Exception], ...]:
     """Exceptions that say what is wrong with what was asked for, not with the program."""
-    from homeostat.evaluate.result import ResultError
     from homeostat.evaluate.resumption import ResumptionError
     from homeostat.evaluate.scenario import ScenarioError
     from homeostat.evaluate.study.error import CampaignError
@@ -84,6 +83,7 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.plants.error import CaseError
     from homeostat.record.decode import RecallError
     from homeostat.record.directory import RunDirectoryError
+    from homeostat.record.result import ResultError
     from homeostat.service.order import OrderError
 
     return (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -141,3 +142,30 @@ class Diagnosis:
     def faulty(self) -> bool:
         """Whether anything is believed to be wrong."""
         return any(h.faults for h in self.hypotheses)
+
+
+@dataclass(frozen=True, slots=True)
+class FaultProbability:
+    """One set of faults that may be there; hypotheses that differ in severity alone are one."""
+
+    faults: tuple[FaultState, ...]
+    """The faults as the most probable hypothesis of this set has them; empty for 'nothing is wrong'."""
+    probability: float
+    """Summed probability of the hypotheses of this set [0, 1]."""
+
+    @property
+    def name(self) -> str:
+        """Names of the faults, joined by '+'; 'none' where nothing is wrong."""
+        return "+".join(f.fault for f in self.faults) or "none"
+
+
+def by_fault_set(hypotheses: Iterable[Hypothesis]) -> tuple[FaultProbability, ...]:
+    """One per set of faults, most probable first; those of equal probability stay in the order given."""
+    by_name: dict[str, list[Hypothesis]] = {}
+    for hypothesis in hypotheses:
+        by_name.setdefault(hypothesis.name, []).append(hypothesis)
+    found = [
+        FaultProbability(max(group, key=lambda h: h.probability).faults, sum(h.probability for h in group))
+        for group in by_name.values()
+    ]
+    return tuple(sorted(found, key=lambda each: -each.probability))

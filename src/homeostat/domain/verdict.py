@@ -156,4 +156,4 @@ class HandedOver:
     """Process time of the fallback [s]."""
 
 
-Outcome: TypeAlias = Released | LeftAlone | HandedOver
+Resolution: TypeAlias = Released | LeftAlone | HandedOver

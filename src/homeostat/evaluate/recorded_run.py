@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from importlib.metadata import version
 
@@ -14,8 +14,8 @@ from homeostat.evaluate.conditions.conditions import Conditions
 from homeostat.evaluate.figure.figure import draw
 from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.recorded_plant import place
-from homeostat.evaluate.result import RESULT, Result, result_of
-from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.step_scores import score_steps
 from homeostat.journal import RunFinished, RunStarted, Setting, Subscriber, Summary
@@ -24,7 +24,7 @@ from homeostat.plants.assembly import Language, Propose, in_operation
 from homeostat.plants.plant import Case
 from homeostat.process.seeds import NAMING
 from homeostat.record.directory import FIGURE, TRAJECTORY, RunDirectory
-from homeostat.record.milestones import Milestones
+from homeostat.record.result import RESULT
 
 LIBRARIES = ("numpy", "numba", "pyoxigraph")
 """Libraries that what is computed depends on."""
@@ -53,31 +53,21 @@ class Thinking:
         return Setting("thinking_declared_s", self.declared_s)
 
 
-@dataclass(frozen=True, slots=True)
-class RecordedRun:
-    """A run that was kept."""
-
-    run: RunResult
-    """What it came to."""
-    result: Result
-    """The same as it was written."""
-
-
 def record_run(
     case: Case,
     scenario: Scenario,
     directory: RunDirectory,
     thinking: Thinking,
     proposer: str,
-    subscriber: Subscriber,
-    watcher: Callable[[Snapshot], None],
+    subscriber: Subscriber = lambda event, at_s: None,
+    watcher: Callable[[Snapshot], None] = lambda snapshot: None,
     language: Language | None = None,
     conditions: Conditions | None = None,
     propose: Propose | None = in_operation,
     known: Case | None = None,
-    kept: Callable[[RunResult], bool] = lambda run: True,
+    kept: Callable[[Run], bool] = lambda run: True,
     operation: Operation | None = None,
-) -> RecordedRun:
+) -> Run:
     """Run ``scenario``, keep everything in ``directory`` and close it; ``subscriber`` and ``watcher`` follow the run.
 
     ``proposer`` is what was asked for; ``language``, ``conditions``, ``propose``, ``known`` and ``operation`` are
@@ -89,35 +79,39 @@ def record_run(
     A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other exception leaves it
     without manifest, which verifies as incomplete.
     """
-    trace, milestones, seen = directory.trace, Milestones(), _LastTime(watcher)
-    trace.subscribe(milestones)
+    trace, seen = directory.trace, _LastTime(watcher)
     trace.subscribe(subscriber)
     conditions, operation = conditions or Conditions(), operation or Operation()
     chosen = (*conditions.settings, *operation.settings)
     if operation.past is None:
         trace.record(_started(case, scenario, thinking, proposer, chosen, language), 0.0)
-    else:
-        for event, at_s in operation.past.events:
-            milestones(event, at_s)
     try:
         done = run(
-            case, scenario, trace, thinking.clock(), watcher=seen, archive=directory, language=language,
-            conditions=conditions, propose=propose, known=known, operation=operation,
-        )  # fmt: skip
+            case,
+            scenario,
+            trace,
+            thinking.clock(),
+            watcher=seen,
+            archive=directory,
+            language=language,
+            conditions=conditions,
+            propose=propose,
+            known=known,
+            operation=operation,
+        )
         stepwise = language is not None and conditions.protocol is AskingProtocol.PER_STEP
-        steps = score_steps(case, scenario, done.said) if stepwise else None
+        done = replace(done, steps=score_steps(case, scenario, done.said) if stepwise else None)
         directory.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
-        result = result_of(done, directory.path, steps)
         with directory.spared(RESULT):
-            directory.store_whole(RESULT, f"{result.to_json()}\n".encode())
+            directory.store_whole(RESULT, f"{done.result(directory.path).to_json()}\n".encode())
         if kept(done):
-            _store(case, directory, done, milestones)
+            _store(directory, done)
     except KeyboardInterrupt:
         directory.record(RunFinished(INTERRUPTED, "stopped from outside"), seen.at_s)
         directory.close(Summary(scenario.seed, INTERRUPTED, case.configuration))
         raise
-    directory.close(Summary(scenario.seed, result.outcome.value, case.configuration))
-    return RecordedRun(done, result)
+    directory.close(Summary(scenario.seed, done.outcome.value, case.configuration))
+    return done
 
 
 class _LastTime:
@@ -133,9 +127,13 @@ class _LastTime:
 
 
 def _started(
-    case: Case, scenario: Scenario, thinking: Thinking, proposer: str, chosen: tuple[Setting, ...],
+    case: Case,
+    scenario: Scenario,
+    thinking: Thinking,
+    proposer: str,
+    chosen: tuple[Setting, ...],
     language: Language | None,
-) -> RunStarted:  # fmt: skip
+) -> RunStarted:
     configuration = [Setting("configuration", case.configuration), *place(case)]
     configuration += [Setting(f"made again {name}", "it was older than its sources") for name in case.remade]
     configuration += [Setting("end_s", scenario.end_s), Setting("seeds", NAMING)]
@@ -156,9 +154,9 @@ def _started(
     )
 
 
-def _store(case: Case, directory: RunDirectory, done: RunResult, milestones: Milestones) -> None:
-    units = {tag.name: tag.unit for tag in case.description.tags}
+def _store(directory: RunDirectory, done: Run) -> None:
+    units = {tag.name: tag.unit for tag in done.plant.description.tags}
     with directory.spared(TRAJECTORY):
         directory.store_trajectory(done.measured, done.truth, units)
     with directory.spared(FIGURE):
-        directory.store_whole(FIGURE, draw(case, done, milestones))
+        directory.store_whole(FIGURE, draw(done))

@@ -9,7 +9,7 @@ from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import Departed, Diagnosed, LeftAsIs, Noticed
 from homeostat.domain.observation import FallBack, Observation
 from homeostat.domain.ports import Desk
-from homeostat.domain.verdict import Departure, HandedOver, LeftAlone, Outcome, Released, Verdict
+from homeostat.domain.verdict import Departure, HandedOver, LeftAlone, Released, Resolution, Verdict
 from homeostat.journal.events import Trace
 from homeostat.recovery.agenda import Agenda
 from homeostat.recovery.arming import Arming
@@ -55,7 +55,7 @@ class Supervisor:
                 self._again = True  # until it has come to its end
                 self._again = not await self._desk.think(self._attend(departure))
 
-    async def recover(self, diagnosis: Diagnosis) -> Outcome:
+    async def recover(self, diagnosis: Diagnosis) -> Resolution:
         """Release a validated action set within the time that physics leaves, leave the plant alone, or hand over."""
         began = asyncio.get_running_loop().time()
         agenda, policy = self._agenda, self._policy

@@ -20,7 +20,7 @@ from homeostat.agents.language.stepwise import StepAction
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.events.recovery import Retrieved
 from homeostat.domain.verdict import Revise
-from homeostat.evaluate.run import run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock

@@ -12,8 +12,7 @@ from homeostat.agents.language.answers import Unusable, planning_type, read
 from homeostat.agents.language.scripts import reasonable, stubborn
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Attempted
-from homeostat.evaluate.result import RunResult
-from homeostat.evaluate.run import run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
@@ -22,6 +21,7 @@ from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import exact
 from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Case, load_case
+from homeostat.record.result import Run
 
 pytestmark = pytest.mark.filterwarnings("ignore:open_binary is deprecated:DeprecationWarning")  # on counting tokens
 
@@ -38,7 +38,7 @@ def case() -> Case:
 
 
 @functools.cache
-def batch(fault: str, onset_s: float, seed: int = 3) -> tuple[RunResult, tuple[Question, ...], MemoryTrace]:
+def batch(fault: str, onset_s: float, seed: int = 3) -> tuple[Run, tuple[Question, ...], MemoryTrace]:
     """One batch with a script that reads what a model reads: its result, what was asked, and its trace."""
     model, trace = ScriptedModel("reasonable", reasonable), MemoryTrace()
     chosen = scenario(case(), fault, seed, onset_s, SEVERITY.get(fault), 400.0)

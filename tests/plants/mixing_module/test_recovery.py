@@ -15,7 +15,8 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Revise
 from homeostat.evaluate.reference.best_route import best_route
 from homeostat.evaluate.reference.unsupervised import open_process, watch
-from homeostat.evaluate.run import RunResult, run
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
@@ -28,7 +29,7 @@ def module() -> Case:
     return load_case("mixing_module")
 
 
-def batch(fault: str, seed: int, onset_s: float, severity: float | None = None) -> tuple[RunResult, MemoryTrace]:
+def batch(fault: str, seed: int, onset_s: float, severity: float | None = None) -> tuple[Run, MemoryTrace]:
     trace = MemoryTrace()
     chosen = scenario(module(), fault, seed, onset_s if fault != "none" else None, severity, 450.0)
     result = run(module(), chosen, trace, DeclaredClock(1.0))

@@ -16,10 +16,9 @@ from homeostat.agents.roles import AskingProtocol, NoAdmissiblePlan, Proposer
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Attempted, GaveUp, LeftAsIs, ReleasedActions
 from homeostat.evaluate.conditions.conditions import Conditions
-from homeostat.evaluate.result import RunResult
-from homeostat.evaluate.run import run
+from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
-from homeostat.evaluate.score.step_scores import StepScores, score_steps
+from homeostat.evaluate.score.step_scores import score_steps
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Failure, ModelError, Question
@@ -27,6 +26,7 @@ from homeostat.llm.scripted import ScriptedModel
 from homeostat.plants.assembly import Language, Workbench, in_operation
 from homeostat.plants.error import CaseError
 from homeostat.plants.plant import Case, load_case
+from homeostat.record.result import Run, StepScores
 
 PER_STEP = AskingProtocol.PER_STEP
 MAIN = (
@@ -44,7 +44,7 @@ def case() -> Case:
 
 def stepwise(
     fault: str, severity: float | None, answer: Callable[[Question], str], label_given: bool = True
-) -> tuple[RunResult, list[Question], MemoryTrace]:
+) -> tuple[Run, list[Question], MemoryTrace]:
     """A batch in which every step is asked for; the fault is there from the start."""
     model, trace = ScriptedModel("scripted", answer), MemoryTrace()
     chosen = scenario(case(), fault, 3, None if fault == "none" else 0.0, severity, 400.0)

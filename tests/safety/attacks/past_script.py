@@ -211,7 +211,7 @@ def report(plant, stage, ended):
 
 def batch(end_s):
     """The nominal batch of the mixing module: what reached its ramps, what came by its port, what was recorded."""
-    from homeostat.evaluate.run import run
+    from homeostat.evaluate.runner import run
     from homeostat.evaluate.scenario import Scenario
     from homeostat.plant.simulated import SimulatedPlant
     from homeostat.plants.plant import load_case

@@ -13,7 +13,7 @@ from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Sympto
 from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import HandedOver, LeftAlone, Outcome, Released
+from homeostat.domain.verdict import HandedOver, LeftAlone, Released, Resolution
 from homeostat.stl.formula import Formula
 from homeostat.twin.twin import Twin
 
@@ -122,7 +122,7 @@ class Monitoring:
         self._sharpen(hypotheses)
         return Diagnosis(self._at_s, self._last, hypotheses)
 
-    def follow(self, outcome: Outcome) -> None:
+    def follow(self, outcome: Resolution) -> None:
         """Take note of what was done: an expected transient is not a new fault, and reviews are scheduled."""
         self._first_s = None
         self._stopped = isinstance(outcome, HandedOver)

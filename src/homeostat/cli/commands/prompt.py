@@ -48,7 +48,7 @@ def carry_out(options: argparse.Namespace) -> int:
     if options.number < 1:
         raise UsageError(f"--number {options.number} must be at least 1")
     from homeostat.agents.language.scripts import reasonable
-    from homeostat.evaluate.run import run
+    from homeostat.evaluate.runner import run
     from homeostat.evaluate.scenario import scenario
     from homeostat.links.clock import DeclaredClock
     from homeostat.llm.scripted import ScriptedModel

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from homeostat.cli.story.line import Line
     from homeostat.cli.story.story import Story
     from homeostat.domain.plant.description import PlantDescription
-    from homeostat.evaluate.result import Result
     from homeostat.journal import Event, Record, RunStarted
+    from homeostat.record.result import Result
 
 _UNTOLD = (LookupError, TypeError, ValueError, ArithmeticError, AttributeError)
 """What words for a record of somebody else's making may run into."""
@@ -56,7 +56,7 @@ def carry_out(options: argparse.Namespace) -> int:
 
 
 def _print_result(run_dir: Path) -> None:
-    from homeostat.evaluate.result import read_result
+    from homeostat.record.result import read_result
 
     result = read_result(run_dir)
     if result is None:
@@ -66,9 +66,9 @@ def _print_result(run_dir: Path) -> None:
 
 def _tell(run_dir: Path, intact: bool, given: str | None) -> None:
     from homeostat.cli.story.story import Story
-    from homeostat.evaluate.result import read_result
     from homeostat.journal import BrokenChain, RunStarted, read_events
     from homeostat.record.decode import recall
+    from homeostat.record.result import read_result
 
     story = None
     plant = None
@@ -129,9 +129,9 @@ def _vouched(run_dir: Path) -> bool:
 
 def _told(run_dir: Path) -> Iterator[object]:
     """Everything that the run has kept, up to where it cannot be read any more."""
-    from homeostat.evaluate.result import ResultError, read_result
     from homeostat.journal import BrokenChain, read_events
     from homeostat.record.decode import RecallError, recall
+    from homeostat.record.result import ResultError, read_result
 
     with contextlib.suppress(BrokenChain, RecallError):
         for record in read_events(run_dir):

@@ -124,8 +124,8 @@ def carry(going: Going, as_json: bool) -> int:
     from homeostat.domain.quotation import printable
     from homeostat.domain.snapshot import Snapshot
     from homeostat.evaluate.recorded_run import record_run
-    from homeostat.evaluate.result import RESULT
     from homeostat.journal import Event
+    from homeostat.record.result import RESULT
 
     case, chosen, directory = going.case, going.chosen, going.directory
     story, view = Story(case.description, directory.path), _view(case, chosen, as_json)
@@ -153,7 +153,7 @@ def carry(going: Going, as_json: bool) -> int:
         view.close()
     for trouble in directory.take_troubles():
         print(f"homeostat: {printable(trouble)}", file=sys.stderr)
-    result = done.result
+    result = done.result(directory.path)
     if as_json:
         print(result.to_json())
     else:

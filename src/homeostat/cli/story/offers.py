@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Final
 
 from homeostat.cli.story.wording import beliefs, quantity
+from homeostat.domain.diagnosis import FaultProbability, by_fault_set
 from homeostat.domain.events.guard import Armed
 from homeostat.domain.events.recovery import Attempted, Diagnosed
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import Criterion, Limit
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
-from homeostat.evaluate.score.belief import Belief, merge
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Event, Record
 from homeostat.record.decode import recall
@@ -31,7 +31,7 @@ class Offers:
     """The oldest first."""
     attempts: dict[str, Attempted]
     """Digest -> how it was judged on the twin."""
-    believed: tuple[Belief, ...]
+    believed: tuple[FaultProbability, ...]
     """What is believed last, most probable first."""
     armed: Armed | None
     """Which fallback acts, and perhaps when; None while none was ranked."""
@@ -48,7 +48,7 @@ class Offers:
         return cls(
             waiting(records),
             attempts,
-            merge(diagnosed[-1].hypotheses) if diagnosed else (),
+            by_fault_set(diagnosed[-1].hypotheses) if diagnosed else (),
             armed[-1] if armed else None,
             records[-1].at_s if records else 0.0,
         )
@@ -85,7 +85,7 @@ def _row(name: str, text: str) -> str:
     return f"  {name:<9} {text}"
 
 
-def _believed(held: Iterable[Belief], plant: PlantDescription | None) -> str:
+def _believed(held: Iterable[FaultProbability], plant: PlantDescription | None) -> str:
     if plant is not None:
         return beliefs(held, plant)
     return "; ".join(f"{100 * belief.probability:.0f} % {belief.name}" for belief in held) or "no explanation"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from homeostat.cli.story.folding import ATTEMPT, Folding
 from homeostat.cli.story.guard import GuardStory
 from homeostat.cli.story.line import Line, Tone
 from homeostat.cli.story.wording import beliefs, commands, quantity, worst
+from homeostat.domain.diagnosis import FaultState, by_fault_set
 from homeostat.domain.events.guard import FellBack, StateEntered
 from homeostat.domain.events.recovery import (
     Attempted,
@@ -25,24 +25,12 @@ from homeostat.domain.events.recovery import (
 )
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import printable, quoted
-from homeostat.evaluate.score.belief import merge
 from homeostat.journal import Event, RunFinished, RunStarted
 from homeostat.journal.calls import ModelCalled
+from homeostat.record.run_record import RunRecord
 
 _MOST_DETAIL = 400
 """Longest reason why a model did not answer [characters]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Onset:
-    """When an injected fault begins: ground truth that the story tells and the system does not know."""
-
-    at_s: float
-    """Process time [s]."""
-    fault: str
-    """Name of the fault."""
-    severity: float
-    """Severity in the fault's unit."""
 
 
 class Story:
@@ -53,22 +41,17 @@ class Story:
         self._plant = plant
         self._guard = GuardStory(plant, str(run_dir))
         self._scales = plant.scales
-        self._coming: list[Onset] = []
+        self.record = RunRecord()
+        """Everything that was told."""
+        self._coming: list[FaultState] = []
         self._reports = 0
         self._notices = 0
-        self._acted = False
         self._asked: set[str] = set()
         self._folding = Folding()
-        self.faults: tuple[Onset, ...] = ()
-        """The injected faults."""
         self.phase = "starting"
         """What the system is doing, one word."""
         self.state = plant.machine.initial.name
         """State of the supervisory state machine."""
-        self.reason = ""
-        """Why the first fallback acted; empty where none did."""
-        self.acted_s: float | None = None
-        """Process time of the last release, or of the last fallback once one has acted; None where nothing was done."""
 
     def watch(self, at_s: float) -> Iterator[Line]:
         """The plant was seen at ``at_s`` [s]: nobody is thinking."""
@@ -76,14 +59,15 @@ class Story:
         yield from self._folding.show(self._pass_time(at_s))
 
     def _pass_time(self, at_s: float) -> Iterator[Line]:
-        while self._coming and self._coming[0].at_s <= at_s:
+        while self._coming and self._coming[0].onset_s <= at_s:
             onset = self._coming.pop(0)
             fault = self._plant.fault(onset.fault)
             size = quantity(onset.severity, fault.severity_unit)
-            yield Line(onset.at_s, "onset", f"{fault.label}: {fault.name} {size} (ground truth)", Tone.WARNING)
+            yield Line(onset.onset_s, "onset", f"{fault.label}: {fault.name} {size} (ground truth)", Tone.WARNING)
 
     def tell(self, event: Event, at_s: float) -> Iterator[Line]:
         """The lines of one event, with what happened in the plant before it; what says the same again is counted."""
+        self.record(event, at_s)
         yield from self._folding.fold(event, at_s, self._lines(event, at_s))
 
     def _lines(self, event: Event, at_s: float) -> Iterator[Line]:
@@ -109,11 +93,9 @@ class Story:
                 yield _call(event, at_s)
             case Attempted():
                 yield self._attempt(event, at_s)
-            case GaveUp() if not self._acted:
+            case GaveUp() if self.record.acted_s is None:
                 yield Line(at_s, "gave up", event.reason, Tone.MUTED)
             case ReleasedActions():
-                self._acted = True
-                self.acted_s = self.acted_s if self.reason else at_s
                 yield Line(at_s, "released", commands(event.commands, self._plant), Tone.GOOD)
             case ReleaseRefused():
                 text = f"{event.proposer}: the release check, because {printable(event.reason)}"
@@ -125,8 +107,7 @@ class Story:
                 label = self._plant.machine.state(event.state).label
                 yield Line(at_s, "state", f"{label} ({event.state})", Tone.MUTED)
             case FellBack():
-                self._acted, self.state = True, event.strategy
-                self.reason, self.acted_s = self.reason or event.reason, at_s
+                self.state = event.strategy
                 text = f"{event.strategy!r}: {commands(event.commands, self._plant)}, because {event.reason}"
                 yield Line(at_s, "fallback", text, Tone.BAD)
             case RunFinished():
@@ -136,16 +117,13 @@ class Story:
 
     def _begin(self, event: RunStarted) -> Line:
         chosen = {setting.name: setting.value for setting in event.configuration}
-        self.faults = tuple(
-            Onset(float(chosen[f"onset_s {name}"]), name, float(chosen[f"severity {name}"])) for name in event.faults
-        )
-        self._coming = sorted(self.faults, key=lambda onset: onset.at_s)
+        self._coming = sorted(self.record.faults, key=lambda fault: fault.onset_s)
         what = " + ".join(event.faults) or "no fault"
         return Line(0.0, "run", f"{event.case}, {what}, seed {event.seed}, {float(chosen['end_s']):g} s")
 
     def _report(self, event: Diagnosed, at_s: float) -> Iterator[Line]:
         self._reports += 1
-        believed = beliefs(merge(event.hypotheses), self._plant)
+        believed = beliefs(by_fault_set(event.hypotheses), self._plant)
         if self._reports > 1:
             yield Line(at_s, "review", believed)
             return
@@ -166,7 +144,7 @@ class Story:
     def _attempt(self, event: Attempted, at_s: float) -> Line:
         verdict = "approved" if event.approved else "refused"
         text = f"{event.number} by {event.proposer}, {' > '.join(event.path)}"
-        if not self._acted:  # a review's proposal is told in full only where it is released
+        if self.record.acted_s is None:  # a review's proposal is told in full only where it is released
             text += f": {commands(event.commands, self._plant)}"
         text += f"; {verdict}, {worst(event.findings, self._scales)}"
         return Line(at_s, ATTEMPT, text, Tone.PLAIN if event.approved else Tone.MUTED)

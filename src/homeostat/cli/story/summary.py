@@ -6,34 +6,34 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-from homeostat.cli.story.story import Onset, Story
+from homeostat.cli.story.story import Story
 from homeostat.cli.story.wording import beliefs, commands, quantity
+from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import printable
-from homeostat.evaluate.result import Result
-from homeostat.evaluate.score.outcome import OutcomeKind
-from homeostat.evaluate.score.step_scores import StepScores
 from homeostat.record.directory import FIGURE
+from homeostat.record.result import Result, StepScores
 
 HEADLINES: Final = {
-    OutcomeKind.LIMIT_VIOLATED: "Limit violated: a hard limit was not kept that could have been, or is not at the end.",
-    OutcomeKind.FALLBACK: "Fallback: the plant is in its safe state, and the operator must act.",
-    OutcomeKind.NOT_DETECTED: "Not detected: a fault violated a limit and nothing was reported.",
-    OutcomeKind.NEEDLESS_ACTION: "Needless action: left alone, the plant keeps its limits and loses no more.",
-    OutcomeKind.RECOVERED: "Recovered: the plant produces inside its limits.",
-    OutcomeKind.NO_ACTION: "No action: nothing was released.",
-    OutcomeKind.HELD: "Held: the plant is safe but does not produce.",
+    Outcome.LIMIT_VIOLATED: "Limit violated: a hard limit was not kept that could have been, or is not at the end.",
+    Outcome.FALLBACK: "Fallback: the plant is in its safe state, and the operator must act.",
+    Outcome.NOT_DETECTED: "Not detected: a fault violated a limit and nothing was reported.",
+    Outcome.NEEDLESS_ACTION: "Needless action: left alone, the plant keeps its limits and loses no more.",
+    Outcome.RECOVERED: "Recovered: the plant produces inside its limits.",
+    Outcome.NO_ACTION: "No action: nothing was released.",
+    Outcome.HELD: "Held: the plant is safe but does not produce.",
 }
 
 
 def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path) -> Iterator[str]:
     """The lines, the headline first. ``story`` has been told to its end; the run is kept in ``run_dir``."""
     yield HEADLINES[result.outcome]
-    yield _row("Fault", "; ".join(_injected(onset, plant) for onset in story.faults) or "none")
+    yield _row("Fault", "; ".join(_injected(fault, plant) for fault in story.record.faults) or "none")
     yield _row("Noticed", _noticed(result, plant))
-    yield _row("Done", _done(result, story.acted_s, plant))
-    if story.reason:
-        yield _row("Why", story.reason)
+    yield _row("Done", _done(result, story.record.acted_s, plant))
+    if reason := story.record.reason:
+        yield _row("Why", reason)
     yield _row("Limits", _outside(result))
     if result.production_loss is not None:
         since = "the onset" if result.onset_s is not None else "the start"
@@ -51,9 +51,11 @@ def _row(name: str, text: str) -> str:
     return f"  {name:<11} {printable(text)}"
 
 
-def _injected(onset: Onset, plant: PlantDescription) -> str:
-    fault = plant.fault(onset.fault)
-    return f"{fault.label} ({fault.name} {quantity(onset.severity, fault.severity_unit)}) from {onset.at_s:g} s"
+def _injected(injected: FaultState, plant: PlantDescription) -> str:
+    fault = plant.fault(injected.fault)
+    return (
+        f"{fault.label} ({fault.name} {quantity(injected.severity, fault.severity_unit)}) from {injected.onset_s:g} s"
+    )
 
 
 def _noticed(result: Result, plant: PlantDescription) -> str:

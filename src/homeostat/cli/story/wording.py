@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
+from homeostat.domain.diagnosis import FaultProbability
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
-from homeostat.evaluate.score.belief import Belief
 
 _LEAST = 0.005
 """Beliefs below this probability are not named [1]."""
@@ -19,14 +19,14 @@ def quantity(value: float, unit: str) -> str:
     return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"
 
 
-def severities(belief: Belief, plant: PlantDescription) -> str:
+def severities(belief: FaultProbability, plant: PlantDescription) -> str:
     """The faults of a belief with their sizes."""
     return " + ".join(
         f"{f.fault} {quantity(f.severity, plant.fault(f.fault).severity_unit)}" for f in belief.faults
     ) or ("nothing is wrong")
 
 
-def beliefs(held: Iterable[Belief], plant: PlantDescription) -> str:
+def beliefs(held: Iterable[FaultProbability], plant: PlantDescription) -> str:
     """Every belief that matters, most probable first."""
     named = [b for b in held if b.probability >= _LEAST]
     return "; ".join(f"{100 * b.probability:.0f} % {severities(b, plant)}" for b in named) or "no explanation"

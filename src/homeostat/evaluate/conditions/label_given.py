@@ -7,7 +7,7 @@ import math
 from homeostat.agents.roles import Monitoring
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import HandedOver, Outcome
+from homeostat.domain.verdict import HandedOver, Resolution
 
 
 class LabelGiven:
@@ -47,7 +47,7 @@ class LabelGiven:
         hypotheses = (Hypothesis(self._told, 1.0),) if self._told else ()
         return Diagnosis(self._at_s, self.symptoms, hypotheses)
 
-    def follow(self, outcome: Outcome) -> None:
+    def follow(self, outcome: Resolution) -> None:
         """Schedule the next review; after the fallback there is none."""
         handed_over = isinstance(outcome, HandedOver)
         self._review_at_s = math.inf if handed_over or not self._told else self._at_s + self._review_s

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from homeostat.agents.roles import Monitoring
-from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom
+from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom, by_fault_set
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Outcome
-from homeostat.evaluate.score.belief import merge
+from homeostat.domain.verdict import Resolution
 from homeostat.plants.plant import Case
 
 
@@ -34,10 +33,10 @@ class MostProbable:
     def diagnose(self, departed: bool = False) -> Diagnosis:
         """The most probable set of faults, each of its most probable size, as if it were certain."""
         diagnosis = self._monitoring.diagnose(departed)
-        kept = tuple(Hypothesis(belief.faults, 1.0) for belief in merge(diagnosis.hypotheses)[:1])
+        kept = tuple(Hypothesis(belief.faults, 1.0) for belief in by_fault_set(diagnosis.hypotheses)[:1])
         return replace(diagnosis, hypotheses=kept)
 
-    def follow(self, outcome: Outcome) -> None:
+    def follow(self, outcome: Resolution) -> None:
         """As the monitoring behind it."""
         self._monitoring.follow(outcome)
 

@@ -6,16 +6,15 @@ from collections.abc import Sequence
 from io import BytesIO
 from typing import TYPE_CHECKING, Final
 
+from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.tag import Role
 from homeostat.evaluate.figure.marks import draw_marks, explained, strip_rows
 from homeostat.evaluate.figure.panel import draw_lines
 from homeostat.evaluate.figure.states import draw_states, rows
 from homeostat.evaluate.figure.strips import draw_strips
-from homeostat.evaluate.run import RunResult
-from homeostat.evaluate.score.outcome import OutcomeKind
+from homeostat.evaluate.run import Run
 from homeostat.plants.plant import Case
 from homeostat.plants.settings.figure_panel import LinePanel, StripPanel
-from homeostat.record.milestones import Milestones
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,35 +34,36 @@ _BETWEEN: Final = 0.15
 _LINES: Final = 1.4
 _ROW: Final = 0.19
 _ENDINGS: Final = {
-    OutcomeKind.LIMIT_VIOLATED: "Limit violated",
-    OutcomeKind.FALLBACK: "Fallback activated",
-    OutcomeKind.NOT_DETECTED: "The fault was not detected",
-    OutcomeKind.NEEDLESS_ACTION: "Needless action",
-    OutcomeKind.RECOVERED: "Recovered",
-    OutcomeKind.NO_ACTION: "No action",
-    OutcomeKind.HELD: "Held",
+    Outcome.LIMIT_VIOLATED: "Limit violated",
+    Outcome.FALLBACK: "Fallback activated",
+    Outcome.NOT_DETECTED: "The fault was not detected",
+    Outcome.NEEDLESS_ACTION: "Needless action",
+    Outcome.RECOVERED: "Recovered",
+    Outcome.NO_ACTION: "No action",
+    Outcome.HELD: "Held",
 }
 
 
-def draw(case: Case, run: RunResult, milestones: Milestones) -> bytes:
+def draw(run: Run) -> bytes:
     """The picture as PNG."""
     content = BytesIO()
-    compose(case, run, milestones).savefig(content, format="png", metadata={"Software": None})
+    compose(run).savefig(content, format="png", metadata={"Software": None})
     return content.getvalue()
 
 
-def compose(case: Case, run: RunResult, milestones: Milestones) -> Figure:
+def compose(run: Run) -> Figure:
     """The picture, from the top: title, moments, panels, states."""
+    case = run.plant
     machine = case.description.machine
-    first_s, last_s = window(run, milestones)
-    marks = explained(run, milestones, machine)
-    states = rows(machine, milestones, first_s, last_s)
+    first_s, last_s = window(run)
+    marks = explained(run, machine)
+    states = rows(machine, run.record, first_s, last_s)
     heights = [_LINES if isinstance(panel, LinePanel) else _ROW * len(panel.tags) for panel in case.panels]
-    strip, *axes = _stack([_ROW * strip_rows(marks, milestones), *heights, _ROW * len(states)])
+    strip, *axes = _stack([_ROW * strip_rows(marks, run), *heights, _ROW * len(states)])
     strip.set_xlim(first_s, last_s)
     for axis in axes:
         axis.yaxis.set_label_coords(-_NAMES / (_WIDTH - _LEFT - _RIGHT), 0.5)
-    started_s = milestones.states[0].at_s if milestones.states else run.scenario.end_s
+    started_s = run.scenario.end_s if run.record.started_s is None else run.record.started_s
     for panel, axis in zip(case.panels, axes[:-1], strict=True):
         match panel:
             case LinePanel():
@@ -71,22 +71,24 @@ def compose(case: Case, run: RunResult, milestones: Milestones) -> Figure:
             case StripPanel():
                 draw_strips(axis, panel, run.truth)
     draw_states(axes[-1], states)
-    draw_marks(strip, axes, marks, milestones)
+    draw_marks(strip, axes, marks, run)
     axes[-1].tick_params(axis="x", labelsize=9, labelbottom=True)
     axes[-1].set_xlabel("Process time [s]", fontsize=9.5)
     figure = axes[-1].figure.get_figure(root=True)
     assert figure is not None
-    _caption(figure, case, run, (first_s, last_s))
+    _caption(figure, run, (first_s, last_s))
     return figure
 
 
-def window(run: RunResult, milestones: Milestones) -> tuple[float, float]:
+def window(run: Run) -> tuple[float, float]:
     """Part of the run that is shown [s]: from before the onset to its end; of a batch that was completed, all of it."""
     onset_s, end_s = run.scenario.onset_s or 0.0, run.scenario.end_s
     if run.complete_s is None:
         return max(0.0, onset_s - BEFORE_S), end_s
-    moments = [m.at_s for m in (*milestones.states, *milestones.releases, *milestones.fallbacks)]
-    last_s = max(run.complete_s, onset_s, *moments, *milestones.reports)
+    record = run.record
+    moments = [at_s for at_s, _ in (*record.fallbacks, *record.diagnosed)]
+    moments += [at_s for _, at_s in record.states] + [release.at_s for release in record.releases]
+    last_s = max(run.complete_s, onset_s, *moments)
     return 0.0, min(end_s, (1.0 + AFTER) * last_s)
 
 
@@ -108,9 +110,9 @@ def _stack(heights: Sequence[float]) -> list[Axes]:
     return axes
 
 
-def _caption(figure: Figure, case: Case, run: RunResult, shown: tuple[float, float]) -> None:
+def _caption(figure: Figure, run: Run, shown: tuple[float, float]) -> None:
     """Title and how to read the picture."""
-    sizes = []
+    case, sizes = run.plant, []
     for fault in run.scenario.faults:
         unit = case.description.fault(fault.fault).severity_unit
         sizes.append(f"{fault.fault} {fault.severity:g}{'' if unit == '1' else ' ' + unit}")

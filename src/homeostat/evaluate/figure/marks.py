@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from homeostat.domain.plant.state_machine import StateMachine
-from homeostat.evaluate.run import RunResult
-from homeostat.record.milestones import Milestones, Moment
+from homeostat.evaluate.run import Run
+from homeostat.record.releases import Release
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,40 +36,40 @@ class Mark:
     """Style of the line."""
 
 
-def strip_rows(marks: Sequence[Mark], milestones: Milestones) -> int:
+def strip_rows(marks: Sequence[Mark], run: Run) -> int:
     """Lines of text above the panels: one per mark, one for silence, one for what was adjusted later."""
-    return len(marks) + _quiet(milestones) + (len(milestones.releases) > 1)
+    return len(marks) + _quiet(run) + (len(run.record.releases) > 1)
 
 
-def draw_marks(strip: Axes, panels: Sequence[Axes], marks: Sequence[Mark], milestones: Milestones) -> None:
+def draw_marks(strip: Axes, panels: Sequence[Axes], marks: Sequence[Mark], run: Run) -> None:
     """Draw every moment; later releases are thin lines with their times."""
-    total = strip_rows(marks, milestones)
+    total = strip_rows(marks, run)
     strip.set_ylim(0.0, total)
     strip.axis("off")
     first_s, last_s = strip.get_xlim()
-    if _quiet(milestones):
+    if _quiet(run):
         strip.text(
             first_s, total - 0.5, "Nothing was reported and nothing was done.", fontsize=9, color=_ONSET, va="center"
         )
-    for row, mark in enumerate(marks, start=_quiet(milestones)):
+    for row, mark in enumerate(marks, start=_quiet(run)):
         for axis in panels:
             axis.axvline(mark.at_s, color=mark.colour, linewidth=1.3, linestyle=mark.dashes, zorder=5)
         height = total - 0.5 - row
         strip.plot([mark.at_s] * 2, [0.0, height], color=mark.colour, linewidth=1.0, linestyle=mark.dashes)
         _write(strip, mark.words, mark.at_s, height, 9.0, mark.colour)
-    later = [m for m in milestones.releases[1:] if m.at_s >= first_s]
+    later = [m for m in run.record.releases[1:] if m.at_s >= first_s]
     for moment in later:
         for axis in panels:
             axis.axvline(moment.at_s, color=_RELEASED, linewidth=0.6, alpha=0.7, zorder=2)
     _write_times(strip, later, _CROWDED * (last_s - first_s))
 
 
-def _quiet(milestones: Milestones) -> bool:
+def _quiet(run: Run) -> bool:
     """Whether nothing was reported and nothing was done."""
-    return not (milestones.reports or milestones.releases or milestones.fallbacks)
+    return not (run.record.diagnosed or run.record.releases or run.record.fallbacks)
 
 
-def _write_times(strip: Axes, later: Sequence[Moment], apart_s: float) -> None:
+def _write_times(strip: Axes, later: Sequence[Release], apart_s: float) -> None:
     """Times of later releases on the lowest line, where there is room."""
     written_s = -apart_s
     for number, moment in enumerate(later):
@@ -89,7 +89,7 @@ def _write(strip: Axes, words: str, at_s: float, height: float, size: float, col
         text.set(x=-4, ha="right")
 
 
-def explained(run: RunResult, milestones: Milestones, machine: StateMachine) -> list[Mark]:
+def explained(run: Run, machine: StateMachine) -> list[Mark]:
     """Onset, detection, first release, first fallback and completion, as far as they happened, in order of time."""
     onset = run.scenario.onset_s
     labels = {state.name: state.label for state in machine.states}
@@ -98,16 +98,16 @@ def explained(run: RunResult, milestones: Milestones, machine: StateMachine) -> 
         marks.append(Mark(onset, f"{run.scenario.fault} begins, {onset:g} s", _ONSET, (0, (2, 2))))
     if run.detected_s is not None:
         marks.append(Mark(run.detected_s, f"noticed{_when(run.detected_s, onset)}", _NOTICED, "solid"))
-    if milestones.releases:
-        first = milestones.releases[0]
-        words = f"actions released{_when(first.at_s, onset)}, to reach {labels.get(first.what, first.what)!r}"
+    if run.record.releases:
+        first = run.record.releases[0]
+        words = f"actions released{_when(first.at_s, onset)}, to reach {labels.get(first.target, first.target)!r}"
         marks.append(Mark(first.at_s, words, _RELEASED, "solid"))
-    if milestones.fallbacks:
-        first = milestones.fallbacks[0]
-        marks.append(Mark(first.at_s, f"fallback {first.what!r} acts{_when(first.at_s, onset)}", _FALLBACK, "solid"))
+    if run.record.fallbacks:
+        at_s, acted = run.record.fallbacks[0]
+        marks.append(Mark(at_s, f"fallback {acted.strategy!r} acts{_when(at_s, onset)}", _FALLBACK, "solid"))
     if run.complete_s is not None:
         nominal = f" (without the fault {run.nominal_s:.0f} s)" if onset is not None and run.nominal_s else ""
-        reached = [m.what for m in milestones.states if m.at_s <= run.complete_s][-1]
+        reached = [state for state, at_s in run.record.states if at_s <= run.complete_s][-1]
         marks.append(Mark(run.complete_s, f"{labels[reached]}, {run.complete_s:.0f} s{nominal}", _COMPLETE, "solid"))
     return sorted(marks, key=lambda mark: mark.at_s)
 

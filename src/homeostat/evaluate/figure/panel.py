@@ -9,7 +9,7 @@ import numpy as np
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.tag import Role
 from homeostat.evaluate.figure.limits import draw_guards, draw_limits
-from homeostat.evaluate.run import RunResult
+from homeostat.evaluate.run import Run
 from homeostat.plants.settings.figure_panel import LinePanel, Panel
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ _MARGIN: Final = 0.06
 """Free part of the axis above and below what is drawn [1]."""
 
 
-def draw_lines(axis: Axes, panel: LinePanel, plant: PlantDescription, run: RunResult, started_s: float) -> None:
+def draw_lines(axis: Axes, panel: LinePanel, plant: PlantDescription, run: Run, started_s: float) -> None:
     """Draw the panel's tags and limits over the x axis that ``axis`` has already.
 
     From ``started_s`` [s], when the plant left start-up, limits are in force and every true value is inside the axis.

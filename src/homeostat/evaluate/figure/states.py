@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from homeostat.domain.plant.state_machine import StateMachine
-from homeostat.record.milestones import Milestones
+from homeostat.record.run_record import RunRecord
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,13 +34,13 @@ class Row:
     """Begin and end of every stay, in order of time [s]."""
 
 
-def rows(machine: StateMachine, milestones: Milestones, first_s: float, last_s: float) -> list[Row]:
+def rows(machine: StateMachine, record: RunRecord, first_s: float, last_s: float) -> list[Row]:
     """States that the plant was in between ``first_s`` and ``last_s`` [s], in order of entry."""
     known = {state.name: state for state in machine.states}
-    entered = [(0.0, machine.initial.name), *((m.at_s, m.what) for m in milestones.states)]
+    entered = [(0.0, machine.initial.name), *((at_s, state) for state, at_s in record.states)]
     # A fallback that the machine answers with a state of its own is named by that state.
-    answered = {m.at_s for m in milestones.states}
-    entered += [(m.at_s, _FALLBACK) for m in milestones.fallbacks if m.at_s not in answered]
+    answered = {at_s for _, at_s in record.states}
+    entered += [(at_s, _FALLBACK) for at_s, _ in record.fallbacks if at_s not in answered]
     entered.sort(key=lambda entry: entry[0])
     stays: dict[str, list[tuple[float, float]]] = {}
     for (begin, name), (end, _) in pairwise([*entered, (last_s, "")]):

@@ -3,46 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 from homeostat.agents.search.planning import EVENT
-from homeostat.domain.events.guard import FellBack
-from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.reference.alternatives import as_usual, avoidable, needless, released_set
 from homeostat.evaluate.reference.unsupervised import Unattended
 from homeostat.evaluate.scenario import Scenario
-from homeostat.evaluate.score.limits_in_force import LimitsInForce, Span, in_force
+from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
 from homeostat.evaluate.score.outcome import Facts
 from homeostat.evaluate.score.scoring import exposures, fed_at_end, has_product, inside_at_end
 from homeostat.plants.plant import Case
-from homeostat.record.releases import Release
-
-
-class Record(Protocol):
-    """What was recorded of a run."""
-
-    stepwise: bool
-    """Whether every step is released, the steps of a batch as usual too."""
-    started_s: float | None
-    """Process time at which the plant left start-up [s]; None where it did not."""
-    start_ups: list[Span]
-    """Start-ups that the guard told of, from and to which process time [s]; the last may have no end yet: infinite."""
-    states: list[tuple[str, float]]
-    """States of the machine, each with the process time at which it was entered [s]."""
-    attempts: list[Attempted]
-    """Proposals that were judged."""
-    fallbacks: list[tuple[float, FellBack]]
-    """Process time [s] and which fallback acted then."""
-
-    @property
-    def released(self) -> Sequence[Release]:
-        """What was released, in order."""
-        ...
+from homeostat.record.run_record import RunRecord
 
 
 def facts_of(
-    case: Case, scenario: Scenario, record: Record, truth: Trajectory, healthy: Unattended, detected_s: float | None
+    case: Case, scenario: Scenario, record: RunRecord, truth: Trajectory, healthy: Unattended, detected_s: float | None
 ) -> Facts:
     """The facts of a run; ``healthy``: the fault-free one, ``detected_s``: first report from the onset on [s]."""
     force, onset_s = limits_of(case, record, truth), scenario.onset_s
@@ -51,21 +26,27 @@ def facts_of(
     usual = record.stepwise and as_usual(case, [state for state, _ in record.states])
     written = bool(released) and not record.fallbacks and not usual
     return Facts(
-        avoidable=detected_s is not None and avoidable(
-            case, scenario, truth, force, detected_s,
+        avoidable=detected_s is not None
+        and avoidable(
+            case,
+            scenario,
+            truth,
+            force,
+            detected_s,
             released_set(case, released[0], record.attempts) if released else None,
         ),
         inside_at_end=inside_at_end(truth, force),
         fell_back=bool(record.fallbacks),
-        missed=onset_s is not None and detected_s is None
+        missed=onset_s is not None
+        and detected_s is None
         and any(e.from_detection_s > 0.0 for e in exposures(truth, force, onset_s)),
         released=bool(released),
         needless=written and needless(case, scenario, truth, started_s if onset_s is None else onset_s),
         produces=_produces(case, record, truth, healthy),
-    )  # fmt: skip
+    )
 
 
-def limits_of(case: Case, record: Record, truth: Trajectory) -> LimitsInForce:
+def limits_of(case: Case, record: RunRecord, truth: Trajectory) -> LimitsInForce:
     """The limits that held in a run, at each of its moments."""
     return in_force(case.description, record.states, truth.start_s, record.start_ups)
 
@@ -82,7 +63,7 @@ def _ends(case: Case) -> set[str]:
     return {s.name for s in machine.states if s.recovery_target and machine.is_end(s.name, EVENT)}
 
 
-def _produces(case: Case, record: Record, truth: Trajectory, healthy: Unattended) -> bool:
+def _produces(case: Case, record: RunRecord, truth: Trajectory, healthy: Unattended) -> bool:
     """Whether the batch is complete with its product; a plant that knows no batch is fed at the end."""
     if not _ends(case):
         return fed_at_end(truth, case.production)

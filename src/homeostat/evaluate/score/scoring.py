@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from homeostat.domain.plant.production import Production
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.process.types import Row
+from homeostat.record.result import Exposure
 
 CALM_S = 60.0
 """A plant that ends inside its hard limits keeps them over the last this many seconds [s]."""
@@ -28,18 +28,6 @@ SAME_LOSS = 0.005
 """Losses of production that differ by no more than this are the same: disturbances alone make as much [1]."""
 _EQUAL = 1e-9
 """What rounding may make of a share [1]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Exposure:
-    """How long the true value was outside one limit."""
-
-    limit: str
-    """Name of the limit."""
-    from_detection_s: float
-    """Seconds outside from detection on [s]."""
-    total_s: float
-    """Seconds outside in the whole run [s]."""
 
 
 def exposures(truth: Trajectory, force: LimitsInForce, detected_s: float | None) -> tuple[Exposure, ...]:

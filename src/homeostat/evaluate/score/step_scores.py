@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from homeostat.agents.language.answers import unfenced
@@ -14,49 +13,10 @@ from homeostat.evaluate.reference.best_route import best_route
 from homeostat.evaluate.scenario import Scenario
 from homeostat.llm.situated import SUPPLIED
 from homeostat.plants.plant import Case
+from homeostat.record.result import StepScores
 
 ON = 0.05
 """An actuator is on above this value; everything that is switched goes from 0 to 1 [1]."""
-
-
-@dataclass(frozen=True, slots=True)
-class StepScores:
-    """How many answers were right."""
-
-    plans: int
-    """Answers of the planning agent."""
-    plans_right: int
-    """Those that name the state which follows on the best route."""
-    actions: int
-    """Answers of the action agent."""
-    actions_right: int
-    """Those that switch on what the state that was named needs, and nothing else."""
-    on_right: int
-    """Actuators that were switched on and had to be."""
-    on_wrong: int
-    """Actuators that were switched on and had not to be."""
-    on_missed: int
-    """Actuators that had to be switched on and were not."""
-
-    @property
-    def plan_correctness(self) -> float | None:
-        """Share of right plans [1]; None where none was asked for."""
-        return _share(self.plans_right, self.plans)
-
-    @property
-    def action_correctness(self) -> float | None:
-        """Share of right action answers [1]; None where none was asked for."""
-        return _share(self.actions_right, self.actions)
-
-    @property
-    def precision(self) -> float | None:
-        """Share of the actuators switched on that had to be [1]; None where none was."""
-        return _share(self.on_right, self.on_right + self.on_wrong)
-
-    @property
-    def recall(self) -> float | None:
-        """Share of the actuators that had to be switched on and were [1]; None where none had to."""
-        return _share(self.on_right, self.on_right + self.on_missed)
 
 
 def score_steps(case: Case, scenario: Scenario, said: Sequence[Said]) -> StepScores | None:
@@ -76,11 +36,14 @@ def score_steps(case: Case, scenario: Scenario, said: Sequence[Said]) -> StepSco
     acted = [(states[name], switched) for name, switched in _acted(said) if name in states]
     needed = [(_needed(state), switched) for state, switched in acted]
     return StepScores(
-        plans=len(plans), plans_right=right,
-        actions=len(needed), actions_right=sum(must == on for must, on in needed),
-        on_right=sum(len(must & on) for must, on in needed), on_wrong=sum(len(on - must) for must, on in needed),
+        plans=len(plans),
+        plans_right=right,
+        actions=len(needed),
+        actions_right=sum(must == on for must, on in needed),
+        on_right=sum(len(must & on) for must, on in needed),
+        on_wrong=sum(len(on - must) for must, on in needed),
         on_missed=sum(len(must - on) for must, on in needed),
-    )  # fmt: skip
+    )
 
 
 def _acted(said: Sequence[Said]) -> list[tuple[str, frozenset[str]]]:
@@ -113,7 +76,3 @@ def _field(answer: str, name: str) -> object:
     except ValueError:
         return None
     return value.get(name) if isinstance(value, dict) else None
-
-
-def _share(part: int, whole: int) -> float | None:
-    return part / whole if whole else None

@@ -13,12 +13,13 @@ from homeostat.domain.recovery import Command
 from homeostat.evaluate.reference.best_constant import STRIDE_S, BestConstant, best_constant
 from homeostat.evaluate.reference.best_route import best_route, executive_along
 from homeostat.evaluate.reference.unsupervised import fault_free
-from homeostat.evaluate.run import RunResult, run_steered
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.runner import run_steered
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.study.plan.expansion import loaded
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.row import HINDSIGHT, Row
-from homeostat.evaluate.study.row_of import Observed, row_of, succeeded
+from homeostat.evaluate.study.row_of import row_of, succeeded
 from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Case
 
@@ -40,19 +41,19 @@ def hindsight_row(job: Job) -> Row:
     found = _best_batch(case, chosen) if idle.nominal_s is not None else _best_setpoints(case, chosen)
     if found is None and succeeded(idle):
         found = idle  # limits are broken whatever is done, and the plant comes back by itself
-    row = row_of(job, Observed(found or idle, None, ()), "")
+    row = row_of(job, found or idle, "")
     outcome = "possible" if found else "impossible"
     return replace(row, success=found is not None, actor=HINDSIGHT, outcome=outcome, wall_s=time.monotonic() - begin)
 
 
-def _best_batch(case: Case, chosen: Scenario) -> RunResult | None:
+def _best_batch(case: Case, chosen: Scenario) -> Run | None:
     best = best_route(case, chosen)
     if best is None:
         return None
     return run_steered(case, chosen, executive_along(case, best.path, best.values))
 
 
-def _best_setpoints(case: Case, chosen: Scenario) -> RunResult | None:
+def _best_setpoints(case: Case, chosen: Scenario) -> Run | None:
     if chosen.onset_s is None:
         return None
     onset_s = float(max(1, math.ceil(chosen.onset_s)))  # the first second at which anything can be commanded

@@ -8,18 +8,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.conditions.conditions import Conditions
-from homeostat.evaluate.recorded_run import RecordedRun, record_run
-from homeostat.evaluate.run import RunResult
+from homeostat.evaluate.recorded_run import record_run
+from homeostat.evaluate.run import Run
 from homeostat.evaluate.study.hindsight import hindsight_row
 from homeostat.evaluate.study.plan.ablation import ABLATIONS
 from homeostat.evaluate.study.plan.expansion import loaded
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.plan.unknown import without_faults
 from homeostat.evaluate.study.row import HINDSIGHT, Row
-from homeostat.evaluate.study.row_of import Observed, notable, row_of
-from homeostat.journal.events import Event, Subscriber
+from homeostat.evaluate.study.row_of import notable, row_of
 from homeostat.record.directory import RunDirectory
 
 RUNS = "runs"
@@ -55,35 +53,31 @@ def measure(job: Job, kept: Kept) -> Row:
 
 
 def _measured(job: Job, folder: Path, trace: str) -> Row:
-    events: list[Event] = []
-
-    def on_event(event: Event, at_s: float) -> None:
-        events.append(event)
-
-    def is_kept(run: RunResult) -> bool:
+    def is_kept(run: Run) -> bool:
         return bool(trace) and (job.keep == "all" or notable(job, run))
 
     with RunDirectory(folder) as directory:
-        done = _recorded(job, directory, on_event, is_kept)
+        done = _recorded(job, directory, is_kept)
         if directory.missing:
             raise OSError(f"the record in {str(directory.path)!r} is incomplete: {directory.missing}")
-    observed = Observed(done.run, done.result.steps, tuple(events))
-    return row_of(job, observed, trace if is_kept(done.run) else "")
+    return row_of(job, done, trace if is_kept(done) else "")
 
 
-def _recorded(
-    job: Job, directory: RunDirectory, on_event: Subscriber, is_kept: Callable[[RunResult], bool]
-) -> RecordedRun:
+def _recorded(job: Job, directory: RunDirectory, is_kept: Callable[[Run], bool]) -> Run:
     case, ablation, entrant = loaded(job.scenario.case), ABLATIONS[job.ablation], job.entrant
     known = without_faults(case, [f.fault for f in job.scenario.faults]) if job.kind == "unknown" else case
     conditions = Conditions(
         entrant.protocol, entrant.label_given or ablation.label_given, ablation.reprompting, ablation.ensemble
     )
     return record_run(
-        case, job.scenario, directory, job.thinking, entrant.who, on_event, _unwatched,
-        entrant.language(ablation.grounding), conditions, entrant.propose, known, is_kept,
-    )  # fmt: skip
-
-
-def _unwatched(snapshot: Snapshot) -> None:
-    """Nobody looks on."""
+        case,
+        job.scenario,
+        directory,
+        job.thinking,
+        entrant.who,
+        language=entrant.language(ablation.grounding),
+        conditions=conditions,
+        propose=entrant.propose,
+        known=known,
+        kept=is_kept,
+    )

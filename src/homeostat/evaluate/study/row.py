@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from homeostat.evaluate.score.outcome import FORMER, outcome_kind
+from homeostat.domain.outcome import FORMER, outcome_named
 
 HINDSIGHT = "hindsight"
 """Proposer of the rows that say what was possible: an exhaustive search on the true plant."""
@@ -52,7 +52,7 @@ class Row:
     """Whether the plant makes batches: its scores are completion and delay instead of production alone."""
 
     outcome: str
-    """An :class:`homeostat.evaluate.score.outcome.OutcomeKind`; ``possible`` or ``impossible`` for hindsight."""
+    """An :class:`homeostat.evaluate.score.outcome.Outcome`; ``possible`` or ``impossible`` for hindsight."""
     success: bool
     """The plant ended inside its hard limits, a batch complete, and no fallback acted."""
     actor: str
@@ -177,6 +177,6 @@ def row_from(kept: Mapping[str, Any]) -> Row:
     """
     outcome = kept["outcome"]
     if outcome == FORMER:
-        outcome = outcome_kind(FORMER, kept["fallbacks"] > 0).value
+        outcome = outcome_named(FORMER, kept["fallbacks"] > 0).value
     sequences = {name: tuple(kept[name]) for name in ("severity", "onset_s")}
     return Row(**{**kept, **sequences, "outcome": outcome})

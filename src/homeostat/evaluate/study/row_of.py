@@ -2,119 +2,133 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import TypedDict
+from dataclasses import asdict, fields
+from typing import Any
 
 import numpy as np
 
-from homeostat.domain.diagnosis import Hypothesis
-from homeostat.domain.events.guard import FellBack
-from homeostat.domain.events.recovery import Attempted, Noticed
+from homeostat.domain.diagnosis import Hypothesis, by_fault_set
+from homeostat.domain.events.recovery import Noticed
 from homeostat.domain.snapshot import Trajectory
-from homeostat.evaluate.run import RunResult
-from homeostat.evaluate.score.belief import merge
+from homeostat.evaluate.run import Run, finite
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.evaluate.score.scoring import inside_at_end
-from homeostat.evaluate.score.step_scores import StepScores
-from homeostat.evaluate.study.plan.expansion import loaded
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.row import YARDSTICKS, Row
 from homeostat.evaluate.study.usage import usage_of
-from homeostat.journal.events import Event
+from homeostat.journal.calls import ModelCalled
 from homeostat.plants.plant import Case
-from homeostat.record.releases import Releases
+from homeostat.record.result import StepScores
+from homeostat.record.run_record import NOBODY
 
 SPILLED = "spilled_L"
 """Total of what leaked or overflowed, where a case adds it up [L]."""
 
-NOBODY = "none"
-"""Actor of a run in which nothing was released but the steps of a batch as usual."""
+STEPS = tuple(field.name for field in fields(StepScores))
+"""Columns about single steps."""
 
 
-@dataclass(frozen=True, slots=True)
-class Observed:
-    """What is known of a run that has ended."""
-
-    run: RunResult
-    """Its score."""
-    steps: StepScores | None
-    """Scores of single steps; None where none were asked for."""
-    events: tuple[Event, ...]
-    """Its trace."""
-
-
-def succeeded(run: RunResult) -> bool:
+def succeeded(run: Run) -> bool:
     """Whether a run ended inside its hard limits, a batch complete or start-up over, without the fallback."""
     ended = run.complete_s is not None or (run.nominal_s is None and not run.force.starting(run.truth)[-1])
     return ended and run.actor != "fallback" and inside_at_end(run.truth, run.force)
 
 
-def notable(job: Job, run: RunResult) -> bool:
+def notable(job: Job, run: Run) -> bool:
     """Whether somebody will want to see why a run ended as it did: no success, or a hard limit was broken.
 
     What nobody proposed is no matter for anybody: yardsticks are there to fail.
     """
     if job.entrant.who in YARDSTICKS:
         return False
-    hard = {limit.name for limit in loaded(job.scenario.case).description.limits.hard}
+    hard = {limit.name for limit in run.plant.description.limits.hard}
     return not succeeded(run) or any(e.total_s > 0.0 for e in run.exposures if e.limit in hard)
 
 
-def row_of(job: Job, seen: Observed, trace: str) -> Row:
+def row_of(job: Job, run: Run, trace: str) -> Row:
     """The row of ``job``; ``trace``: folder that its run is kept in, empty for none."""
-    case, run, s = loaded(job.scenario.case), seen.run, job.scenario
-    hard = {limit.name for limit in case.description.limits.hard}
-    exposed = [e for e in run.exposures if e.limit in hard]
-    origin = s.onset_s if s.onset_s is not None else run.started_s
-    margin, limit = least_margin(case, run.truth, run.force)
-    usage = usage_of(seen.events, run.said)
-    attempts = [e for e in seen.events if isinstance(e, Attempted)]
-    releases, fallbacks = len(Releases.of(seen.events).made), _count(seen.events, FellBack)
-    belief = _belief(run.hypotheses, s.fault)
     return Row(
-        job=job.name, case=s.case, scenario=job.label, kind=job.kind, published=job.published,
-        proposer=job.entrant.label, ablation=job.ablation, seed=s.seed, fault=s.fault,
-        severity=tuple(f.severity for f in s.faults), onset_s=tuple(f.onset_s for f in s.faults),
-        batch=run.nominal_s is not None,
-        outcome=run.outcome.value, success=succeeded(run), actor=run.actor, state=run.state, reason=run.reason,
-        detection_s=_after(run.detected_s, s.onset_s), false_alarm=run.false_alarm,
-        released_s=_after(run.released_s, origin), releases=releases, fallbacks=fallbacks, attempts=len(attempts),
-        refused=sum(not a.approved for a in attempts), decisions=_count(seen.events, Noticed),
-        acted=run.actor != NOBODY,
-        exposure_s=max((e.total_s for e in exposed), default=0.0),
-        exposure_detected_s=None if run.detected_s is None else max((e.from_detection_s for e in exposed), default=0.0),
-        least_margin=margin, least_margin_limit=limit, approved_margin=_finite(run.min_margin),
-        production_loss=_finite(run.production_loss), complete_s=run.complete_s, nominal_s=run.nominal_s,
-        spilled_L=run.totals.get(SPILLED),
-        believed=belief.name, believed_p=belief.probability, true_p=belief.true_p, brier=belief.brier,
-        **_step_columns(seen.steps), **usage.columns,
-        wall_decision_s=None if run.actor == NOBODY else run.thinking_s, wall_thinking_s=run.thought_s,
-        wall_call_s=usage.wall_call_s, wall_s=run.wall_s, trace=trace,
-    )  # fmt: skip
+        **_asked(job, run),
+        **_ended(run),
+        **_done(job, run),
+        **_endured(run),
+        **_believed(run.hypotheses, job.scenario.fault),
+        **_steps(run.steps),
+        **usage_of(run.record.of_kind(ModelCalled), run.said),
+        wall_decision_s=None if run.actor == NOBODY else run.thinking_s,
+        wall_thinking_s=run.thought_s,
+        wall_s=run.wall_s,
+        trace=trace,
+    )
 
 
-class StepColumns(TypedDict):
-    """The columns of a row that are about single steps."""
-
-    plans: int | None
-    plans_right: int | None
-    actions: int | None
-    actions_right: int | None
-    on_right: int | None
-    on_wrong: int | None
-    on_missed: int | None
+def _steps(steps: StepScores | None) -> dict[str, Any]:
+    return dict.fromkeys(STEPS) if steps is None else asdict(steps)
 
 
-def _step_columns(steps: StepScores | None) -> StepColumns:
-    if steps is None:
-        return StepColumns(plans=None, plans_right=None, actions=None, actions_right=None, on_right=None,
-                           on_wrong=None, on_missed=None)  # fmt: skip
-    return StepColumns(
-        plans=steps.plans, plans_right=steps.plans_right, actions=steps.actions, actions_right=steps.actions_right,
-        on_right=steps.on_right, on_wrong=steps.on_wrong, on_missed=steps.on_missed,
-    )  # fmt: skip
+def _asked(job: Job, run: Run) -> dict[str, Any]:
+    s = job.scenario
+    return {
+        "job": job.name,
+        "case": s.case,
+        "scenario": job.label,
+        "kind": job.kind,
+        "published": job.published,
+        "proposer": job.entrant.label,
+        "ablation": job.ablation,
+        "seed": s.seed,
+        "fault": s.fault,
+        "severity": tuple(f.severity for f in s.faults),
+        "onset_s": tuple(f.onset_s for f in s.faults),
+        "batch": run.nominal_s is not None,
+    }
+
+
+def _ended(run: Run) -> dict[str, Any]:
+    return {
+        "outcome": run.outcome.value,
+        "success": succeeded(run),
+        "actor": run.actor,
+        "state": run.state,
+        "reason": run.reason,
+        "false_alarm": run.false_alarm,
+        "acted": run.actor != NOBODY,
+        "approved_margin": finite(run.min_margin),
+        "production_loss": finite(run.production_loss),
+        "complete_s": run.complete_s,
+        "nominal_s": run.nominal_s,
+        "spilled_L": run.totals.get(SPILLED),
+    }
+
+
+def _done(job: Job, run: Run) -> dict[str, Any]:
+    """What was reported and done, and how often."""
+    onset_s, record = job.scenario.onset_s, run.record
+    origin_s = run.started_s if onset_s is None else onset_s
+    return {
+        "detection_s": _after(run.detected_s, onset_s),
+        "released_s": _after(run.released_s, origin_s),
+        "releases": len(record.releases),
+        "fallbacks": len(record.fallbacks),
+        "attempts": run.attempts,
+        "refused": sum(not attempt.approved for attempt in record.attempts),
+        "decisions": len(record.of_kind(Noticed)),
+    }
+
+
+def _endured(run: Run) -> dict[str, Any]:
+    """How long and how far the plant was outside its hard limits."""
+    hard = {limit.name for limit in run.plant.description.limits.hard}
+    exposed = [e for e in run.exposures if e.limit in hard]
+    detected_s = max((e.from_detection_s for e in exposed), default=0.0)
+    margin, limit = least_margin(run.plant, run.truth, run.force)
+    return {
+        "exposure_s": max((e.total_s for e in exposed), default=0.0),
+        "exposure_detected_s": None if run.detected_s is None else detected_s,
+        "least_margin": margin,
+        "least_margin_limit": limit,
+    }
 
 
 def least_margin(case: Case, truth: Trajectory, force: LimitsInForce) -> tuple[float, str]:
@@ -134,33 +148,17 @@ def least_margin(case: Case, truth: Trajectory, force: LimitsInForce) -> tuple[f
     return min(found)
 
 
-@dataclass(frozen=True, slots=True)
-class _Belief:
-    name: str = ""
-    probability: float | None = None
-    true_p: float | None = None
-    brier: float | None = None
-
-
-def _belief(hypotheses: Iterable[Hypothesis], truth: str) -> _Belief:
+def _believed(hypotheses: Iterable[Hypothesis], truth: str) -> dict[str, Any]:
     """What was held most probable, and how good all of it was; fault sets count, sizes do not."""
-    beliefs = merge(hypotheses)
-    if not beliefs:
-        return _Belief()
-    given = {"+".join(sorted(b.name.split("+"))): b.probability for b in beliefs}
+    held = by_fault_set(hypotheses)
+    if not held:
+        return {"believed": "", "believed_p": None, "true_p": None, "brier": None}
+    given = {"+".join(sorted(each.name.split("+"))): each.probability for each in held}
     true = "+".join(sorted(truth.split("+")))
     brier = sum((p - (name == true)) ** 2 for name, p in given.items()) + (true not in given)
     best = max(given, key=lambda name: given[name])
-    return _Belief(best, given[best], given.get(true, 0.0), brier)
-
-
-def _count(events: Iterable[Event], kind: type[Event]) -> int:
-    return sum(isinstance(e, kind) for e in events)
+    return {"believed": best, "believed_p": given[best], "true_p": given.get(true, 0.0), "brier": brier}
 
 
 def _after(at_s: float | None, origin_s: float | None) -> float | None:
     return None if at_s is None or origin_s is None else at_s - origin_s
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None

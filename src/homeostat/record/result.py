@@ -8,13 +8,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.diagnosis import FaultProbability, FaultState
+from homeostat.domain.outcome import Outcome, outcome_named
 from homeostat.domain.recovery import Command
-from homeostat.evaluate.run import RunResult
-from homeostat.evaluate.score.belief import Belief, merge
-from homeostat.evaluate.score.outcome import OutcomeKind, outcome_kind
-from homeostat.evaluate.score.scoring import Exposure
-from homeostat.evaluate.score.step_scores import StepScores
 from homeostat.journal.encode import Json
 
 RESULT = "result.json"
@@ -28,6 +24,58 @@ class ResultError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
+class Exposure:
+    """How long the true value was outside one limit."""
+
+    limit: str
+    """Name of the limit."""
+    from_detection_s: float
+    """Seconds outside from detection on [s]."""
+    total_s: float
+    """Seconds outside in the whole run [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepScores:
+    """How many answers were right."""
+
+    plans: int
+    """Answers of the planning agent."""
+    plans_right: int
+    """Those that name the state which follows on the best route."""
+    actions: int
+    """Answers of the action agent."""
+    actions_right: int
+    """Those that switch on what the state that was named needs, and nothing else."""
+    on_right: int
+    """Actuators that were switched on and had to be."""
+    on_wrong: int
+    """Actuators that were switched on and had not to be."""
+    on_missed: int
+    """Actuators that had to be switched on and were not."""
+
+    @property
+    def plan_correctness(self) -> float | None:
+        """Share of right plans [1]; None where none was asked for."""
+        return _share(self.plans_right, self.plans)
+
+    @property
+    def action_correctness(self) -> float | None:
+        """Share of right action answers [1]; None where none was asked for."""
+        return _share(self.actions_right, self.actions)
+
+    @property
+    def precision(self) -> float | None:
+        """Share of the actuators switched on that had to be [1]; None where none was."""
+        return _share(self.on_right, self.on_right + self.on_wrong)
+
+    @property
+    def recall(self) -> float | None:
+        """Share of the actuators that had to be switched on and were [1]; None where none had to."""
+        return _share(self.on_right, self.on_right + self.on_missed)
+
+
+@dataclass(frozen=True, slots=True)
 class Result:
     """The score of one run and what led to it."""
 
@@ -37,7 +85,7 @@ class Result:
     """Injected faults joined by '+'; ``none`` where there was none."""
     seed: int
     """Seed of the run."""
-    outcome: OutcomeKind
+    outcome: Outcome
     """How it ended."""
     actor: str
     """Who acted: ``search``, ``language``, ``fallback`` or ``none``."""
@@ -49,7 +97,7 @@ class Result:
     """Process time of the first release [s]."""
     attempts: int
     """Proposals that were judged."""
-    hypotheses: tuple[Belief, ...]
+    hypotheses: tuple[FaultProbability, ...]
     """The last diagnosis before the first release, most probable first."""
     actions: tuple[Command, ...]
     """The last commands that were written."""
@@ -122,37 +170,6 @@ class Result:
         )
 
 
-def result_of(run: RunResult, trace: Path, steps: StepScores | None = None) -> Result:
-    """The result of ``run``, whose record is in folder ``trace``; what is not a finite number becomes None.
-
-    ``steps``: scores of single steps, where they were asked for.
-    """
-    return Result(
-        case=run.scenario.case,
-        fault=run.scenario.fault,
-        seed=run.scenario.seed,
-        outcome=run.outcome,
-        actor=run.actor,
-        onset_s=run.scenario.onset_s,
-        detected_s=run.detected_s,
-        released_s=run.released_s,
-        attempts=run.attempts,
-        hypotheses=merge(run.hypotheses),
-        actions=run.actions,
-        min_margin=_finite(run.min_margin),
-        limit_exposure_s=run.exposures,
-        production_loss=_finite(run.production_loss),
-        state=run.state,
-        complete_s=run.complete_s,
-        nominal_s=run.nominal_s,
-        totals=dict(run.totals),
-        steps=steps,
-        thinking_s=run.thinking_s,
-        wall_s=run.wall_s,
-        trace=str(trace),
-    )
-
-
 def read_result(run_dir: Path) -> Result | None:
     """The result kept in ``run_dir``; None where the run has none, ResultError where it cannot be read."""
     try:
@@ -167,7 +184,7 @@ def read_result(run_dir: Path) -> Result | None:
         return Result(
             **{
                 **content,
-                "outcome": outcome_kind(content["outcome"], content["actor"] == "fallback"),
+                "outcome": outcome_named(content["outcome"], content["actor"] == "fallback"),
                 "steps": None if content["steps"] is None else StepScores(**content["steps"]),
                 "hypotheses": tuple(_belief(item) for item in content["hypotheses"]),
                 "actions": tuple(Command(**item) for item in content["actions"]),
@@ -180,22 +197,24 @@ def read_result(run_dir: Path) -> Result | None:
         raise ResultError(f"{str(run_dir / RESULT)!r} is not a result: {error!r}; verify the run") from error
 
 
-def _severity(belief: Belief) -> Json:
+def _severity(belief: FaultProbability) -> Json:
     """A number for one fault, an object fault -> severity for several, null for none; in each fault's unit."""
     if len(belief.faults) == 1:
         return belief.faults[0].severity
     return {f.fault: f.severity for f in belief.faults} or None
 
 
-def _belief(item: dict[str, Any]) -> Belief:
+def _belief(item: dict[str, Any]) -> FaultProbability:
     severity = item["severity"]
     if severity is None:
         severity = {}
     elif not isinstance(severity, dict):
         severity = {item["fault"]: severity}
     # The onset that was believed is in the journal, not in the result.
-    return Belief(tuple(FaultState(name, size, math.nan) for name, size in severity.items()), item["probability"])
+    return FaultProbability(
+        tuple(FaultState(name, size, math.nan) for name, size in severity.items()), item["probability"]
+    )
 
 
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
+def _share(part: int, whole: int) -> float | None:
+    return part / whole if whole else None

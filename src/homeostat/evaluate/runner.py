@@ -1,0 +1,204 @@
+"""Runs: one scenario from start to score."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+from homeostat.agents.bounds import Budget
+from homeostat.agents.roles import AskingProtocol, Monitoring, Proposer
+from homeostat.domain.events.guard import StateEntered
+from homeostat.domain.observation import Observation
+from homeostat.domain.recovery import Command
+from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.conditions.label_given import LabelGiven
+from homeostat.evaluate.conditions.most_probable import MostProbable, without_ensemble
+from homeostat.evaluate.conditions.transcript import ListeningModel
+from homeostat.evaluate.local_control import LocalControl, Told
+from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.reference.unsupervised import Steered, fault_free, open_process, watch
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.scenario import Scenario
+from homeostat.evaluate.score.facts import completion_s, facts_of, limits_of
+from homeostat.evaluate.score.outcome import outcome
+from homeostat.evaluate.score.scoring import exposures, production_loss
+from homeostat.evaluate.shown import Shown, Watcher
+from homeostat.guard.sequence.sequencer import Sequencer
+from homeostat.journal import MemoryTrace, Trace
+from homeostat.journal.archive import Archive, NoArchive
+from homeostat.links.clock import DeclaredClock, ThinkingClock
+from homeostat.links.simulated import LinkConfiguration, SimulatedLink
+from homeostat.links.true_process import TrueProcess
+from homeostat.plants.assembly import (
+    Arrangement,
+    Assembly,
+    Language,
+    Propose,
+    Workbench,
+    check_protocol,
+    in_operation,
+    new_sequencer,
+    wire,
+)
+from homeostat.plants.plant import Case
+from homeostat.record.run_record import RunRecord
+
+
+def run_steered(
+    case: Case, scenario: Scenario, sequencer: Sequencer, at_s: float = math.inf, commands: tuple[Command, ...] = ()
+) -> Run:
+    """Run ``scenario`` with nobody but ``sequencer``, ``commands`` being given at ``at_s`` [s], and score it."""
+    begin, clock, trace = time.monotonic(), DeclaredClock(0.0), MemoryTrace()
+    record = RunRecord(lambda: clock.total_s)
+    trace.subscribe(record)
+    process = watch(open_process(case, scenario), Steered(sequencer, at_s, commands))
+    _note_states(sequencer, trace)
+    return _score(case, scenario, record, process, clock.total_s, time.monotonic() - begin)
+
+
+def _note_states(sequencer: Sequencer, trace: Trace) -> None:
+    for state, at_s in sequencer.drain():
+        with contextlib.suppress(OSError):  # a full disk is no reason not to score the run
+            trace.record(StateEntered(state), at_s)
+
+
+def run(
+    case: Case,
+    scenario: Scenario,
+    trace: Trace | None = None,
+    clock: ThinkingClock | DeclaredClock | None = None,
+    budget: Budget | None = None,
+    watcher: Watcher | None = None,
+    archive: Archive | None = None,
+    language: Language | None = None,
+    conditions: Conditions | None = None,
+    propose: Propose | None = in_operation,
+    known: Case | None = None,
+    operation: Operation | None = None,
+) -> Run:
+    """Run ``scenario`` to its end and score it; everything that happens goes to ``trace``.
+
+    ``watcher`` is shown every snapshot; ``archive`` keeps what graph and models were asked and answered;
+    ``language`` proposes before the search does, unless ``propose`` makes other proposers; where that is None, nobody
+    acts, not even the fallback. ``conditions`` are those of a study; ``known`` is what the agents know of ``case``
+    where that is less; ``operation``: what may be done to the plant, and who orders anything. Raises CaseError where
+    the case cannot be asked for step by step.
+    """
+    begin = time.monotonic()
+    conditions = conditions or Conditions()
+    check_protocol(case, conditions.protocol)
+    clock = clock or ThinkingClock()
+    trace = trace or MemoryTrace()
+    record = RunRecord(lambda: clock.total_s, conditions.protocol is AskingProtocol.PER_STEP)
+    trace.subscribe(record)
+    process, shown = open_process(case, scenario), Shown(case.description.machine.initial.name, watcher)
+    listening = ListeningModel(language.model, lambda: shown.state) if language else None
+    if propose is None:
+        sequencer = new_sequencer(case)
+        watch(process, sequencer, shown.sampled)
+        _note_states(sequencer, trace)
+    else:
+        operation = operation or Operation()
+        arrangement = Arrangement(
+            mode=operation.mode,
+            guard=operation.guard,
+            memory=operation.past.memory if operation.past else None,
+            budget=budget or Budget(),
+            archive=archive or NoArchive(),
+            language=replace(language, model=listening) if language and listening else None,
+            protocol=conditions.protocol,
+            given=_informed(case, scenario, conditions),
+            propose=_once(propose, conditions),
+        )
+        link, local = _attach(case, process, operation)
+        lease = link if operation.mode.writes else None
+        assembly = wire(_known(known or case, conditions), lease, clock, trace, scenario.seed, arrangement)
+        if operation.past is not None:
+            for event, at_s in operation.past.events:
+                record(event, at_s)
+            if (unsaid := operation.past.unsaid(case)) is not None:
+                trace.record(unsaid, operation.past.at_s)
+            assembly.exchange.remember(operation.past.retrace(link, local))
+        assembly.run(link.source, _hook(shown, assembly, operation, local), operation.pace)
+    result = _score(case, scenario, record, process, clock.total_s, time.monotonic() - begin)
+    return replace(result, said=tuple(listening.said)) if listening else result
+
+
+def _attach(case: Case, process: TrueProcess, operation: Operation) -> tuple[SimulatedLink, LocalControl]:
+    """The simulated plant, and its own control, which runs the recipe where the guard does not."""
+    local = LocalControl(case, operation.mode.writes)
+    link = SimulatedLink(process, LinkConfiguration(recipe_by=case.recipe), local.sample)
+    local.leased = lambda: link.leased
+    return link, local
+
+
+def _hook(shown: Shown, assembly: Assembly, operation: Operation, local: LocalControl) -> Callable[[Observation], None]:
+    """Shows every tick, tells the plant's own control of it, and takes to the guard what people have ordered."""
+
+    def hook(seen: Observation) -> None:
+        local.told = Told(seen.state, seen.latched is not None, assembly.guard.carries)
+        shown(seen)
+        for order in operation.orders():
+            assembly.guard.mailbox.put(order)
+
+    return hook
+
+
+def _known(case: Case, conditions: Conditions) -> Case:
+    return case if conditions.ensemble else without_ensemble(case)
+
+
+def _informed(case: Case, scenario: Scenario, conditions: Conditions) -> Callable[[Monitoring], Monitoring]:
+    """What stands before the case's own monitoring."""
+
+    def informed(monitoring: Monitoring) -> Monitoring:
+        if conditions.label_given:
+            every_step = conditions.protocol is AskingProtocol.PER_STEP  # that is review enough
+            monitoring = LabelGiven(monitoring, scenario.faults, math.inf if every_step else case.monitoring.review_s)
+        return monitoring if conditions.ensemble else MostProbable(monitoring)
+
+    return informed
+
+
+def _once(propose: Propose, conditions: Conditions) -> Propose:
+    """``propose``, with one attempt each where there is no reprompting."""
+
+    def once(bench: Workbench) -> tuple[Proposer, ...]:
+        proposers = propose(bench)
+        return proposers if conditions.reprompting else tuple(replace(p, attempts=1) for p in proposers)
+
+    return once
+
+
+def _score(
+    case: Case, scenario: Scenario, record: RunRecord, process: TrueProcess, thought_s: float, wall_s: float
+) -> Run:
+    truth, onset_s = process.truth(), scenario.onset_s
+    healthy, force = fault_free(case, scenario.seed, scenario.end_s), limits_of(case, record, truth)
+    # A report before the onset is a false alarm, not a detection.
+    times = [*(at_s for at_s, _ in record.diagnosed), *record.tripped_s]
+    reports = [at_s for at_s in times if onset_s is None or at_s >= onset_s]
+    detected_s = min(reports, default=None)
+    started_s = truth.start_s if record.started_s is None else record.started_s
+    from_s = started_s if onset_s is None else onset_s
+    return Run(
+        plant=case,
+        scenario=scenario,
+        record=record,
+        truth=truth,
+        measured=process.measured(),
+        outcome=outcome(facts_of(case, scenario, record, truth, healthy, detected_s)),
+        detected_s=detected_s,
+        false_alarm=bool(record.diagnosed) if onset_s is None else len(reports) < len(record.diagnosed),
+        exposures=exposures(truth, force, detected_s),
+        force=force,
+        production_loss=production_loss(truth, healthy.truth, case.delivered, from_s),
+        complete_s=completion_s(case, record.states),
+        nominal_s=completion_s(case, healthy.states),
+        totals={name: float(truth.signals[v][0, -1]) for name, v in case.totals.items()},
+        thought_s=thought_s,
+        wall_s=wall_s,
+    )

@@ -1,0 +1,176 @@
+"""The record of a run: every event in order, and what follows from them; every account of a run is a view of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from typing import Self, TypeVar
+
+from homeostat.domain.diagnosis import FaultState, Hypothesis
+from homeostat.domain.events.guard import FellBack, StartUpBegan, StartUpEnded, StateEntered, Tripped
+from homeostat.domain.events.recovery import Attempted, Diagnosed, Noticed
+from homeostat.domain.recovery import Command
+from homeostat.journal.events import Event, RunStarted
+from homeostat.journal.memory import Entry
+from homeostat.record.releases import Release, Releases
+
+E = TypeVar("E")
+Span = tuple[float, float]
+"""First and last process time of something [s]."""
+NOBODY = "none"
+"""Actor of a run in which nothing was done but the steps of a batch as usual."""
+
+
+class RunRecord:
+    """Follows a trace, or reads one again; nothing in it knows what truly happened."""
+
+    def __init__(self, thought_s: Callable[[], float] = lambda: 0.0, stepwise: bool = False) -> None:
+        """``thought_s`` tells the wall-clock seconds of thinking so far; ``stepwise``: every step is released.
+
+        Then what is released before anything was diagnosed is the batch as usual, and counts for nothing.
+        """
+        self._thought_s, self.stepwise = thought_s, stepwise
+        self._entries: list[Entry] = []
+        self._releases = Releases()
+        self._usual: int | None = None  # releases before the first diagnosis
+        self._before_notice_s = 0.0
+        self.thinking_s: float | None = None
+        """Thinking from the notice that led to the first action until that action [s]; None while nothing was done."""
+
+    @classmethod
+    def of(cls, entries: Iterable[Entry]) -> Self:
+        """What ``entries`` say; nothing is known of the time that thinking took."""
+        record = cls()
+        for entry in entries:
+            record(entry.event, entry.at_s)
+        return record
+
+    def __call__(self, event: Event, at_s: float) -> None:
+        """Take one event."""
+        self._entries.append(Entry(at_s, event))
+        if isinstance(event, Diagnosed) and self._usual is None:
+            self._usual = len(self._releases.made)
+        if isinstance(event, Noticed):
+            self._before_notice_s = self._thought_s()
+        released = self._releases.take(event, at_s) and not (self.stepwise and self._usual is None)
+        if (released or isinstance(event, FellBack)) and self.thinking_s is None:
+            self.thinking_s = self._thought_s() - self._before_notice_s
+
+    @property
+    def entries(self) -> tuple[Entry, ...]:
+        """Everything that happened, in order."""
+        return tuple(self._entries)
+
+    def of_kind(self, kind: type[E]) -> tuple[E, ...]:
+        """All events of one class, in order."""
+        return tuple(entry.event for entry in self._entries if isinstance(entry.event, kind))
+
+    def _timed(self, kind: type[E]) -> list[tuple[float, E]]:
+        """All events of one class, each after its process time [s]."""
+        return [(entry.at_s, entry.event) for entry in self._entries if isinstance(entry.event, kind)]
+
+    @property
+    def faults(self) -> tuple[FaultState, ...]:
+        """The injected faults, as the run's first event has them."""
+        for started in self.of_kind(RunStarted):
+            chosen = {setting.name: setting.value for setting in started.configuration}
+            return tuple(
+                FaultState(n, float(chosen[f"severity {n}"]), float(chosen[f"onset_s {n}"])) for n in started.faults
+            )
+        return ()
+
+    @property
+    def states(self) -> list[tuple[str, float]]:
+        """States of the machine, each with the process time at which it was entered [s]."""
+        return [(entered.state, at_s) for at_s, entered in self._timed(StateEntered)]
+
+    @property
+    def started_s(self) -> float | None:
+        """Process time at which the plant left start-up [s]; None where it did not."""
+        return next((at_s for _, at_s in self.states), None)
+
+    @property
+    def start_ups(self) -> list[Span]:
+        """Start-ups that the guard told of, from and to [s]; the last may have no end yet: infinite."""
+        spans: list[Span] = []
+        for entry in self._entries:
+            match entry.event:
+                case StartUpBegan(since_s=since_s):
+                    spans.append((since_s, math.inf))
+                case StartUpEnded() if spans:
+                    spans[-1] = (spans[-1][0], min(entry.at_s, spans[-1][1]))
+        return spans
+
+    @property
+    def diagnosed(self) -> list[tuple[float, Diagnosed]]:
+        """Every report of monitoring, after its process time [s]."""
+        return self._timed(Diagnosed)
+
+    @property
+    def attempts(self) -> tuple[Attempted, ...]:
+        """Proposals that were judged."""
+        return self.of_kind(Attempted)
+
+    @property
+    def fallbacks(self) -> list[tuple[float, FellBack]]:
+        """Every time that a fallback acted, after its process time [s]."""
+        return self._timed(FellBack)
+
+    @property
+    def tripped_s(self) -> list[float]:
+        """Process times of trips [s]."""
+        return [at_s for at_s, _ in self._timed(Tripped)]
+
+    @property
+    def releases(self) -> tuple[Release, ...]:
+        """What was released, in order, the steps of a batch as usual too."""
+        return self._releases.made
+
+    @property
+    def released(self) -> tuple[Release, ...]:
+        """What was released because something was wrong, in order."""
+        if not self.stepwise:
+            return self.releases
+        return () if self._usual is None else self.releases[self._usual :]
+
+    @property
+    def released_s(self) -> float | None:
+        """Process time of the first release [s]."""
+        return next((release.at_s for release in self.released), None)
+
+    @property
+    def min_margin(self) -> float | None:
+        """Least margin of the first approval, each criterion in its own unit."""
+        return next((release.min_margin for release in self.released), None)
+
+    @property
+    def actor(self) -> str:
+        """Who acted last: ``search``, ``language``, ``fallback`` or ``none``."""
+        if self.fallbacks:
+            return "fallback"
+        return self.released[-1].proposer if self.released else NOBODY
+
+    @property
+    def actions(self) -> tuple[Command, ...]:
+        """The last commands that were written."""
+        if self.fallbacks:
+            return self.fallbacks[-1][1].commands
+        return self.released[-1].commands if self.released else ()
+
+    @property
+    def acted_s(self) -> float | None:
+        """Process time of the last release, or of the last fallback once one has acted [s]; None for neither."""
+        acted = [at_s for at_s, _ in self.fallbacks] or [release.at_s for release in self.releases]
+        return acted[-1] if acted else None
+
+    @property
+    def reason(self) -> str:
+        """Why the first fallback acted; empty where none did."""
+        return next((event.reason for _, event in self.fallbacks), "")
+
+    @property
+    def hypotheses(self) -> tuple[Hypothesis, ...]:
+        """The last diagnosis before the first release, or the last one."""
+        first_s = self.released_s
+        held = [event for at_s, event in self.diagnosed if first_s is None or at_s <= first_s]
+        return held[-1].hypotheses if held else ()
