@@ -11,8 +11,8 @@ import pytest
 from homeostat.cli.commands.run import STATUS, Going, carry
 from homeostat.evaluate.conditions.conditions import Conditions
 from homeostat.evaluate.operation import Operation
-from homeostat.evaluate.recorded_run import Thinking
 from homeostat.evaluate.scenario import scenario
+from homeostat.evaluate.thinking import Thinking
 from homeostat.plants.plant import load_case
 from homeostat.record.directory import RunDirectory
 from tests.cli.command import COMMAND, LIMIT_S, Done, environment, homeostat, refused

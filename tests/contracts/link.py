@@ -15,9 +15,9 @@ import pytest
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LeaseVoid, LinkError
-from homeostat.links.virtual import Link
+from homeostat.links.virtual import VirtualLink
 
-Open: TypeAlias = Callable[[], Link]
+Open: TypeAlias = Callable[[], VirtualLink]
 """Opens the link under test, with a heartbeat of 5 s and no local setpoints; every call a fresh one."""
 
 
@@ -42,7 +42,7 @@ def equal(a: float, b: float) -> bool:
     return a == b or (math.isnan(a) and math.isnan(b))
 
 
-def read(link: Link, count: int = 1) -> list[Snapshot]:
+def read(link: VirtualLink, count: int = 1) -> list[Snapshot]:
     """The next ``count`` samples."""
     found = [link.advance() for _ in range(count)]
     assert all(s is not None for s in found)

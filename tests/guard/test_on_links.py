@@ -40,7 +40,7 @@ from homeostat.links.misbehaving.writes import (
 )
 from homeostat.links.scripted import PlantScript, Push, ScriptedPlant, ScriptedTag
 from homeostat.links.simulated import SimulatedLink
-from homeostat.links.virtual import Link
+from homeostat.links.virtual import VirtualLink
 from tests.guard.test_memory import Line
 from tests.guard.vessel import DRAIN, PATIENT, RULES, Journal
 
@@ -70,7 +70,7 @@ def run(*script: Misbehaviour) -> tuple[Guard, Journal, Misbehaving]:
     return guard, journal, link
 
 
-def sample(link: Link) -> Snapshot | None:
+def sample(link: VirtualLink) -> Snapshot | None:
     try:
         return link.advance()
     except LinkError:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from homeostat.journal import MemoryTrace
-from homeostat.journal.archive import NoArchive
+from homeostat.journal.archive import MemoryArchive
 from homeostat.llm.calls import Call
 from homeostat.llm.model import Failure, LanguageModel, ModelError, Question
 from homeostat.llm.recorded import RecordedModel
@@ -74,7 +74,7 @@ class TestRecordedModel(ModelContract):
     def make(self, tmp_path_factory: pytest.TempPathFactory) -> Callable[[], LanguageModel]:
         file = tmp_path_factory.mktemp("recorded") / "calls.jsonl"
         inner = Says(ANSWER, ModelError(Failure.REFUSAL), RuntimeError("a bug"), ANSWER)
-        return lambda: RecordedModel(inner, MemoryTrace(), NoArchive(), ("secret-key",), file)
+        return lambda: RecordedModel(inner, MemoryTrace(), MemoryArchive(), ("secret-key",), file)
 
 
 class TestEverythingAtOnce(ModelContract):
@@ -82,4 +82,4 @@ class TestEverythingAtOnce(ModelContract):
 
     @pytest.fixture
     def make(self) -> Callable[[], LanguageModel]:
-        return lambda: RecordedModel(PatientModel(ReplayModel("replay:f", calls())), MemoryTrace(), NoArchive())
+        return lambda: RecordedModel(PatientModel(ReplayModel("replay:f", calls())), MemoryTrace(), MemoryArchive())

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from homeostat.journal import MemoryTrace
-from homeostat.journal.archive import NoArchive
+from homeostat.journal.archive import MemoryArchive
 from homeostat.journal.calls import ModelCalled
 from homeostat.llm.address import parse_address
 from homeostat.llm.calls import read_calls
@@ -154,7 +154,7 @@ def test_a_limited_server_is_asked_again(server: str) -> None:
 @pytest.mark.parametrize("behaviour", sorted(BEHAVIOURS.keys() - {"hang", "slow_drip"}))
 def test_no_key_gets_into_the_record(server: str, behaviour: str, tmp_path: Path) -> None:
     trace, file = MemoryTrace(), tmp_path / "calls.jsonl"
-    model = RecordedModel(patient(f"{server}#{behaviour}"), trace, NoArchive(), (KEY,), file)
+    model = RecordedModel(patient(f"{server}#{behaviour}"), trace, MemoryArchive(), (KEY,), file)
     outcome = ask(model, 0.4)
     (event,) = trace.of(ModelCalled)
     (call,) = read_calls(file)

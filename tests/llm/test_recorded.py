@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.journal import MemoryTrace, Setting
-from homeostat.journal.archive import NoArchive
+from homeostat.journal.archive import MemoryArchive
 from homeostat.journal.calls import ModelCalled
 from homeostat.llm.calls import Call, read_calls
 from homeostat.llm.model import STRUCK_OUT, Failure, ModelError, Reply, Usage
@@ -34,7 +34,7 @@ def recorded(
 ) -> tuple[Outcome, MemoryTrace]:
     """Ask once through a recording model."""
     trace = MemoryTrace()
-    outcome = ask(RecordedModel(Says(*outcomes), trace, NoArchive(), tuple(secrets), file))
+    outcome = ask(RecordedModel(Says(*outcomes), trace, MemoryArchive(), tuple(secrets), file))
     return outcome, trace
 
 
@@ -107,7 +107,7 @@ def test_a_call_in_the_file_is_what_was_asked_and_answered(tmp_path: Path) -> No
 
 def test_being_called_off_is_a_timeout_in_the_record_and_nothing_else(tmp_path: Path) -> None:
     trace, file = MemoryTrace(), tmp_path / "calls"
-    model = RecordedModel(Says(ANSWER, delay_s=math.inf), trace, NoArchive(), (), file)
+    model = RecordedModel(Says(ANSWER, delay_s=math.inf), trace, MemoryArchive(), (), file)
 
     async def call_off() -> None:
         task = asyncio.create_task(asked(model, 60.0))
@@ -252,7 +252,7 @@ def test_the_reason_of_a_failure_is_one_printable_line(bug: Exception) -> None:
     def fail(_: object) -> str:
         raise bug
 
-    outcome = ask(RecordedModel(ScriptedModel("fails", fail), trace, NoArchive()))
+    outcome = ask(RecordedModel(ScriptedModel("fails", fail), trace, MemoryArchive()))
     assert event(trace).detail.isprintable() and str(outcome.error) == event(trace).detail
 
 
@@ -261,7 +261,7 @@ def test_the_reason_of_a_failure_is_one_printable_line(bug: Exception) -> None:
 
 def test_a_full_disk_ends_the_recording_and_nothing_else(caplog: pytest.LogCaptureFixture) -> None:
     trace = MemoryTrace()
-    model = RecordedModel(Says(ANSWER), trace, NoArchive(), (KEY,), Path("/dev/full"))
+    model = RecordedModel(Says(ANSWER), trace, MemoryArchive(), (KEY,), Path("/dev/full"))
     assert [ask(model).reply for _ in range(3)] == [ANSWER] * 3 and len(trace.of(ModelCalled)) == 3
     (warning,) = caplog.messages
     assert warning.startswith("'/dev/full' cannot be written: ") and "incomplete" in warning

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.journal import MemoryTrace
-from homeostat.journal.archive import NoArchive
+from homeostat.journal.archive import MemoryArchive
 from homeostat.journal.calls import ModelCalled
 from homeostat.llm.calls import Call
 from homeostat.llm.model import Failure, Usage
@@ -112,7 +112,7 @@ def test_a_replayed_failure_is_worded_as_it_was() -> None:
     trace = MemoryTrace()
     recorded = call(None, failure=Failure.TIMEOUT)
     for _ in range(3):
-        model = RecordedModel(ReplayModel("f", [recorded]), trace, NoArchive())
+        model = RecordedModel(ReplayModel("f", [recorded]), trace, MemoryArchive())
         ask(model)
         told = trace.of(ModelCalled)[-1]
         recorded = Call(**{n: getattr(recorded, n) for n in recorded.__slots__} | {"detail": told.detail})

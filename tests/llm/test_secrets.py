@@ -13,7 +13,7 @@ from homeostat.agents.language.scripts import reasonable
 from homeostat.domain.advice import Advice
 from homeostat.domain.quotation import quoted
 from homeostat.journal import MemoryTrace
-from homeostat.journal.archive import NoArchive
+from homeostat.journal.archive import MemoryArchive
 from homeostat.journal.calls import ModelCalled
 from homeostat.journal.encode import canonical, encode
 from homeostat.llm.failures import failure_of
@@ -72,7 +72,7 @@ def recorded(outcome: Reply | BaseException, asked: Question = QUESTION) -> tupl
             return outcome
 
     trace = MemoryTrace()
-    found = ask(RecordedModel(Answering(), trace, NoArchive(), (KEY,)), about=asked)
+    found = ask(RecordedModel(Answering(), trace, MemoryArchive(), (KEY,)), about=asked)
     (event,) = trace.of(ModelCalled)
     line = canonical(encode(event)) + (found.reply.answer if found.reply else str(found.error))
     return line, event
@@ -112,7 +112,7 @@ def test_half_a_key_is_not_left_where_a_prompt_cuts_a_note(monkeypatch: pytest.M
     fault, case = "cool_stuck_closed", reactor()
     model = ScriptedModel("scripted:reasonable", reasonable)
     language = Language(model, (f"{'x' * before}{KEY}",))
-    proposer = language.proposer(case, grounding(), simulation(fault), MemoryTrace(), NoArchive())
+    proposer = language.proposer(case, grounding(), simulation(fault), MemoryTrace(), MemoryArchive())
     asyncio.run(proposer.planning.plan(situation(fault), Advice()))
     assert "x" * 200 in model.asked[0].prompt and KEY[:4] not in model.asked[0].prompt
 
@@ -127,5 +127,5 @@ def test_a_key_in_a_note_is_not_asked_about() -> None:
             return await super().ask(question, within_s)
 
     model = Listening(Reply("{}", "m", Usage(1, 1, None)))
-    ask(RecordedModel(model, trace, NoArchive(), (KEY,)), about=question(prompt=f"note: {KEY}", system=KEY))
+    ask(RecordedModel(model, trace, MemoryArchive(), (KEY,)), about=question(prompt=f"note: {KEY}", system=KEY))
     assert seen[0].prompt == f"note: {STRUCK_OUT}" and seen[0].system == STRUCK_OUT

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import pytest
 
 from homeostat.journal import MemoryTrace, Setting
-from homeostat.journal.archive import NoArchive
+from homeostat.journal.archive import MemoryArchive
 from homeostat.journal.calls import ModelCalled
 from homeostat.journal.encode import canonical, encode
 from homeostat.llm.model import STRUCK_OUT, Failure, ModelError, Question, Reply, Usage
@@ -63,7 +63,7 @@ NONSENSE = [
 @pytest.mark.parametrize("reply", NONSENSE, ids=repr)
 def test_what_is_no_reply_is_a_failure_like_any_other(reply: object) -> None:
     trace = MemoryTrace()
-    outcome = ask(RecordedModel(Stranger(reply, {}), trace, NoArchive()))
+    outcome = ask(RecordedModel(Stranger(reply, {}), trace, MemoryArchive()))
     assert outcome.failure is Failure.MALFORMED and "\n" not in str(outcome.error)
     assert event(trace).failure == "MALFORMED" and event(trace).wall_requests == 1
 
@@ -85,7 +85,7 @@ SETTINGS: list[tuple[object, tuple[Setting, ...]]] = [
 )
 def test_settings_are_told_as_a_trace_can_hold_them(given: object, told: tuple[Setting, ...]) -> None:
     trace = MemoryTrace()
-    outcome = ask(RecordedModel(Stranger(settings=given), trace, NoArchive(), (KEY,)))
+    outcome = ask(RecordedModel(Stranger(settings=given), trace, MemoryArchive(), (KEY,)))
     assert outcome.reply == ANSWER and event(trace).settings == told
 
 
@@ -94,7 +94,7 @@ def test_settings_are_told_as_a_trace_can_hold_them(given: object, told: tuple[S
 )
 def test_no_model_takes_more_time_than_it_has(model: ScriptedModel | Says) -> None:
     trace = MemoryTrace()
-    outcome = ask(RecordedModel(model, trace, NoArchive()), 0.2)
+    outcome = ask(RecordedModel(model, trace, MemoryArchive()), 0.2)
     assert outcome.failure is Failure.TIMEOUT and outcome.took_s < 0.7 and event(trace).failure == "TIMEOUT"
 
 
@@ -110,5 +110,5 @@ def test_a_model_that_keeps_the_time_itself_says_how_it_used_it() -> None:
             raise AssertionError
 
     trace = MemoryTrace()
-    assert ask(RecordedModel(PatientModel(Losing(settings={})), trace, NoArchive()), 1.0).failure is Failure.TIMEOUT
+    assert ask(RecordedModel(PatientModel(Losing(settings={})), trace, MemoryArchive()), 1.0).failure is Failure.TIMEOUT
     assert event(trace).wall_requests == 2

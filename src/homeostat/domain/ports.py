@@ -139,6 +139,15 @@ class Source(Protocol):
         ...
 
 
+class Link(Lease, Protocol):
+    """A plant from outside: its samples, and the right to write to it."""
+
+    @property
+    def source(self) -> Source:
+        """The reading side."""
+        ...
+
+
 class Desk(Protocol):
     """Where recovery sits: observations come in, messages go out, and thinking is charged."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime
 from importlib.metadata import version
 
@@ -18,8 +18,8 @@ from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.step_scores import score_steps
+from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import RunFinished, RunStarted, Setting, Subscriber, Summary
-from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.plants.assembly import Language, Propose, in_operation
 from homeostat.plants.plant import Case
 from homeostat.process.seeds import NAMING
@@ -30,27 +30,6 @@ LIBRARIES = ("numpy", "numba", "pyoxigraph")
 """Libraries that what is computed depends on."""
 INTERRUPTED = "interrupted"
 """Outcome in the trace of a run that was stopped from outside."""
-
-
-@dataclass(frozen=True, slots=True)
-class Thinking:
-    """How much process time thinking takes."""
-
-    scale: float = 1.0
-    """Process seconds per wall-clock second of thinking."""
-    declared_s: float | None = None
-    """Process time of every stretch of thinking [s]; None where it is measured."""
-
-    def clock(self) -> ThinkingClock | DeclaredClock:
-        """A clock that has not run yet."""
-        return ThinkingClock(self.scale) if self.declared_s is None else DeclaredClock(self.declared_s)
-
-    @property
-    def setting(self) -> Setting:
-        """As the journal has it."""
-        if self.declared_s is None:
-            return Setting("thinking_scale", self.scale)
-        return Setting("thinking_declared_s", self.declared_s)
 
 
 def record_run(
@@ -83,8 +62,7 @@ def record_run(
     trace.subscribe(subscriber)
     conditions, operation = conditions or Conditions(), operation or Operation()
     chosen = (*conditions.settings, *operation.settings)
-    if operation.past is None:
-        trace.record(_started(case, scenario, thinking, proposer, chosen, language), 0.0)
+    started = None if operation.past else run_started(case, scenario, thinking, proposer, chosen, language)
     try:
         done = run(
             case,
@@ -98,14 +76,12 @@ def record_run(
             propose=propose,
             known=known,
             operation=operation,
+            started=started,
         )
         stepwise = language is not None and conditions.protocol is AskingProtocol.PER_STEP
         done = replace(done, steps=score_steps(case, scenario, done.said) if stepwise else None)
         directory.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
-        with directory.spared(RESULT):
-            directory.store_whole(RESULT, f"{done.result(directory.path).to_json()}\n".encode())
-        if kept(done):
-            _store(directory, done)
+        store(directory, done, whole=kept(done))
     except KeyboardInterrupt:
         directory.record(RunFinished(INTERRUPTED, "stopped from outside"), seen.at_s)
         directory.close(Summary(scenario.seed, INTERRUPTED, case.configuration))
@@ -126,7 +102,7 @@ class _LastTime:
         self._watcher(snapshot)
 
 
-def _started(
+def run_started(
     case: Case,
     scenario: Scenario,
     thinking: Thinking,
@@ -134,6 +110,7 @@ def _started(
     chosen: tuple[Setting, ...],
     language: Language | None,
 ) -> RunStarted:
+    """The first event of a run; ``chosen``: what else was chosen."""
     configuration = [Setting("configuration", case.configuration), *place(case)]
     configuration += [Setting(f"made again {name}", "it was older than its sources") for name in case.remade]
     configuration += [Setting("end_s", scenario.end_s), Setting("seeds", NAMING)]
@@ -154,9 +131,13 @@ def _started(
     )
 
 
-def _store(directory: RunDirectory, done: Run) -> None:
-    units = {tag.name: tag.unit for tag in done.plant.description.tags}
+def store(directory: RunDirectory, done: Run, whole: bool = True) -> None:
+    """Keep beside the journal what the run came to; ``whole``: also what is measured and drawn."""
+    with directory.spared(RESULT):
+        directory.store_whole(RESULT, f"{done.result(directory.path).to_json()}\n".encode())
+    if not whole:
+        return
     with directory.spared(TRAJECTORY):
-        directory.store_trajectory(done.measured, done.truth, units)
+        directory.store_trajectory(done.measured, done.truth, {t.name: t.unit for t in done.plant.description.tags})
     with directory.spared(FIGURE):
         directory.store_whole(FIGURE, draw(done))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
@@ -15,7 +15,11 @@ from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.conditions.transcript import Said
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
+from homeostat.journal import Summary
+from homeostat.journal.archive import MemoryArchive
+from homeostat.journal.files import write_whole
 from homeostat.plants.plant import Case
+from homeostat.record.directory import RunDirectory
 from homeostat.record.result import Exposure, Result, StepScores
 from homeostat.record.run_record import RunRecord
 
@@ -24,11 +28,7 @@ E = TypeVar("E")
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One scenario from start to score.
-
-    >>> run.outcome, run.actor  # doctest: +SKIP
-    (<Outcome.RECOVERED: 'recovered'>, 'search')
-    """
+    """One scenario from start to score."""
 
     plant: Case
     """The plant."""
@@ -64,6 +64,8 @@ class Run:
     """Wall-clock seconds of the whole run [s]."""
     said: tuple[Said, ...] = ()
     """What a language model answered, in order."""
+    texts: MemoryArchive = field(default_factory=MemoryArchive)
+    """What graph and models were asked and answered, where it is not on disk."""
     steps: StepScores | None = None
     """How many single steps a language model got right; None unless it was asked in every state."""
 
@@ -155,6 +157,32 @@ class Run:
     def events(self, kind: type[E]) -> tuple[E, ...]:
         """Everything of one kind that happened, in order: ``run.events(homeostat.events.Diagnosed)``."""
         return self.record.of_kind(kind)
+
+    def figure(self, path: Path | str) -> Path:
+        """Draw the run as a PNG at ``path``, which is returned."""
+        from homeostat.evaluate.figure.figure import draw
+
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        write_whole(Path(path), draw(self))
+        return Path(path)
+
+    def save(self, folder: Path | str) -> Path:
+        """Keep the run in ``folder``, new or empty: journal, result, trajectory, figure and a manifest over them.
+
+        `homeostat replay` tells it again and `homeostat trace verify` checks it. RunDirectoryError where the folder
+        holds something, OSError where there is no room.
+        """
+        from homeostat.evaluate.recorded_run import store
+
+        with RunDirectory(Path(folder)) as directory:
+            self.texts.copy_to(directory)
+            for entry in self.record.entries:
+                directory.record(entry.event, entry.at_s)
+            store(directory, self)
+            directory.close(Summary(self.scenario.seed, self.outcome.value, self.plant.configuration))
+            if directory.missing:
+                raise OSError(f"the record in {str(directory.path)!r} is incomplete: {directory.missing}")
+        return Path(folder)
 
 
 def finite(value: float | None) -> float | None:

@@ -27,8 +27,8 @@ from homeostat.evaluate.score.outcome import outcome
 from homeostat.evaluate.score.scoring import exposures, production_loss
 from homeostat.evaluate.shown import Shown, Watcher
 from homeostat.guard.sequence.sequencer import Sequencer
-from homeostat.journal import MemoryTrace, Trace
-from homeostat.journal.archive import Archive, NoArchive
+from homeostat.journal import MemoryTrace, RunStarted, Trace
+from homeostat.journal.archive import Archive, MemoryArchive
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
 from homeostat.links.true_process import TrueProcess
@@ -78,14 +78,15 @@ def run(
     propose: Propose | None = in_operation,
     known: Case | None = None,
     operation: Operation | None = None,
+    started: RunStarted | None = None,
 ) -> Run:
     """Run ``scenario`` to its end and score it; everything that happens goes to ``trace``.
 
     ``watcher`` is shown every snapshot; ``archive`` keeps what graph and models were asked and answered;
     ``language`` proposes before the search does, unless ``propose`` makes other proposers; where that is None, nobody
     acts, not even the fallback. ``conditions`` are those of a study; ``known`` is what the agents know of ``case``
-    where that is less; ``operation``: what may be done to the plant, and who orders anything. Raises CaseError where
-    the case cannot be asked for step by step.
+    where that is less; ``operation``: what may be done to the plant, and who orders anything; ``started`` is recorded
+    first. Raises CaseError where the case cannot be asked for step by step.
     """
     begin = time.monotonic()
     conditions = conditions or Conditions()
@@ -94,6 +95,8 @@ def run(
     trace = trace or MemoryTrace()
     record = RunRecord(lambda: clock.total_s, conditions.protocol is AskingProtocol.PER_STEP)
     trace.subscribe(record)
+    if started is not None:
+        trace.record(started, 0.0)
     process, shown = open_process(case, scenario), Shown(case.description.machine.initial.name, watcher)
     listening = ListeningModel(language.model, lambda: shown.state) if language else None
     if propose is None:
@@ -107,7 +110,7 @@ def run(
             guard=operation.guard,
             memory=operation.past.memory if operation.past else None,
             budget=budget or Budget(),
-            archive=archive or NoArchive(),
+            archive=archive or MemoryArchive(),
             language=replace(language, model=listening) if language and listening else None,
             protocol=conditions.protocol,
             given=_informed(case, scenario, conditions),

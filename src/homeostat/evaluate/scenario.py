@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from homeostat.domain.diagnosis import FaultState
 from homeostat.plants.plant import Case
@@ -40,6 +40,29 @@ class Scenario:
     def onset_s(self) -> float | None:
         """Process time of the first fault [s]; None for a fault-free run."""
         return min((f.onset_s for f in self.faults), default=None)
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A fault that is truly there in a run; what is left out is as the plant's tables and settings have it."""
+
+    name: str
+    """Name of the fault, as the tables have it."""
+    severity: float | None = None
+    """How severe, in the fault's unit; the nominal severity where None."""
+    onset_s: float | None = None
+    """Process time from which it acts [s]; the plant's usual onset where None."""
+
+
+def scenario_of(plant: Case, faults: Sequence[Fault], seed: int, end_s: float | None = None) -> Scenario:
+    """The scenario of ``faults``; raises as :func:`scenario`."""
+    if not faults:
+        return scenario(plant, "none", seed, end_s=end_s)
+    each = [scenario(plant, f.name, seed, f.onset_s, f.severity, end_s) for f in faults]
+    states = tuple(state for one in each for state in one.faults)
+    if len({state.fault for state in states}) != len(states):
+        raise ScenarioError(f"{'+'.join(state.fault for state in states)!r} names a fault twice; name each once")
+    return replace(each[0], faults=states)
 
 
 def scenario(

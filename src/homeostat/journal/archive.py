@@ -28,26 +28,43 @@ class Archive(Protocol):
         ...
 
 
-class NoArchive:
-    """Keeps nothing but the hash: for runs without a directory."""
+class MemoryArchive:
+    """Keeps texts in memory, for runs without a directory, until somebody wants them elsewhere."""
+
+    def __init__(self) -> None:
+        """Nothing is kept yet."""
+        self._kept: dict[tuple[str, str], StoredFile] = {}
 
     def store_query(self, text: str) -> StoredFile:
-        """The hash of a question."""
-        return _described(text)
+        """Keep a question."""
+        return self._keep("query", text)
 
     def store_subgraph(self, text: str) -> StoredFile:
-        """The hash of an answer."""
-        return _described(text)
+        """Keep an answer in Turtle."""
+        return self._keep("subgraph", text)
 
     def store_prompt(self, text: str) -> StoredFile:
-        """The hash of a prompt."""
-        return _described(text)
+        """Keep a prompt."""
+        return self._keep("prompt", text)
 
     def store_json(self, text: str) -> StoredFile:
-        """The hash of a schema or an answer."""
-        return _described(text)
+        """Keep a schema or an answer."""
+        return self._keep("json", text)
 
+    def copy_to(self, archive: Archive) -> None:
+        """Keep every text in ``archive`` as well."""
+        store = {
+            "query": archive.store_query,
+            "subgraph": archive.store_subgraph,
+            "prompt": archive.store_prompt,
+            "json": archive.store_json,
+        }
+        for kind, text in self._kept:
+            store[kind](text)
 
-def _described(text: str) -> StoredFile:
-    content = text.encode()
-    return StoredFile(name="", size_bytes=len(content), sha256=hashlib.sha256(content).hexdigest())
+    def _keep(self, kind: str, text: str) -> StoredFile:
+        key = (kind, text)
+        if key not in self._kept:
+            content = text.encode()
+            self._kept[key] = StoredFile("", len(content), hashlib.sha256(content).hexdigest())
+        return self._kept[key]

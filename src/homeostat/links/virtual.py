@@ -86,7 +86,7 @@ class Arrival:
     """What the sender was told of it; empty where nothing went wrong."""
 
 
-class Link(Source, Lease, Protocol):
+class VirtualLink(Source, Lease, Protocol):
     """A plant in virtual time, with everything that a test or a study may do to it."""
 
     def take(self) -> Wire:

@@ -34,7 +34,7 @@ from homeostat.guard.restart.memory import Memory
 from homeostat.guard.sequence.sequencer import Sequencer, nominal_route, what_follows
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Trace
-from homeostat.journal.archive import Archive, NoArchive
+from homeostat.journal.archive import Archive, MemoryArchive
 from homeostat.llm.address import KEY_VARIABLES
 from homeostat.llm.model import LanguageModel
 from homeostat.llm.recorded import RecordedModel
@@ -178,7 +178,7 @@ class Arrangement:
     """What a journal says of the guard before; None for a run that begins."""
     budget: Budget = field(default_factory=Budget)
     """What one recovery may take."""
-    archive: Archive = field(default_factory=NoArchive)
+    archive: Archive = field(default_factory=MemoryArchive)
     """Keeps what graph and models were asked and answered."""
     language: Language | None = None
     """Proposes first where it is given."""

@@ -4,27 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 from enum import Enum
-from types import ModuleType, UnionType
+from types import UnionType
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
-from homeostat.domain.events import guard as guard_events
-from homeostat.domain.events import recovery as decisions
-from homeostat.domain.events import writes as write_events
-from homeostat.journal import Event, Record, Resumed, RunFinished, RunStarted, Signed
-from homeostat.journal.calls import ModelCalled
-
-
-def _declared(module: ModuleType) -> tuple[type[Event], ...]:
-    """The events that a module declares."""
-    own = (item for item in vars(module).values() if isinstance(item, type) and item.__module__ == module.__name__)
-    return tuple(item for item in own if hasattr(item, "kind"))
-
-
-EVENTS: Final[tuple[type[Event], ...]] = (
-    RunStarted, RunFinished, Resumed, Signed, ModelCalled,
-    *_declared(decisions), *_declared(guard_events), *_declared(write_events),
-)  # fmt: skip
-"""The events that are recalled; a record of another kind is somebody else's."""
+from homeostat.journal import Event, Record
+from homeostat.record.events import EVENTS
 
 _BY_KIND: Final = {event.kind: event for event in EVENTS}
 
@@ -34,7 +18,7 @@ class RecallError(ValueError):
 
 
 def recall(record: Record) -> Event | None:
-    """The event that ``record`` holds; None for a kind that is not in :data:`EVENTS`."""
+    """The event that ``record`` holds; None for a kind that is not in :data:`~homeostat.record.events.EVENTS`."""
     kind = _BY_KIND.get(record.kind)
     if kind is None:
         return None

@@ -9,7 +9,7 @@ from pyoxigraph import NamedNode, Triple
 
 from homeostat.agents.grounding.context import GroundingKind
 from homeostat.domain.events.recovery import Retrieved
-from homeostat.journal.archive import Archive, NoArchive
+from homeostat.journal.archive import Archive, MemoryArchive
 from homeostat.knowledge.build.turtle import write_turtle
 from homeostat.knowledge.context.context import Excerpt, excerpt
 from homeostat.knowledge.questions import questions
@@ -35,7 +35,7 @@ class Grounding:
         """
         self._store = store
         self._namespace = namespace
-        self._archive = archive or NoArchive()
+        self._archive = archive or MemoryArchive()
         self._pending: list[Retrieved] = []
         self._graphs: dict[tuple[str, tuple[str, ...]], tuple[tuple[Triple, ...], str]] = {}
 

@@ -13,8 +13,8 @@ from homeostat.cli.options.arguments import UsageError, number
 if TYPE_CHECKING:
     from homeostat.cli.options.arguments import Commands
     from homeostat.evaluate.operation import Operation
-    from homeostat.evaluate.recorded_run import Thinking
     from homeostat.evaluate.resumption import Past
+    from homeostat.evaluate.thinking import Thinking
 
 
 def configure(commands: Commands) -> None:
@@ -92,7 +92,7 @@ def _copied(run_dir: Path, out: Path) -> Path:
 
 
 def _thinking(past: Past, pace: float | None) -> Thinking:
-    from homeostat.evaluate.recorded_run import Thinking
+    from homeostat.evaluate.thinking import Thinking
 
     chosen = past.settings
     if "thinking_declared_s" in chosen:

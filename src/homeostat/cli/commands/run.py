@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from homeostat.cli.views import View
     from homeostat.evaluate.conditions.conditions import Conditions
     from homeostat.evaluate.operation import Operation
-    from homeostat.evaluate.recorded_run import Thinking
     from homeostat.evaluate.scenario import Scenario
+    from homeostat.evaluate.thinking import Thinking
     from homeostat.plants.assembly import Language
     from homeostat.plants.plant import Case
     from homeostat.record.directory import RunDirectory
@@ -82,8 +82,8 @@ def carry_out(options: argparse.Namespace) -> int:
     from homeostat.agents.roles import AskingProtocol
     from homeostat.domain.quotation import printable
     from homeostat.evaluate.conditions.conditions import Conditions
-    from homeostat.evaluate.recorded_run import Thinking
     from homeostat.evaluate.scenario import scenario
+    from homeostat.evaluate.thinking import Thinking
     from homeostat.plants.assembly import check_protocol
     from homeostat.plants.plant import load_case
     from homeostat.record.directory import RunDirectory

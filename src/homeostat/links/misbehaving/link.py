@@ -14,7 +14,7 @@ from homeostat.links.misbehaving.readings import BadReading
 from homeostat.links.misbehaving.wire import MisbehavingWire, WriteSide
 from homeostat.links.misbehaving.writes import BadWrite
 from homeostat.links.timetable import Timetable
-from homeostat.links.virtual import Arrival, Link, Source, SourceView
+from homeostat.links.virtual import Arrival, Source, SourceView, VirtualLink
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,12 +81,12 @@ Misbehaviour: TypeAlias = BadReading | BadWrite | ByHand | NoLease | LostHeartbe
 
 @final
 class Misbehaving:
-    """Implements :class:`homeostat.links.virtual.Link` over another one; without a script nothing is changed.
+    """Implements :class:`homeostat.links.virtual.VirtualLink` over another one; without a script nothing is changed.
 
     Its wire log is what was handed to the wire; what arrived at the plant is in the log of the link beneath.
     """
 
-    def __init__(self, link: Link, script: tuple[Misbehaviour, ...]) -> None:
+    def __init__(self, link: VirtualLink, script: tuple[Misbehaviour, ...]) -> None:
         """``script`` in any order; of write misbehaviours that hold together, the first decides."""
         self._link = link
         self._readings = Timetable(m for m in script if isinstance(m, BadReading))

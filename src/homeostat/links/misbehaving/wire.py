@@ -14,7 +14,7 @@ from homeostat.links.errors import LinkError
 from homeostat.links.misbehaving.writes import BadWrite
 from homeostat.links.simulated import WIRE_LOG_LENGTH
 from homeostat.links.timetable import Timetable
-from homeostat.links.virtual import Answered, Arrival, Link
+from homeostat.links.virtual import Answered, Arrival, VirtualLink
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class _LateTicket:
 class WriteSide:
     """What all wires of one misbehaving link share."""
 
-    def __init__(self, link: Link, script: tuple[BadWrite, ...], block: Callable[[], None]) -> None:
+    def __init__(self, link: VirtualLink, script: tuple[BadWrite, ...], block: Callable[[], None]) -> None:
         """``link`` is the one beneath; ``block`` returns when a write may begin."""
         self._link, self.block = link, block
         self._script = Timetable(script)

@@ -14,7 +14,6 @@ from homeostat.agents.grounding.context import GroundingKind
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.diagnosis import FaultState
 from homeostat.evaluate.named_model import REPLAY, SITUATED, NamedModel, NoSuchModel
-from homeostat.evaluate.recorded_run import Thinking
 from homeostat.evaluate.scenario import Scenario, ScenarioError, scenario
 from homeostat.evaluate.study.error import CampaignError
 from homeostat.evaluate.study.plan.ablation import ABLATIONS, Ablation
@@ -22,6 +21,7 @@ from homeostat.evaluate.study.plan.arm import CONSTANT, WITHOUT_MODEL, Entrant
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.plan.plan import Plan, ProposerPlan, ScenarioPlan, seeds_of
 from homeostat.evaluate.study.row import WHOLE, YARDSTICKS
+from homeostat.evaluate.thinking import Thinking
 from homeostat.plants.assembly import check_protocol
 from homeostat.plants.error import CaseError
 from homeostat.plants.plant import Case, load_case

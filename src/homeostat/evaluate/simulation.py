@@ -1,0 +1,49 @@
+"""A simulated run as a caller from Python wants it: one call, and nothing on disk until it is saved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from homeostat.evaluate import runner
+from homeostat.evaluate.recorded_run import run_started
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.scenario import Fault, scenario_of
+from homeostat.evaluate.thinking import Thinking
+from homeostat.journal import MemoryTrace, RunFinished
+from homeostat.journal.archive import MemoryArchive
+from homeostat.llm.model import LanguageModel
+from homeostat.plants.assembly import Language
+from homeostat.plants.plant import Case
+
+
+def run(
+    plant: Case,
+    fault: Fault | str | Sequence[Fault] = (),
+    *,
+    seed: int = 1,
+    end_s: float | None = None,
+    thinking: Thinking | None = None,
+    model: LanguageModel | None = None,
+) -> Run:
+    """Run ``plant`` from start-up to its end, with faults or without, and score it.
+
+    Args:
+        plant: as :func:`homeostat.load_plant` gives it.
+        fault: what is truly wrong: one fault, its name, or several faults; nothing by default.
+        seed: of the true parameters, the noise and every draw; with declared thinking, equal seeds give equal runs.
+        end_s: process time at which the run ends [s]; the plant's usual end where None.
+        thinking: how much process time thinking takes: as measured by default, or ``homeostat.declared(1.0)``.
+        model: a language model that proposes before the search does.
+
+    Raises:
+        ScenarioError: a fault, severity, onset, seed or end that the plant does not have.
+    """
+    faults = [Fault(fault)] if isinstance(fault, str) else [fault] if isinstance(fault, Fault) else list(fault)
+    chosen, trace, archive = scenario_of(plant, faults, seed, end_s), MemoryTrace(), MemoryArchive()
+    thinking = thinking or Thinking()
+    language = None if model is None else Language(model)
+    started = run_started(plant, chosen, thinking, "search" if model is None else model.name, (), language)
+    done = runner.run(plant, chosen, trace, thinking.clock(), archive=archive, language=language, started=started)
+    trace.record(RunFinished(done.outcome.value, done.reason, done.wall_s), chosen.end_s)
+    return replace(done, texts=archive)

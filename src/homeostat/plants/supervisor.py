@@ -1,0 +1,53 @@
+"""Guard and recovery for one plant, as a caller from Python wants them: a plant, a link, one call."""
+
+from __future__ import annotations
+
+from homeostat.domain.mode import Mode, PersonCommand
+from homeostat.domain.ports import Clock, Link
+from homeostat.journal import MemoryTrace, Trace
+from homeostat.links.clock import ThinkingClock
+from homeostat.llm.model import LanguageModel
+from homeostat.plants.assembly import Arrangement, Language, wire
+from homeostat.plants.plant import Case
+from homeostat.recovery.exchange.loop import Hook
+
+
+class Supervisor:
+    """Watches one plant, and recovers it as far as its mode allows: ``Supervisor(plant, link).run()``."""
+
+    def __init__(
+        self,
+        plant: Case,
+        link: Link,
+        mode: Mode = Mode.OBSERVE,
+        trace: Trace | None = None,
+        model: LanguageModel | None = None,
+        clock: Clock | None = None,
+    ) -> None:
+        """Wire everything together; the plant is neither read nor written before :meth:`run`.
+
+        Args:
+            plant: what its tables and settings say, as :func:`homeostat.load_plant` gives it.
+            link: the plant itself: samples, and the right to write.
+            mode: what may be done to it: observe, advise, approve or closed loop.
+            trace: takes everything that happens; a trace in memory where None.
+            model: a language model that proposes before the search does.
+            clock: what thinking costs in process time; as it is measured where None.
+        """
+        self.trace = MemoryTrace() if trace is None else trace
+        """Everything that happened."""
+        self._source = link.source
+        arrangement = Arrangement(mode=mode, language=None if model is None else Language(model))
+        lease = link if mode.writes else None
+        self._assembly = wire(plant, lease, clock or ThinkingClock(), self.trace, seed=1, arrangement=arrangement)
+
+    def run(self, pace: float | None = None, hook: Hook = lambda seen: None) -> None:
+        """Go on until the link's source ends; ``hook`` is shown every observation.
+
+        ``pace``: process seconds per wall-clock second, 1 for a real plant; None for one in virtual time.
+        """
+        self._assembly.run(self._source, hook, pace)
+
+    def order(self, command: PersonCommand) -> None:
+        """Take a person's order to the guard, from any thread."""
+        self._assembly.guard.mailbox.put(command)

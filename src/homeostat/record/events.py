@@ -1,0 +1,28 @@
+"""Every event of a run as a type: what a journal holds."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Final
+
+from homeostat.domain.events import guard, recovery, writes
+from homeostat.domain.events.guard import *  # noqa: F403
+from homeostat.domain.events.recovery import *  # noqa: F403
+from homeostat.domain.events.writes import *  # noqa: F403
+from homeostat.journal import Event, Resumed, RunFinished, RunStarted, Signed
+from homeostat.journal.calls import ModelCalled
+
+
+def _declared(module: ModuleType) -> tuple[type[Event], ...]:
+    """The events that a module declares."""
+    own = (item for item in vars(module).values() if isinstance(item, type) and item.__module__ == module.__name__)
+    return tuple(item for item in own if hasattr(item, "kind"))
+
+
+EVENTS: Final[tuple[type[Event], ...]] = (
+    *(RunStarted, RunFinished, Resumed, Signed, ModelCalled),
+    *(event for module in (recovery, guard, writes) for event in _declared(module)),
+)
+"""The events that are decoded; a record of another kind is somebody else's."""
+
+__all__ = [event.__name__ for event in EVENTS]

@@ -1,0 +1,105 @@
+"""What `import homeostat` gives: few names, loaded when they are asked for, enough for a whole run."""
+
+from __future__ import annotations
+
+import pydoc
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import homeostat as hs
+from homeostat.cli.main import main
+from homeostat.domain.mode import Mode
+from homeostat.evaluate.reference.unsupervised import open_process
+from homeostat.evaluate.scenario import ScenarioError, scenario
+from homeostat.journal.verify.verify import verify
+from homeostat.links.clock import DeclaredClock
+from homeostat.links.simulated import SimulatedLink
+from homeostat.record.events import EVENTS
+from homeostat.record.result import read_result
+
+QUICK = Path(__file__).parents[1] / "campaigns" / "quick.toml"
+
+
+@pytest.fixture(scope="module")
+def run() -> hs.Run:
+    fault = hs.Fault("pump_degrade", severity=0.5, onset_s=2000.0)
+    return hs.run(hs.load_plant("cstr"), fault=fault, seed=1, end_s=2300.0, thinking=hs.declared(1.0))
+
+
+def test_it_has_few_names_and_every_one_is_there() -> None:
+    assert 10 <= len(hs.__all__) <= 15
+    for name in hs.__all__:
+        assert getattr(hs, name).__doc__, name
+        assert f"\n    {name} " in (hs.__doc__ or ""), "the page that help() shows names it"
+    with pytest.raises(AttributeError, match="has no name 'Plan'; it has Fault, "):
+        _ = hs.Plan
+    assert "load_plant   " in pydoc.plain(pydoc.render_doc(hs))
+
+
+def test_importing_it_loads_no_library() -> None:
+    code = "import homeostat, sys; print([m for m in ('numpy', 'numba', 'pydantic', 'lark') if m in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
+
+
+def test_a_run_says_what_it_came_to(run: hs.Run) -> None:
+    assert run.outcome is hs.Outcome.RECOVERED and run.good and run.actor == "search"
+    assert run.detected_s is not None and run.released_s is not None
+    assert 2000.0 < run.detected_s < run.released_s < 2300.0
+    (fault,) = run.record.faults
+    assert (fault.fault, fault.severity, fault.onset_s) == ("pump_degrade", 0.5, 2000.0)
+    (started,), (finished,) = run.events(hs.events.RunStarted), run.events(hs.events.RunFinished)
+    assert started.faults == ("pump_degrade",) and finished.outcome == "recovered"
+    assert run.events(hs.events.ReleasedActions)[0].proposer == "search"
+    assert all(hasattr(hs.events, event.__name__) for event in EVENTS)
+
+
+def test_what_is_saved_verifies_and_is_told_again(
+    run: hs.Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = run.save(tmp_path / "kept")
+    assert verify(folder).complete
+    result = read_result(folder)
+    assert result is not None and result.outcome is run.outcome and result.detected_s == run.detected_s
+    assert {"figure.png", "trajectory.parquet", "queries"} <= {path.name for path in folder.iterdir()}
+    assert main(["replay", str(folder)]) == 0
+    assert "Recovered: the plant produces inside its limits." in capsys.readouterr().out
+    with pytest.raises(ValueError, match="is not empty; choose another directory"):
+        run.save(folder)
+
+
+def test_the_figure_is_a_picture(run: hs.Run, tmp_path: Path) -> None:
+    assert run.figure(tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_faults_are_given_by_name_or_together() -> None:
+    plant = hs.load_plant("cstr")
+    both = [hs.Fault("pump_degrade", onset_s=2.0), hs.Fault("cool_stuck_closed", severity=0.3, onset_s=1.0)]
+    run = hs.run(plant, both, end_s=3.0, thinking=hs.declared(0.0))
+    assert run.scenario.fault == "pump_degrade+cool_stuck_closed" and run.scenario.onset_s == 1.0
+    assert hs.run(plant, "pump_degrade", end_s=2500.0, seed=2, thinking=hs.declared(0.0)).scenario.onset_s == 2000.0
+    with pytest.raises(ScenarioError, match="names a fault twice"):
+        hs.run(plant, [both[0], both[0]], end_s=3.0)
+    with pytest.raises(ScenarioError, match=r"severity 3 .* must lie in"):
+        hs.run(plant, hs.Fault("pump_degrade", severity=3.0, onset_s=1.0), end_s=3.0)
+
+
+def test_a_supervisor_for_a_plant_of_ones_own_is_one_call() -> None:
+    plant = hs.load_plant("cstr")
+    for mode, writes in ((Mode.CLOSED_LOOP, True), (Mode.OBSERVE, False)):
+        link = SimulatedLink(open_process(plant, scenario(plant, "none", 1, end_s=400.0)))
+        supervisor = hs.Supervisor(plant, link, mode, clock=DeclaredClock(1.0))
+        supervisor.run()
+        assert link.now_s == 400.0 and bool(link.wire_log) is writes
+
+
+def test_a_study_is_read_from_its_file() -> None:
+    study = hs.Study(QUICK)
+    assert study.title and len({job.name for job in study.jobs}) == len(study.jobs) > 1
+
+
+def test_a_formula_has_a_margin() -> None:
+    assert hs.formula("T1 <= 313").margins({"T1": np.array([310.5, 315.0])}, dt_s=1.0).tolist() == [[2.5, -2.0]]
