@@ -7,7 +7,7 @@ INSTALL := $(PIP) install --no-build-isolation --require-hashes
 COMPILE := $(BIN)/uv pip compile --universal --fork-strategy fewest --generate-hashes --no-header --no-annotate --quiet
 SEED := 1
 
-.PHONY: demo test llm campaign graph results lint audit format lock clean
+.PHONY: demo test llm campaign graph results docs lint audit format lock clean
 
 ## demo: a stuck cooling valve on the reactor, from the alarm to the released recovery
 demo: $(VENV)/.base
@@ -30,6 +30,10 @@ graph: $(VENV)/.base
 ## results: make every published figure and number again
 results: $(VENV)/.dev
 	bash tools/make_results.sh
+
+## docs: the documentation as a site, in build/docs
+docs: $(VENV)/.dev
+	$(BIN)/sphinx-build --quiet --fail-on-warning -b html docs build/docs
 
 ## lint: style, types, layers
 lint: $(VENV)/.dev

@@ -1,13 +1,14 @@
 """The documentation keeps its word: its examples run and show what the pages say.
 
-Every ``python`` block of a page runs, in order, in one process per page. Every ``$ homeostat ...`` line of a
-``console`` block runs and must exit with 0; output shown under it must match, where ``...`` stands for anything.
-A command that takes minutes belongs in an ``sh`` block, which is not run.
+Every ``python`` block of a page runs, in order, in one process per page. Every ``$ ...`` line of a ``console`` block
+runs, in order, in one folder per page, and must exit with 0; output shown under it must match, where ``...`` stands for
+anything. A command that takes minutes belongs in an ``sh`` block, which is not run.
 """
 
 from __future__ import annotations
 
 import doctest
+import os
 import re
 import shlex
 import subprocess
@@ -27,7 +28,6 @@ LIMIT_S = 180
 class Shown:
     """One command of a page with the output that the page promises."""
 
-    page: Path
     line: int
     command: str
     output: str
@@ -48,20 +48,14 @@ def python_of(page: str) -> str:
 
 
 def commands_of(page: Path) -> list[Shown]:
-    """The ``$ homeostat`` lines of the page's console blocks."""
+    """The ``$`` lines of the page's console blocks."""
     text = page.read_text(encoding="utf-8")
-    shown = []
-    for block in BLOCK.finditer(text):
-        if block["language"] != "console":
-            continue
-        for part in re.finditer(r"^\$ (?P<command>.+)\n(?P<output>(?:(?!\$ ).*\n)*)", block["body"], re.MULTILINE):
-            if part["command"].startswith("homeostat "):
-                line = text[: block.start("body") + part.start()].count("\n") + 1
-                shown.append(Shown(page, line, part["command"], part["output"]))
-    return shown
-
-
-COMMANDS = [shown for page in PAGES for shown in commands_of(page)]
+    blocks = [block for block in BLOCK.finditer(text) if block["language"] == "console"]
+    return [
+        Shown(text[: block.start("body") + part.start()].count("\n") + 1, part["command"], part["output"])
+        for block in blocks
+        for part in re.finditer(r"^\$ (?P<command>.+)\n(?P<output>(?:(?!\$ ).*\n)*)", block["body"], re.MULTILINE)
+    ]
 
 
 def test_the_readme_is_among_the_pages() -> None:
@@ -85,15 +79,25 @@ def test_python_blocks_run(page: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, f"{named(page)}:\n{done.stderr}"
 
 
-@pytest.mark.parametrize("shown", COMMANDS, ids=lambda shown: f"{named(shown.page)}:{shown.line}")
-def test_commands_show_what_the_page_says(shown: Shown, tmp_path: Path) -> None:
-    words = [sys.executable, "-m", *shlex.split(shown.command, comments=True)]
-    done = subprocess.run(
-        words, cwd=tmp_path, capture_output=True, text=True, timeout=LIMIT_S, stdin=subprocess.DEVNULL
-    )
-    assert done.returncode == 0, f"{shown.command}:\n{done.stdout}{done.stderr}"
-    flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-    if shown.output.strip() and not doctest.OutputChecker().check_output(shown.output, done.stdout, flags):
-        pytest.fail(
-            f"{named(shown.page)}:{shown.line} promises\n{shown.output}\nbut {shown.command!r} shows\n{done.stdout}"
+@pytest.mark.parametrize("page", [page for page in PAGES if commands_of(page)], ids=named)
+def test_commands_show_what_the_page_says(page: Path, tmp_path: Path) -> None:
+    bin_ = tmp_path / "bin"
+    bin_.mkdir()
+    for name, words in (("homeostat", "-m homeostat"), ("python", "")):
+        (bin_ / name).write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {words} "$@"\n')
+        (bin_ / name).chmod(0o755)
+    (tmp_path / "here").mkdir()
+    for shown in commands_of(page):
+        done = subprocess.run(
+            ["sh", "-c", shown.command],
+            cwd=tmp_path / "here",
+            env={**os.environ, "PATH": f"{bin_}{os.pathsep}{os.environ['PATH']}"},
+            capture_output=True,
+            text=True,
+            timeout=LIMIT_S,
+            stdin=subprocess.DEVNULL,
         )
+        assert done.returncode == 0, f"{shown.command}:\n{done.stdout}{done.stderr}"
+        flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+        if shown.output.strip() and not doctest.OutputChecker().check_output(shown.output, done.stdout, flags):
+            pytest.fail(f"{named(page)}:{shown.line} promises\n{shown.output}\nbut it shows\n{done.stdout}")
