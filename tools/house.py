@@ -1,7 +1,7 @@
 """The size and shape of the package, before and after: `python tools/house.py COMMIT` prints a Markdown table.
 
 Counted in ``src/**/*.py``. A public name is a class, function or constant at the top of a module without an underscore.
-A constructor's parameters are those of a hand-written ``__init__``; records of data have as many fields as there are data.
+A constructor's parameters are those of a hand-written ``__init__``; a record has as many fields as there are data.
 """
 
 from __future__ import annotations

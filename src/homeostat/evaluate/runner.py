@@ -20,6 +20,7 @@ from homeostat.evaluate.conditions.transcript import ListeningModel
 from homeostat.evaluate.local_control import LocalControl, Told
 from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.reference.unsupervised import Steered, fault_free, open_process, watch
+from homeostat.evaluate.resumption import Past
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.facts import completion_s, facts_of, limits_of
@@ -89,10 +90,9 @@ def run(
     first. Raises CaseError where the case cannot be asked for step by step.
     """
     begin = time.monotonic()
-    conditions = conditions or Conditions()
+    conditions, operation, trace = conditions or Conditions(), operation or Operation(), trace or MemoryTrace()
     check_protocol(case, conditions.protocol)
     clock = clock or ThinkingClock()
-    trace = trace or MemoryTrace()
     record = RunRecord(lambda: clock.total_s, conditions.protocol is AskingProtocol.PER_STEP)
     trace.subscribe(record)
     if started is not None:
@@ -104,7 +104,6 @@ def run(
         watch(process, sequencer, shown.sampled)
         _note_states(sequencer, trace)
     else:
-        operation = operation or Operation()
         arrangement = Arrangement(
             mode=operation.mode,
             guard=operation.guard,
@@ -120,14 +119,19 @@ def run(
         lease = link if operation.mode.writes else None
         assembly = wire(_known(known or case, conditions), lease, clock, trace, scenario.seed, arrangement)
         if operation.past is not None:
-            for event, at_s in operation.past.events:
-                record(event, at_s)
-            if (unsaid := operation.past.unsaid(case)) is not None:
-                trace.record(unsaid, operation.past.at_s)
+            _go_on(case, operation.past, record, trace)
             assembly.exchange.remember(operation.past.retrace(link, local))
         assembly.run(link.source, _hook(shown, assembly, operation, local), operation.pace)
     result = _score(case, scenario, record, process, clock.total_s, time.monotonic() - begin)
     return replace(result, said=tuple(listening.said)) if listening else result
+
+
+def _go_on(case: Case, past: Past, record: RunRecord, trace: Trace) -> None:
+    """Take note of what happened before the run was killed."""
+    for event, at_s in past.events:
+        record(event, at_s)
+    if (unsaid := past.unsaid(case)) is not None:
+        trace.record(unsaid, past.at_s)
 
 
 def _attach(case: Case, process: TrueProcess, operation: Operation) -> tuple[SimulatedLink, LocalControl]:
