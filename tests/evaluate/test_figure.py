@@ -109,7 +109,10 @@ def test_words_of_moments_and_names_of_states_can_be_read(batch: Case, clogged: 
     figure = compose(clogged)
     moments, states = figure.axes[0].texts, figure.axes[-1].texts
     labels = {state.name: state.label for state in batch.description.machine.states}
-    assert [t.get_text() for t in states] == ["Ready for a batch", *(labels[m.what] for m in clogged[1].states)]
+    assert [t.get_text() for t in states] == [
+        "Ready for a batch",
+        *(labels[state] for state, _ in clogged.record.states),
+    ]
     assert [t.get_text().split()[0] for t in moments] == ["clogging_main", "noticed", "actions", "Batch"]
     for texts in (moments, states, figure.texts):
         assert crossing(texts) == []
