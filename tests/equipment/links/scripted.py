@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from homeostat.domain.recovery import Command
-from homeostat.links.timetable import Timetable
 from homeostat.process.schedule import InputRamp
 from homeostat.process.seeds import Stream, generator
+from tests.equipment.links.timetable import Timetable
 
 
 @dataclass(frozen=True, slots=True)

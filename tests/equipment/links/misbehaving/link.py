@@ -10,11 +10,11 @@ from typing import Literal, TypeAlias, final
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LinkError
-from homeostat.links.misbehaving.readings import BadReading
-from homeostat.links.misbehaving.wire import MisbehavingWire, WriteSide
-from homeostat.links.misbehaving.writes import BadWrite
-from homeostat.links.timetable import Timetable
 from homeostat.links.virtual import Arrival, Link, Source, SourceView
+from tests.equipment.links.misbehaving.readings import BadReading
+from tests.equipment.links.misbehaving.wire import MisbehavingWire, WriteSide
+from tests.equipment.links.misbehaving.writes import BadWrite
+from tests.equipment.links.timetable import Timetable
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,10 +11,10 @@ from homeostat.domain.ports import Ticket, Wire
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LinkError
-from homeostat.links.misbehaving.writes import BadWrite
 from homeostat.links.simulated import WIRE_LOG_LENGTH
-from homeostat.links.timetable import Timetable
 from homeostat.links.virtual import Answered, Arrival, Link
+from tests.equipment.links.misbehaving.writes import BadWrite
+from tests.equipment.links.timetable import Timetable
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +90,7 @@ class WriteSide:
 
 @final
 class MisbehavingWire:
-    """Implements :class:`homeostat.domain.ports.Wire` and :class:`homeostat.links.misbehaving.writes.Delivery`."""
+    """Implements the port ``Wire`` of the domain and :class:`~tests.equipment.links.misbehaving.writes.Delivery`."""
 
     def __init__(self, side: WriteSide, wire: Wire) -> None:
         """``wire`` is the one beneath."""
