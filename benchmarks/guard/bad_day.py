@@ -25,11 +25,11 @@ from homeostat.guard.guard import Guard
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Journal
 from homeostat.links.errors import LinkError
-from homeostat.links.misbehaving.link import Misbehaving
-from homeostat.links.scripted import ScriptedPlant
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.assembly import guard_rules
 from homeostat.plants.plant import load_case
+from tests.equipment.links.misbehaving.link import Misbehaving
+from tests.equipment.links.scripted import ScriptedPlant
 
 SEED = 7
 HOME_S = 590.0

@@ -21,10 +21,10 @@ from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import GuardEvent
 from homeostat.guard.watch.quality import SIGMAS
-from homeostat.links.misbehaving.link import ByHand, Misbehaviour
-from homeostat.links.misbehaving.readings import ALL, Freeze, Lie, NotANumber, Silence
-from homeostat.links.misbehaving.writes import Disobedient
-from homeostat.links.scripted import Push
+from tests.equipment.links.misbehaving.link import ByHand, Misbehaviour
+from tests.equipment.links.misbehaving.readings import ALL, Freeze, Lie, NotANumber, Silence
+from tests.equipment.links.misbehaving.writes import Disobedient
+from tests.equipment.links.scripted import Push
 
 EVERY_S = 1200.0
 """Time between two of them [s]."""

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from homeostat.domain.plant.rules import GuardRules
-from homeostat.links.scripted import PlantScript, Push, ScriptedTag
 from homeostat.plants.plant import Case
+from tests.equipment.links.scripted import PlantScript, Push, ScriptedTag
 
 
 @dataclass(frozen=True)

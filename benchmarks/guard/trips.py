@@ -13,10 +13,10 @@ from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import GuardEvent
 from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
-from homeostat.links.scripted import PlantScript, Push, ScriptedPlant
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.assembly import guard_rules
 from homeostat.plants.plant import Case, load_case
+from tests.equipment.links.scripted import PlantScript, Push, ScriptedPlant
 
 BASES_K = (306.0, 310.0, 312.5)
 """Where the temperature stands before it steps [K]."""

@@ -28,10 +28,10 @@ from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import Event, MemoryTrace
 from homeostat.links.clock import DeclaredClock
-from homeostat.links.misbehaving.link import LostHeartbeat, Misbehaving, NoLease
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink, SimulatedWire
 from homeostat.plants.assembly import Arrangement, new_sequencer, wire
 from homeostat.plants.plant import Case, load_case
+from tests.equipment.links.misbehaving.link import LostHeartbeat, Misbehaving, NoLease
 
 FAULT, OFFERED_S = "stuck_closed_VI202", 90.0
 """A fault that the search has an answer to, and when that has been offered at the latest [s]."""

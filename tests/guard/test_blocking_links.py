@@ -16,9 +16,9 @@ from homeostat.domain.recovery import Command
 from homeostat.guard.settings import GuardSettings
 from homeostat.guard.writing import bounded
 from homeostat.guard.writing.lane import Lane, NoAnswer
-from homeostat.links.misbehaving.link import Blocking, Misbehaving
-from homeostat.links.scripted import ScriptedPlant
 from homeostat.links.simulated import SimulatedLink
+from tests.equipment.links.misbehaving.link import Blocking, Misbehaving
+from tests.equipment.links.scripted import ScriptedPlant
 from tests.guard.test_on_links import SCRIPT
 from tests.guard.vessel import DRAIN, Answer, Vessel, World, running
 

@@ -14,8 +14,10 @@ from homeostat.guard.guard import Guard
 from homeostat.guard.restart.memory import Memory
 from homeostat.journal.encode import encode_fields
 from homeostat.links.errors import LinkError
-from homeostat.links.misbehaving.link import ByHand, LostHeartbeat, Misbehaving, Misbehaviour, NoLease
-from homeostat.links.misbehaving.readings import (
+from homeostat.links.simulated import SimulatedLink
+from homeostat.links.virtual import VirtualLink
+from tests.equipment.links.misbehaving.link import ByHand, LostHeartbeat, Misbehaving, Misbehaviour, NoLease
+from tests.equipment.links.misbehaving.readings import (
     ALL,
     BrokenReading,
     Freeze,
@@ -29,7 +31,7 @@ from homeostat.links.misbehaving.readings import (
     StuckClock,
     WrongClock,
 )
-from homeostat.links.misbehaving.writes import (
+from tests.equipment.links.misbehaving.writes import (
     Clamped,
     Disobedient,
     FailingWrite,
@@ -38,9 +40,7 @@ from homeostat.links.misbehaving.writes import (
     Late,
     LateAnswer,
 )
-from homeostat.links.scripted import PlantScript, Push, ScriptedPlant, ScriptedTag
-from homeostat.links.simulated import SimulatedLink
-from homeostat.links.virtual import VirtualLink
+from tests.equipment.links.scripted import PlantScript, Push, ScriptedPlant, ScriptedTag
 from tests.guard.test_memory import Line
 from tests.guard.vessel import DRAIN, PATIENT, RULES, Journal
 

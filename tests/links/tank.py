@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from homeostat.links.misbehaving.link import Misbehaving, Misbehaviour
-from homeostat.links.scripted import PlantScript, Push, ScriptedPlant, ScriptedTag
 from homeostat.links.simulated import SimulatedLink
+from tests.equipment.links.misbehaving.link import Misbehaving, Misbehaviour
+from tests.equipment.links.scripted import PlantScript, Push, ScriptedPlant, ScriptedTag
 
 
 def script(end_s: float = 600.0, noise: float = 0.0, pushes: tuple[Push, ...] = (), seed: int = 0) -> PlantScript:

@@ -8,7 +8,8 @@ import pytest
 
 from homeostat.domain.snapshot import Quality, Snapshot
 from homeostat.links.errors import LinkError
-from homeostat.links.misbehaving.readings import (
+from tests.contracts.link import equal
+from tests.equipment.links.misbehaving.readings import (
     ALL,
     BadReading,
     BrokenReading,
@@ -23,7 +24,6 @@ from homeostat.links.misbehaving.readings import (
     StuckClock,
     WrongClock,
 )
-from tests.contracts.link import equal
 from tests.links.tank import misbehaving
 
 T = frozenset({"T"})

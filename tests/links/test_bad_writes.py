@@ -6,8 +6,10 @@ import pytest
 
 from homeostat.domain.recovery import Command
 from homeostat.links.errors import LeaseVoid, LinkError
-from homeostat.links.misbehaving.link import ByHand, LostHeartbeat, Misbehaving, NoLease
-from homeostat.links.misbehaving.writes import (
+from homeostat.links.simulated import SimulatedLink
+from tests.contracts.link import Handles, LinkContract, Open, read
+from tests.equipment.links.misbehaving.link import ByHand, LostHeartbeat, Misbehaving, NoLease
+from tests.equipment.links.misbehaving.writes import (
     BadWrite,
     Clamped,
     Disobedient,
@@ -17,8 +19,6 @@ from homeostat.links.misbehaving.writes import (
     Late,
     LateAnswer,
 )
-from homeostat.links.simulated import SimulatedLink
-from tests.contracts.link import Handles, LinkContract, Open, read
 from tests.links import test_simulated_link
 from tests.links.tank import misbehaving, tank
 

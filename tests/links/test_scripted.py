@@ -7,9 +7,9 @@ import math
 import pytest
 
 from homeostat.domain.recovery import Command
-from homeostat.links.scripted import PlantScript, Push, ScriptedPlant, ScriptedTag
 from homeostat.links.simulated import SimulatedLink
 from tests.contracts.link import Handles, LinkContract, Open, read
+from tests.equipment.links.scripted import PlantScript, Push, ScriptedPlant, ScriptedTag
 from tests.links.tank import script, tank
 
 

@@ -11,11 +11,11 @@ from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
-from homeostat.links.misbehaving.link import Misbehaving
-from homeostat.links.misbehaving.readings import ALL, Freeze
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.assembly import wire
 from homeostat.plants.plant import load_case
+from tests.equipment.links.misbehaving.link import Misbehaving
+from tests.equipment.links.misbehaving.readings import ALL, Freeze
 
 FROZEN_AFTER_S = 10.0
 GRACE_S = 4.0

@@ -19,12 +19,12 @@ from pathlib import Path
 from homeostat.agents.rehearsal import TwinRehearsal
 from homeostat.assurance.executive import Executive, nominal_route
 from homeostat.assurance.gate import Gate, Refused
-from homeostat.domain.plant.limits import Limits
+from homeostat.domain.limits import Limits
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve
-from homeostat.journal import MemoryTrace
 from homeostat.plant.clock import DeclaredClock
+from homeostat.trace import MemoryTrace
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring, ScriptedPlanning
 from tests.safety.attacks.plant import AttackedPlant, from_data
 from tests.safety.world import CALM, DRAIN, FEED, HOT, TAGS, VENT, Says
@@ -211,10 +211,10 @@ def report(plant, stage, ended):
 
 def batch(end_s):
     """The nominal batch of the mixing module: what reached its ramps, what came by its port, what was recorded."""
-    from homeostat.evaluate.runner import run
-    from homeostat.evaluate.scenario import Scenario
+    from homeostat.campaign.runner import run
+    from homeostat.campaign.scenario import Scenario
+    from homeostat.cases.case import load_case
     from homeostat.plant.simulated import SimulatedPlant
-    from homeostat.plants.plant import load_case
 
     taken, written = [], []
     command, write = SimulatedPlant._command, SimulatedPlant.write
@@ -240,9 +240,9 @@ def batch(end_s):
 
 def loads(plant, file, before, after):
     """Why a shipped plant does not load with one text in one of its files replaced; empty where it does."""
-    from homeostat.knowledge.store.error import GraphError
-    from homeostat.plants import plant as module
-    from homeostat.plants.error import CaseError
+    from homeostat.cases import case as module
+    from homeostat.cases.error import CaseError
+    from homeostat.knowledge.graph_error import GraphError
 
     cases = Path(module.__file__).parent
     copy = cases / f"{plant}_{os.getpid()}"
@@ -264,9 +264,9 @@ def loads(plant, file, before, after):
 
 def verifies(forgery):
     """Whether a run that was forged and chained again is called complete."""
-    from homeostat.domain.events.recovery import ReleasedActions, StateEntered
-    from homeostat.journal import Journal, Summary
-    from homeostat.journal.verify.verify import digest, verify
+    from homeostat.trace import Journal, Summary, verify
+    from homeostat.trace.decisions import ReleasedActions, StateEntered
+    from homeostat.trace.verify import digest
     from tests.safety.attacks.forging import forge
 
     folder = Path(tempfile.mkdtemp())

@@ -28,8 +28,12 @@ from homeostat.evaluate.scenario import scenario
 from homeostat.guard.watch.trips import TripWatch
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock, ThinkingClock
-from homeostat.links.misbehaving.link import LostHeartbeat, Misbehaving, Misbehaviour
-from homeostat.links.misbehaving.readings import (
+from homeostat.links.simulated import SimulatedLink
+from homeostat.llm.model import Question, Reply
+from homeostat.plants.assembly import Arrangement, Language, Workbench, guard_rules, wire
+from homeostat.plants.plant import Case, load_case
+from tests.equipment.links.misbehaving.link import LostHeartbeat, Misbehaving, Misbehaviour
+from tests.equipment.links.misbehaving.readings import (
     ALL,
     Freeze,
     Lie,
@@ -39,11 +43,7 @@ from homeostat.links.misbehaving.readings import (
     StuckClock,
     WrongClock,
 )
-from homeostat.links.misbehaving.writes import HangingWrite
-from homeostat.links.simulated import SimulatedLink
-from homeostat.llm.model import Question, Reply
-from homeostat.plants.assembly import Arrangement, Language, Workbench, guard_rules, wire
-from homeostat.plants.plant import Case, load_case
+from tests.equipment.links.misbehaving.writes import HangingWrite
 
 SEED = 3
 NOTICED_S, EARLY_S = 900.0, 400.0

@@ -1,1 +1,0 @@
-"""Any link, with faults of communication by a script."""
