@@ -30,13 +30,8 @@ def questions(module: int) -> dict[str, dict[str, Argument]]:
     step: dict[str, Argument] = {"source": node(module, "state", 3), "target": node(module, "state", 4)}
     return {
         "state_machine": {"machine": machine},
-        "states": {"machine": machine},
-        "planning_context": {"machine": machine},
-        "recovery_context": {"modules": (node(module, "module"),)},
         "candidate_faults": {"symptoms": (node(module, "symptom", 0), node(module, "symptom", 5))},
-        "is_actuatable": {"action": node(module, "action", 7), "faults": faults},
         "is_admissible_step": {"machine": machine, "faults": faults, **step},
-        "describe_fault": {"fault": faults[0]},
     }
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes every plant's knowledge graph from its engineering tables: src/homeostat/plants/*/plant.ttl, or, where a folder is
-# given, FOLDER/<plant>.ttl. morph-kgc applies the RML mapping in an environment of its own, because it pins other versions
-# of the graph libraries; homeostat.knowledge.build.build applies it as well, refuses any difference, and completes the graph.
+# given, FOLDER/<plant>.ttl. morph-kgc carries out the RML mapping in an environment of its own, because it pins other versions
+# of the graph libraries; homeostat.knowledge.build states the same by itself, refuses any difference, and completes the graph.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$PWD out=${1:-}
@@ -21,12 +21,13 @@ fi
 
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
-for mapping in src/homeostat/plants/*/mapping.rml.ttl; do
-  folder=$(dirname "$mapping") plant=$(basename "$(dirname "$mapping")")
+for settings in src/homeostat/plants/*/case.toml; do
+  folder=$(dirname "$settings") plant=$(basename "$(dirname "$settings")")
   # An empty cell makes no statement; no other text counts as empty.
   printf '[CONFIGURATION]\nna_values: ,\noutput_file: %s\noutput_format: N-TRIPLES\nlogging_level: WARNING\n' \
     "$scratch/$plant.nt" >"$scratch/$plant.ini"
-  printf 'number_of_processes: 1\n[plant]\nmappings: mapping.rml.ttl\n' >>"$scratch/$plant.ini"
+  printf 'number_of_processes: 1\n[plant]\nmappings: %s\n' "$root/src/homeostat/knowledge/build/mapping.rml.ttl" \
+    >>"$scratch/$plant.ini"
   (cd "$folder" && "$rml/bin/python" -m morph_kgc "$scratch/$plant.ini")
   target=$folder/plant.ttl
   if [[ -n $out ]]; then target=$out/$plant.ttl; fi

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,14 +25,14 @@ TABLES = tuple(sorted(path.stem for path in (CSTR / "engineering").glob("*.csv")
 
 @dataclass(frozen=True)
 class Workbench:
-    """A writable copy of the reactor's tables and mapping."""
+    """A writable copy of the reactor's tables, with the settings that say what its system is called."""
 
     folder: Path
 
     @classmethod
     def at(cls, folder: Path) -> Workbench:
         (folder / "engineering").mkdir(parents=True)
-        shutil.copy(CSTR / "mapping.rml.ttl", folder)
+        shutil.copy(CSTR / "case.toml", folder)
         for table in (CSTR / "engineering").glob("*.csv"):
             shutil.copy(table, folder / "engineering")
         return cls(folder)
@@ -54,8 +55,13 @@ class Workbench:
     def edit(self, table: str, change: Callable[[Rows], Rows]) -> None:
         self.write(table, change(self.rows(table)))
 
+    def call(self, system: str) -> None:
+        """Another IRI of the plant's system."""
+        path = self.folder / "case.toml"
+        path.write_text(re.sub('(?m)^system = ".*"', f'system = "{system}"', path.read_text("utf-8")), encoding="utf-8")
+
     def graph(self) -> bytes:
-        """What the mapping makes of the tables, bad cells included."""
+        """What the build makes of the tables, bad cells included."""
         return mapped(self.folder)
 
 

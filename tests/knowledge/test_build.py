@@ -1,4 +1,4 @@
-"""From tables to the graph: RML, rules, equations, sorted Turtle."""
+"""From tables to the graph: statements, RML, rules, equations, sorted Turtle."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import random
 import re
 import subprocess
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,12 +15,12 @@ from hypothesis import strategies as st
 from pyoxigraph import BlankNode, Literal, NamedNode, RdfFormat, Triple, parse
 
 from homeostat.knowledge.build import build as module
-from homeostat.knowledge.build.build import build, main, refuse_incomplete
-from homeostat.knowledge.build.derive import SCRATCH
-from homeostat.knowledge.build.provenance import stale_tables
-from homeostat.knowledge.build.rml import materialise
-from homeostat.knowledge.build.rml_mapping import read_mapping
-from homeostat.knowledge.build.seal import is_sealed
+from homeostat.knowledge.build import statements
+from homeostat.knowledge.build.build import build, main, refuse_difference, refuse_incomplete
+from homeostat.knowledge.build.provenance import MAPPING, stale_tables
+from homeostat.knowledge.build.seal import is_sealed, sha256
+from homeostat.knowledge.build.statements import MAPPED, SCRATCH, stated
+from homeostat.knowledge.build.tables.check import SCHEMAS
 from homeostat.knowledge.build.turtle import write_turtle
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import Code, GraphError
@@ -29,7 +30,8 @@ from homeostat.knowledge.vocabulary.vocabulary import HS, PREFIXES, RDF, CPSMod,
 from homeostat.stl.formula import parse_expression
 from tests.knowledge.tables import CASES, SYSTEM, TABLES, Rows, Workbench, reactor, store_of
 
-MAPPINGS = sorted(CASES.glob("*/mapping.rml.ttl"))
+PLANTS = sorted(path.parent for path in CASES.glob("*/case.toml"))
+SHIPPED = Path(module.__file__).with_name(MAPPING)
 ENGINEERING = sorted(CASES.glob("cstr/engineering/*.csv"))
 MORPH = CASES.parents[2] / ".rml-venv" / "bin" / "python"
 
@@ -43,25 +45,38 @@ def bench(tmp_path: Path) -> Workbench:
     return Workbench.at(tmp_path / "plant")
 
 
-@pytest.mark.parametrize("mapping", MAPPINGS, ids=lambda path: path.parent.name)
-def test_a_committed_graph_is_what_its_tables_make(mapping: Path) -> None:
-    folder = mapping.parent
+@pytest.mark.parametrize("folder", PLANTS, ids=lambda path: path.name)
+def test_a_committed_graph_is_what_its_tables_make(folder: Path) -> None:
     assert build(folder) == (folder / "plant.ttl").read_bytes(), f"run 'make graph': {folder}/plant.ttl is out of date"
 
 
-@pytest.mark.parametrize("mapping", MAPPINGS, ids=lambda path: path.parent.name)
-def test_another_rml_processor_makes_the_same_triples(mapping: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("folder", PLANTS, ids=lambda path: path.name)
+def test_an_rml_processor_makes_the_same_triples_of_the_mapping(folder: Path, tmp_path: Path) -> None:
     if not MORPH.is_file():
         pytest.skip("morph-kgc is not installed; 'make graph' installs it and compares")
     text = (
         f"[CONFIGURATION]\nna_values: ,\noutput_file: {tmp_path}/x.nt\noutput_format: N-TRIPLES\n"
-        "logging_level: ERROR\nnumber_of_processes: 1\n[plant]\nmappings: mapping.rml.ttl\n"
+        f"logging_level: ERROR\nnumber_of_processes: 1\n[plant]\nmappings: {SHIPPED}\n"
     )
     (tmp_path / "config.ini").write_text(text)
-    subprocess.run([MORPH, "-m", "morph_kgc", tmp_path / "config.ini"], cwd=mapping.parent, check=True, timeout=120)
+    subprocess.run([MORPH, "-m", "morph_kgc", tmp_path / "config.ini"], cwd=folder, check=True, timeout=120)
     other = frozenset(quad.triple for quad in parse(path=tmp_path / "x.nt", format=RdfFormat.N_TRIPLES))
-    own = materialise(read_mapping(mapping.read_bytes()), mapping.parent)
+    own = stated(folder, MAPPED)
     assert own == other and len(own) > 100
+
+
+def test_the_mapping_and_the_statements_read_every_column_of_every_table_and_no_other() -> None:
+    columns = {(name, column) for name, (model, _) in SCHEMAS.items() for column in model.model_fields}
+    place = re.compile(r"\{(\w+)\}")
+    lines = Path(statements.__file__).with_name("statements.csv").read_text().splitlines()[1:]
+    assert {(line.partition(",")[0], column) for line in lines for column in place.findall(line)} == columns
+    read = set()
+    for part in SHIPPED.read_text().split("rml:logicalSource")[1:]:
+        found = re.search(r'rml:source "engineering/(\w+)\.csv"', part)
+        assert found
+        for column in place.findall(part) + re.findall(r'rml:reference "(\w+)"', part):
+            read.add((found[1], column))
+    assert read == columns
 
 
 def test_the_order_of_rows_does_not_matter(bench: Workbench) -> None:
@@ -97,7 +112,7 @@ def test_the_graph_uses_defined_terms_and_stable_names_only() -> None:
 
 def test_every_table_is_named_as_a_source(bench: Workbench) -> None:
     names = {t.object.value for t in triples_of(bench.graph()) if t.predicate == HS.fileName}
-    assert names == {"mapping.rml.ttl", *(f"engineering/{table}.csv" for table in TABLES)}
+    assert names == {MAPPING, *(f"engineering/{table}.csv" for table in TABLES)}
     assert stale_tables(bench.folder, bench.graph()) == ()
 
 
@@ -107,9 +122,16 @@ def test_a_changed_or_lost_or_added_source_makes_the_graph_stale(bench: Workbenc
     assert stale_tables(bench.folder, graph) == (f"engineering/{TABLES[0]}.csv",)
     bench.path(TABLES[1]).unlink()
     (bench.folder / "engineering" / "zz.csv").write_text("id\n")
-    (bench.folder / "mapping.rml.ttl").write_text("")
-    changed = (*(f"engineering/{name}.csv" for name in TABLES[:2]), "engineering/zz.csv", "mapping.rml.ttl")
+    changed = (*(f"engineering/{name}.csv" for name in TABLES[:2]), "engineering/zz.csv")
     assert stale_tables(bench.folder, graph) == changed
+
+
+def test_another_mapping_and_another_name_make_the_graph_stale(bench: Workbench) -> None:
+    graph = bench.graph()
+    assert stale_tables(bench.folder, graph.replace(sha256(SHIPPED.read_bytes()).encode(), b"0" * 64)) == (MAPPING,)
+    bench.call("urn:homeostat:other#system")
+    assert stale_tables(bench.folder, graph) == ("case.toml",)
+    assert stale_tables(bench.folder, bench.graph()) == ()
 
 
 def test_a_graph_is_sealed_whatever_its_line_ends(bench: Workbench) -> None:
@@ -120,51 +142,35 @@ def test_a_graph_is_sealed_whatever_its_line_ends(bench: Workbench) -> None:
         assert not is_sealed(altered)
 
 
-def test_another_plant_needs_another_namespace_in_the_mapping_and_nothing_else(bench: Workbench) -> None:
-    path = bench.folder / "mapping.rml.ttl"
-    path.write_text(path.read_text().replace("urn:homeostat:cstr#", "urn:homeostat:other#").replace("cstr:", "other:"))
+def test_another_plant_needs_another_name_in_its_settings_and_nothing_else(bench: Workbench) -> None:
+    bench.call("urn:homeostat:other#system")
     graph = bench.graph()
     refuse_incomplete(graph)
     assert b"cstr#" not in graph and b"@prefix other: <urn:homeostat:other#> ." in graph
     plant = read_plant(store_of(graph), NamedNode("urn:homeostat:other#system"))
-    assert plant == read_plant(store_of(reactor()), SYSTEM)
+    assert plant.machine.name == "other"
+    machine = replace(plant.machine, name="cstr")
+    assert replace(plant, machine=machine) == read_plant(store_of(reactor()), SYSTEM)
 
 
-def _replaced(bench: Workbench, old: str, new: str) -> None:
-    path = bench.folder / "mapping.rml.ttl"
-    text = path.read_text()
-    assert old in text
-    path.write_text(text.replace(old, new, 1))
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "says"),
-    [
-        ("rml:referenceFormulation rml:CSV", "rml:referenceFormulation rml:JSONPath", "only rml:CSV"),
-        ("rml:subjectMap [", "rml:graphMap [ rml:constant hs:x ] ; rml:subjectMap [", "'graphMap' is not supported"),
-        ('rml:reference "label"', 'rml:reference "labl"', "no column 'labl'"),
-        ('rml:source "engineering/equipment.csv"', 'rml:source "engineering/nothing.csv"', "cannot be read"),
-        ("@prefix rml:", "@prefix", "is not Turtle"),
-        ("rml:class CPSMod:SystemModel", "rml:class hs:Tag", "exactly one CPSMod:SystemModel"),
-        ('rml:template "urn:homeostat:cstr#equipment_{id}"', 'rml:template "x" ; rml:constant hs:x', "needs one of"),
-    ],
-)
-def test_a_mapping_that_cannot_be_followed_is_refused(bench: Workbench, old: str, new: str, says: str) -> None:
-    _replaced(bench, old, new)
-    with pytest.raises(GraphError, match=says):
-        bench.graph()
+def test_a_plant_without_settings_is_called_after_its_folder(bench: Workbench) -> None:
+    (bench.folder / "case.toml").unlink()
+    read_plant(store_of(bench.graph()), NamedNode("urn:homeostat:plant#system"))
 
 
 def test_no_table_and_no_column_is_left_out_silently(bench: Workbench) -> None:
     bench.edit("signals", lambda rows: rows)
     (bench.folder / "engineering" / "extra.csv").write_text("a\n1\n")
-    with pytest.raises(GraphError, match=r"extra.csv: is read by no map"):
-        bench.graph()
+    with pytest.raises(GraphError, match=r"extra.csv: is no table of a plant; the mapping does not read it"):
+        build(bench.folder)
     (bench.folder / "engineering" / "extra.csv").unlink()
     path = bench.path("loops")
     path.write_text("\n".join(line + ",note" for line in path.read_text().splitlines()) + "\n")
-    with pytest.raises(GraphError, match=r"loops.csv: column 'note' is read by no map"):
-        bench.graph()
+    with pytest.raises(GraphError, match=r"loops.csv row 1: column 'note' is not known"):
+        build(bench.folder)
+    path.unlink()
+    with pytest.raises(GraphError, match=r"loops.csv: cannot be read"):
+        build(bench.folder)
 
 
 @pytest.mark.parametrize(
@@ -173,7 +179,6 @@ def test_no_table_and_no_column_is_left_out_silently(bench: Workbench) -> None:
         ("V9,Actuator,M_Feed", "row 2: needs 4 cells"),
         ("V9,Actuator,M_Feed,a,b", "row 2: needs 4 cells"),
         ("V9 ,Actuator,M_Feed,a", "column 'id' begins or ends with a space"),
-        (",Actuator,M_Feed,a", "column 'id' is empty, but names the row"),
         ('"V9,Actuator,M_Feed,a', "cannot be read"),
     ],
 )
@@ -184,6 +189,13 @@ def test_a_broken_row_is_named(bench: Workbench, line: str, says: str) -> None:
     with pytest.raises(GraphError, match=says) as caught:
         bench.graph()
     assert caught.value.code is Code.BAD_TABLE
+
+
+def test_a_row_without_its_key_is_refused(bench: Workbench) -> None:
+    bench.edit("equipment", lambda rows: [rows[0] | {"id": ""}, *rows[1:]])
+    with pytest.raises(GraphError, match=r"equipment\.csv row 2 .*id: the cell is empty; fill it") as caught:
+        build(bench.folder)
+    assert caught.value.code is Code.MISSING_VALUE
 
 
 def test_a_table_that_is_not_utf8_is_refused(bench: Workbench) -> None:
@@ -198,8 +210,8 @@ def test_a_row_that_says_nothing_is_refused(bench: Workbench) -> None:
         return [*rows, {"symptom": rows[0]["symptom"], "fault": ""}]
 
     bench.edit("symptom_faults", emptied)
-    with pytest.raises(GraphError, match="says nothing"):
-        bench.graph()
+    with pytest.raises(GraphError, match="fault: the cell is empty; fill it"):
+        build(bench.folder)
 
 
 @pytest.mark.parametrize("cell", ["abc", "1e999", "nan", "-inf", "1_000", "1,5"])
@@ -210,13 +222,13 @@ def test_a_number_that_is_none_is_named(bench: Workbench, cell: str) -> None:
     assert caught.value.code is Code.BAD_NUMBER and bench.rows("parameters")[0]["symbol"] in caught.value.thing
 
 
-def test_a_difference_between_processors_is_refused(bench: Workbench) -> None:
-    own = materialise(read_mapping((bench.folder / "mapping.rml.ttl").read_bytes()), bench.folder)
-    assert build(bench.folder, own) == bench.graph()
-    with pytest.raises(GraphError, match="1 triples differ; only the other processor makes"):
-        build(bench.folder, own | {Triple(HS.Tag, HS.name, Literal("x"))})
-    with pytest.raises(GraphError, match=r"1 triples differ; only homeostat\.knowledge\.build\.rml makes"):
-        build(bench.folder, own - {min(own, key=str)})
+def test_a_difference_from_what_the_mapping_makes_is_refused(bench: Workbench) -> None:
+    own = stated(bench.folder, MAPPED)
+    refuse_difference(bench.folder, own)
+    with pytest.raises(GraphError, match=r"1 triples differ; only mapping\.rml\.ttl makes"):
+        refuse_difference(bench.folder, own | {Triple(HS.Tag, HS.name, Literal("x"))})
+    with pytest.raises(GraphError, match=r"1 triples differ; only statements\.csv makes"):
+        refuse_difference(bench.folder, own - {min(own, key=str)})
 
 
 def test_the_command_writes_a_complete_graph_and_refuses_a_broken_one(

@@ -182,7 +182,6 @@ def test_every_template_keeps_its_declaration(name: str) -> None:
     asks = {
         Form.SELECT: item.select,
         Form.CONSTRUCT: item.construct,
-        Form.DESCRIBE: item.construct,
         Form.ASK: item.ask,
         Form.UPDATE: item.update,
     }

@@ -6,10 +6,10 @@ import pytest
 from pyoxigraph import NamedNode, RdfFormat
 
 from homeostat.knowledge.questions import questions
-from homeostat.knowledge.questions.questions import CandidateFault, StateFact, TransitionFact
+from homeostat.knowledge.questions.questions import CandidateFault, TransitionFact
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.store import UnexpectedAnswer
-from homeostat.knowledge.vocabulary.vocabulary import PREFIXES
+from homeostat.knowledge.vocabulary.vocabulary import PREFIXES, UML
 
 PLANT = """
 p:machine a UML:StateMachine ; UML:containsState p:run, p:bypass, p:stop ; UML:containsTransition p:t1, p:t2, p:t3 .
@@ -66,11 +66,6 @@ def store() -> EmbeddedStore:
     return store
 
 
-def subjects(triples: tuple[object, ...]) -> set[str]:
-    """Local names of what the triples are about."""
-    return {str(triple).split(">")[0].removeprefix("<urn:plant:") for triple in triples}
-
-
 def test_transitions_have_what_is_stated_and_gaps_where_nothing_is(store: EmbeddedStore) -> None:
     t1, t2, t3 = questions.transitions(store, p("machine"))
     assert t1 == TransitionFact(
@@ -81,19 +76,12 @@ def test_transitions_have_what_is_stated_and_gaps_where_nothing_is(store: Embedd
     assert questions.transitions(store, p("nothing")) == ()
 
 
-def test_states_have_what_is_stated_and_gaps_where_nothing_is(store: EmbeddedStore) -> None:
-    bypass, run, stop = questions.states(store, p("machine"))
-    assert run == StateFact(p("run"), "run", 0, True, False, "level >= 1", "running", None)
-    assert bypass == StateFact(p("bypass"), None, 2, False, False, None, None, "Slow.")
-    assert stop == StateFact(p("stop"), None, None, False, True, None, None, None)
-
-
 def test_a_graph_that_says_nonsense_is_not_believed(store: EmbeddedStore) -> None:
     broken = EmbeddedStore()
     broken.load(store.dump(RdfFormat.N_QUADS), RdfFormat.N_QUADS)
-    broken.update(f"INSERT DATA {{ {p('bypass')} <urn:homeostat:ontology#name> 3 }}")
-    with pytest.raises(UnexpectedAnswer, match=r"'name' is .*3.* where a text is needed"):
-        questions.states(broken, p("machine"))
+    broken.update(f"INSERT DATA {{ {p('t2')} {UML.transitionGuard} 3 }}")
+    with pytest.raises(UnexpectedAnswer, match=r"'guard' is .*3.* where a text is needed"):
+        questions.transitions(broken, p("machine"))
 
 
 def test_candidate_faults_gather_what_symptoms_say(store: EmbeddedStore) -> None:
@@ -105,24 +93,6 @@ def test_candidate_faults_gather_what_symptoms_say(store: EmbeddedStore) -> None
     )
     assert questions.candidate_faults(store, [p("faint")]) == (CandidateFault(p("bare"), (p("faint"),), None, (), ()),)
     assert questions.candidate_faults(store, [p("other")]) == questions.candidate_faults(store, []) == ()
-
-
-@pytest.mark.parametrize(
-    ("action", "faults", "possible"),
-    [
-        ("pump_on", [], True),
-        ("pump_on", ["leak"], True),
-        ("pump_on", ["clog"], False),
-        ("pump_on", ["leak", "clog"], False),
-        ("open_bypass", ["leak"], True),
-        ("say", [], False),
-        ("nothing", [], False),
-    ],
-)
-def test_an_action_needs_an_actuator_that_works(
-    store: EmbeddedStore, action: str, faults: list[str], possible: bool
-) -> None:
-    assert questions.is_actuatable(store, p(action), [p(fault) for fault in faults]) is possible
 
 
 @pytest.mark.parametrize(
@@ -166,26 +136,3 @@ def test_each_way_of_taking_a_transition_away_is_enough(store: EmbeddedStore) ->
 def test_a_path_has_at_least_two_states(store: EmbeddedStore, path: list[str]) -> None:
     with pytest.raises(ValueError, match=f"at least 2 states, not {len(path)}"):
         questions.is_admissible_path(store, p("machine"), [p(state) for state in path], [])
-
-
-def test_planning_is_shown_the_machine_and_what_moves_it(store: EmbeddedStore) -> None:
-    triples = questions.planning_context(store, p("machine"))
-    behaviour = {"machine", "run", "bypass", "stop", "t1", "t2", "t3", "no_flow", "pump_on", "open_bypass", "range"}
-    assert subjects(triples) == behaviour | {"pump", "valve", "dry", "slow"}
-    assert f'{p("pump")} <http://www.w3.org/2000/01/rdf-schema#label> "pump"' in map(str, triples)
-    assert f"{p('pump')} <urn:homeostat:ontology#feeds> {p('valve')}" not in map(str, triples)
-
-
-def test_acting_is_shown_the_modules_and_what_concerns_them(store: EmbeddedStore) -> None:
-    of_module = {"module", "operator", "water", "clean_water", "balance", "pump", "valve", "level_sensor", "loop"}
-    tags = {"level", "level_sp", "pump_cmd", "pump_run"}
-    triples = questions.recovery_context(store, [p("module")])
-    assert subjects(triples) == of_module | tags | {"gain", "high", "dry"}
-    both = questions.recovery_context(store, [p("module"), p("elsewhere")])
-    assert subjects(both) == subjects(triples) | {"elsewhere", "hand_valve"}
-    assert questions.recovery_context(store, []) == ()
-
-
-def test_a_fault_is_described(store: EmbeddedStore) -> None:
-    triples = questions.describe_fault(store, p("clog"))
-    assert len(triples) == 5 and subjects(triples) == {"clog"}

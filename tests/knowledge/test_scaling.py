@@ -14,13 +14,8 @@ from homeostat.knowledge.store.store import Row
 SMALL, LARGE = 3, 60
 SIZES = {
     "state_machine": 24,
-    "states": 12,
-    "planning_context": 334,
-    "recovery_context": 267,
     "candidate_faults": 20,
-    "is_actuatable": 1,
     "is_admissible_step": 1,
-    "describe_fault": 6,
 }
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from homeostat.knowledge.build.build import GRAPH, MAPPING
+from homeostat.knowledge.build.build import GRAPH
 from homeostat.knowledge.build.seal import with_one_line_end
 from homeostat.plants.error import CaseError
 from homeostat.stl.spelling import near_matches
@@ -20,7 +20,7 @@ BASELINES: Final = "baseline.csv"
 """Name of the reference values in a plant's folder."""
 SIGNATURE: Final = "plant.sig"
 """Name of the engineer's signature in a plant's folder; no part of what is signed."""
-_PATTERNS: Final = (SETTINGS, MAPPING, GRAPH, BASELINES, "engineering/*.csv", "*.py")
+_PATTERNS: Final = (SETTINGS, GRAPH, BASELINES, "engineering/*.csv", "*.py")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class PlantFiles:
 
 
 def read_files(folder: Path) -> PlantFiles:
-    """What configures the plant in ``folder``: settings, tables, mapping, generated files, and its own code."""
+    """What configures the plant in ``folder``: settings, tables, generated files, and its own code."""
     paths = (path for pattern in _PATTERNS for path in folder.glob(pattern) if path.is_file())
     contents = {path.relative_to(folder).as_posix(): with_one_line_end(path.read_bytes()) for path in paths}
     return PlantFiles(folder, dict(sorted(contents.items())))

@@ -1,7 +1,7 @@
-"""A plant's graph from its engineering tables: mapping, rules, checks, sorted Turtle with a seal.
+"""A plant's graph from its engineering tables: statements, rules, checks, sorted Turtle with a seal.
 
 ``python -m homeostat.knowledge.build FOLDER`` writes ``FOLDER/plant.ttl`` unless something is wrong. ``--triples FILE``
-compares what another RML processor made of the same mapping, so that no processor is trusted alone.
+compares what an RML processor made of ``mapping.rml.ttl``, so that neither is trusted alone.
 """
 
 from __future__ import annotations
@@ -16,54 +16,50 @@ from typing import Final
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse
 
 from homeostat.knowledge.build.derive import complete
-from homeostat.knowledge.build.rml import materialise
-from homeostat.knowledge.build.rml_mapping import read_mapping
+from homeostat.knowledge.build.provenance import namespace_of, sources
 from homeostat.knowledge.build.seal import seal
+from homeostat.knowledge.build.statements import MAPPED, stated, table_files
 from homeostat.knowledge.build.turtle import write_turtle
 from homeostat.knowledge.checks.conformance import check_shapes
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.error import Code, GraphError
-from homeostat.knowledge.vocabulary.vocabulary import RDF, XSD, CPSMod
+from homeostat.knowledge.vocabulary.vocabulary import XSD, CPSMod
 
-MAPPING: Final = "mapping.rml.ttl"
-"""Name of the mapping in a plant's folder."""
 GRAPH: Final = "plant.ttl"
 """Name of the graph in a plant's folder."""
 
 
-def build(folder: Path, other: frozenset[Triple] | None = None) -> bytes:
-    """The graph of the plant in ``folder`` as sorted Turtle; equal tables and mapping give equal bytes.
+def build(folder: Path) -> bytes:
+    """The graph of the plant in ``folder`` as sorted Turtle; equal tables give equal bytes.
 
-    ``other`` is what another RML processor made of the mapping, compared where given. Raises GraphError that names the
-    table, row or thing.
+    Raises GraphError that names the table, row or thing.
     """
     from homeostat.knowledge.build.tables.check import (
         refuse_bad_tables,  # a plant whose graph is there already is loaded without the schemas
     )
 
     refuse_bad_tables(folder)
-    return mapped(folder, other)
+    return mapped(folder)
 
 
-def mapped(folder: Path, other: frozenset[Triple] | None = None) -> bytes:
+def mapped(folder: Path) -> bytes:
     """As `build`, without a look at the tables first: what is wrong in them is found in the graph, or not at all."""
-    try:
-        text = (folder / MAPPING).read_bytes()
-    except OSError as error:
-        raise GraphError(Code.BAD_MAPPING, str(folder), f"has no mapping {MAPPING}: {error.strerror}") from error
-    maps = read_mapping(text)
-    stated = materialise(maps, folder)
-    check_numbers(stated)
-    if other is not None and other != stated:
-        odd = min(other ^ stated, key=str)
-        whose = "only the other processor" if odd in other else "only homeostat.knowledge.build.rml"
-        raise GraphError(Code.BAD_MAPPING, "mapping", f"{len(other ^ stated)} triples differ; {whose} makes {odd}")
-    triples = complete(stated, folder, (MAPPING, *(item.source for item in maps)))
-    plant = next(t.subject for t in triples if t.predicate == RDF.type and t.object == CPSMod.SystemModel)
-    assert isinstance(plant, NamedNode)  # complete() makes sure
-    namespace = plant.value.rpartition("#")[0] + "#"
+    namespace = namespace_of(folder)
+    said = stated(folder, namespace)
+    check_numbers(said)
+    provenance = sources(NamedNode(f"{namespace}system"), folder, table_files())
+    triples = complete(said).union(provenance)
     return seal(write_turtle(triples, namespace[:-1].rpartition(":")[2], namespace))
+
+
+def refuse_difference(folder: Path, other: frozenset[Triple]) -> None:
+    """GraphError where ``other``, what an RML processor made of the mapping, is not what `stated` says."""
+    own = stated(folder, MAPPED)
+    if own != other:
+        odd = min(own ^ other, key=str)
+        whose = "only mapping.rml.ttl" if odd in other else "only statements.csv"
+        raise GraphError(Code.BAD_MAPPING, "mapping", f"{len(own ^ other)} triples differ; {whose} makes {odd}")
 
 
 def refuse_incomplete(graph: bytes) -> None:
@@ -103,13 +99,14 @@ def _readable(term: Literal) -> bool:
 def main(arguments: list[str] | None = None) -> int:
     """Command line; 0 when the graph was written, 1 with one line on standard error when a table is wrong."""
     parser = argparse.ArgumentParser(prog="python -m homeostat.knowledge.build", description=__doc__)
-    parser.add_argument("folder", type=Path, help="a plant's folder, with its mapping and its engineering tables")
-    parser.add_argument("--triples", type=Path, help="N-Triples by another RML processor, to compare with")
+    parser.add_argument("folder", type=Path, help="a plant's folder, with its engineering tables")
+    parser.add_argument("--triples", type=Path, help="N-Triples by an RML processor, to compare with")
     parser.add_argument("--out", type=Path, help=f"file to write; FOLDER/{GRAPH} where not given")
     options = parser.parse_args(arguments)
     try:
-        other = _read_triples(options.triples) if options.triples else None
-        graph = build(options.folder, other)
+        graph = build(options.folder)
+        if options.triples:
+            refuse_difference(options.folder, _read_triples(options.triples))
         refuse_incomplete(graph)
     except GraphError as error:
         print(f"{options.folder}: {error}", file=sys.stderr)

@@ -1,49 +1,39 @@
-"""What the tables imply and a mapping cannot say: rules, links from formulas to tags, equations, provenance."""
+"""What the tables imply and a mapping cannot say: rules, links from formulas to tags, equations."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from importlib import resources
 from itertools import groupby
-from pathlib import Path
 from typing import Final, cast
 
 from pyoxigraph import Literal, NamedNode, Quad, QueryTriples, Store, Triple
 
-from homeostat.knowledge.build.provenance import sources
+from homeostat.knowledge.build.statements import SCRATCH
 from homeostat.knowledge.store import answers
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.vocabulary.openmath import equation
-from homeostat.knowledge.vocabulary.vocabulary import DIN17359, HS, RDF, CPSMod
-from homeostat.stl.formula import FormulaError, parse, parse_expression
+from homeostat.knowledge.vocabulary.vocabulary import DIN17359, HS, RDF
+from homeostat.stl.formula import Expression, Formula, FormulaError, parse, parse_expression
 
-SCRATCH: Final = "urn:homeostat:table#"
-"""Namespace of the words that the rules translate; none of it is left in a finished graph."""
 _RULES: Final = "rules"
 
 
-def complete(stated: Iterable[Triple], folder: Path, tables: Iterable[str]) -> frozenset[Triple]:
-    """What a mapping ``stated`` and what follows from it; the scratch words are dropped.
+def complete(stated: Iterable[Triple]) -> frozenset[Triple]:
+    """What the tables ``stated`` and what follows from it; the scratch words are dropped.
 
-    ``tables`` are the files that were mapped, relative to ``folder``. Numbers come out in their canonical form.
-    Raises GraphError for a formula or an equation that cannot be read.
+    Numbers come out in their canonical form. Raises GraphError for a formula or an equation that cannot be read.
     """
     store = Store()
-    store.bulk_extend(Quad(triple.subject, triple.predicate, triple.object) for triple in stated)
+    _add(store, stated)
     for stage in _stages():
-        made = [triple for rule in stage for triple in _construct(store, rule)]
-        store.bulk_extend(Quad(triple.subject, triple.predicate, triple.object) for triple in made)
-    derived = [*_formula_links(store), *_equations(store), *sources(system(store), folder, tables)]
-    store.bulk_extend(Quad(triple.subject, triple.predicate, triple.object) for triple in derived)
+        _add(store, [triple for rule in stage for triple in _construct(store, rule)])
+    _add(store, [*_formula_links(store), *_equations(store)])
     return frozenset(quad.triple for quad in store if not quad.predicate.value.startswith(SCRATCH))
 
 
-def system(store: Store) -> NamedNode:
-    """The one system model of the graph; GraphError where there is none or more than one."""
-    found = [quad.subject for quad in store.quads_for_pattern(None, RDF.type, CPSMod.SystemModel)]
-    if len(found) != 1 or not isinstance(found[0], NamedNode):
-        raise GraphError(Code.BAD_MAPPING, "mapping", f"needs exactly one CPSMod:SystemModel, makes {len(found)}")
-    return found[0]
+def _add(store: Store, triples: Iterable[Triple]) -> None:
+    store.bulk_extend(Quad(triple.subject, triple.predicate, triple.object) for triple in triples)
 
 
 def _stages() -> Iterator[tuple[str, ...]]:
@@ -62,25 +52,18 @@ def _formula_links(store: Store) -> Iterator[Triple]:
     """Which tags a limit constrains, and which a feature is computed from."""
     tags = _by_text(store, HS.name, HS.Tag)
     for subject, text in _texts(store, HS.formula):
-        for name in sorted(_formula_tags(subject, text) & tags.keys()):
+        for name in sorted(_tags(parse, subject, text) & tags.keys()):
             yield Triple(subject, HS.constrains, tags[name])
     for predicate in (HS.featureExpression, HS.accumulationExpression):
         for subject, text in _texts(store, predicate):
-            for name in sorted(_expression_tags(subject, text) & tags.keys()):
+            for name in sorted(_tags(parse_expression, subject, text) & tags.keys()):
                 yield Triple(subject, HS.usesTag, tags[name])
                 yield Triple(tags[name], DIN17359.ParameterIsDescribedByFeature, subject)
 
 
-def _formula_tags(subject: NamedNode, text: str) -> frozenset[str]:
+def _tags(read: Callable[[str], Formula | Expression], subject: NamedNode, text: str) -> frozenset[str]:
     try:
-        return parse(text).tags
-    except FormulaError as error:
-        raise GraphError(Code.BAD_FORMULA, _local(subject), str(error)) from error
-
-
-def _expression_tags(subject: NamedNode, text: str) -> frozenset[str]:
-    try:
-        return parse_expression(text).tags
+        return read(text).tags
     except FormulaError as error:
         raise GraphError(Code.BAD_FORMULA, _local(subject), str(error)) from error
 

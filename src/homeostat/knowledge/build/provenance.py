@@ -2,24 +2,42 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
+from typing import Final
+from urllib.parse import quote
 
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse
 
 from homeostat.knowledge.build.seal import sha256
 from homeostat.knowledge.vocabulary.vocabulary import HS, RDF
 
+MAPPING: Final = "mapping.rml.ttl"
+"""Name of the mapping, the same one for every plant."""
+
+
+_SETTINGS: Final = "case.toml"
+
+
+def namespace_of(folder: Path) -> str:
+    """Where the plant's things live: where its settings say that its system is, or else after the folder's name."""
+    try:
+        system = str(tomllib.loads((folder / _SETTINGS).read_text("utf-8"))["system"])
+    except (OSError, ValueError, KeyError):  # whoever needs the settings says what is wrong with them
+        system = f"urn:homeostat:{quote(folder.resolve().name)}#system"
+    return system.rpartition("#")[0] + "#"
+
 
 def sources(system: NamedNode, folder: Path, tables: Iterable[str]) -> Iterator[Triple]:
-    """That ``system`` was built from ``tables`` and their mapping, files relative to ``folder``, each with its hash."""
+    """That ``system`` was built from ``tables``, relative to ``folder``, and from the mapping, each with its hash."""
     namespace, _, _ = system.value.rpartition("#")
-    for table in sorted(set(tables)):
+    for table in sorted({*tables, MAPPING}):
         node = NamedNode(f"{namespace}#table_{Path(table).stem}")
         yield Triple(system, HS.wasBuiltFrom, node)
         yield Triple(node, RDF.type, HS.SourceTable)
         yield Triple(node, HS.fileName, Literal(table))
-        yield Triple(node, HS.sha256, Literal(sha256((folder / table).read_bytes())))
+        yield Triple(node, HS.sha256, Literal(sha256(_place(folder, table).read_bytes())))
 
 
 def stale_tables(folder: Path, graph: bytes, format: RdfFormat = RdfFormat.TURTLE) -> tuple[str, ...]:
@@ -30,7 +48,9 @@ def stale_tables(folder: Path, graph: bytes, format: RdfFormat = RdfFormat.TURTL
         if isinstance(triple.object, Literal) and triple.predicate in (HS.fileName, HS.sha256):
             entries = names if triple.predicate == HS.fileName else hashes
             entries[str(triple.subject)] = triple.object.value
-    stale = {name for node, name in names.items() if _changed(folder / name, hashes.get(node))}
+    stale = {name for node, name in names.items() if _changed(_place(folder, name), hashes.get(node))}
+    if not all(node.startswith(f"<{namespace_of(folder)}") for node in names):
+        stale.add(_SETTINGS)
     return tuple(sorted(stale | _unread(folder, names.values())))
 
 
@@ -40,6 +60,10 @@ def _unread(folder: Path, recorded: Iterable[str]) -> set[str]:
     beside = {str(PurePosixPath(name).parent) for name in known if name.endswith(".csv")}
     found = {path.relative_to(folder).as_posix() for parent in beside for path in (folder / parent).glob("*.csv")}
     return found - known
+
+
+def _place(folder: Path, name: str) -> Path:
+    return Path(__file__).with_name(MAPPING) if name == MAPPING else folder / name
 
 
 def _changed(path: Path, recorded: str | None) -> bool:

@@ -50,7 +50,6 @@ class Form(StrEnum):
 
     SELECT = "SELECT"
     CONSTRUCT = "CONSTRUCT"
-    DESCRIBE = "DESCRIBE"
     ASK = "ASK"
     UPDATE = "UPDATE"
 
@@ -91,8 +90,8 @@ class Template:
         return store.select(self.bind(arguments))
 
     def construct(self, store: GraphStore, **arguments: Argument) -> tuple[Triple, ...]:
-        """Ask a CONSTRUCT or DESCRIBE template."""
-        self._expect(Form.CONSTRUCT, Form.DESCRIBE)
+        """Ask a CONSTRUCT template."""
+        self._expect(Form.CONSTRUCT)
         return store.construct(self.bind(arguments))
 
     def ask(self, store: GraphStore, **arguments: Argument) -> bool:
@@ -105,9 +104,9 @@ class Template:
         self._expect(Form.UPDATE)
         store.update(self.bind(arguments))
 
-    def _expect(self, *forms: Form) -> None:
-        if self.form not in forms:
-            raise TypeError(f"template {self.name!r} has form {self.form.value}, not {' or '.join(forms)}")
+    def _expect(self, form: Form) -> None:
+        if self.form is not form:
+            raise TypeError(f"template {self.name!r} has form {self.form}, not {form}")
 
 
 def parse(name: str, text: str) -> Template:

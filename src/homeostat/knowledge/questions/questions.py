@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 
-from pyoxigraph import NamedNode, Triple
+from pyoxigraph import NamedNode
 
 from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.store.store import GraphStore, Row
@@ -33,28 +33,6 @@ class TransitionFact:
     """Order among transitions enabled together, smallest first; None where none is stated."""
     recovery: bool
     """Whether it is taken on decision only."""
-    label: str | None
-    """In the operator's words."""
-    comment: str | None
-    """What engineering says about it."""
-
-
-@dataclass(frozen=True, slots=True)
-class StateFact:
-    """One state of a state machine, as the graph has it."""
-
-    state: NamedNode
-    """The state."""
-    name: str | None
-    """Key by which code and tables call it."""
-    risk: int | None
-    """Rank of undesirability; None where none is stated."""
-    initial: bool
-    """Whether the plant starts here."""
-    safe: bool
-    """Whether the plant may be left here."""
-    settled_when: str | None
-    """What holds once the state is reached, in the rule language."""
     label: str | None
     """In the operator's words."""
     comment: str | None
@@ -86,7 +64,7 @@ def transitions(store: GraphStore, machine: NamedNode) -> tuple[TransitionFact, 
             target=row.iri("target"),
             event=row.optional_iri("event"),
             guard=row.optional_text("guard"),
-            priority=_whole(row, "priority"),
+            priority=None if (order := row.optional_number("priority")) is None else int(order),
             recovery=row.optional_flag("recovery") or False,
             label=row.optional_text("label"),
             comment=row.optional_text("comment"),
@@ -95,48 +73,11 @@ def transitions(store: GraphStore, machine: NamedNode) -> tuple[TransitionFact, 
     )
 
 
-def states(store: GraphStore, machine: NamedNode) -> tuple[StateFact, ...]:
-    """The states of a state machine, sorted by IRI."""
-    return tuple(
-        StateFact(
-            state=row.iri("state"),
-            name=row.optional_text("name"),
-            risk=_whole(row, "risk"),
-            initial=row.optional_flag("initial") or False,
-            safe=row.optional_flag("safe") or False,
-            settled_when=row.optional_text("settled"),
-            label=row.optional_text("label"),
-            comment=row.optional_text("comment"),
-        )
-        for row in template("states").select(store, machine=machine)
-    )
-
-
 def candidate_faults(store: GraphStore, symptoms: Sequence[NamedNode]) -> tuple[CandidateFault, ...]:
     """The faults that at least one of ``symptoms`` speaks for, sorted by IRI."""
     rows = template("candidate_faults").select(store, symptoms=tuple(symptoms))
     by_fault = sorted(rows, key=_fault)
     return tuple(_candidate(NamedNode(fault), tuple(group)) for fault, group in groupby(by_fault, _fault))
-
-
-def planning_context(store: GraphStore, machine: NamedNode) -> tuple[Triple, ...]:
-    """What planning is shown: the state machine with its actions and their actuators."""
-    return template("planning_context").construct(store, machine=machine)
-
-
-def recovery_context(store: GraphStore, modules: Sequence[NamedNode]) -> tuple[Triple, ...]:
-    """What acting is shown: the modules with operators, flows, equations, components, tags, loops and limits."""
-    return template("recovery_context").construct(store, modules=tuple(modules))
-
-
-def describe_fault(store: GraphStore, fault: NamedNode) -> tuple[Triple, ...]:
-    """Everything stated about a fault."""
-    return template("describe_fault").construct(store, fault=fault)
-
-
-def is_actuatable(store: GraphStore, action: NamedNode, faults: Sequence[NamedNode]) -> bool:
-    """Whether ``action`` has an actuator left to carry it out while ``faults`` are present."""
-    return template("is_actuatable").ask(store, action=action, faults=tuple(faults))
 
 
 def reachable_states(store: GraphStore, start: NamedNode, event: NamedNode) -> tuple[NamedNode, ...]:
@@ -182,8 +123,3 @@ def _fault(row: Row) -> str:
 
 def _sorted(nodes: Iterable[NamedNode]) -> tuple[NamedNode, ...]:
     return tuple(sorted(set(nodes), key=lambda node: node.value))
-
-
-def _whole(row: Row, name: str) -> int | None:
-    number = row.optional_number(name)
-    return None if number is None else int(number)

@@ -1,4 +1,4 @@
-"""The terms of the T-Box that code may use, one closed namespace per vocabulary.
+"""The terms of the T-Box that code names, one closed namespace per vocabulary; queries and shapes use more of them.
 
 A term is a pyoxigraph NamedNode: ``UML.State``, ``HS.rateLimit``. A name that is not listed does not exist.
 """
@@ -34,29 +34,15 @@ class VDI2206(metaclass=ClosedNamespace, iri="http://www.w3id.org/hsu-aut/VDI220
     Actuator: NamedNode
     BasicSystem: NamedNode
     Component: NamedNode
-    Energy: NamedNode
-    Information: NamedNode
-    InformationInterface: NamedNode
-    InformationProcessing: NamedNode
-    Interface: NamedNode
     MathematicalModel: NamedNode
-    MechanicalInterface: NamedNode
     Module: NamedNode
-    Product: NamedNode
     Sensor: NamedNode
     System: NamedNode
-    ComponentIsPartOfModule: NamedNode
-    ComponentIsPartOfSystem: NamedNode
     ModuleConsistsOfComponent: NamedNode
-    ModuleIsPartOfSystem: NamedNode
-    SystemConsistsOfComponent: NamedNode
     SystemConsistsOfModule: NamedNode
     SystemConsistsOfSystem: NamedNode
-    consistsOf: NamedNode
-    hasInformationInterface: NamedNode
     hasInput: NamedNode
     hasInterface: NamedNode
-    hasMechanicalInterface: NamedNode
     hasOutput: NamedNode
     isPartOf: NamedNode
 
@@ -65,26 +51,15 @@ class VDI3682(metaclass=ClosedNamespace, iri="http://www.w3id.org/hsu-aut/VDI368
     """VDI/VDE 3682: what the plant does to products, energy and information."""
 
     Energy: NamedNode
-    Information: NamedNode
     Process: NamedNode
     ProcessOperator: NamedNode
     Product: NamedNode
-    State: NamedNode
-    SystemLimit: NamedNode
-    TechnicalResource: NamedNode
     consistsOf: NamedNode
-    dependency: NamedNode
-    flow: NamedNode
-    hasAlternativeInput: NamedNode
-    hasAlternativeOutput: NamedNode
     hasInput: NamedNode
     hasOutput: NamedNode
     hasPredecessor: NamedNode
-    hasSubProcess: NamedNode
     hasSuccessor: NamedNode
     isAssignedTo: NamedNode
-    isComposedOf: NamedNode
-    longName: NamedNode
     shortName: NamedNode
 
 
@@ -92,16 +67,12 @@ class UML(metaclass=ClosedNamespace, iri="http://www.hsu-ifa.de/ontologies/UMLSt
     """UML state machines: how the plant behaves over time."""
 
     Action: NamedNode
-    Event: NamedNode
     State: NamedNode
     StateMachine: NamedNode
     Transition: NamedNode
     containsState: NamedNode
     containsTransition: NamedNode
     doAction: NamedNode
-    effect: NamedNode
-    entryAction: NamedNode
-    exitAction: NamedNode
     sourceState: NamedNode
     targetState: NamedNode
     transitionEvent: NamedNode
@@ -112,42 +83,11 @@ class UML(metaclass=ClosedNamespace, iri="http://www.hsu-ifa.de/ontologies/UMLSt
 class DIN17359(metaclass=ClosedNamespace, iri="http://www.hsu-ifa.de/ontologies/DIN17359#"):
     """DIN ISO 17359: from parameters over symptoms to faults."""
 
-    Anomaly: NamedNode
-    Cause: NamedNode
-    DataBasedDiagnosticModel: NamedNode
-    DiagnosticModel: NamedNode
-    DiagnosticSubject: NamedNode
-    Diagnostics: NamedNode
     Fault: NamedNode
-    Feature: NamedNode
-    KnowledgeBasedDiagnosticModel: NamedNode
-    MeasuredData: NamedNode
-    Parameter: NamedNode
-    ReferenceValue: NamedNode
-    StatisticalDiagnosticModel: NamedNode
     Symptom: NamedNode
-    CausesFault: NamedNode
-    DiagnosticsModelIsAssignedTo: NamedNode
-    FaultIsDescribedBySymptom: NamedNode
-    FeatureConsistsOfFeature: NamedNode
-    FeatureIsComparedTo: NamedNode
     ParameterIsDescribedByFeature: NamedNode
-    SymptomDescribesAnomaly: NamedNode
     SymptomIndicatesFault: NamedNode
     SymptomIsExtractedFromFeature: NamedNode
-    hasInputAnomaly: NamedNode
-    hasInputSubject: NamedNode
-    hasInputSymptom: NamedNode
-    hasOutputFault: NamedNode
-    isObservedBy: NamedNode
-    actuatorID: NamedNode
-    anomalyScore: NamedNode
-    featureUnit: NamedNode
-    modelVersion: NamedNode
-    parameterUnit: NamedNode
-    referenceUnit: NamedNode
-    referenceValue: NamedNode
-    sensorId: NamedNode
 
 
 class DINEN61360(metaclass=ClosedNamespace, iri="http://www.hsu-ifa.de/ontologies/DINEN61360#"):
@@ -155,46 +95,21 @@ class DINEN61360(metaclass=ClosedNamespace, iri="http://www.hsu-ifa.de/ontologie
 
     Data_Element: NamedNode
     Instance_Description: NamedNode
-    Real: NamedNode
-    Simple_Data_Type: NamedNode
     Type_Description: NamedNode
-    Type_Description_has_Instance: NamedNode
-    has_Data_Element: NamedNode
-    has_Instance_Description: NamedNode
-    has_Type_Description: NamedNode
     Code: NamedNode
-    Created_at_Date: NamedNode
-    Definition: NamedNode
-    Expression_Goal: NamedNode
-    Logic_Interpretation: NamedNode
-    Preferred_Letter_Symbol: NamedNode
-    Preferred_Name: NamedNode
-    Short_Name: NamedNode
-    Source_Document_of_Definition: NamedNode
-    Unit_of_Measure: NamedNode
     Value: NamedNode
-    Version_Number: NamedNode
 
 
 class M(metaclass=ClosedNamespace, iri="http://openmath.org/vocab/math#"):
     """OpenMath in RDF: equations as expression trees."""
 
     Application: NamedNode
-    Binding: NamedNode
     Literal: NamedNode
-    Object: NamedNode
     ObjectList: NamedNode
-    Reference: NamedNode
     Symbol: NamedNode
     Variable: NamedNode
-    VariableList: NamedNode
     arguments: NamedNode
-    binder: NamedNode
-    body: NamedNode
     operator: NamedNode
-    symbol: NamedNode
-    target: NamedNode
-    variables: NamedNode
     name: NamedNode
     value: NamedNode
 
@@ -208,11 +123,7 @@ class CPSMod(metaclass=ClosedNamespace, iri="http://www.hsu-ifa.de/ontologies/CP
     consistsOfFunctionModel: NamedNode
     consistsOfStructureModel: NamedNode
     isChangedByActuator: NamedNode
-    isCharacterizedByParameter: NamedNode
-    isDataFor: NamedNode
-    isObservedBySensor: NamedNode
     processRealizesBehavior: NamedNode
-    technicalResourceRealizes: NamedNode
 
 
 class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
@@ -229,9 +140,6 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     rateLimit: NamedNode
     increment: NamedNode
     noiseSd: NamedNode
-    biasSd: NamedNode
-    samplePeriod: NamedNode
-    initialValue: NamedNode
     modelVariable: NamedNode
     belongsTo: NamedNode
     concerns: NamedNode
@@ -247,17 +155,13 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     # structure and loops
     isConnectedTo: NamedNode
     feeds: NamedNode
-    redundantWith: NamedNode
     ControlLoop: NamedNode
     hasProcessVariable: NamedNode
     hasSetpoint: NamedNode
     hasManipulatedVariable: NamedNode
     proportionalGain: NamedNode
-    integralGain: NamedNode
     hasGain: NamedNode
     hasReset: NamedNode
-    derivativeGain: NamedNode
-    directActing: NamedNode
     # limits
     Limit: NamedNode
     Interlock: NamedNode
@@ -266,17 +170,13 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     AcceptanceCriterion: NamedNode
     formula: NamedNode
     source: NamedNode
-    clause: NamedNode
-    severity: NamedNode
     hard: NamedNode
     owner: NamedNode
-    finiteWindow: NamedNode
     window: NamedNode
     appliesInState: NamedNode
     constrains: NamedNode
     protects: NamedNode
     isRequiredFor: NamedNode
-    trips: NamedNode
     # behaviour
     risk: NamedNode
     settledWhen: NamedNode
@@ -285,14 +185,11 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     isRecoveryTarget: NamedNode
     requiresComponent: NamedNode
     requirementReason: NamedNode
-    nominalDuration: NamedNode
-    maximumDuration: NamedNode
     priority: NamedNode
     isRecovery: NamedNode
     requiresActuator: NamedNode
     writes: NamedNode
     commandValue: NamedNode
-    commandRate: NamedNode
     order: NamedNode
     SetpointRange: NamedNode
     allowsSetpoint: NamedNode
@@ -306,7 +203,6 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     disables: NamedNode
     isBlockedBy: NamedNode
     faultMode: NamedNode
-    modelParameter: NamedNode
     priorProbability: NamedNode
     severityUnit: NamedNode
     severityNominal: NamedNode
@@ -319,19 +215,8 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     watches: NamedNode
     sigma: NamedNode
     onDelay: NamedNode
-    offDelay: NamedNode
     deadband: NamedNode
     direction: NamedNode
-    falseAlarmProbability: NamedNode
-    Evidence: NamedNode
-    ofSymptom: NamedNode
-    forFault: NamedNode
-    detectionProbability: NamedNode
-    RecoveryMeasure: NamedNode
-    recovers: NamedNode
-    usesTransition: NamedNode
-    usesActuator: NamedNode
-    adjusts: NamedNode
     FallbackStrategy: NamedNode
     hasCommand: NamedNode
     leadsTo: NamedNode
@@ -369,7 +254,6 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     value: NamedNode
     sd: NamedNode
     relativeUncertainty: NamedNode
-    distribution: NamedNode
     hasParameter: NamedNode
     equationText: NamedNode
     denotes: NamedNode

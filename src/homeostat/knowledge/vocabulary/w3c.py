@@ -11,23 +11,10 @@ class SOSA(metaclass=ClosedNamespace, iri="http://www.w3.org/ns/sosa/"):
     """W3C SOSA: sensors, actuators and what they observe or move."""
 
     ActuatableProperty: NamedNode
-    Actuation: NamedNode
     Actuator: NamedNode
-    FeatureOfInterest: NamedNode
     ObservableProperty: NamedNode
-    Observation: NamedNode
-    Result: NamedNode
     Sensor: NamedNode
-    actsOnProperty: NamedNode
-    hasFeatureOfInterest: NamedNode
-    hasResult: NamedNode
-    isObservedBy: NamedNode
-    madeByActuator: NamedNode
-    madeBySensor: NamedNode
-    observedProperty: NamedNode
     observes: NamedNode
-    hasSimpleResult: NamedNode
-    resultTime: NamedNode
 
 
 class RDF(metaclass=ClosedNamespace, iri="http://www.w3.org/1999/02/22-rdf-syntax-ns#"):
@@ -48,11 +35,7 @@ class RDFS(metaclass=ClosedNamespace, iri="http://www.w3.org/2000/01/rdf-schema#
     comment: NamedNode
     subClassOf: NamedNode
     subPropertyOf: NamedNode
-    domain: NamedNode
-    range: NamedNode
     Class: NamedNode
-    seeAlso: NamedNode
-    isDefinedBy: NamedNode
 
 
 class XSD(metaclass=ClosedNamespace, iri="http://www.w3.org/2001/XMLSchema#"):

@@ -56,16 +56,16 @@ def refuse_bad_tables(folder: Path) -> None:
 
 
 def mistakes(folder: Path) -> Iterator[GraphError]:
-    """Every mistake in the tables of the plant in ``folder``; which tables there must be is the mapping's business."""
+    """Every mistake in the tables of the plant in ``folder``, which must be all that there are."""
     tables: dict[str, Rows] = {}
     for name in SCHEMAS:
-        path = folder / FOLDER / f"{name}.csv"
-        if not path.exists():
-            continue
         try:
-            tables[name] = read_rows(path)
+            tables[name] = read_rows(folder / FOLDER / f"{name}.csv")
         except GraphError as error:
             yield error
+    for path in sorted((folder / FOLDER).glob("*.csv")):
+        if path.stem not in SCHEMAS:
+            yield GraphError(Code.BAD_MAPPING, path.name, "is no table of a plant; the mapping does not read it")
     for name, table in tables.items():
         yield from _columns(name, table) or _cells(name, table)
     for name, line, column, code, message in unknown_names(tables, {name: SCHEMAS[name][0] for name in tables}):

@@ -1,0 +1,71 @@
+"""What a plant's tables say, as triples: each line of ``statements.csv``, said about every row of its table.
+
+A line has a subject, a property, an object and the kind of that object, with columns in braces; an empty cell makes no
+statement. ``mapping.rml.ttl`` states the same in RML; ``make graph`` lets morph-kgc carry that out, and compares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Final
+from urllib.parse import quote
+
+from pyoxigraph import Literal, NamedNode, Triple
+
+from homeostat.knowledge.build.tables.reading import read_rows
+from homeostat.knowledge.vocabulary.vocabulary import PREFIXES, XSD
+
+SCRATCH: Final = "urn:homeostat:table#"
+"""Namespace of the words of the tables that the rules translate; none of it is left in a finished graph."""
+MAPPED: Final = "urn:homeostat:plant#"
+"""Where every plant's things live in the RML mapping."""
+_NAMESPACES: Final = {**dict(PREFIXES), "table": SCRATCH}
+_STATEMENTS: Final = read_rows(Path(__file__).with_name("statements.csv")).rows
+
+
+def table_files() -> tuple[str, ...]:
+    """The tables that are read, relative to a plant's folder, sorted."""
+    return tuple(sorted({_file(statement["table"]) for statement in _STATEMENTS}))
+
+
+def stated(folder: Path, namespace: str) -> frozenset[Triple]:
+    """Everything that the tables of the plant in ``folder`` say, its things in ``namespace``.
+
+    Raises GraphError where a table cannot be read; what is wrong in its cells is left for others to find.
+    """
+    tables = {file: read_rows(folder / file).rows for file in table_files()}
+    return frozenset(
+        triple for statement in _STATEMENTS for triple in _said(statement, tables[_file(statement["table"])], namespace)
+    )
+
+
+def _said(statement: Mapping[str, str], rows: tuple[Mapping[str, str], ...], namespace: str) -> Iterator[Triple]:
+    """One statement about each of ``rows`` whose cells it needs."""
+    subject, verb = (_iri(statement[part], namespace) for part in ("subject", "property"))
+    kind, item = statement["kind"], statement["object"]
+    thing = _iri(item, namespace) if kind == "thing" else None
+    for row in rows:
+        cells = {column: cell for column, cell in row.items() if cell}
+        names = {column: quote(cell, safe="") for column, cell in cells.items()}
+        try:
+            value = NamedNode(thing.format_map(names)) if thing else _literal(item.format_map(cells), kind)
+            yield Triple(NamedNode(subject.format_map(names)), NamedNode(verb.format_map(names)), value)
+        except KeyError:  # the cell is empty
+            continue
+
+
+def _iri(name: str, namespace: str) -> str:
+    """The IRI that ``name`` is short for; without a prefix it is one of the plant's own."""
+    prefix, colon, local = name.rpartition(":")
+    return (_NAMESPACES[prefix] if colon else namespace) + local
+
+
+def _literal(text: str, kind: str) -> Literal:
+    if kind == "english":
+        return Literal(text, language="en")
+    return Literal(text) if kind == "text" else Literal(text, datatype=XSD[kind])
+
+
+def _file(table: str) -> str:
+    return f"engineering/{table}.csv"
