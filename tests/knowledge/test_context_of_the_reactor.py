@@ -10,7 +10,6 @@ import pytest
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse, serialize
 
 from homeostat.agents.grounding.grounding import Grounding
-from homeostat.agents.search.planning import EVENT
 from homeostat.domain.plant.limits import Criterion, Limit
 from homeostat.knowledge.context.context import Excerpt
 from homeostat.knowledge.questions.parameter import Argument
@@ -25,6 +24,7 @@ from tests.twin.followed import reactor
 NS = "urn:homeostat:cstr#"
 PLANT = reactor().description
 MACHINE = PLANT.machine
+EVENT = MACHINE.recovery_event
 FAULTS = [fault.name for fault in PLANT.faults]
 PLENTY = 100_000
 

@@ -17,7 +17,7 @@ from homeostat.agents.roles import AskingProtocol, Crew, Proposer, Simulation
 from homeostat.agents.roles import Monitoring as MonitoringRole
 from homeostat.agents.search.action import SearchAction
 from homeostat.agents.search.candidates import design_commands
-from homeostat.agents.search.planning import EVENT, SearchPlanning
+from homeostat.agents.search.planning import SearchPlanning
 from homeostat.agents.search.reprompting import MarginReprompting
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
@@ -136,7 +136,7 @@ def check_protocol(case: Case, protocol: AskingProtocol) -> None:
     """CaseError where every step is to be asked for, but nothing leads from the initial state to where one may end."""
     machine = case.description.machine
     start = machine.initial.name
-    if protocol is AskingProtocol.PER_STEP and not machine.paths(start, {}, EVENT, blocked=()):
+    if protocol is AskingProtocol.PER_STEP and not machine.paths(start, {}, machine.recovery_event, blocked=()):
         raise CaseError(
             f"{case.name} cannot be asked for step by step: from {start!r} no path leads to where a recovery may end; "
             "leave --protocol per-step to batches"

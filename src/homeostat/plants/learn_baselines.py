@@ -32,7 +32,7 @@ def feature_values(case: Case, seed: int) -> NDArray[np.float64]:
     """Feature values of one fault-free run once it has settled, shape (times, features)."""
     noise = noise_seed(seed, Stream.TRUTH_NOISE)
     configuration = PlantConfiguration(case.true_parameters(seed), case.start, (), case.end_s, noise)
-    process = TrueProcess(case.model, case.description.variables, configuration, record=False)
+    process = TrueProcess(case.model, case.description, configuration, record=False)
     link = SimulatedLink(process, recipe=new_sequencer(case).sample)
     filters = [FeatureFilter(f) for f in case.description.features]
     settle_s = case.monitoring.settle_s

@@ -15,7 +15,7 @@ from homeostat.agents.language.prompt_files import fill, prompt_file
 from homeostat.agents.language.situation import situation_text
 from homeostat.agents.language.speaker import ask, question, room
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
-from homeostat.agents.search.planning import EVENT, open_paths, plausible_faults
+from homeostat.agents.search.planning import open_paths, plausible_faults
 from homeostat.domain.advice import Advice
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import quote
@@ -96,7 +96,8 @@ class LanguagePlanning:
         system, kind = fill("planning.system", rules, by), planning_type(tuple(paths))
         budget = room(system, fill("planning.prompt", values, by))
         ahead = sorted({name for path in paths.values() for name in path.states})
-        shown = self._excerpts.planning_excerpt(situation.state, EVENT, ahead, faults, budget, estimate)
+        event = self._plant.machine.recovery_event
+        shown = self._excerpts.planning_excerpt(situation.state, event, ahead, faults, budget, estimate)
         values |= {"turtle": shown.text, "omission": shown.omission}
         asked = question("planning", situation, system, fill("planning.prompt", values, by), kind, by)
         return Choice(asked, kind, paths)

@@ -107,6 +107,18 @@ class StateMachine:
         """The state in which the plant starts."""
         return next(s for s in self.states if s.initial)
 
+    @property
+    def recovery_event(self) -> str:
+        """Event on which recoveries are decided; ``""`` where none is.
+
+        It is that of the decisions after which the plant comes to a recovery target without starting anew.
+        """
+        ends, anew = {s.name for s in self.states if s.recovery_target}, {self.initial.name}
+        awaited = [t for t in self.transitions if not t.on_decision]
+        while before := {t.source for t in awaited if t.target in ends} - ends - anew:
+            ends |= before
+        return next((t.event for t in self.transitions if t.on_decision and t.target in ends), "")
+
     def state(self, name: str) -> State:
         """The state called ``name``; ValueError where there is none."""
         for s in self.states:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from homeostat.agents.search.planning import EVENT
 from homeostat.domain.events.guard import FellBack
 from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.snapshot import Trajectory
@@ -79,7 +78,7 @@ def completion_s(case: Case, states: Sequence[tuple[str, float]]) -> float | Non
 def _ends(case: Case) -> set[str]:
     """States in which a batch is complete; none for a plant that knows no batch."""
     machine = case.description.machine
-    return {s.name for s in machine.states if s.recovery_target and machine.is_end(s.name, EVENT)}
+    return {s.name for s in machine.states if s.recovery_target and machine.is_end(s.name, machine.recovery_event)}
 
 
 def _produces(case: Case, record: Record, truth: Trajectory, healthy: Unattended) -> bool:
