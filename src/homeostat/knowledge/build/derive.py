@@ -10,6 +10,7 @@ from typing import Final, cast
 
 from pyoxigraph import Literal, NamedNode, Quad, QueryTriples, Store, Triple
 
+from homeostat.knowledge.build.constants import fill_in
 from homeostat.knowledge.build.provenance import sources
 from homeostat.knowledge.store import answers
 from homeostat.knowledge.store.error import Code, GraphError
@@ -33,6 +34,7 @@ def complete(stated: Iterable[Triple], folder: Path, tables: Iterable[str]) -> f
     for stage in _stages():
         made = [triple for rule in stage for triple in _construct(store, rule)]
         store.bulk_extend(Quad(triple.subject, triple.predicate, triple.object) for triple in made)
+    fill_in(store)
     derived = [*_formula_links(store), *_equations(store), *sources(system(store), folder, tables)]
     store.bulk_extend(Quad(triple.subject, triple.predicate, triple.object) for triple in derived)
     return frozenset(quad.triple for quad in store if not quad.predicate.value.startswith(SCRATCH))
