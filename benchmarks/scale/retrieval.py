@@ -11,7 +11,6 @@ from benchmarks.scale.decisions import FAULTS
 from benchmarks.scale.prompts import tokens
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.knowledge.context.context import Excerpt
-from homeostat.llm.tokens import estimate
 from homeostat.plants.plant import Case
 
 UNLIMITED = 1_000_000
@@ -80,7 +79,7 @@ def _questions(case: Case) -> dict[str, Callable[[Grounding], object]]:
     return {
         "candidate_faults": lambda g: g.candidate_faults(symptoms),
         "allows": lambda g: g.allows((here, states[0]), faults),
-        "planning_excerpt": lambda g: g.planning_excerpt(here, event, ends, faults, UNLIMITED, estimate),
-        "action_excerpt": lambda g: g.action_excerpt(states, tags, faults, hard, UNLIMITED, estimate),
-        "step_excerpt": lambda g: g.step_excerpt(states[0], faults, UNLIMITED, estimate),
+        "planning_excerpt": lambda g: g.planning_excerpt(here, event, ends, faults, UNLIMITED),
+        "action_excerpt": lambda g: g.action_excerpt(states, tags, faults, hard, UNLIMITED),
+        "step_excerpt": lambda g: g.step_excerpt(states[0], faults, UNLIMITED),
     }

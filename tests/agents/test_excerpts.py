@@ -29,12 +29,12 @@ def asked(kind: GroundingKind, plant: str, budget: int, grounding: Grounding | N
     faults = [d.faults[0].name]
     return [
         shown.planning_excerpt(
-            state.name, d.machine.recovery_event, [s.name for s in d.machine.states[:3]], faults, budget, estimate
+            state.name, d.machine.recovery_event, [s.name for s in d.machine.states[:3]], faults, budget
         ),
         shown.action_excerpt(
-            [state.name], [r.tag for r in state.setpoints], faults, [x.name for x in d.limits.hard], budget, estimate
+            [state.name], [r.tag for r in state.setpoints], faults, [x.name for x in d.limits.hard], budget
         ),
-        shown.step_excerpt(state.name, faults, budget, estimate),
+        shown.step_excerpt(state.name, faults, budget),
     ]
 
 

@@ -38,7 +38,7 @@ def test_a_formula_without_parameters_stays_as_it_is_written(bench: Workbench) -
 
 def test_a_parameter_of_another_unit_is_refused(bench: Workbench) -> None:
     named("limits", "LIM-L-HIGH", "formula", "L1 <= T_ambient", bench)
-    with pytest.raises(GraphError, match="in L and .T_ambient. in K") as error:
+    with pytest.raises(GraphError, match=r"in L and .T_ambient. in K") as error:
         build(bench.folder)
     assert error.value.code is Code.BAD_FORMULA
 

@@ -16,7 +16,6 @@ from homeostat.knowledge.questions.parameter import Argument
 from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary.vocabulary import RDF, RDFS, UML, XSD
-from homeostat.llm.tokens import estimate
 from tests.knowledge.tables import reactor as turtle
 from tests.knowledge.tables import store_of
 from tests.twin.followed import reactor
@@ -35,13 +34,13 @@ def store() -> EmbeddedStore:
 
 
 def planning(store: EmbeddedStore, state: str, *faults: str, budget: int = PLENTY) -> Excerpt:
-    return Grounding(store, NS).planning_excerpt(state, EVENT, (), faults, budget, estimate)
+    return Grounding(store, NS).planning_excerpt(state, EVENT, (), faults, budget)
 
 
 def acting(store: EmbeddedStore, target: str, *faults: str, budget: int = PLENTY) -> Excerpt:
     tags = [r.tag for r in MACHINE.state(target).setpoints if r.high > r.low]
     hard = [limit.name for limit in PLANT.limits.hard]
-    return Grounding(store, NS).action_excerpt([target], tags, faults, hard, budget, estimate)
+    return Grounding(store, NS).action_excerpt([target], tags, faults, hard, budget)
 
 
 def lines(found: Excerpt, kind: str) -> dict[str, str]:

@@ -33,7 +33,10 @@ PLAIN = re.compile(r"[a-z]+")
 SHORT = 2
 """Longest name that counts as a whole string only, in characters."""
 TOKEN = re.compile(r"\w+(?:[.-]\w+)*")
-ROWS = ("evaluate/study/row.py", "evaluate/study/row_of.py", "evaluate/report/measures/safety.py")
+ROWS = (
+    *("evaluate/study/row.py", "evaluate/study/row_of.py"),
+    *("evaluate/report/measures/safety.py", "evaluate/report/tables/scores.py"),
+)
 """They name one total by its column until the totals that a plant reports are columns by their names."""
 ENDING = re.compile(r"[._][A-Za-z]+$")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator as python
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from typing import Final, TypeVar, cast
+from typing import Any, Final, TypeVar, cast
 
 from homeostat.stl.tree import Binary, Negate, Node, Number, TagValue
 
@@ -28,7 +28,7 @@ def _filled(node: Node, values: Mapping[str, float]) -> Node:
     if isinstance(node, TagValue):
         return _number(values[node.tag]) if node.tag in values else node
     below = {field.name: _below(getattr(node, field.name), values) for field in fields(node)}
-    made = replace(node, **below)
+    made: Node = replace(cast(Any, node), **below)
     match made:
         case Binary(operator, Number(a), Number(b)) if operator != "/" or b:
             return _number(_OPERATORS[operator](a, b))
