@@ -95,10 +95,9 @@ class TrueProcess:
         """One second later: tag -> reading in the tag's unit; ProcessError where the plant left the physical world."""
         inputs = self._ramp.advance()
         broken = np.full(1, np.nan)
-        self._model.kernel(
-            0, 1, self._state, self._parameters, self._severity, self._onset, inputs[None, None], self._index,
-            self.now_s, self._index, 1, 1, self._seeds, self._noise, self._noise, self._picks, self._out, broken,
-        )  # fmt: skip
+        member = self._state, self._parameters, self._severity, self._onset, inputs[None, None], self._index
+        noise = self._seeds, self._noise, self._noise
+        self._model.kernel(0, 1, *member, self.now_s, self._index, 1, 1, *noise, self._picks, self._out, broken)
         if not math.isnan(broken[0]):
             raise ProcessError(f"the simulated plant left the physical world at t = {broken[0]:.0f} s")
         self.now_s += 1.0

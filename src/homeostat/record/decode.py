@@ -20,10 +20,9 @@ def _declared(module: ModuleType) -> tuple[type[Event], ...]:
     return tuple(item for item in own if hasattr(item, "kind"))
 
 
-EVENTS: Final[tuple[type[Event], ...]] = (
-    RunStarted, RunFinished, Resumed, Signed, ModelCalled,
-    *_declared(decisions), *_declared(guard_events), *_declared(write_events),
-)  # fmt: skip
+_OF_RUN: Final = (RunStarted, RunFinished, Resumed, Signed, ModelCalled)
+_MODULES: Final = (decisions, guard_events, write_events)
+EVENTS: Final[tuple[type[Event], ...]] = (*_OF_RUN, *(event for module in _MODULES for event in _declared(module)))
 """The events that are recalled; a record of another kind is somebody else's."""
 
 _BY_KIND: Final = {event.kind: event for event in EVENTS}
