@@ -56,13 +56,8 @@ def learn(case: Case, runs: int) -> tuple[Baseline, ...]:
     means = values.mean(axis=1)
     within = (values - means[:, None]).std(axis=(0, 1))
     percentiles = np.percentile(values, [1, 5, 50, 95, 99], axis=(0, 1))
-    return tuple(
-        Baseline(
-            feature.name, float(means[:, k].mean()), float(within[k]), float(means[:, k].std()),
-            *(float(p) for p in percentiles[:, k]),
-        )
-        for k, feature in enumerate(case.description.features)
-    )  # fmt: skip
+    columns = np.vstack([means.mean(axis=0), within, means.std(axis=0), percentiles]).T.tolist()
+    return tuple(Baseline(f.name, *values) for f, values in zip(case.description.features, columns, strict=True))
 
 
 def learned(case: Case) -> bytes:
