@@ -9,7 +9,6 @@ from benchmarks.cstr_results import table
 from benchmarks.mixing_batches import module
 from homeostat.agents.checks import judge
 from homeostat.agents.search.candidates import design_commands
-from homeostat.agents.search.planning import EVENT
 from homeostat.agents.simulation import plausible
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.recovery import ActionSet, RecoveryPath
@@ -32,7 +31,7 @@ def forced(chosen: Scenario) -> Verdict:
     machine, tags = case.description.machine, case.description.tags_by_name
     twin = Twin(case.model, case.description, case.twin, chosen.seed)
     watch(open_process(case, chosen), sequencer, twin.observe)
-    path = RecoveryPath(machine, machine.paths(sequencer.state, {}, EVENT, (), longest=0)[0])
+    path = RecoveryPath(machine, machine.paths(sequencer.state, {}, machine.recovery_event, (), longest=0)[0])
     assert not any(state.startswith("bypass") for state in path.states)
     actions = ActionSet.along(path, lambda state: design_commands(state, tags))
     known = Diagnosis(chosen.end_s, (), (Hypothesis(chosen.faults, 1.0),))

@@ -108,7 +108,7 @@ class PublishedReactor:
             u[U.F1_sp] = setpoint - p[P.rel_F1] * z[k] * x[S.F1]
             k += 1
         x[S.feed_CA], x[S.feed_CD], x[S.feed_T] = z[k : k + 3]
-        step(x, p, self._severity, self._onset, u, float(self.time_s), 1.0, 0, 0.0, 0.0, self._shares)
+        step(x, p, self._severity, self._onset, u, float(self.time_s), 0, 0.0, 0.0, self._shares)
         u[U.F1_sp] = setpoint
         self.time_s += 1
         self.draws = k + 3

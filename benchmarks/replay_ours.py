@@ -13,7 +13,6 @@ from benchmarks.recorded_calls import RecordedCall, Setpoints
 from homeostat.agents.checks import command_findings, judge
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.monitoring.monitoring import Monitoring
-from homeostat.agents.search.planning import EVENT
 from homeostat.agents.simulation import plausible
 from homeostat.domain.diagnosis import Diagnosis, FaultState
 from homeostat.domain.recovery import ActionSet, Command
@@ -115,7 +114,9 @@ def typed(case: Case, snapshot: Snapshot, wanted: Setpoints) -> ActionSet:
     d, tags = case.description, case.description.tags_by_name
     values = {"T1.sp": wanted.temperature, "L1.sp": wanted.level, "F1.sp": wanted.feed}
     commands = tuple(Command(tag, value, tags[tag].rate_limit) for tag, value in values.items())
-    targets = dict.fromkeys(p[-1].target for p in d.machine.paths(START, snapshot.values, EVENT, blocked=()))
+    targets = dict.fromkeys(
+        p[-1].target for p in d.machine.paths(START, snapshot.values, d.machine.recovery_event, blocked=())
+    )
     options = [ActionSet(commands, target) for target in targets]
     return next((a for a in options if not command_findings(a, d.machine.state(a.target), tags)), options[0])
 

@@ -43,7 +43,7 @@ def measure(plant: str, sizes: Sizes) -> dict[str, Any]:
     configuration = PlantConfiguration(
         case.true_parameters(SEED), case.start, (), sizes.days_s, noise_seed(SEED, Stream.TRUTH_NOISE)
     )
-    link = SimulatedLink(TrueProcess(case.model, case.description.variables, configuration, record=False))
+    link = SimulatedLink(TrueProcess(case.model, case.description, configuration, record=False))
     counted, memory, began = Counted(), Memory(), time.monotonic()
     with tempfile.TemporaryDirectory() as folder, Journal(Path(folder) / "run") as journal:
         journal.subscribe(counted)

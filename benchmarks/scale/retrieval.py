@@ -10,9 +10,7 @@ from dataclasses import dataclass
 from benchmarks.scale.decisions import FAULTS
 from benchmarks.scale.prompts import tokens
 from homeostat.agents.grounding.grounding import Grounding
-from homeostat.agents.search.planning import EVENT
 from homeostat.knowledge.context.context import Excerpt
-from homeostat.llm.tokens import estimate
 from homeostat.plants.plant import Case
 
 UNLIMITED = 1_000_000
@@ -68,19 +66,20 @@ def context(case: Case) -> tuple[Excerpt, ...]:
 def _questions(case: Case) -> dict[str, Callable[[Grounding], object]]:
     """Name -> question as it is asked when the first of the study's faults was diagnosed."""
     machine, fault = case.description.machine, FAULTS[case.name][0]
+    event = machine.recovery_event
     symptoms = [rule.name for rule in case.description.symptom_rules if fault in rule.faults]
     faults = (fault,)
     ends = [s.name for s in machine.states if s.recovery_target]
-    planned = {t.target for t in machine.transitions if t.event == EVENT}
+    planned = {t.target for t in machine.transitions if t.event == event}
     acting = [s for s in machine.states if s.open_setpoints and s.name in planned][:3]
-    here = next(t.source for t in machine.transitions if t.event == EVENT and t.target == acting[0].name)
+    here = next(t.source for t in machine.transitions if t.event == event and t.target == acting[0].name)
     tags = sorted({r.tag for s in acting for r in s.open_setpoints})
     hard = [limit.name for limit in case.description.limits.hard]
     states = [s.name for s in acting]
     return {
         "candidate_faults": lambda g: g.candidate_faults(symptoms),
         "allows": lambda g: g.allows((here, states[0]), faults),
-        "planning_excerpt": lambda g: g.planning_excerpt(here, EVENT, ends, faults, UNLIMITED, estimate),
-        "action_excerpt": lambda g: g.action_excerpt(states, tags, faults, hard, UNLIMITED, estimate),
-        "step_excerpt": lambda g: g.step_excerpt(states[0], faults, UNLIMITED, estimate),
+        "planning_excerpt": lambda g: g.planning_excerpt(here, event, ends, faults, UNLIMITED),
+        "action_excerpt": lambda g: g.action_excerpt(states, tags, faults, hard, UNLIMITED),
+        "step_excerpt": lambda g: g.step_excerpt(states[0], faults, UNLIMITED),
     }

@@ -10,7 +10,6 @@ import pytest
 from homeostat.agents.grounding.context import Excerpts, GroundingKind, NoExcerpts
 from homeostat.agents.grounding.documents import DocumentExcerpts, excerpts
 from homeostat.agents.grounding.grounding import TEXT, Grounding
-from homeostat.agents.search.planning import EVENT
 from homeostat.knowledge.context.context import Excerpt
 from homeostat.llm.tokens import estimate
 from homeostat.plants.plant import load_case
@@ -29,11 +28,13 @@ def asked(kind: GroundingKind, plant: str, budget: int, grounding: Grounding | N
     state = next(s for s in d.machine.states if s.open_setpoints or s.setpoints)
     faults = [d.faults[0].name]
     return [
-        shown.planning_excerpt(state.name, EVENT, [s.name for s in d.machine.states[:3]], faults, budget, estimate),
-        shown.action_excerpt(
-            [state.name], [r.tag for r in state.setpoints], faults, [x.name for x in d.limits.hard], budget, estimate
+        shown.planning_excerpt(
+            state.name, d.machine.recovery_event, [s.name for s in d.machine.states[:3]], faults, budget
         ),
-        shown.step_excerpt(state.name, faults, budget, estimate),
+        shown.action_excerpt(
+            [state.name], [r.tag for r in state.setpoints], faults, [x.name for x in d.limits.hard], budget
+        ),
+        shown.step_excerpt(state.name, faults, budget),
     ]
 
 

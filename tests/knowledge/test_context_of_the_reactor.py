@@ -10,14 +10,12 @@ import pytest
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse, serialize
 
 from homeostat.agents.grounding.grounding import Grounding
-from homeostat.agents.search.planning import EVENT
 from homeostat.domain.plant.limits import Criterion, Limit
 from homeostat.knowledge.context.context import Excerpt
 from homeostat.knowledge.questions.parameter import Argument
 from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary.vocabulary import RDF, RDFS, UML, XSD
-from homeostat.llm.tokens import estimate
 from tests.knowledge.tables import reactor as turtle
 from tests.knowledge.tables import store_of
 from tests.twin.followed import reactor
@@ -25,6 +23,7 @@ from tests.twin.followed import reactor
 NS = "urn:homeostat:cstr#"
 PLANT = reactor().description
 MACHINE = PLANT.machine
+EVENT = MACHINE.recovery_event
 FAULTS = [fault.name for fault in PLANT.faults]
 PLENTY = 100_000
 
@@ -35,13 +34,13 @@ def store() -> EmbeddedStore:
 
 
 def planning(store: EmbeddedStore, state: str, *faults: str, budget: int = PLENTY) -> Excerpt:
-    return Grounding(store, NS).planning_excerpt(state, EVENT, (), faults, budget, estimate)
+    return Grounding(store, NS).planning_excerpt(state, EVENT, (), faults, budget)
 
 
 def acting(store: EmbeddedStore, target: str, *faults: str, budget: int = PLENTY) -> Excerpt:
     tags = [r.tag for r in MACHINE.state(target).setpoints if r.high > r.low]
     hard = [limit.name for limit in PLANT.limits.hard]
-    return Grounding(store, NS).action_excerpt([target], tags, faults, hard, budget, estimate)
+    return Grounding(store, NS).action_excerpt([target], tags, faults, hard, budget)
 
 
 def lines(found: Excerpt, kind: str) -> dict[str, str]:

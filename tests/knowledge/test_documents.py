@@ -8,7 +8,6 @@ import re
 import pytest
 from pyoxigraph import Literal, NamedNode, Triple
 
-from homeostat.agents.search.planning import EVENT
 from homeostat.domain.quotation import quoted
 from homeostat.knowledge.context.context import TEXT_LIMIT
 from homeostat.knowledge.context.documents import Document, documents
@@ -39,7 +38,7 @@ def shown_as_turtle(case: Case) -> set[Triple]:
     machine, ns = case.description.machine, case.namespace
     faults = tuple(NamedNode(f"{ns}fault_{fault.name}") for fault in case.description.faults)
     states = tuple(NamedNode(f"{ns}state_{state.name}") for state in machine.states)
-    event = NamedNode(f"{ns}event_{EVENT}")
+    event = NamedNode(f"{ns}event_{machine.recovery_event}")
     found = set(template("planning_fragment").construct(case.graph, states=states, event=event, faults=faults))
     found |= set(template("action_fragment").construct(case.graph, states=states, faults=faults))
     for state in states:

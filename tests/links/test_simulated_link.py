@@ -27,7 +27,7 @@ HANDLES = Handles("T1.sp", -2.0, 0.5, "V2.man", "T1")
 def process(end_s: float = 600.0, faults: tuple[FaultState, ...] = (), record: bool = True) -> TrueProcess:
     """A reactor at its start."""
     configuration = PlantConfiguration(reactor.parameters(), reactor.inputs(), faults, end_s, 3)
-    return TrueProcess(MODEL, VARIABLES, configuration, record)
+    return TrueProcess(MODEL, reactor.plant(), configuration, record)
 
 
 def link(local: tuple[Command, ...] = (), recipe: Recipe | None = None, by: Side = Side.GUARD) -> SimulatedLink:

@@ -19,7 +19,7 @@ from tests.plants.cstr.reactor import MODEL, VARIABLES
 def process(seed: int = 3, faults: tuple[FaultState, ...] = (), noise: float = 1.0, **changes: float) -> TrueProcess:
     """A reactor at its start."""
     configuration = PlantConfiguration(reactor.parameters(**changes), reactor.inputs(), faults, 1e6, seed, noise)
-    return TrueProcess(MODEL, VARIABLES, configuration)
+    return TrueProcess(MODEL, reactor.plant(), configuration)
 
 
 def run(subject: TrueProcess, seconds: int) -> list[dict[str, float]]:
@@ -131,7 +131,7 @@ def test_an_unknown_fault_is_named() -> None:
 def test_the_configuration_stays_what_it_was() -> None:
     parameters, inputs = reactor.parameters(), reactor.inputs()
     kept = parameters.copy(), inputs.copy()
-    subject = TrueProcess(MODEL, VARIABLES, PlantConfiguration(parameters, inputs, (), 30.0, 1))
+    subject = TrueProcess(MODEL, reactor.plant(), PlantConfiguration(parameters, inputs, (), 30.0, 1))
     parameters[P.UA], inputs[0] = 0.0, 0.0
-    again = TrueProcess(MODEL, VARIABLES, PlantConfiguration(*kept, (), 30.0, 1))
+    again = TrueProcess(MODEL, reactor.plant(), PlantConfiguration(*kept, (), 30.0, 1))
     assert same(run(subject, 30), run(again, 30))

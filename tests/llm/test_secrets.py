@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.agents.language.scripts import reasonable
+from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.advice import Advice
 from homeostat.domain.quotation import quoted
 from homeostat.journal import MemoryTrace
@@ -21,7 +22,8 @@ from homeostat.llm.model import STRUCK_OUT, Failure, ModelError, Question, Reply
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.secrets import SHORTEST_KEY, Secrets
-from homeostat.plants.assembly import Language
+from homeostat.plants.assembly import Language, Workbench
+from homeostat.twin.twin import Twin
 from tests.agents.language.situations import simulation, situation
 from tests.agents.stuck_valve import grounding
 from tests.llm.asking import QUESTION, Says, ask, question
@@ -112,7 +114,9 @@ def test_half_a_key_is_not_left_where_a_prompt_cuts_a_note(monkeypatch: pytest.M
     fault, case = "cool_stuck_closed", reactor()
     model = ScriptedModel("scripted:reasonable", reasonable)
     language = Language(model, (f"{'x' * before}{KEY}",))
-    proposer = language.proposer(case, grounding(), simulation(fault), MemoryTrace(), MemoryArchive())
+    twin = Twin(case.model, case.description, case.twin, seed=1)
+    sides = grounding(), simulation(fault), MemoryTrace(), MemoryArchive()
+    proposer = Workbench(case, twin, *sides, AskingProtocol.ROUTE, language).speaking()
     asyncio.run(proposer.planning.plan(situation(fault), Advice()))
     assert "x" * 200 in model.asked[0].prompt and KEY[:4] not in model.asked[0].prompt
 

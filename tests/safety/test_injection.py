@@ -9,7 +9,6 @@ import pytest
 
 from benchmarks.language_runs import reactor, run_with
 from homeostat.agents.checks import command_findings
-from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.action import LanguageAction, Order
 from homeostat.agents.language.answers import Unusable, commands_in, read
 from homeostat.agents.language.planning import Choice, LanguagePlanning
@@ -20,6 +19,7 @@ from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Revise
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.plants.plant import Case
+from tests.agents.briefings import briefing
 from tests.agents.stuck_valve import NOW_S, now, stuck
 from tests.safety.injections import CORPUS, Injection
 from tests.safety.obedient import obedient
@@ -38,12 +38,8 @@ def simulation() -> TwinSimulation:
 
 def agents(case: Case, note: str) -> tuple[LanguagePlanning, LanguageAction]:
     """Both agents with a model that obeys, on a plant whose texts were replaced."""
-    model, grounding = ScriptedModel("obedient", obedient), Grounding(case.graph, case.namespace)
-    d = case.description
-    return (
-        LanguagePlanning(model, d, grounding, (note,)),
-        LanguageAction(model, d, grounding, case.production, simulation(), (note,)),
-    )
+    told = briefing(ScriptedModel("obedient", obedient), case, simulation(), (note,))
+    return LanguagePlanning(told), LanguageAction(told)
 
 
 def asked(text: str) -> tuple[Choice, Order, RecoveryPath, Case]:

@@ -21,6 +21,7 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.plants.assembly import Language
+from tests.agents.briefings import briefing
 from tests.agents.stuck_valve import now
 from tests.safety.injections import CORPUS, Injection
 from tests.safety.obedient import obedient
@@ -33,10 +34,10 @@ UNGROUNDED = [kind for kind in GroundingKind if kind is not GroundingKind.GRAPH]
 def asked(kind: GroundingKind, text: str) -> tuple[Question, Question]:
     """What planning and action ask about a stuck valve on the plant that says ``text`` everywhere."""
     case = poisoned(reactor(), text)
-    model, grounding, d = ScriptedModel("obedient", obedient), Grounding(case.graph, case.namespace), case.description
-    shown = excerpts(kind, grounding, case.graph, case.namespace)
-    choice = LanguagePlanning(model, d, grounding, (text,), shown).choice(now(), Advice())
-    action = LanguageAction(model, d, shown, case.production, simulation(), (text,))
+    shown = excerpts(kind, Grounding(case.graph, case.namespace), case.graph, case.namespace)
+    told = briefing(ScriptedModel("obedient", obedient), case, simulation(), (text,), shown)
+    choice = LanguagePlanning(told).choice(now(), Advice())
+    action = LanguageAction(told)
     return choice.question, action.order(now(), next(iter(choice.paths.values())), Advice()).question
 
 

@@ -28,7 +28,7 @@ def readings(seed: int, end_s: int, faults: tuple[FaultState, ...] = ()) -> tupl
     case = reactor()
     noise = noise_seed(seed, Stream.TRUTH_NOISE)
     configuration = PlantConfiguration(case.true_parameters(seed), case.start, faults, float(end_s), noise)
-    link = SimulatedLink(TrueProcess(case.model, case.description.variables, configuration))
+    link = SimulatedLink(TrueProcess(case.model, case.description, configuration))
     return tuple(link.advance() for _ in range(end_s))
 
 

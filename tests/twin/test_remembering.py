@@ -26,7 +26,7 @@ def held(seed: int) -> tuple[Snapshot, ...]:
     case = reactor()
     noise = noise_seed(seed, Stream.TRUTH_NOISE)
     configuration = PlantConfiguration(case.true_parameters(seed), case.start, (FOULED,), END_S, noise)
-    link = SimulatedLink(TrueProcess(case.model, case.description.variables, configuration))
+    link = SimulatedLink(TrueProcess(case.model, case.description, configuration))
     wire, seen = link.take(), []
     while not link.ended:
         seen.append(link.advance())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, RolloutResult, Verdict
 from homeostat.guard.requests.permissives import finding, refusal
 
+Tags: TypeAlias = Mapping[str, Tag]
+"""Name -> tag."""
 REPEATED = "CHK-REPEATED"
 """Name of the refusal of a proposal that was judged before."""
 ROUTE = "CHK-ROUTE"
@@ -24,9 +27,8 @@ CLOSED = "CHK-OPEN"
 
 
 def judge(
-    actions: ActionSet, rollout: Rollout, limits: Limits, target: State, tags: Mapping[str, Tag],
-    path: RecoveryPath | None = None,
-) -> Verdict:  # fmt: skip
+    actions: ActionSet, rollout: Rollout, limits: Limits, target: State, tags: Tags, path: RecoveryPath | None = None
+) -> Verdict:
     """Approve ``actions`` only if every check holds in every member of ``rollout``; default is to refuse.
 
     ``target`` is the state in which they end; ``path`` leads there and must be given where there are later steps.
@@ -126,7 +128,7 @@ def target_finding(rollout: Rollout, target: State) -> Finding:
     return finding(criterion, float(margins[member, 0]), end_s, member)
 
 
-def command_findings(actions: ActionSet, target: State, tags: Mapping[str, Tag]) -> tuple[Finding, ...]:
+def command_findings(actions: ActionSet, target: State, tags: Tags) -> tuple[Finding, ...]:
     """What is wrong with the commands: not admissible in the target state, outside its range, or too fast."""
     found = []
     for c in actions.commands:
@@ -151,9 +153,7 @@ def command_findings(actions: ActionSet, target: State, tags: Mapping[str, Tag])
     return tuple(found)
 
 
-def _commands_by_step(
-    actions: ActionSet, target: State, tags: Mapping[str, Tag], path: RecoveryPath | None
-) -> tuple[Finding, ...]:
+def _commands_by_step(actions: ActionSet, target: State, tags: Tags, path: RecoveryPath | None) -> tuple[Finding, ...]:
     """Findings on the commands of every step, each in its own state."""
     if path is None or not actions.then:
         return command_findings(actions, target, tags)

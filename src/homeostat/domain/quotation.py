@@ -12,11 +12,11 @@ from typing import Final
 
 _UNSEEN: Final = frozenset({"Cc", "Cf", "Cs", "Co", "Cn"})
 """Unicode categories without a glyph: control, format, surrogate, private use, unassigned."""
-_BLANK: Final = frozenset(map(chr, (
-    *range(0xFE00, 0xFE10), *range(0xE0100, 0xE01F0), *range(0x180B, 0x1810),  # variation selectors
-    0x034F, 0x115F, 0x1160, 0x17B4, 0x17B5, 0x3164, 0xFFA0,  # joiner and fillers that Unicode says to ignore
-    0x2800,  # a Braille cell without dots
-)))  # fmt: skip
+_SELECTORS: Final = (*range(0xFE00, 0xFE10), *range(0xE0100, 0xE01F0), *range(0x180B, 0x1810))
+"""Variation selectors of Unicode."""
+_IGNORED: Final = (0x034F, 0x115F, 0x1160, 0x17B4, 0x17B5, 0x3164, 0xFFA0)
+"""Joiner and fillers that Unicode says to ignore."""
+_BLANK: Final = frozenset(map(chr, (*_SELECTORS, *_IGNORED, 0x2800)))  # and a Braille cell without dots
 """Letters, marks and signs that show nothing, although their category says otherwise."""
 _DELIMITERS: Final = re.compile("[«»‹›≪≫⋘⋙《》〈〉⟨⟩⟪⟫❬❭❮❯❰❱]|<<+|>>+")
 _PIPED: Final = re.compile(r"<\|+|\|+>")

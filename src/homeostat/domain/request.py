@@ -37,15 +37,8 @@ class RequestStatus(StrEnum):
     @property
     def final(self) -> bool:
         """Whether nothing more will be said of the request."""
-        return self not in _OPEN
-
-
-_OPEN = frozenset(
-    {
-        RequestStatus.RECEIVED, RequestStatus.AUTHORISED, RequestStatus.VERIFIED, RequestStatus.OFFERED,
-        RequestStatus.ACCEPTED,
-    }
-)  # fmt: skip
+        way = RequestStatus
+        return self not in (way.RECEIVED, way.AUTHORISED, way.VERIFIED, way.OFFERED, way.ACCEPTED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,10 +80,9 @@ class Request:
 
     def sealed(self) -> bytes:
         """Canonical bytes of all that the seal stands for, the seal's own fields but the code included."""
-        content: list[object] = [
-            self.id, self.proposer, self.state, self.actions.digest, list(self.path), self.diagnosis,
-            self.configuration, self.seal.issuer, self.seal.checked_s, self.seal.expires_s, self.seal.nonce,
-        ]  # fmt: skip
+        made = [self.id, self.proposer, self.state, self.actions.digest, list(self.path), self.diagnosis]
+        sealed = [self.configuration, self.seal.issuer, self.seal.checked_s, self.seal.expires_s, self.seal.nonce]
+        content: list[object] = [*made, *sealed]
         return json.dumps(content, separators=(",", ":"), ensure_ascii=True).encode()
 
 

@@ -115,10 +115,8 @@ class Guard:
     def tick(self, now_s: float, sample: Snapshot | None) -> Observation:
         """Decide at process time ``now_s`` [s] with ``sample``, or with its absence; never raises, never waits long."""
         self._advance(now_s)
-        stages = (
-            self._begin, self._look, self._hold, self._resume, self._follow, self._trip, self._write_on, self._hear,
-            self._decide, self._end,
-        )  # fmt: skip
+        first = (self._begin, self._look, self._hold, self._resume, self._follow, self._trip)
+        stages = (*first, self._write_on, self._hear, self._decide, self._end)
         for stage in stages if not self._stopped else ():
             name = stage.__name__.strip("_")
             try:
@@ -391,7 +389,6 @@ class Guard:
             self._parts.note(StateEntered(state), at_s)
         for state, at_s in sequencer.made():
             self._trips.start_up.enter(state, at_s)
-        return Observation(
-            self._now_s, self._seen, sequencer.state, sequencer.rest(), sequencer.way(), sequencer.refused, entered,
-            self.latched, self.mode, answers, self._sample, self._time.by_s,
-        )  # fmt: skip
+        sequence = sequencer.state, sequencer.rest(), sequencer.way(), sequencer.refused, entered
+        stand = self.latched, self.mode, answers
+        return Observation(self._now_s, self._seen, *sequence, *stand, self._sample, self._time.by_s)

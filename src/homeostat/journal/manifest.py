@@ -18,10 +18,10 @@ UNSIGNED_FORMAT = 1
 """The format before signatures, which is still read."""
 FORMAT = 2
 """Version of the run directory's format."""
-OLDER_KINDS: Final = frozenset({
-    "run-started", "run-finished", "noticed", "departed", "retrieved", "diagnosed", "fallback-armed", "model-called",
-    "attempted", "gave-up", "left-as-is", "released", "state-entered", "fell-back",
-})  # fmt: skip
+OLDER_KINDS: Final = frozenset(
+    {"run-started", "run-finished", "noticed", "departed", "retrieved", "diagnosed", "fallback-armed", "model-called"}
+    | {"attempted", "gave-up", "left-as-is", "released", "state-entered", "fell-back"}
+)
 """Every kind of event that the format before signatures knew."""
 _SINCE_2 = ("configuration", "key", "signature")
 """Fields that the format before does not have."""

@@ -41,8 +41,8 @@ class SimulatedLink:
     """Implements :class:`homeostat.links.virtual.VirtualLink`; one second per sample, and no sample is kept."""
 
     def __init__(
-        self, plant: VirtualPlant, configuration: LinkConfiguration = LinkConfiguration(), recipe: Recipe | None = None,
-    ) -> None:  # fmt: skip
+        self, plant: VirtualPlant, configuration: LinkConfiguration = LinkConfiguration(), recipe: Recipe | None = None
+    ) -> None:
         """``recipe`` sees every sample; what it commands is the plant's own doing and not in the wire log.
 
         ValueError where a local setpoint cannot be commanded.

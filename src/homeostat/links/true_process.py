@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
 from homeostat.links.truth import TruthRecord
@@ -40,9 +41,9 @@ class TrueProcess:
     """Implements :class:`homeostat.links.virtual.VirtualPlant` over a process model."""
 
     def __init__(
-        self, model: ProcessModel, variables: Mapping[str, str], configuration: PlantConfiguration, record: bool = True,
-    ) -> None:  # fmt: skip
-        """``variables``: tag -> variable of the model; ``record`` keeps the whole truth, for scoring.
+        self, model: ProcessModel, plant: PlantDescription, configuration: PlantConfiguration, record: bool = True
+    ) -> None:
+        """``plant`` says which tag shows which variable of the model; ``record`` keeps the whole truth, for scoring.
 
         Raises:
             ValueError: a true parameter or the size of a fault is not finite.
@@ -53,7 +54,7 @@ class TrueProcess:
             name, value = model.parameters[wrong[0]], float(configuration.parameters[wrong[0]])
             raise ValueError(f"true parameter {name!r} is {value!r}; must be finite")
         self._model = model
-        self._variables = dict(variables)
+        self._variables, self._automatic = plant.variables, plant.automatic
         self._parameters = np.array(configuration.parameters, dtype=np.float64, ndmin=2)
         self._state = model.initial_state(configuration.parameters).reshape(1, -1)
         self._severity, self._onset = fault_tables(model, configuration.faults)
@@ -79,14 +80,14 @@ class TrueProcess:
     @property
     def manual(self) -> frozenset[str]:
         """Writable tags that may be handed back to automatic."""
-        return frozenset(tag for tag in self._writable if _has_automatic(self._variables[tag]))
+        return frozenset(tag for tag in self._writable if self._variables[tag] in self._automatic)
 
     def command(self, commands: tuple[Command, ...]) -> None:
         """Ramp to ``commands`` from the next second on; ValueError, and none is taken, where one cannot be."""
         if not commands:
             return  # a ramp that starts again from where it is rounds differently
         readings = self._model.readings(self._state[0], self._ramp.current)
-        present = {name: readings[name.replace("_man", "_cmd")] for name in self._model.inputs if _has_automatic(name)}
+        present = {manual: readings[command] for manual, command in self._automatic.items()}
         self._ramp.command(commands, self._variables, present)
         self._accepted = self._targets()
 
@@ -94,10 +95,9 @@ class TrueProcess:
         """One second later: tag -> reading in the tag's unit; ProcessError where the plant left the physical world."""
         inputs = self._ramp.advance()
         broken = np.full(1, np.nan)
-        self._model.kernel(
-            0, 1, self._state, self._parameters, self._severity, self._onset, inputs[None, None], self._index,
-            self.now_s, self._index, 1, 1, self._seeds, self._noise, self._noise, self._picks, self._out, broken,
-        )  # fmt: skip
+        member = self._state, self._parameters, self._severity, self._onset, inputs[None, None], self._index
+        noise = self._seeds, self._noise, self._noise
+        self._model.kernel(0, 1, *member, self.now_s, self._index, 1, 1, *noise, self._picks, self._out, broken)
         if not math.isnan(broken[0]):
             raise ProcessError(f"the simulated plant left the physical world at t = {broken[0]:.0f} s")
         self.now_s += 1.0
@@ -143,7 +143,3 @@ def fault_tables(model: ProcessModel, faults: tuple[FaultState, ...]) -> tuple[R
             raise ValueError(f"{fault!r}: severity must be finite, the onset a time [s]")
         severity[0, i], onset[0, i] = fault.severity, fault.onset_s
     return severity, onset
-
-
-def _has_automatic(variable: str) -> bool:
-    return variable.endswith("_man")

@@ -33,9 +33,9 @@ _WAY: Final = re.compile(
 )
 """What a server says where it does not know a way of asking for JSON."""
 _OTHERWISE: Final = (
-    library.ModelContextWindowExceededError, library.ModelNotFoundError, library.ModelAuthenticationError,
-    library.ModelQuotaExceededError, library.ModelRateLimitError, library.ModelUnavailableError,
-)  # fmt: skip
+    *(library.ModelContextWindowExceededError, library.ModelNotFoundError, library.ModelAuthenticationError),
+    *(library.ModelQuotaExceededError, library.ModelRateLimitError, library.ModelUnavailableError),
+)
 """What no other way of asking for JSON would cure, whatever words it is said in."""
 
 

@@ -11,8 +11,10 @@ import httpx2
 
 from homeostat.llm.model import Failure, ModelError
 
-NEEDED = frozenset({"host", "accept", "connection", "content-type", "content-length", "transfer-encoding",
-                    "anthropic-version", "anthropic-beta"})  # fmt: skip
+NEEDED = frozenset(
+    {"host", "accept", "connection", "content-type", "content-length", "transfer-encoding"}
+    | {"anthropic-version", "anthropic-beta"}
+)
 """Headers that are sent to anybody."""
 ACCOUNT = frozenset({"openai-organization", "openai-project"})
 """Headers that are sent to OpenAI only."""

@@ -7,7 +7,7 @@ import math
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Final
 
 import httpx2
@@ -62,24 +62,15 @@ class ProviderModel:
                 f"{address.text!r} needs a key in the environment: {address.key_variable}",
                 requests=0,
             )
-        self._address = address
-        self._policy = policy
-        self._sampling = sampling
-        self._key = key
-        self._modes = [NATIVE, TOOL, PROMPTED]
-
-    @property
-    def name(self) -> str:
+        self.name = address.text
         """Name under which it was asked for."""
-        return self._address.text
+        self._address, self._policy, self._sampling, self._key = address, policy, sampling, key
+        self._modes = [NATIVE, TOOL, PROMPTED]
 
     @property
     def settings(self) -> Mapping[str, float | int | str | None]:
         """How it samples, and how it is made to answer in the schema."""
-        return {
-            "temperature": self._sampling.temperature, "seed": self._sampling.seed, "most_tokens": MOST_TOKENS,
-            "output": self._modes[0],
-        }  # fmt: skip
+        return {**asdict(self._sampling), "most_tokens": MOST_TOKENS, "output": self._modes[0]}
 
     async def ask(self, question: Question, within_s: float) -> Reply:
         """The answer to ``question``; where the server rejects one way of asking for JSON, the next is tried."""

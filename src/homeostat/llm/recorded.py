@@ -10,7 +10,7 @@ import math
 import sys
 import time
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Final, TypeGuard
 
@@ -19,13 +19,14 @@ from homeostat.journal import Setting, Trace
 from homeostat.journal.archive import Archive
 from homeostat.journal.calls import ModelCalled
 from homeostat.llm.calls import Call, append_call
-from homeostat.llm.model import STRUCK_OUT, Failure, LanguageModel, ModelError, Question, Reply
+from homeostat.llm.model import STRUCK_OUT, Failure, LanguageModel, ModelError, Question, Reply, Usage
 from homeostat.llm.secrets import Secrets
 
 _LONGEST: Final = 18
 """Characters that quoting may make of one."""
 MOST_NAME, MOST_DETAIL = 80, 240
 """Longest name of a model that answered, and longest reason of a failure [characters]."""
+_USAGE: Final = tuple(field.name for field in fields(Usage))
 GRACE_S = 0.05
 """Time for a model that keeps the time itself to say how it used it [s]."""
 _LOGGER = logging.getLogger(__name__)
@@ -35,23 +36,24 @@ class RecordedModel:
     """Implements :class:`homeostat.llm.model.LanguageModel`: asks another one and writes down what came of it."""
 
     def __init__(
-        self, model: LanguageModel, trace: Trace, archive: Archive, secrets: tuple[str, ...] = (),
+        self,
+        model: LanguageModel,
+        trace: Trace,
+        archive: Archive,
+        secrets: tuple[str, ...] = (),
         file: Path | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """``secrets`` never get further than here, even where a server repeats them; ``file`` takes calls as lines.
 
         Where ``file`` cannot be written it gets no further call, and a warning is logged once; asking goes on.
         """
         self._model = model
+        self.name = model.name
+        """The other model's."""
         self._trace = trace
         self._archive = archive
         self._secrets = Secrets(secrets)
         self._file = file
-
-    @property
-    def name(self) -> str:
-        """The other model's."""
-        return self._model.name
 
     @property
     def settings(self) -> Mapping[str, float | int | str | None]:
@@ -90,17 +92,22 @@ class RecordedModel:
         latency_s = time.monotonic() - begin
         prompt = self._archive.store_prompt(f"{question.system}\n\n---\n\n{question.prompt}\n")
         schema = self._archive.store_json(json.dumps(question.schema, indent=1))
+        said = reply or Reply("", "", Usage(0, 0, None), error.requests if error else 0)
         event = ModelCalled(
-            agent=question.agent, model=self.name, served=reply.served if reply else "",
+            agent=question.agent,
+            model=self.name,
+            served=said.served,
             settings=self._settings(),
-            template_sha256=question.template_sha256, prompt_sha256=prompt.sha256, schema_sha256=schema.sha256,
-            answer_sha256=self._archive.store_json(_storable(reply.answer)).sha256 if reply else "",
-            failure=error.failure.name if error else "", detail=str(error) if error else "",
-            input_tokens=reply.usage.input_tokens if reply else 0,
-            output_tokens=reply.usage.output_tokens if reply else 0,
-            cost_usd=reply.usage.cost_usd if reply else None,
-            wall_requests=reply.requests if reply else error.requests if error else 0, wall_latency_s=latency_s,
-        )  # fmt: skip
+            template_sha256=question.template_sha256,
+            prompt_sha256=prompt.sha256,
+            schema_sha256=schema.sha256,
+            answer_sha256=self._archive.store_json(_storable(said.answer)).sha256 if reply else "",
+            failure=error.failure.name if error else "",
+            detail=str(error) if error else "",
+            **asdict(said.usage),
+            wall_requests=said.requests,
+            wall_latency_s=latency_s,
+        )
         with contextlib.suppress(OSError):  # a full disk is the guard's alarm, and no failure of the model
             self._trace.record(event, question.at_s)
         self._append(_call(question, reply, error, event))
@@ -168,12 +175,10 @@ def _is_number(value: object) -> TypeGuard[int | float]:
 
 
 def _call(question: Question, reply: Reply | None, error: ModelError | None, event: ModelCalled) -> Call:
-    return Call(
-        agent=question.agent, at_s=question.at_s, model=event.model, served=event.served, system=question.system,
-        prompt=question.prompt, schema=question.schema, answer=reply.answer if reply else None,
-        failure=error.failure if error else None, detail=event.detail, input_tokens=event.input_tokens,
-        output_tokens=event.output_tokens, cost_usd=event.cost_usd, latency_s=event.wall_latency_s,
-    )  # fmt: skip
+    same = {name: getattr(event, name) for name in ("model", "served", "detail", *_USAGE)}
+    asked = {name: getattr(question, name) for name in ("agent", "at_s", "system", "prompt", "schema")}
+    answer, failure = reply.answer if reply else None, error.failure if error else None
+    return Call(answer=answer, failure=failure, latency_s=event.wall_latency_s, **same, **asked)
 
 
 def _storable(text: str) -> str:

@@ -17,18 +17,11 @@ class ReplayModel:
 
     def __init__(self, name: str, calls: Sequence[Call]) -> None:
         """``name`` says where the calls come from."""
-        self._name = name
-        self._left = list(calls)
-
-    @property
-    def name(self) -> str:
+        self.name = name
         """Where the calls come from."""
-        return self._name
-
-    @property
-    def settings(self) -> Mapping[str, float | int | str | None]:
+        self.settings: Mapping[str, float | int | str | None] = {}
         """None: what was said is said again."""
-        return {}
+        self._left = list(calls)
 
     async def ask(self, question: Question, within_s: float) -> Reply:
         """The recorded answer; ModelError where that call failed or no answer to this agent is left."""
@@ -40,7 +33,7 @@ class ReplayModel:
         for call in (*exact, *asked):
             self._left.remove(call)
             return call
-        raise ModelError(Failure.EXHAUSTED, f"{self._name} has no further answer to {question.agent!r}", requests=0)
+        raise ModelError(Failure.EXHAUSTED, f"{self.name} has no further answer to {question.agent!r}", requests=0)
 
 
 def said_again(call: Call) -> Reply:

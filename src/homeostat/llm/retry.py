@@ -22,11 +22,8 @@ class PatientModel:
     def __init__(self, model: LanguageModel) -> None:
         """``model`` is asked."""
         self._model = model
-
-    @property
-    def name(self) -> str:
+        self.name = model.name
         """The other model's."""
-        return self._model.name
 
     @property
     def settings(self) -> Mapping[str, float | int | str | None]:

@@ -24,18 +24,11 @@ class SituatedReplay:
 
     def __init__(self, name: str, calls: Sequence[Call]) -> None:
         """``name`` says where the calls come from."""
-        self._name = name
-        self._left = list(calls)
-
-    @property
-    def name(self) -> str:
+        self.name = name
         """Where the calls come from."""
-        return self._name
-
-    @property
-    def settings(self) -> Mapping[str, float | int | str | None]:
+        self.settings: Mapping[str, float | int | str | None] = {}
         """None: what was said is said again."""
-        return {}
+        self._left = list(calls)
 
     async def ask(self, question: Question, within_s: float) -> Reply:
         """The first recorded answer that fits; ModelError where that call failed or none that fits is left."""
@@ -43,7 +36,7 @@ class SituatedReplay:
             if fits(call, question):
                 self._left.remove(call)
                 return said_again(call)
-        detail = f"{self._name} has no answer left that was given to {question.agent!r} here"
+        detail = f"{self.name} has no answer left that was given to {question.agent!r} here"
         raise ModelError(Failure.EXHAUSTED, detail, requests=0)
 
 

@@ -12,12 +12,13 @@ from homeostat.agents.grounding.context import GroundingKind
 from homeostat.agents.grounding.documents import excerpts
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.proposer import language_proposer, step_proposer
+from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.monitoring.monitoring import Monitoring
 from homeostat.agents.roles import AskingProtocol, Crew, Proposer, Simulation
 from homeostat.agents.roles import Monitoring as MonitoringRole
 from homeostat.agents.search.action import SearchAction
 from homeostat.agents.search.candidates import design_commands
-from homeostat.agents.search.planning import EVENT, SearchPlanning
+from homeostat.agents.search.planning import SearchPlanning
 from homeostat.agents.search.reprompting import MarginReprompting
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
@@ -63,19 +64,6 @@ class Language:
     grounding: GroundingKind = GroundingKind.GRAPH
     """What its prompts show of the plant."""
 
-    def proposer(
-        self, case: Case, grounding: Grounding, simulation: Simulation, trace: Trace, archive: Archive,
-        protocol: AskingProtocol = AskingProtocol.ROUTE,
-    ) -> Proposer:  # fmt: skip
-        """The proposer; whatever keys the environment holds are struck out of what it records."""
-        secrets = tuple(value for name in KEY_VARIABLES if (value := os.environ.get(name)))
-        recorded = RecordedModel(self.model, trace, archive, secrets, self.file)
-        d = case.description
-        notes = tuple(map(Secrets(secrets).strike, self.notes))  # before a prompt cuts them: half a key is not found
-        propose = step_proposer if protocol is AskingProtocol.PER_STEP else language_proposer
-        shown = excerpts(self.grounding, grounding, case.graph, case.namespace)
-        return propose(recorded, d, grounding, simulation, case.production, notes, shown)
-
 
 @dataclass(frozen=True, slots=True)
 class Workbench:
@@ -105,11 +93,20 @@ class Workbench:
         return Proposer("search", SearchPlanning(d, self.grounding), action, MarginReprompting(d.scales), improves=True)
 
     def speaking(self) -> Proposer:
-        """The language model's proposer; AssertionError in a run without one."""
-        assert self.language is not None, "the run has no language model"
-        return self.language.proposer(
-            self.case, self.grounding, self.simulation, self.trace, self.archive, self.protocol
+        """The language model's proposer, which records no key; AssertionError in a run without one."""
+        case, language = self.case, self.language
+        assert language is not None, "the run has no language model"
+        secrets = tuple(value for name in KEY_VARIABLES if (value := os.environ.get(name)))
+        briefing = Briefing(
+            model=RecordedModel(language.model, self.trace, self.archive, secrets, language.file),
+            plant=case.description,
+            production=case.production,
+            grounding=self.grounding,
+            excerpts=excerpts(language.grounding, self.grounding, case.graph, case.namespace),
+            simulation=self.simulation,
+            notes=tuple(map(Secrets(secrets).strike, language.notes)),  # before prompts cut them to half a key
         )
+        return (step_proposer if self.protocol is AskingProtocol.PER_STEP else language_proposer)(briefing)
 
 
 Propose = Callable[[Workbench], tuple[Proposer, ...]]
@@ -136,7 +133,7 @@ def check_protocol(case: Case, protocol: AskingProtocol) -> None:
     """CaseError where every step is to be asked for, but nothing leads from the initial state to where one may end."""
     machine = case.description.machine
     start = machine.initial.name
-    if protocol is AskingProtocol.PER_STEP and not machine.paths(start, {}, EVENT, blocked=()):
+    if protocol is AskingProtocol.PER_STEP and not machine.paths(start, {}, machine.recovery_event, blocked=()):
         raise CaseError(
             f"{case.name} cannot be asked for step by step: from {start!r} no path leads to where a recovery may end; "
             "leave --protocol per-step to batches"
@@ -221,10 +218,19 @@ def guard_rules(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> 
     """What the guard knows of ``case``: all of it from tables and settings."""
     d = case.description
     return GuardRules(
-        plant=case.name, tags=d.tags_by_name, machine=d.machine, limits=d.limits, trips=d.trips,
-        qualities=d.qualities, writables=d.writables, fallbacks=fallbacks(case), nominal=nominal(case, protocol),
-        start_up=d.start_up, recipe=case.recipe, configuration=case.configuration,
-    )  # fmt: skip
+        plant=case.name,
+        tags=d.tags_by_name,
+        machine=d.machine,
+        limits=d.limits,
+        trips=d.trips,
+        qualities=d.qualities,
+        writables=d.writables,
+        fallbacks=fallbacks(case),
+        nominal=nominal(case, protocol),
+        start_up=d.start_up,
+        recipe=case.recipe,
+        configuration=case.configuration,
+    )
 
 
 def wire(
@@ -250,9 +256,8 @@ def wire(
 
 
 def _supervisor(
-    case: Case, exchange: Exchange, trace: Trace, seed: int, arrangement: Arrangement, rules: GuardRules,
-    sealer: Sealer,
-) -> Supervisor:  # fmt: skip
+    case: Case, exchange: Exchange, trace: Trace, seed: int, arrangement: Arrangement, rules: GuardRules, sealer: Sealer
+) -> Supervisor:
     d, tags, archive = case.description, case.description.tags_by_name, arrangement.archive
     twin = Twin(case.model, d, case.twin, seed)
     grounding = Grounding(case.graph, case.namespace, archive)

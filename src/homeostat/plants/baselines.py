@@ -63,10 +63,9 @@ def write_baselines(baselines: tuple[Baseline, ...], learned_from: str) -> bytes
 def refuse_altered(content: bytes) -> None:
     """GraphError where the file is not as it was written."""
     if not is_sealed(content):
-        raise GraphError(
-            Code.ALTERED, BASELINES, "does not match its own hash: it was changed after it was learned; restore it, or "
-            "remove it and run 'python -m homeostat.plants.learn_baselines CASE'",
-        )  # fmt: skip
+        remedy = "restore it, or remove it and run 'python -m homeostat.plants.learn_baselines CASE'"
+        message = f"does not match its own hash: it was changed after it was learned; {remedy}"
+        raise GraphError(Code.ALTERED, BASELINES, message)
 
 
 def learned_from(content: bytes) -> str:

@@ -32,7 +32,7 @@ def feature_values(case: Case, seed: int) -> NDArray[np.float64]:
     """Feature values of one fault-free run once it has settled, shape (times, features)."""
     noise = noise_seed(seed, Stream.TRUTH_NOISE)
     configuration = PlantConfiguration(case.true_parameters(seed), case.start, (), case.end_s, noise)
-    process = TrueProcess(case.model, case.description.variables, configuration, record=False)
+    process = TrueProcess(case.model, case.description, configuration, record=False)
     link = SimulatedLink(process, recipe=new_sequencer(case).sample)
     filters = [FeatureFilter(f) for f in case.description.features]
     settle_s = case.monitoring.settle_s
@@ -56,13 +56,8 @@ def learn(case: Case, runs: int) -> tuple[Baseline, ...]:
     means = values.mean(axis=1)
     within = (values - means[:, None]).std(axis=(0, 1))
     percentiles = np.percentile(values, [1, 5, 50, 95, 99], axis=(0, 1))
-    return tuple(
-        Baseline(
-            feature.name, float(means[:, k].mean()), float(within[k]), float(means[:, k].std()),
-            *(float(p) for p in percentiles[:, k]),
-        )
-        for k, feature in enumerate(case.description.features)
-    )  # fmt: skip
+    columns = np.vstack([means.mean(axis=0), within, means.std(axis=0), percentiles]).T.tolist()
+    return tuple(Baseline(f.name, *values) for f, values in zip(case.description.features, columns, strict=True))
 
 
 def learned(case: Case) -> bytes:

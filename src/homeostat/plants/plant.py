@@ -67,6 +67,8 @@ class Case:
     """True quantities whose sum is what was produced so far."""
     totals: Mapping[str, str]
     """What is added up over a run -> the true quantity."""
+    reported: tuple[str, ...]
+    """Those of the totals that a study keeps of every run."""
     started: Formula
     """Holds once the plant has left start-up."""
     start: Row
@@ -140,6 +142,7 @@ def _case(
         production=settings.objective.production,
         delivered=tuple(settings.objective.delivered),
         totals=dict(settings.objective.totals),
+        reported=tuple(settings.objective.reported),
         started=next(t.guard for t in description.machine.transitions if t.name == settings.run.started_by),
         start=_start(settings.start, description, model),
         lease_within_s=settings.link.lease_within_s,

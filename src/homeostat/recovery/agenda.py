@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from homeostat.agents.search.planning import EVENT
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.verdict import Released
@@ -15,7 +14,7 @@ class Agenda:
 
     def __init__(self, scene: Scene, machine: StateMachine, bounds: Bounds) -> None:
         """``machine`` says when a batch is complete."""
-        self._scene, self._machine = scene, machine
+        self._scene, self._machine, self._event = scene, machine, machine.recovery_event
         self._every_step, self._patience = bounds.every_step, bounds.patience
         self._asked: tuple[str, float] | None = None
         self._released_s: float | None = None
@@ -24,7 +23,7 @@ class Agenda:
     @property
     def finished(self) -> bool:
         """Whether nothing but the fallback leads out of the present state: a batch that is complete."""
-        return self._machine.is_end(self._scene.now.state, EVENT)
+        return self._machine.is_end(self._scene.now.state, self._event)
 
     @property
     def step_is_due(self) -> bool:

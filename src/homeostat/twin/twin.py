@@ -184,7 +184,7 @@ class Twin:
         window = self._history.window(1)
         ramp = InputRamp(self._model.inputs, window.inputs[-1])
         readings = window.at(-1)
-        present = {n: readings[n.replace("_man", "_cmd")] for n in self._model.inputs if n.endswith("_man")}
+        present = {manual: readings[command] for manual, command in self._description.automatic.items()}
         ramp.command(actions.commands, self._description.variables, present)
         return ramp.schedule(steps)
 

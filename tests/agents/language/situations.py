@@ -21,6 +21,7 @@ from homeostat.domain.verdict import Revise
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.recovery.scene import RECENT
+from tests.agents.briefings import briefing
 from tests.agents.stuck_valve import grounding
 from tests.twin.followed import follow, reactor, readings
 
@@ -75,12 +76,10 @@ class Crew:
     attempts: list[Attempt] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        case = reactor()
         situation(self.fault)
-        d = case.description
-        self.planning = LanguagePlanning(self.model, d, grounding(), self.notes)
-        self.action = LanguageAction(self.model, d, grounding(), case.production, simulation(self.fault), self.notes)
-        self.reprompting = TeachingReprompting(self.model, d, simulation(self.fault))
+        told = briefing(self.model, reactor(), simulation(self.fault), self.notes, grounding())
+        self.planning, self.action = LanguagePlanning(told), LanguageAction(told)
+        self.reprompting = TeachingReprompting(told)
 
     async def attempt(self, advice: Advice) -> Advice:
         """One attempt after ``advice``, and the advice after it; like the supervisor's, without its bookkeeping."""

@@ -28,6 +28,7 @@ from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import exact
 from homeostat.plants.assembly import Language
+from tests.agents.briefings import briefing
 from tests.agents.language.situations import CURABLE, questions, simulation, situation
 from tests.agents.stuck_valve import grounding
 from tests.knowledge.test_documents import TURTLE
@@ -43,11 +44,12 @@ def asked(kind: GroundingKind, fault: str) -> dict[str, Question]:
     """What planning, action and action in one step are asked."""
     case, now, model = reactor(), situation(fault), ScriptedModel("m", reasonable)
     shown = excerpts(kind, grounding(), case.graph, case.namespace)
-    choice = LanguagePlanning(model, case.description, grounding(), excerpts=shown).choice(now, Advice())
+    told = briefing(model, case, simulation(fault), shown=shown)
+    choice = LanguagePlanning(told).choice(now, Advice())
     path = next(iter(choice.paths.values()))
-    action = LanguageAction(model, case.description, shown, case.production, simulation(fault))
+    action = LanguageAction(told)
     state = path.machine.state(path.target)
-    step, _ = StepAction(model, case.description, shown, case.production).order(now, state, Advice())
+    step, _ = StepAction(told).order(now, state, Advice())
     return {"planning": choice.question, "action": action.order(now, path, Advice()).question, "step": step}
 
 
@@ -114,7 +116,8 @@ def test_the_rules_say_the_same_but_for_turtle(kind: GroundingKind) -> None:
 @pytest.mark.parametrize("kind", GroundingKind)
 def test_reprompting_is_told_the_same_rules(kind: GroundingKind) -> None:
     now, model = situation(FAULT), ScriptedModel("m", reasonable)
-    agent = TeachingReprompting(model, reactor().description, simulation(FAULT), kind)
+    shown = excerpts(kind, grounding(), reactor().graph, reactor().namespace)
+    agent = TeachingReprompting(briefing(model, reactor(), simulation(FAULT), shown=shown))
     refused = Revise(tuple(f for f in now.idle if not f.satisfied))
     asyncio.run(agent.advise(now, Attempt(1, None, None, refused), Advice()))
     assert all(prompt_file("rules", kind).strip() in q.system for q in model.asked) and model.asked

@@ -27,6 +27,7 @@ from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.verdict import Approve, Finding, Revise
 from homeostat.llm.model import ModelError, Question
 from homeostat.llm.scripted import ScriptedModel
+from tests.agents.briefings import briefing
 from tests.agents.scripted import ScriptedSimulation
 from tests.agents.stuck_valve import now
 from tests.safety.world import rollout
@@ -77,7 +78,7 @@ class Desk:
 
         self.model = ScriptedModel("scripted", says)
         self.simulation = Slopes(*slopes)
-        self.reprompting = TeachingReprompting(self.model, PLANT, self.simulation)
+        self.reprompting = TeachingReprompting(briefing(self.model, reactor(), self.simulation))
 
     def advise(self, after: Attempt, before: Advice | None = None) -> Advice:
         return asyncio.run(self.reprompting.advise(now(), after, before or Advice()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,8 +11,10 @@ from pathlib import Path
 import numpy as np
 
 import homeostat.plants.cstr
+from homeostat.domain.plant.description import PlantDescription
 from homeostat.plants.cstr.layout import FaultSlot, S, State, U
 from homeostat.plants.cstr.process import CstrModel
+from homeostat.plants.plant import load_case
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.types import Cube, Row, Table
 
@@ -40,6 +43,12 @@ def _tables() -> dict[str, float]:
 NOMINAL = _tables()
 SEVERITY = {r["id"]: float(r["nominal"]) for r in rows("faults")}
 VARIABLES = {r["tag"]: r["variable"] for r in rows("signals")}
+
+
+@functools.cache
+def plant() -> PlantDescription:
+    """The reactor as its graph describes it."""
+    return load_case("cstr", learned=False).description
 
 
 def parameters(**changes: float) -> Row:

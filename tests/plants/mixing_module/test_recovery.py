@@ -8,7 +8,6 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.mixing_wrong_routes import forced
-from homeostat.agents.search.planning import EVENT
 from homeostat.domain.events.guard import FellBack, StateEntered
 from homeostat.domain.events.recovery import Departed, Diagnosed, ReleasedActions
 from homeostat.domain.snapshot import Snapshot
@@ -188,5 +187,7 @@ def test_a_held_batch_goes_on_where_what_the_recipe_wants_before_is_there(
     values |= {f"{tank}.pressure": 9.81 * level for tank, level in levels.items()}
     values |= dict.fromkeys((tag for tag in values if tag.endswith(blind)), 0.0)
     machine = module().description.machine
-    decided = [t for t in machine.transitions if t.source == "held" and t.on_decision and t.event == EVENT]
+    decided = [
+        t for t in machine.transitions if t.source == "held" and t.on_decision and t.event == machine.recovery_event
+    ]
     assert {t.target for t in decided if t.guard.holds(values)} == resumed

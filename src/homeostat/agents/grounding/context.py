@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
 from typing import Final, Protocol
 
@@ -21,7 +21,7 @@ class GroundingKind(StrEnum):
 
 
 class Excerpts(Protocol):
-    """Finds what a language model is shown of the plant, within a budget of tokens as ``count`` counts them."""
+    """Finds what a language model is shown of the plant, within a budget of tokens as they are estimated."""
 
     @property
     def kind(self) -> GroundingKind:
@@ -29,20 +29,18 @@ class Excerpts(Protocol):
         ...
 
     def planning_excerpt(
-        self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int,
-        count: Callable[[str], int],
-    ) -> Excerpt:  # fmt: skip
+        self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int
+    ) -> Excerpt:
         """What planning is shown: where ``event`` can lead from ``state`` with ``faults``; ``ahead``: on open paths."""
         ...
 
     def action_excerpt(
-        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int,
-        count: Callable[[str], int],
-    ) -> Excerpt:  # fmt: skip
+        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int
+    ) -> Excerpt:
         """What acting is shown: what ``tags`` move in ``states``, what ``faults`` mean, and the ``hard`` limits."""
         ...
 
-    def step_excerpt(self, state: str, faults: Sequence[str], budget: int, count: Callable[[str], int]) -> Excerpt:
+    def step_excerpt(self, state: str, faults: Sequence[str], budget: int) -> Excerpt:
         """What acting in one step is shown: what ``state`` admits for each tag, and what ``faults`` mean."""
         ...
 
@@ -54,23 +52,22 @@ class NoExcerpts:
     """Without any."""
 
     def planning_excerpt(
-        self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int,
-        count: Callable[[str], int],
-    ) -> Excerpt:  # fmt: skip
+        self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int
+    ) -> Excerpt:
         """Nothing."""
-        return _nothing(budget)
+        return nothing(budget)
 
     def action_excerpt(
-        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int,
-        count: Callable[[str], int],
-    ) -> Excerpt:  # fmt: skip
+        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int
+    ) -> Excerpt:
         """Nothing."""
-        return _nothing(budget)
+        return nothing(budget)
 
-    def step_excerpt(self, state: str, faults: Sequence[str], budget: int, count: Callable[[str], int]) -> Excerpt:
+    def step_excerpt(self, state: str, faults: Sequence[str], budget: int) -> Excerpt:
         """Nothing."""
-        return _nothing(budget)
+        return nothing(budget)
 
 
-def _nothing(budget: int) -> Excerpt:
+def nothing(budget: int) -> Excerpt:
+    """An excerpt that shows nothing of what might have had ``budget`` tokens."""
     return Excerpt(text="", tokens=0, budget=budget, shown=0, left_out=())

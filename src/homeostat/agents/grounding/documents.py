@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 from homeostat.agents.grounding.context import Excerpts, GroundingKind, NoExcerpts
@@ -11,6 +11,7 @@ from homeostat.knowledge.context.context import Excerpt
 from homeostat.knowledge.context.documents import documents
 from homeostat.knowledge.context.lexical import LexicalIndex
 from homeostat.knowledge.store.store import GraphStore
+from homeostat.llm.tokens import estimate
 
 
 def excerpts(kind: GroundingKind, grounding: Grounding, store: GraphStore, namespace: str) -> Excerpts:
@@ -42,35 +43,31 @@ class DocumentExcerpts:
         self._index = LexicalIndex(told)
 
     def planning_excerpt(
-        self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int,
-        count: Callable[[str], int],
-    ) -> Excerpt:  # fmt: skip
+        self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int
+    ) -> Excerpt:
         """The documents nearest to the state, the event, the states ahead and the faults."""
         asked = self._words(("state", [state]), ("event", [event]), ("state", ahead), ("fault", faults))
-        return self._found("planning_documents", (state, *ahead, *faults), asked, budget, count)
+        return self._found("planning_documents", (state, *ahead, *faults), asked, budget)
 
     def action_excerpt(
-        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int,
-        count: Callable[[str], int],
-    ) -> Excerpt:  # fmt: skip
+        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int
+    ) -> Excerpt:
         """The documents nearest to the states, the tags, the faults and the hard limits."""
         asked = self._words(("state", states), ("tag", tags), ("fault", faults), ("limit", hard))
-        return self._found("action_documents", (*states, *faults), asked, budget, count)
+        return self._found("action_documents", (*states, *faults), asked, budget)
 
-    def step_excerpt(self, state: str, faults: Sequence[str], budget: int, count: Callable[[str], int]) -> Excerpt:
+    def step_excerpt(self, state: str, faults: Sequence[str], budget: int) -> Excerpt:
         """The documents nearest to the state and the faults."""
         asked = self._words(("state", [state]), ("fault", faults))
-        return self._found("step_documents", (state, *faults), asked, budget, count)
+        return self._found("step_documents", (state, *faults), asked, budget)
 
-    def _found(
-        self, question: str, about: tuple[str, ...], asked: str, budget: int, count: Callable[[str], int]
-    ) -> Excerpt:
+    def _found(self, question: str, about: tuple[str, ...], asked: str, budget: int) -> Excerpt:
         """The best documents that fit; one that does not fit does not end the list."""
         lines: list[str] = []
         left_out: list[str] = []
         tokens = 0
         for document in self._index.matching(asked):
-            cost = count(f"{document.text}\n")
+            cost = estimate(f"{document.text}\n")
             if tokens + cost <= budget:
                 lines.append(document.text)
                 tokens += cost

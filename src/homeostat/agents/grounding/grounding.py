@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Final, TypeAlias
 
 from pyoxigraph import NamedNode, Triple
@@ -15,6 +15,7 @@ from homeostat.knowledge.context.context import Excerpt, excerpt
 from homeostat.knowledge.questions import questions
 from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.store.store import GraphStore
+from homeostat.llm.tokens import estimate
 
 Arguments: TypeAlias = dict[str, NamedNode | tuple[NamedNode, ...]]
 """Parameter of a template -> what it is bound to."""
@@ -59,9 +60,8 @@ class Grounding:
         return answer
 
     def planning_excerpt(
-        self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int,
-        count: Callable[[str], int],
-    ) -> Excerpt:  # fmt: skip
+        self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int
+    ) -> Excerpt:
         """What planning is shown (CONSTRUCT): what ``event`` can lead to from ``state``, and what ``faults`` block.
 
         ``ahead``: states on the paths that are open, whose guards are awaited.
@@ -71,12 +71,11 @@ class Grounding:
         reached = questions.reachable_states(self._store, here, trigger)
         shown = tuple(dict.fromkeys((*reached, *self._nodes("state", ahead))))
         bound: Arguments = {"states": shown, "event": trigger, "faults": present}
-        return self._excerpt("planning_fragment", (state, *ahead, *faults), bound, (here, *present), budget, count)
+        return self._excerpt("planning_fragment", (state, *ahead, *faults), bound, (here, *present), budget)
 
     def action_excerpt(
-        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int,
-        count: Callable[[str], int],
-    ) -> Excerpt:  # fmt: skip
+        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int
+    ) -> Excerpt:
         """What acting is shown: from the setpoints of ``states`` to what they move and what limits it.
 
         ``tags`` may be commanded there; ``hard``: limits that are never left out before anything else is.
@@ -84,13 +83,13 @@ class Grounding:
         present = self._nodes("fault", faults)
         seeds = (*present, *self._nodes("tag", tags), *self._nodes("limit", hard))
         bound: Arguments = {"states": self._nodes("state", states), "faults": present}
-        return self._excerpt("action_fragment", (*states, *faults), bound, seeds, budget, count)
+        return self._excerpt("action_fragment", (*states, *faults), bound, seeds, budget)
 
-    def step_excerpt(self, state: str, faults: Sequence[str], budget: int, count: Callable[[str], int]) -> Excerpt:
+    def step_excerpt(self, state: str, faults: Sequence[str], budget: int) -> Excerpt:
         """What acting in one step is shown: what ``state`` admits for each tag (CONSTRUCT)."""
         (here,), present = self._nodes("state", [state]), self._nodes("fault", faults)
         bound: Arguments = {"state": here, "faults": present}
-        return self._excerpt("step_fragment", (state, *faults), bound, (here,), budget, count)
+        return self._excerpt("step_fragment", (state, *faults), bound, (here,), budget)
 
     def drain(self) -> tuple[Retrieved, ...]:
         """What was asked since the last call, in order."""
@@ -104,23 +103,19 @@ class Grounding:
         self._pending.append(Retrieved(question, TEXT, tuple(about), query.sha256, answer, kept))
 
     def _excerpt(
-        self, question: str, about: tuple[str, ...], arguments: Arguments, seeds: Sequence[NamedNode], budget: int,
-        count: Callable[[str], int],
-    ) -> Excerpt:  # fmt: skip
+        self, question: str, about: tuple[str, ...], arguments: Arguments, seeds: Sequence[NamedNode], budget: int
+    ) -> Excerpt:
         key = (question, about)
         if key not in self._graphs:
             triples = template(question).construct(self._store, **arguments)
             prefix = self._namespace.rstrip("#").rpartition(":")[2]
             self._graphs[key] = triples, write_turtle(triples, prefix, self._namespace).decode("utf-8")
         triples, text = self._graphs[key]
-        found = excerpt(triples, seeds, self._namespace, budget, count)
+        found = excerpt(triples, seeds, self._namespace, budget, estimate)
         self._note(question, about, arguments, f"{len(triples)} triples; {found.shown} things shown", text)
         return found
 
-    def _note(
-        self, question: str, about: Sequence[str], arguments: Arguments,
-        answer: str, graph: str = "",
-    ) -> None:  # fmt: skip
+    def _note(self, question: str, about: Sequence[str], arguments: Arguments, answer: str, graph: str = "") -> None:
         asked = template(question)
         query = self._archive.store_query(asked.bind(arguments))
         kept = self._archive.store_subgraph(graph).sha256 if graph else ""

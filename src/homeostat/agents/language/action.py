@@ -6,24 +6,20 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from homeostat.agents.grounding.context import Excerpts, GroundingKind
 from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in
 from homeostat.agents.language.feedback import feedback_text, idle_text
-from homeostat.agents.language.prompt_files import fill, prompt_file
 from homeostat.agents.language.situation import MOST_FINDINGS, situation_text, worst_first
-from homeostat.agents.language.speaker import ask, question, room
-from homeostat.agents.roles import Simulation, Situation
+from homeostat.agents.language.speaker import Briefing, ask
+from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
 from homeostat.agents.search.planning import plausible_faults
 from homeostat.domain.advice import Advice, Sensitivity
-from homeostat.domain.plant.description import PlantDescription
-from homeostat.domain.plant.production import Production
 from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import ActionSet, RecoveryPath, open_setpoints
 from homeostat.domain.verdict import Revise
-from homeostat.llm.model import LanguageModel, Question
-from homeostat.llm.tokens import estimate
+from homeostat.knowledge.context.context import Excerpt
+from homeostat.llm.model import Question
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,21 +37,9 @@ class Order:
 class LanguageAction:
     """Implements :class:`homeostat.agents.roles.Action` with a language model."""
 
-    def __init__(
-        self, model: LanguageModel, plant: PlantDescription, excerpts: Excerpts, production: Production,
-        simulation: Simulation, notes: Sequence[str] = (),
-    ) -> None:  # fmt: skip
-        """Ask ``model`` for commands.
-
-        ``excerpts`` finds what it is shown of the plant; ``production`` names what there should be more of;
-        ``simulation`` tells which command moves which margin; ``notes`` are what operators wrote.
-        """
-        self._model = model
-        self._plant = plant
-        self._excerpts = excerpts
-        self._production = production
-        self._simulation = simulation
-        self._notes = tuple(notes)
+    def __init__(self, briefing: Briefing) -> None:
+        """``briefing``: what it shares with the other agents of its model."""
+        self._briefing, self._plant = briefing, briefing.plant
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
         """The commands that the model gives, and what the states fix; it is not asked where nothing is to be chosen."""
@@ -64,7 +48,7 @@ class LanguageAction:
             return ActionSet.along(path, lambda state: design_commands(state, tags))
         slopes = () if advice.sensitivities else await self._slopes(situation, path)
         order = self.order(situation, path, advice, slopes)
-        answer = await ask(self._model, order.question, order.kind, situation)
+        answer = await ask(self._briefing.model, order.question, order.kind, situation)
         if isinstance(answer, Unusable):
             return Revise(answer.findings)
         return ActionSet.along(path, lambda state: commands_in(state, answer, tags))
@@ -76,22 +60,23 @@ class LanguageAction:
         faults, choices = plausible_faults(situation.diagnosis), open_setpoints(path.commanded_states)
         chosen = [state for state in path.commanded_states if state.open_setpoints]
         hard = [limit.name for limit in self._plant.limits.hard]
-        by = self._excerpts.kind
-        role = action_role("action.route", self._production, by)
         told = (feedback_text(advice, self._plant), idle_text(situation.idle, slopes, self._plant) if slopes else "")
         values = {
-            "situation": situation_text(situation, self._plant, self._notes, idle=not slopes),
-            "where": _where(path, chosen), "commands": "\n".join(self._describe(r, situation) for r in choices),
-            "turtle": "", "omission": "", "feedback": "\n".join(told),
-        }  # fmt: skip
-        system, kind = fill("action.system", role, by), action_type(choices, self._plant.tags_by_name)
-        budget = room(system, fill("action.prompt", values, by))
-        shown = self._excerpts.action_excerpt(
-            [s.name for s in chosen], [r.tag for r in choices], faults, hard, budget, estimate
+            "situation": situation_text(situation, self._plant, self._briefing.notes, idle=not slopes),
+            "where": _where(path, chosen),
+            "commands": "\n".join(self._describe(r, situation) for r in choices),
+            "feedback": "\n".join(told),
+        }
+        kind, states, tags = (
+            action_type(choices, self._plant.tags_by_name),
+            [s.name for s in chosen],
+            [r.tag for r in choices],
         )
-        values |= {"turtle": shown.text, "omission": shown.omission}
-        asked = question("action", situation, system, fill("action.prompt", values, by), kind, by)
-        return Order(asked, kind, path)
+
+        def find(budget: int) -> Excerpt:
+            return self._briefing.excerpts.action_excerpt(states, tags, faults, hard, budget)
+
+        return Order(self._briefing.question("action", situation, "action.route", values, kind, find), kind, path)
 
     async def _slopes(self, situation: Situation, path: RecoveryPath) -> tuple[Sensitivity, ...]:
         """How what happens without action would change: differences from the present commands in the target state.
@@ -103,7 +88,7 @@ class LanguageAction:
         space = SearchSpace(path.machine.state(path.target), self._plant.tags_by_name)
         present = space.actions(present_point(space.state, situation.snapshot.values))
         names = [f.criterion for f in worst_first(situation.idle, self._plant.scales)[:MOST_FINDINGS]]
-        return await self._simulation.sensitivities(situation.diagnosis, present, (space.state,), names)
+        return await self._briefing.simulation.sensitivities(situation.diagnosis, present, (space.state,), names)
 
     def _describe(self, admitted: SetpointRange, situation: Situation) -> str:
         tag = self._plant.tag(admitted.tag)
@@ -117,14 +102,6 @@ class LanguageAction:
         present = unset if math.isnan(now) else f"{now:.6g}{unit}"
         words = quote(tag.description, 60)
         return f"- {tag.name} {words}: {low:g} to {high:g}{unit}{steps}{ramp}; now {present}, design {design}"
-
-
-def action_role(task: str, production: Production, by: GroundingKind) -> dict[str, str]:
-    """What the system prompt of an action agent is filled in with; ``task``: prompt file with what is asked for."""
-    return {
-        "task": prompt_file(task, by).strip(), "rules": prompt_file("rules", by), "guide": prompt_file("guide", by),
-        "throughput": production.throughput,
-    }  # fmt: skip
 
 
 def _where(path: RecoveryPath, chosen: Sequence[State]) -> str:

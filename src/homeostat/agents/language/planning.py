@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from homeostat.agents.grounding.context import Excerpts
-from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, planning_type
 from homeostat.agents.language.feedback import feedback_text
-from homeostat.agents.language.prompt_files import fill, prompt_file
 from homeostat.agents.language.situation import situation_text
-from homeostat.agents.language.speaker import ask, question, room
+from homeostat.agents.language.speaker import Briefing, ask
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
-from homeostat.agents.search.planning import EVENT, open_paths, plausible_faults
+from homeostat.agents.search.planning import open_paths, plausible_faults
 from homeostat.domain.advice import Advice
-from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.verdict import Revise
-from homeostat.llm.model import LanguageModel, Question
-from homeostat.llm.tokens import estimate
+from homeostat.knowledge.context.context import Excerpt
+from homeostat.llm.model import Question
 
 SAME: Final = "; this is what follows without action"
 """Said of the path that the plant takes if nobody interferes."""
@@ -48,29 +44,19 @@ class LanguagePlanning:
     TASK = "planning.route"
     """Prompt file with what is asked for."""
 
-    def __init__(
-        self, model: LanguageModel, plant: PlantDescription, grounding: Grounding, notes: Sequence[str] = (),
-        excerpts: Excerpts | None = None,
-    ) -> None:  # fmt: skip
-        """``grounding`` knows what faults take away; ``notes`` are what operators wrote.
-
-        ``excerpts`` finds what the model is shown; None for parts of the graph.
-        """
-        self._model = model
-        self._plant = plant
-        self._grounding = grounding
-        self._notes = tuple(notes)
-        self._excerpts = excerpts or grounding
+    def __init__(self, briefing: Briefing) -> None:
+        """``briefing``: what it shares with the other agents of its model."""
+        self._briefing, self._plant, self._grounding = briefing, briefing.plant, briefing.grounding
 
     async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath | Revise:
         """The path that the model names."""
         choice = self.choice(situation, advice)
-        answer = await ask(self._model, choice.question, choice.kind, situation)
+        answer = await ask(self._briefing.model, choice.question, choice.kind, situation)
         if isinstance(answer, Unusable):
             return Revise(answer.findings)
         named: str = answer.model_dump()["path"]
         if named == NONE:
-            raise NoAdmissiblePlan(f"{self._model.name}: names no path")
+            raise NoAdmissiblePlan(f"{self._briefing.model.name}: names no path")
         return choice.paths[named]
 
     def choice(self, situation: Situation, advice: Advice) -> Choice:
@@ -81,24 +67,20 @@ class LanguagePlanning:
             raise NoAdmissiblePlan(
                 f"no further path from {situation.state!r} is open with {', '.join(faults) or 'no fault'}"
             )
-        by = self._excerpts.kind
-        rules = {
-            "task": prompt_file(self.TASK, by).strip(), "rules": prompt_file("rules", by),
-            "guide": prompt_file("guide", by), "none": NONE,
-        }  # fmt: skip
         values = {
-            "situation": situation_text(situation, self._plant, self._notes),
+            "situation": situation_text(situation, self._plant, self._briefing.notes),
             "paths": "\n".join(
                 f"- {name}: {self._describe(p)}{SAME if p == situation.rest else ''}" for name, p in paths.items()
             ),
-            "turtle": "", "omission": "", "feedback": feedback_text(advice, self._plant),
-        }  # fmt: skip
-        system, kind = fill("planning.system", rules, by), planning_type(tuple(paths))
-        budget = room(system, fill("planning.prompt", values, by))
+            "feedback": feedback_text(advice, self._plant),
+        }
+        kind, event = planning_type(tuple(paths)), self._plant.machine.recovery_event
         ahead = sorted({name for path in paths.values() for name in path.states})
-        shown = self._excerpts.planning_excerpt(situation.state, EVENT, ahead, faults, budget, estimate)
-        values |= {"turtle": shown.text, "omission": shown.omission}
-        asked = question("planning", situation, system, fill("planning.prompt", values, by), kind, by)
+
+        def find(budget: int) -> Excerpt:
+            return self._briefing.excerpts.planning_excerpt(situation.state, event, ahead, faults, budget)
+
+        asked = self._briefing.question("planning", situation, self.TASK, values, kind, find)
         return Choice(asked, kind, paths)
 
     def _offered(self, paths: Iterator[RecoveryPath]) -> dict[str, RecoveryPath]:

@@ -17,10 +17,13 @@ STAND_INS: Final[Mapping[GroundingKind, Mapping[str, str]]] = {
     GroundingKind.GRAPH: {},
     GroundingKind.DOCUMENTS: {"rules": "rules.plain", "guide": "guide.documents", "action.step": "step.documents"},
     GroundingKind.NONE: {
-        "rules": "rules.plain", "guide": "", "action.step": "step.none",
-        "planning.prompt": "bare.planning", "action.prompt": "bare.action",
+        "rules": "rules.plain",
+        "guide": "",
+        "action.step": "step.none",
+        "planning.prompt": "bare.planning",
+        "action.prompt": "bare.action",
     },
-}  # fmt: skip
+}
 """Prompt file -> the one that stands in for it where a model is grounded otherwise than in Turtle; empty for none."""
 
 

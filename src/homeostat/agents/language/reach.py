@@ -31,9 +31,12 @@ Matrix: TypeAlias = NDArray[np.float64]
 
 
 def curable(
-    findings: Sequence[Finding], slopes: Sequence[Sensitivity], chosen: Mapping[str, float | None],
-    choices: Sequence[SetpointRange], scales: Mapping[str, float],
-) -> bool:  # fmt: skip
+    findings: Sequence[Finding],
+    slopes: Sequence[Sensitivity],
+    chosen: Mapping[str, float | None],
+    choices: Sequence[SetpointRange],
+    scales: Mapping[str, float],
+) -> bool:
     """Whether other values inside the ranges of ``choices`` could cure what ``findings`` violate with ``chosen``.
 
     Margins are taken for straight lines of the commands. Where all violations are small, all must be cured together:

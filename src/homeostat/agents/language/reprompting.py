@@ -6,23 +6,22 @@ import functools
 import math
 import tomllib
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 from homeostat.agents.checks import REPEATED
-from homeostat.agents.grounding.context import GroundingKind
+from homeostat.agents.grounding.context import nothing
 from homeostat.agents.language.answers import Unusable, reprompting_type
 from homeostat.agents.language.feedback import feedback_text
-from homeostat.agents.language.prompt_files import PROMPTS, fill, prompt_file
+from homeostat.agents.language.prompt_files import PROMPTS
 from homeostat.agents.language.reach import curable
 from homeostat.agents.language.situation import MOST_FINDINGS, nearest, situation_text, worst_first
-from homeostat.agents.language.speaker import ask, question
-from homeostat.agents.roles import NoAdmissiblePlan, Simulation, Situation
+from homeostat.agents.language.speaker import Briefing, ask
+from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
-from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import open_setpoints
 from homeostat.domain.verdict import Approve, Finding
-from homeostat.llm.model import LanguageModel
 
 TRIES: Final = 4
 """Attempts on one path before another one is asked for."""
@@ -35,18 +34,9 @@ MOST_REPEATS: Final = 2
 class TeachingReprompting:
     """Implements :class:`homeostat.agents.roles.Reprompting` for a language model."""
 
-    def __init__(
-        self, model: LanguageModel, plant: PlantDescription, simulation: Simulation,
-        kind: GroundingKind = GroundingKind.GRAPH,
-    ) -> None:  # fmt: skip
-        """``simulation`` tells which command moves which margin; ``model`` is asked where no rule fits.
-
-        ``kind``: how the other agents' prompts are grounded; this one's are shown no part of the plant.
-        """
-        self._model = model
-        self._plant = plant
-        self._simulation = simulation
-        self._kind = kind
+    def __init__(self, briefing: Briefing) -> None:
+        """The model of ``briefing`` is asked where no rule fits; it is shown no part of the plant."""
+        self._briefing, self._plant = briefing, briefing.plant
 
     async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
         """What was violated, what would move it, and who should change something."""
@@ -55,37 +45,25 @@ class TeachingReprompting:
         violated = attempt.verdict.violated
         if any(f.criterion == REPEATED for f in violated):
             return self._repeated(attempt, before)
+        hint = known_hint(violated)
         if attempt.actions is None and before.keep_path is not None:
             # An answer that was none says nothing about the commands: what was learnt of them before still holds.
             route = self._route(attempt, violated, (), before)
-            return self._advice(
-                attempt, before, before.findings or violated, before.sensitivities, route, known_hint(violated)
-            )
+            found = before.findings or violated
+            return _placed(attempt, before, Advice(found, route, sensitivities=before.sensitivities, hint=hint))
         slopes = await self._slopes(situation, attempt, violated)
-        hint = known_hint(violated)
         route = self._route(attempt, violated, slopes, before)
         if not hint and not any(s.slope for s in slopes):
             route, hint = await self._asked(situation, attempt, before, violated, route)
-        return self._advice(attempt, before, violated, slopes, route, hint)
+        return _placed(attempt, before, Advice(violated, route, sensitivities=slopes, hint=hint))
 
     def _repeated(self, attempt: Attempt, before: Advice) -> Advice:
         """The same feedback again, with the hint that it was the same proposal; its path is given up."""
         repeats = sum(any(f.criterion == REPEATED for f in a.verdict.findings) for a in before.attempts) + 1
         if repeats >= MOST_REPEATS:
-            raise NoAdmissiblePlan(f"{self._model.name}: repeats what was refused")
+            raise NoAdmissiblePlan(f"{self._briefing.model.name}: repeats what was refused")
         hint = known_hint(attempt.verdict.findings)
-        return self._advice(attempt, before, before.findings, before.sensitivities, Owner.PLANNING, hint)
-
-    def _advice(
-        self, attempt: Attempt, before: Advice, violated: tuple[Finding, ...], slopes: tuple[Sensitivity, ...],
-        route: Owner, hint: str,
-    ) -> Advice:  # fmt: skip
-        if route is Owner.ACTION and attempt.path is not None:
-            return Advice(
-                violated, route, attempt.path, before.tries + 1, before.refused_paths, sensitivities=slopes, hint=hint
-            )
-        refused = () if attempt.path is None else (attempt.path.commanded,)
-        return Advice(violated, Owner.PLANNING, refused_paths=(*before.refused_paths, *refused), hint=hint)
+        return _placed(attempt, before, Advice(before.findings, Owner.PLANNING, hint=hint))
 
     async def _slopes(
         self, situation: Situation, attempt: Attempt, violated: Sequence[Finding]
@@ -95,7 +73,7 @@ class TeachingReprompting:
         scales = self._plant.scales
         near = nearest(attempt.verdict.findings, scales)
         names = [f.criterion for f in (*worst_first(violated, scales)[:MOST_FINDINGS], *near)]
-        return await self._simulation.sensitivities(
+        return await self._briefing.simulation.sensitivities(
             situation.diagnosis, attempt.actions, attempt.path.commanded_states, names
         )
 
@@ -129,16 +107,24 @@ class TeachingReprompting:
         """The model's own advice; the rules' where it has none."""
         told = Advice(violated, attempts=(*before.attempts, attempt))
         values = {"situation": situation_text(situation, self._plant), "feedback": feedback_text(told, self._plant)}
-        system, kind = fill("reprompting.system", {"rules": prompt_file("rules", self._kind)}), reprompting_type()
-        asked = question("reprompting", situation, system, fill("reprompting.prompt", values), kind, self._kind)
+        kind = reprompting_type()
+        asked = self._briefing.question("reprompting", situation, "", values, kind, nothing)
         try:
-            answer = await ask(self._model, asked, kind, situation)
+            answer = await ask(self._briefing.model, asked, kind, situation)
         except NoAdmissiblePlan:
             return route, ""
         if isinstance(answer, Unusable):
             return route, ""
         given = answer.model_dump()
         return (Owner(given["route"]) if route is Owner.ACTION else route), given["hint"]
+
+
+def _placed(attempt: Attempt, before: Advice, found: Advice) -> Advice:
+    """``found`` with the path of ``attempt`` kept for another try, or refused."""
+    if found.route is Owner.ACTION and attempt.path is not None:
+        return replace(found, keep_path=attempt.path, tries=before.tries + 1, refused_paths=before.refused_paths)
+    refused = () if attempt.path is None else (attempt.path.commanded,)
+    return Advice(found.findings, Owner.PLANNING, refused_paths=(*before.refused_paths, *refused), hint=found.hint)
 
 
 def is_inadmissible(finding: Finding) -> bool:

@@ -8,12 +8,16 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Mapping
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
 from homeostat.llm.model import Question
 
+Point: TypeAlias = Mapping[str, float | None]
+"""Tag -> value; None for automatic."""
+Limits: TypeAlias = Mapping[str, Mapping[str, Any]]
+"""Tag -> its numeric schema."""
 _NUMBER: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _ABOUT: Final = re.compile(r"^# What attempt (?P<number>\d+) violated", re.MULTILINE)
 _ATTEMPT: Final = re.compile(r"^(?P<number>\d+)\. [^:]*: (?P<commands>[^:]*): ", re.MULTILINE)
@@ -123,7 +127,7 @@ def _last(question: Question) -> dict[str, float | None]:
     return {p["tag"]: None if p["value"] == "auto" else float(p["value"]) for p in pairs}
 
 
-def _present(question: Question, limits: Mapping[str, Mapping[str, Any]]) -> dict[str, float | None]:
+def _present(question: Question, limits: Limits) -> dict[str, float | None]:
     """Tag -> its present value; the design value of what is off its range now, like a pump that stands still."""
     found = {}
     for p in _PRESENT.finditer(question.prompt):
@@ -143,10 +147,7 @@ def _inside(value: float | None, limits: Mapping[str, Any]) -> float | None:
     return clipped if step is None else round(round(clipped / step) * step, 9)
 
 
-def _best_move(
-    question: Question, base: Mapping[str, float | None], values: Mapping[str, float | None],
-    limits: Mapping[str, Mapping[str, Any]],
-) -> tuple[str, float] | None:  # fmt: skip
+def _best_move(question: Question, base: Point, values: Point, limits: Limits) -> tuple[str, float] | None:
     """Tag and value of the one move after which, along straight lines from ``base``, least is missing; None for none.
 
     Of equal moves the one with the smallest share of its range counts.

@@ -1,18 +1,26 @@
-"""Asking: one question to the model, and its answer as one of the types that were asked for."""
+"""Asking: what the agents of one language model share, one question to it, and its answer as one of those asked for."""
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final, TypeAlias
 
 from pydantic import BaseModel
 
-from homeostat.agents.grounding.context import GroundingKind
-from homeostat.agents.language.answers import AnswerType, Unusable, read, schema, unusable
-from homeostat.agents.language.prompt_files import template_sha256
-from homeostat.agents.roles import NoAdmissiblePlan, Situation
+from homeostat.agents.grounding.context import Excerpts
+from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.language.answers import NONE, AnswerType, Unusable, read, schema, unusable
+from homeostat.agents.language.prompt_files import fill, prompt_file, template_sha256
+from homeostat.agents.roles import NoAdmissiblePlan, Simulation, Situation
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.production import Production
+from homeostat.knowledge.context.context import Excerpt
 from homeostat.llm.model import ANSWERED, LanguageModel, ModelError, Question
 from homeostat.llm.tokens import estimate
 
+Find: TypeAlias = Callable[[int], Excerpt]
+"""Finds an excerpt of at most so many tokens."""
 MOST_S: Final = 20.0
 """Longest time for one answer [s]."""
 BUDGET: Final = 2000
@@ -23,6 +31,47 @@ MOST_GRAPH: Final = 900
 """Tokens of the excerpt where everything else is short."""
 LEAST_GRAPH: Final = 300
 """Tokens of the excerpt however long everything else is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Briefing:
+    """What the agents that ask one language model share."""
+
+    model: LanguageModel
+    """Who is asked."""
+    plant: PlantDescription
+    """The plant as its graph has it."""
+    production: Production
+    """What there should be more of."""
+    grounding: Grounding
+    """Knows what faults take away."""
+    excerpts: Excerpts
+    """Finds what the model is shown of the plant."""
+    simulation: Simulation
+    """Tells which command moves which margin."""
+    notes: tuple[str, ...] = ()
+    """What operators wrote."""
+
+    def question(
+        self, agent: str, situation: Situation, task: str, values: Mapping[str, str], kind: AnswerType, find: Find
+    ) -> Question:
+        """What ``agent`` asks about ``situation``: its prompt files, filled in with ``values``.
+
+        ``task``: prompt file with what is asked for, empty where the system prompt says it; ``find`` finds what fits
+        in the tokens that are left beside the rest of the prompt.
+        """
+        by = self.excerpts.kind
+        role = {
+            "task": prompt_file(task, by).strip() if task else "",
+            "rules": prompt_file("rules", by),
+            "guide": prompt_file("guide", by),
+            "none": NONE,
+            "throughput": self.production.throughput,
+        }
+        system, prompt = fill(f"{agent}.system", role, by), f"{agent}.prompt"
+        shown = find(room(system, fill(prompt, {**values, "turtle": "", "omission": ""}, by)))
+        filled = fill(prompt, {**values, "turtle": shown.text, "omission": shown.omission}, by)
+        return Question(agent, situation.snapshot.at_s, system, filled, schema(kind), template_sha256(agent, by))
 
 
 async def ask(model: LanguageModel, question: Question, kind: AnswerType, situation: Situation) -> BaseModel | Unusable:
@@ -39,11 +88,3 @@ async def ask(model: LanguageModel, question: Question, kind: AnswerType, situat
 def room(*texts: str) -> int:
     """Tokens that are left for the excerpt beside ``texts``: what happens comes before what the plant is made of."""
     return min(max(BUDGET - OMISSION - sum(estimate(text) for text in texts), LEAST_GRAPH), MOST_GRAPH)
-
-
-def question(
-    agent: str, situation: Situation, system: str, prompt: str, kind: AnswerType,
-    grounding: GroundingKind = GroundingKind.GRAPH,
-) -> Question:  # fmt: skip
-    """What ``agent`` asks about ``situation``."""
-    return Question(agent, situation.snapshot.at_s, system, prompt, schema(kind), template_sha256(agent, grounding))

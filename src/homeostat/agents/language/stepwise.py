@@ -6,28 +6,23 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from homeostat.agents.grounding.context import Excerpts
-from homeostat.agents.language.action import action_role
 from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in, open_range
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.planning import LanguagePlanning
-from homeostat.agents.language.prompt_files import fill
 from homeostat.agents.language.reprompting import TeachingReprompting, is_inadmissible
 from homeostat.agents.language.situation import situation_text
-from homeostat.agents.language.speaker import ask, question, room
+from homeostat.agents.language.speaker import Briefing, ask
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
 from homeostat.agents.search.planning import open_paths, plausible_faults
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
-from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import Owner
-from homeostat.domain.plant.production import Production
 from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.verdict import Finding, Revise
-from homeostat.llm.model import LanguageModel, Question
-from homeostat.llm.tokens import estimate
+from homeostat.knowledge.context.context import Excerpt
+from homeostat.llm.model import Question
 
 
 def entered(path: RecoveryPath) -> str:
@@ -70,13 +65,9 @@ class StepAction:
     validation. Before that state the plant is left as it is; after it, it is commanded as by design.
     """
 
-    def __init__(
-        self, model: LanguageModel, plant: PlantDescription, excerpts: Excerpts, production: Production,
-        notes: Sequence[str] = (),
-    ) -> None:  # fmt: skip
-        """``excerpts`` finds what the model is shown of the plant; ``notes`` are what operators wrote."""
-        self._model, self._plant, self._excerpts = model, plant, excerpts
-        self._production, self._notes = production, tuple(notes)
+    def __init__(self, briefing: Briefing) -> None:
+        """``briefing``: what it shares with the other agents of its model."""
+        self._briefing, self._plant = briefing, briefing.plant
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
         """The commands that the model gives, and what comes before and after them."""
@@ -85,7 +76,7 @@ class StepAction:
             return self._along(path, situation, said)
         state = path.machine.state(entered(path))
         asked, kind = self.order(situation, state, advice)
-        answer = await ask(self._model, asked, kind, situation)
+        answer = await ask(self._briefing.model, asked, kind, situation)
         if isinstance(answer, Unusable):
             return Revise(answer.findings)
         opened = replace(state, setpoints=self._actuators(state))
@@ -93,20 +84,19 @@ class StepAction:
 
     def order(self, situation: Situation, state: State, advice: Advice) -> tuple[Question, AnswerType]:
         """What the model is asked about ``state``, and the type of its answers."""
-        by = self._excerpts.kind
         actuators, faults = self._actuators(state), plausible_faults(situation.diagnosis)
         values = {
-            "situation": situation_text(situation, self._plant, self._notes),
+            "situation": situation_text(situation, self._plant, self._briefing.notes),
             "where": f"in state {state.name} ({quote(state.label, 60)})",
             "commands": "\n".join(self._tell(r, situation) for r in actuators),
-            "turtle": "", "omission": "", "feedback": feedback_text(advice, self._plant),
-        }  # fmt: skip
-        system = fill("action.system", action_role("action.step", self._production, by), by)
+            "feedback": feedback_text(advice, self._plant),
+        }
         kind = action_type(actuators, self._plant.tags_by_name)
-        budget = room(system, fill("action.prompt", values, by))
-        shown = self._excerpts.step_excerpt(state.name, faults, budget, estimate)
-        values |= {"turtle": shown.text, "omission": shown.omission}
-        return question("action", situation, system, fill("action.prompt", values, by), kind, by), kind
+
+        def find(budget: int) -> Excerpt:
+            return self._briefing.excerpts.step_excerpt(state.name, faults, budget)
+
+        return self._briefing.question("action", situation, "action.step", values, kind, find), kind
 
     def _along(self, path: RecoveryPath, situation: Situation, given: tuple[Command, ...]) -> ActionSet:
         tags = self._plant.tags_by_name

@@ -11,7 +11,6 @@ from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.plant.description import PlantDescription, Relation
 from homeostat.domain.recovery import RecoveryPath
 
-EVENT = "fault_diagnosed"
 PLAUSIBLE = 0.05
 """A fault takes states and transitions away if it is at least this probable [1]."""
 
@@ -43,8 +42,9 @@ def open_paths(
     # A path is refused for the states that it commands: another way to them admits the same commands.
     refused = set(advice.refused_paths)
     values, lying = situation.snapshot.values, unreliable_tags(plant, faults)
-    for transitions in plant.machine.paths(situation.state, values, EVENT, blocked=(), unreliable=lying):
-        path = RecoveryPath(plant.machine, transitions)
+    machine = plant.machine
+    for transitions in machine.paths(situation.state, values, machine.recovery_event, blocked=(), unreliable=lying):
+        path = RecoveryPath(machine, transitions)
         if path.commanded not in refused and grounding.allows(path.states, faults):
             yield path
 

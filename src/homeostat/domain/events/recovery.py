@@ -68,11 +68,10 @@ class Attempted:
     def of(cls, proposer: str, attempt: Attempt) -> Self:
         """The event of one attempt."""
         actions, verdict = attempt.actions, attempt.verdict
-        return cls(
-            attempt.number, proposer, attempt.path.states if attempt.path else (),
-            actions.commands if actions else (), actions.digest if actions else "",
-            isinstance(verdict, Approve), verdict.findings, attempt.members,
-        )  # fmt: skip
+        states = attempt.path.states if attempt.path else ()
+        commands, digest = (actions.commands, actions.digest) if actions else ((), "")
+        approved = isinstance(verdict, Approve)
+        return cls(attempt.number, proposer, states, commands, digest, approved, verdict.findings, attempt.members)
 
 
 @dataclass(frozen=True, slots=True)

@@ -171,6 +171,13 @@ class PlantDescription:
         return {signal.tag.name: signal.variable for signal in self.signals}
 
     @property
+    def automatic(self) -> dict[str, str]:
+        """Manual output -> the command that it overrides, which it goes on from; both are quantities of the model."""
+        driven = {signal.component: signal.variable for signal in self.signals if signal.relation is Relation.DRIVES}
+        manual = [signal for signal in self.signals if signal.relation is Relation.OVERRIDES]
+        return {signal.variable: driven[signal.component] for signal in manual if signal.component in driven}
+
+    @property
     def scales(self) -> dict[str, float]:
         """Unit -> what counts as one unit of margin in it: the smallest scale of its tags; 1 for mixed formulas."""
         found: dict[str, float] = {}

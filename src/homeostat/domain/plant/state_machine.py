@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from homeostat.stl.formula import Formula
@@ -107,6 +107,18 @@ class StateMachine:
         """The state in which the plant starts."""
         return next(s for s in self.states if s.initial)
 
+    @property
+    def recovery_event(self) -> str:
+        """Event on which recoveries are decided; ``""`` where none is.
+
+        It is that of the decisions after which the plant comes to a recovery target without starting anew.
+        """
+        ends, anew = {s.name for s in self.states if s.recovery_target}, {self.initial.name}
+        awaited = [t for t in self.transitions if not t.on_decision]
+        while before := {t.source for t in awaited if t.target in ends} - ends - anew:
+            ends |= before
+        return next((t.event for t in self.transitions if t.on_decision and t.target in ends), "")
+
     def state(self, name: str) -> State:
         """The state called ``name``; ValueError where there is none."""
         for s in self.states:
@@ -119,9 +131,14 @@ class StateMachine:
         return not any(t.source == state and (t.event == event or not t.on_decision) for t in self.transitions)
 
     def paths(
-        self, start: str, values: Mapping[str, float], event: str, blocked: Collection[str], longest: int = 3,
+        self,
+        start: str,
+        values: Mapping[str, float],
+        event: str,
+        blocked: Collection[str],
+        longest: int = 3,
         unreliable: Collection[str] = (),
-    ) -> tuple[tuple[Transition, ...], ...]:  # fmt: skip
+    ) -> tuple[tuple[Transition, ...], ...]:
         """Every path from ``start`` to a recovery target: at most ``longest`` decisions, then what follows by itself.
 
         Decisions are ``event`` transitions whose guard holds at ``values``. What follows is awaited: its guards are
@@ -132,7 +149,9 @@ class StateMachine:
         found: list[tuple[Transition, ...]] = []
 
         def extend(path: tuple[Transition, ...], here: str) -> None:
-            for t in self._onward(path, here, values, event, longest, unreliable):
+            deciding = len(path) < longest and all(t.on_decision for t in path)
+            decisions = self._decisions(here, values, event) if deciding else ()
+            for t in (*decisions, *self._awaited(here, unreliable)):
                 target = self.state(t.target)
                 been = {start, *(p.target for p in path)}
                 if (t.target in been and not (t.target == start and not path)) or target.requires & set(blocked):
@@ -145,17 +164,16 @@ class StateMachine:
         extend((), start)
         return tuple(sorted(found, key=lambda p: (max(self.state(t.target).risk for t in p), len(p))))
 
-    def _onward(
-        self, path: tuple[Transition, ...], here: str, values: Mapping[str, float], event: str, longest: int,
-        unreliable: Collection[str],
-    ) -> tuple[Transition, ...]:  # fmt: skip
-        """Transitions by which ``path`` may go on from ``here``."""
-        onward: list[Transition] = []
-        if len(path) < longest and all(t.on_decision for t in path):
-            decisions = [t for t in self.transitions if t.source == here and t.on_decision and t.event == event]
-            onward = [t for t in decisions if t.guard.holds(values)]
-        awaited: dict[str, Transition] = {}
+    def _decisions(self, here: str, values: Mapping[str, float], event: str) -> Iterator[Transition]:
+        """Transitions that somebody may decide on in ``here``."""
+        for t in self.transitions:
+            if t.source == here and t.on_decision and t.event == event and t.guard.holds(values):
+                yield t
+
+    def _awaited(self, here: str, unreliable: Collection[str]) -> Collection[Transition]:
+        """Transitions by which the plant leaves ``here`` by itself, one for each target."""
+        found: dict[str, Transition] = {}
         for t in self.transitions:
             if t.source == here and not t.on_decision and not t.guard.tags & set(unreliable):
-                awaited.setdefault(t.target, t)
-        return (*onward, *awaited.values())
+                found.setdefault(t.target, t)
+        return found.values()

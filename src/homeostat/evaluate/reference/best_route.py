@@ -10,7 +10,6 @@ from functools import partial
 
 import numpy as np
 
-from homeostat.agents.search.planning import EVENT
 from homeostat.domain.plant.description import Relation
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.state_machine import State, Transition
@@ -68,11 +67,11 @@ def _ways(case: Case) -> Iterator[tuple[RecoveryPath, dict[str, float]]]:
     read = sorted({tag for t in machine.transitions if not t.on_decision for tag in t.guard.tags} & measured)
     found: dict[tuple[Transition, ...], None] = {}
     for lying in ((), *((tag,) for tag in read)):
-        for way in machine.paths(machine.initial.name, {}, EVENT, (), longest=0, unreliable=lying):
+        for way in machine.paths(machine.initial.name, {}, machine.recovery_event, (), longest=0, unreliable=lying):
             found[way] = None
     for transitions in found:
         path = RecoveryPath(machine, transitions)
-        if not machine.is_end(path.target, EVENT):
+        if not machine.is_end(path.target, machine.recovery_event):
             continue
         ranges = {
             r.tag: np.linspace(r.low, r.high, LEVELS).tolist()

@@ -81,7 +81,7 @@ def open_process(case: Case, scenario: Scenario) -> TrueProcess:
         parameters=case.true_parameters(scenario.seed), inputs=case.start, faults=scenario.faults,
         end_s=scenario.end_s, noise_seed=noise_seed(scenario.seed, Stream.TRUTH_NOISE),
     )  # fmt: skip
-    return TrueProcess(case.model, case.description.variables, configuration)
+    return TrueProcess(case.model, case.description, configuration)
 
 
 def watch(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from homeostat.agents.search.planning import EVENT
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.reference.alternatives import as_usual, avoidable, needless, released_set
 from homeostat.evaluate.reference.unsupervised import Unattended
@@ -60,7 +59,7 @@ def completion_s(case: Case, states: Sequence[tuple[str, float]]) -> float | Non
 def _ends(case: Case) -> set[str]:
     """States in which a batch is complete; none for a plant that knows no batch."""
     machine = case.description.machine
-    return {s.name for s in machine.states if s.recovery_target and machine.is_end(s.name, EVENT)}
+    return {s.name for s in machine.states if s.recovery_target and machine.is_end(s.name, machine.recovery_event)}
 
 
 def _produces(case: Case, record: RunRecord, truth: Trajectory, healthy: Unattended) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.plant.rules import GuardRules
@@ -228,9 +228,8 @@ def _safe(commands: tuple[Command, ...], rules: GuardRules, present: Present) ->
     return next((replace(f, message=f"permissive at release: {f.message}") for f in found if not f.satisfied), None)
 
 
-_CHECKS: tuple[Callable[[Request, RecoveryPath, GuardRules, Present], Finding | None], ...] = (
-    _empty, _configuration, _state, _way, _commands, _readings,
-)  # fmt: skip
+Check: TypeAlias = Callable[[Request, RecoveryPath, GuardRules, Present], Finding | None]
+_CHECKS: tuple[Check, ...] = (_empty, _configuration, _state, _way, _commands, _readings)
 
 
 def _transition(name: str, rules: GuardRules) -> Transition:

@@ -132,10 +132,8 @@ def _intended(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     before = memory.last if number == memory.writes else None
     paid = cause is Cause.SEQUENCE and memory.owed is not None and memory.owed.source == source
     taken = paid or (before is not None and before.taken)
-    write = OpenWrite(
-        cause, source, _commands(fields["commands"]), str(fields["state"]), _steps(fields["steps"]), taken,
-        latched=memory.latched is not None,
-    )  # fmt: skip
+    commands, state, steps = _commands(fields["commands"]), str(fields["state"]), _steps(fields["steps"])
+    write = OpenWrite(cause, source, commands, state, steps, taken, latched=memory.latched is not None)
     owed = memory.owed if source == PUT_RIGHT else None
     memory = replace(memory, writes=number, open={**memory.open, number: write}, last=write, owed=owed)
     if cause is not Cause.FALLBACK or source == PUT_RIGHT:
@@ -240,10 +238,9 @@ def _served(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 
 def _reset(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     state = str(fields["state"])
-    return replace(
-        memory, mode=Mode.OBSERVE, latched=None, strategy="", untold="", acted="", spent=frozenset(), state=state,
-        waiting=(), aborting=False, released=False, owed=None, left=None,
-    )  # fmt: skip
+    memory = replace(memory, waiting=(), aborting=False, released=False, owed=None, left=None)
+    anew = replace(memory, latched=None, strategy="", untold="", acted="", spent=frozenset())
+    return replace(anew, mode=Mode.OBSERVE, state=state)
 
 
 def _stands(memory: Memory, fields: Mapping[str, Any]) -> Memory:

@@ -90,9 +90,10 @@ class Arrivals:
         """A step is open no longer than its targets may take after its guard held last, and from one state only."""
         state = self._parts.sequencer.state
         self._open = {
-            name: (t, at_s) for name, (t, at_s) in self._open.items()
+            name: (t, at_s)
+            for name, (t, at_s) in self._open.items()
             if t.source == state and now_s - at_s <= self._acceptance_s(t.target)
-        }  # fmt: skip
+        }
 
     def _leads(self, tag: str, target: float | None) -> frozenset[str]:
         """States to which an open step leads that commands ``target`` of ``tag``."""

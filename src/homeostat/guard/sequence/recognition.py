@@ -94,10 +94,13 @@ def step_made(machine: StateMachine, evidence: Evidence, state: str, lately: Col
     """
     values = usable(evidence.readings)
     made = [
-        t for t in machine.transitions
-        if t.source == state and not t.on_decision and (t.name in lately or t.guard.holds(values))
+        t
+        for t in machine.transitions
+        if t.source == state
+        and not t.on_decision
+        and (t.name in lately or t.guard.holds(values))
         and holds_targets(machine.state(t.target), evidence)
-    ]  # fmt: skip
+    ]
     return min(made, key=lambda t: machine.state(t.target).risk, default=None)
 
 

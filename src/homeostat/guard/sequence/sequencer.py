@@ -159,10 +159,12 @@ def under_way(sent: tuple[Command, ...], now: Snapshot, before: Snapshot | None)
     if before is None:
         return ()
     return tuple(
-        c for c in sent
-        if c.rate is not None and c.value is not None
+        c
+        for c in sent
+        if c.rate is not None
+        and c.value is not None
         and 0.0 < abs(c.value - now.values.get(c.tag, c.value)) < abs(c.value - before.values.get(c.tag, c.value))
-    )  # fmt: skip
+    )
 
 
 def nominal_route(machine: StateMachine, commands: dict[str, tuple[Command, ...]]) -> tuple[Step, ...]:

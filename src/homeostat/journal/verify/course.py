@@ -6,16 +6,7 @@ from collections.abc import Iterator
 from itertools import chain
 from typing import Final
 
-from homeostat.domain.events.guard import (
-    FellBack,
-    GuardStarted,
-    Latched,
-    ModeEntered,
-    PersonHeard,
-    RequestAnswered,
-    Stopped,
-    Tripped,
-)
+from homeostat.domain.events import guard
 from homeostat.domain.events.recovery import GaveUp, LeftAsIs, ReleasedActions
 from homeostat.domain.events.writes import Cause, ReadBack, WriteEnded, WriteIntended
 from homeostat.domain.mode import Mode, Verb
@@ -27,27 +18,31 @@ from homeostat.journal.verify.gaps import KINDS, Gap
 AFTERWARDS_S: Final = 10.0
 """Recovery says within this time that it released what the guard has confirmed, unless something comes between [s]."""
 _MODES: Final = frozenset(mode.value for mode in Mode)
-_GUARDED: Final = (
-    WriteIntended.kind, WriteEnded.kind, ReadBack.kind, RequestAnswered.kind, FellBack.kind, Latched.kind,
-    ModeEntered.kind,
-)  # fmt: skip
+_OWN: Final = (guard.Latched, guard.ModeEntered)
+_GUARDED: Final = (WriteIntended, WriteEnded, ReadBack, guard.RequestAnswered, guard.FellBack, *_OWN)
 """Events of a guard."""
 _BETWEEN: Final = (
-    FellBack.kind, GaveUp.kind, GuardStarted.kind, Latched.kind, LeftAsIs.kind, ModeEntered.kind, RunFinished.kind,
-    Stopped.kind, Tripped.kind,
-)  # fmt: skip
+    guard.FellBack,
+    GaveUp,
+    guard.GuardStarted,
+    LeftAsIs,
+    RunFinished,
+    guard.Stopped,
+    guard.Tripped,
+    *_OWN,
+)
 """What may come between a confirmation and the word of recovery that it released something."""
-_RELEASED: Final = (RequestAnswered.kind, ReleasedActions.kind, WriteIntended.kind, Resumed.kind)
+_RELEASED: Final = (guard.RequestAnswered, ReleasedActions, WriteIntended, Resumed)
 """What says of a request how far it has come."""
 
 
 def begin(evidence: Evidence) -> Iterator[str]:
     """A guard begins before it does anything, in a mode that there is."""
-    started = next(evidence.of(GuardStarted.kind), None)
+    started = next(evidence.of(guard.GuardStarted), None)
     first = next(evidence.of(*_GUARDED), None)
     if first is not None and (started is None or first.seq < started.seq):
         yield f"line {first.seq}: {first.kind!r} comes from a guard, and none had started"
-    for record in evidence.of(GuardStarted.kind, ModeEntered.kind):
+    for record in evidence.of(guard.GuardStarted, guard.ModeEntered):
         if word(record.fields.get("mode")) not in _MODES:
             yield f"line {record.seq}: {word(record.fields.get('mode'))!r} is no mode"
 
@@ -63,18 +58,18 @@ def end(evidence: Evidence) -> Iterator[str]:
             finished = None if record.kind != RunFinished.kind else record
         elif record.kind == RunFinished.kind:
             finished = record
-    began = next(evidence.of(RunStarted.kind, GuardStarted.kind), None)
-    if began is not None and evidence.manifest is not None and next(evidence.of(RunFinished.kind), None) is None:
+    began = next(evidence.of(RunStarted, guard.GuardStarted), None)
+    if began is not None and evidence.manifest is not None and next(evidence.of(RunFinished), None) is None:
         yield f"the run was closed, and no line says how it ended ({RunFinished.kind!r} is missing)"
 
 
 def starts_of_people(evidence: Evidence) -> Iterator[str]:
     """What is written on a person's behalf was ordered by that person: a start, which is answered in the same tick."""
     unheard, gap = dict[str, int](), Gap()
-    for record in evidence.of(*KINDS, WriteIntended.kind, PersonHeard.kind):
-        if gap.follow(record) or record.kind == GuardStarted.kind:  # the answer may be lost with the guard
+    for record in evidence.of(*KINDS, WriteIntended, guard.PersonHeard):
+        if gap.follow(record) or record.kind == guard.GuardStarted.kind:  # the answer may be lost with the guard
             unheard.clear()
-        elif record.kind == PersonHeard.kind and word(record.fields.get("verb")) == Verb.START.value:
+        elif record.kind == guard.PersonHeard.kind and word(record.fields.get("verb")) == Verb.START.value:
             unheard.pop(text(record, "person"), None)
         elif _for_a_person(record) and not gap.standing:
             unheard.setdefault(text(record, "source"), record.seq)
@@ -91,10 +86,10 @@ def _for_a_person(record: Record) -> bool:
 
 def releases(evidence: Evidence) -> Iterator[str]:
     """What the guard has confirmed of a request, recovery says to have released; and it says so of nothing else."""
-    if next(evidence.of(GuardStarted.kind), None) is None:
+    if next(evidence.of(guard.GuardStarted), None) is None:
         return
     confirmed, gap, owed = set[str](), Gap(), dict[str, Record]()
-    begun = set[str]()
+    begun, between = set[str](), {event.kind for event in _BETWEEN}
     for record in evidence.of(*dict.fromkeys(chain(KINDS, _BETWEEN, _RELEASED))):
         if gap.follow(record):
             owed.clear()
@@ -106,7 +101,7 @@ def releases(evidence: Evidence) -> Iterator[str]:
             begun.add(digest)
         elif record.kind == Resumed.kind:
             confirmed |= begun  # what became of a write that a dead guard had begun is read after it is told
-        elif record.kind == RequestAnswered.kind and word(record.fields.get("status")) == "confirmed":
+        elif record.kind == guard.RequestAnswered.kind and word(record.fields.get("status")) == "confirmed":
             confirmed.add(digest)
             if not gap.standing:
                 owed[digest] = record
@@ -114,7 +109,7 @@ def releases(evidence: Evidence) -> Iterator[str]:
             owed.pop(digest, None)
             if digest not in confirmed and not gap.excuses(record):
                 yield f"line {record.seq}: {digest[:12]} is said to be released, and no request of it is confirmed"
-        elif record.kind in _BETWEEN:
+        elif record.kind in between:
             owed.clear()
 
 

@@ -8,37 +8,21 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from homeostat.domain.events.guard import (
-    AlarmRaised,
-    AlarmReturned,
-    FallbackStands,
-    FellBack,
-    GuardStarted,
-    Latched,
-    LatchReset,
-    ModeEntered,
-    PersonHeard,
-    RequestAnswered,
-    SequenceLoaded,
-    ServiceChanged,
-    StateEntered,
-)
+from homeostat.domain.events import guard
 from homeostat.domain.events.recovery import ReleasedActions
 from homeostat.domain.events.writes import ReadBack, WriteEnded, WriteIntended
 from homeostat.journal.encode import Json
-from homeostat.journal.events import RunFinished, RunStarted
+from homeostat.journal.events import Event, RunFinished, RunStarted
 from homeostat.journal.files import RESULT
 from homeostat.journal.manifest import Manifest
 from homeostat.journal.reading import Record
 
-_TOLD: Final = frozenset(
-    event.kind
-    for event in (
-        AlarmRaised, AlarmReturned, FallbackStands, FellBack, GuardStarted, Latched, LatchReset, ModeEntered,
-        PersonHeard, ReadBack, ReleasedActions, RequestAnswered, RunFinished, RunStarted, SequenceLoaded,
-        ServiceChanged, StateEntered, WriteEnded, WriteIntended,
-    )
-)  # fmt: skip
+_OF_GUARD: Final = (guard.GuardStarted, guard.ModeEntered, guard.SequenceLoaded, guard.StateEntered)
+_OF_ALARMS: Final = (guard.AlarmRaised, guard.AlarmReturned)
+_OF_FALLBACKS: Final = (guard.FallbackStands, guard.FellBack, guard.Latched, guard.LatchReset)
+_OF_REQUESTS: Final = (guard.PersonHeard, guard.RequestAnswered, guard.ServiceChanged)
+_OF_RUN: Final = (RunStarted, RunFinished, ReleasedActions, WriteIntended, WriteEnded, ReadBack)
+_TOLD: Final = frozenset(e.kind for e in (*_OF_GUARD, *_OF_ALARMS, *_OF_FALLBACKS, *_OF_REQUESTS, *_OF_RUN))
 """Events whose fields a rule looks at; of the others it counts that they happened, and when."""
 
 
@@ -53,8 +37,9 @@ class Evidence:
     result: Mapping[str, Json] | None
     """What it came to; None where it has no result."""
 
-    def of(self, *kinds: str) -> Iterator[Record]:
-        """The events of some kinds, in order."""
+    def of(self, *events: type[Event]) -> Iterator[Record]:
+        """The events of some types, in order."""
+        kinds = {event.kind for event in events}
         return (r for r in self.records if r.kind in kinds)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from homeostat.domain.events.guard import AlarmRaised, AlarmReturned, GuardStarted
+from homeostat.journal.events import Event
 from homeostat.journal.reading import Record
 from homeostat.journal.verify.evidence import text
 
@@ -16,7 +17,7 @@ _CAUSE: Final = "the journal "
 """How the guard begins to say what is wrong with its journal."""
 SETTLED_S: Final = 600.0
 """A request that was made in a gap is answered for good within this time after it [s]."""
-KINDS: Final = (GuardStarted.kind, AlarmRaised.kind, AlarmReturned.kind)
+KINDS: Final[tuple[type[Event], ...]] = (GuardStarted, AlarmRaised, AlarmReturned)
 """Events that a gap follows from."""
 
 

@@ -48,7 +48,7 @@ def times(evidence: Evidence) -> Iterator[str]:
 
 def _older_times(evidence: Evidence) -> Iterator[str]:
     """The format before signatures kept events in the order in which they became known."""
-    finished = [r for r in evidence.of(RunFinished.kind) if word(r.fields.get("outcome")) != "interrupted"]
+    finished = [r for r in evidence.of(RunFinished) if word(r.fields.get("outcome")) != "interrupted"]
     end = finished[-1].at_s if finished else math.inf
     for record in evidence.records:
         if not 0.0 <= record.at_s <= end:
@@ -67,7 +67,7 @@ def kinds(evidence: Evidence) -> Iterator[str]:
 def digests(evidence: Evidence) -> Iterator[str]:
     """The digest of what was released is that of its commands, and the same digest never stands for others."""
     known: dict[str, tuple[int, Json]] = {}
-    for record in evidence.of(ReleasedActions.kind, WriteIntended.kind):
+    for record in evidence.of(ReleasedActions, WriteIntended):
         digest, commands = text(record, "digest"), record.fields.get("commands")
         if not digest or record.fields.get("attempt", 1) != 1:  # another attempt may send what is left
             continue
@@ -103,13 +103,13 @@ def _plain(commands: Json) -> list[list[Json]]:
 
 def outcomes(evidence: Evidence) -> Iterator[str]:
     """How the run ended, by its last word, its manifest and its result, agrees with what happened in it."""
-    finished = list(evidence.of(RunFinished.kind))
+    finished = list(evidence.of(RunFinished))
     if not finished:
         return
     outcome, line = word(finished[-1].fields.get("outcome")), finished[-1].seq
     if evidence.manifest is not None and word(evidence.manifest.outcome) != outcome:
         yield f"line {line}: the run ended {outcome!r}, by the manifest {word(evidence.manifest.outcome)!r}"
-    fallback = next(evidence.of(FellBack.kind), None)
+    fallback = next(evidence.of(FellBack), None)
     if outcome in _WITHOUT_FALLBACK and fallback is not None:
         yield f"line {line}: the run ended {outcome!r}, but a fallback acted in line {fallback.seq}"
     if outcome == "fallback" and fallback is None:
@@ -119,7 +119,7 @@ def outcomes(evidence: Evidence) -> Iterator[str]:
 def configurations(evidence: Evidence) -> Iterator[str]:
     """The configuration that the first event names is the manifest's."""
     stated = "" if evidence.manifest is None else evidence.manifest.configuration
-    first = next(((r, d) for r in evidence.of(RunStarted.kind, GuardStarted.kind) if (d := _configuration(r))), None)
+    first = next(((r, d) for r in evidence.of(RunStarted, GuardStarted) if (d := _configuration(r))), None)
     if stated and first is not None and first[1] != stated:
         yield f"line {first[0].seq}: it ran with configuration {first[1][:12]}, by the manifest with {stated[:12]}"
 
@@ -141,7 +141,7 @@ def results(evidence: Evidence) -> Iterator[str]:
         if name in result and result[name] not in events:
             said = ", ".join(map(repr, events[:3])) or "nothing"
             yield f"the result's {name!r} is {result[name]!r}; the journal says {said}"
-    sent = evidence.of(ReleasedActions.kind, FellBack.kind, WriteIntended.kind)
+    sent = evidence.of(ReleasedActions, FellBack, WriteIntended)
     written = [_untyped(record.fields.get("commands")) for record in sent]
     if result.get("actions") and result["actions"] not in written:
         yield "the result's 'actions' were never written by the journal"
@@ -149,30 +149,30 @@ def results(evidence: Evidence) -> Iterator[str]:
 
 def _stated(evidence: Evidence) -> Iterator[tuple[str, list[Json]]]:
     """Keys of a result, each with the values that the journal admits."""
-    started, finished = next(evidence.of(RunStarted.kind), None), list(evidence.of(RunFinished.kind))
+    started, finished = next(evidence.of(RunStarted), None), list(evidence.of(RunFinished))
     if started is not None:
         yield "case", [started.fields.get("case")]
         yield "seed", [started.fields.get("seed")]
     if finished:
         yield "outcome", [finished[-1].fields.get("outcome")]
-    yield "attempts", [sum(1 for _ in evidence.of(Attempted.kind))]
-    if states := list(evidence.of(StateEntered.kind)):
+    yield "attempts", [sum(1 for _ in evidence.of(Attempted))]
+    if states := list(evidence.of(StateEntered)):
         yield "state", [states[-1].fields.get("state")]
     onset = None if evidence.result is None else evidence.result.get("onset_s")
     begin = onset if isinstance(onset, int | float) else -math.inf
-    reports = [r.happened_s for r in evidence.of(Diagnosed.kind) if r.happened_s >= begin]
+    reports = [r.happened_s for r in evidence.of(Diagnosed) if r.happened_s >= begin]
     yield "detected_s", [*reports[:1]] if reports else [None]
-    known = next((r.seq for r in evidence.of(Diagnosed.kind)), math.inf)
+    known = next((r.seq for r in evidence.of(Diagnosed)), math.inf)
     times_s, begun = _releases(evidence)
     yield "released_s", times_s if any(seq > known for seq in begun) else [None, *times_s]
 
 
 def _releases(evidence: Evidence) -> tuple[list[Json], list[int]]:
     """Times that a release may bear [s], and the line in which each begins: the guard's, else what recovery said."""
-    said = list(evidence.of(ReleasedActions.kind))
+    said = list(evidence.of(ReleasedActions))
     written = [
         (text(r, "source" if r.kind == WriteIntended.kind else "request"), r)
-        for r in evidence.of(WriteIntended.kind, RequestAnswered.kind)
+        for r in evidence.of(WriteIntended, RequestAnswered)
         if word(r.fields.get("cause")) == "request" or word(r.fields.get("status")) == "confirmed"
     ]
     begun = {name: r.seq for name, r in reversed(written)}
@@ -186,7 +186,8 @@ def _untyped(commands: Json) -> Json:
 
 
 RULES: Final[tuple[Callable[[Evidence], Iterator[str]], ...]] = (
-    kinds, times, digests, lives_of_writes, lives_of_requests, accepted_in_gaps, writes_that_mode_or_latch_forbid,
-    begin, end, starts_of_people, releases, outcomes, configurations, results,
-)  # fmt: skip
+    *(kinds, times, digests),
+    *(lives_of_writes, lives_of_requests, accepted_in_gaps, writes_that_mode_or_latch_forbid),
+    *(begin, end, starts_of_people, releases, outcomes, configurations, results),
+)
 """Every rule, in the order in which its contradictions are told."""

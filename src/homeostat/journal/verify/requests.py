@@ -6,14 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
-from homeostat.domain.events.guard import (
-    FallbackStands,
-    ModeEntered,
-    PersonHeard,
-    RequestAnswered,
-    SequenceLoaded,
-    ServiceChanged,
-)
+from homeostat.domain.events import guard
 from homeostat.domain.events.writes import ReadBack, WriteIntended
 from homeostat.journal.encode import Json
 from homeostat.journal.reading import Record
@@ -88,11 +81,9 @@ class _Told:
 def lives_of_requests(evidence: Evidence) -> Iterator[str]:
     """Answers in their order, none after the final one; nothing sent for a request that is dead, or is no request."""
     told, gap = _Told(), Gap()
-    loaded = {text(record, "source") for record in evidence.of(SequenceLoaded.kind)}
-    for record in evidence.of(
-        *KINDS, ModeEntered.kind, PersonHeard.kind, ServiceChanged.kind, RequestAnswered.kind, WriteIntended.kind,
-        ReadBack.kind, FallbackStands.kind,
-    ):  # fmt: skip
+    loaded = {text(record, "source") for record in evidence.of(guard.SequenceLoaded)}
+    people = (guard.ModeEntered, guard.PersonHeard, guard.ServiceChanged)
+    for record in evidence.of(*KINDS, *people, guard.RequestAnswered, WriteIntended, ReadBack, guard.FallbackStands):
         if gap.follow(record):  # nobody knows what was said meanwhile
             told.requests.clear()
         problems = tuple(_step(record, told))
@@ -109,12 +100,12 @@ def _step(record: Record, told: _Told) -> Iterator[str]:
     match record.kind:
         case "guard-started" | "mode-entered":
             told.mode = word(record.fields.get("mode"))
-        case PersonHeard.kind:
+        case guard.PersonHeard.kind:
             _heard(record, told)
-        case ServiceChanged.kind:
+        case guard.ServiceChanged.kind:
             change = told.out.discard if record.fields.get("in_service") else told.out.add
             change(text(record, "tag"))
-        case RequestAnswered.kind:
+        case guard.RequestAnswered.kind:
             yield from _answered(record, told)
         case WriteIntended.kind:
             tags = _tags(record.fields.get("commands"))
@@ -124,7 +115,7 @@ def _step(record: Record, told: _Told) -> Iterator[str]:
         case ReadBack.kind if (sent := told.sent.get(whole(record, "write"))) is not None:
             confirmed, deviating = (_names(record.fields.get(k)) for k in ("confirmed", "deviating"))
             sent.confirmed = sent.confirmed or (not deviating and sent.tags <= confirmed | told.out)
-        case FallbackStands.kind:
+        case guard.FallbackStands.kind:
             strategy = text(record, "strategy")
             if not any(s.confirmed for s in told.sent.values() if (s.cause, s.source) == ("fallback", strategy)):
                 yield f"line {record.seq}: fallback {strategy!r} stands, and no read-back says so"
@@ -178,10 +169,14 @@ def _sent(record: Record, request: _Request | None) -> Iterator[str]:
 def accepted_in_gaps(evidence: Evidence) -> Iterator[str]:
     """While the guard's alarm of its journal stands it releases nothing; the tick that ends the alarm may."""
     gap, waiting = Gap(), list[Record]()
-    for record in evidence.of(*KINDS, RequestAnswered.kind):
+    for record in evidence.of(*KINDS, guard.RequestAnswered):
         if gap.follow(record) and record.kind != "guard-started":
             waiting = [r for r in waiting if r.happened_s < record.happened_s]
-        if gap.standing and record.kind == RequestAnswered.kind and word(record.fields.get("status")) == "accepted":
+        if (
+            gap.standing
+            and record.kind == guard.RequestAnswered.kind
+            and word(record.fields.get("status")) == "accepted"
+        ):
             waiting.append(record)
         if not gap.standing:
             yield from _released_in_gap(waiting)

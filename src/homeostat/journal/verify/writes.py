@@ -33,7 +33,7 @@ def lives_of_writes(evidence: Evidence) -> Iterator[str]:
     """
     writes: dict[int, _Write] = {}
     gap, unsure = Gap(), False
-    for record in evidence.of(*KINDS, WriteIntended.kind, WriteEnded.kind, ReadBack.kind):
+    for record in evidence.of(*KINDS, WriteIntended, WriteEnded, ReadBack):
         ended = gap.follow(record)
         if ended or record.kind == GuardStarted.kind:  # what was in flight when the guard died is found by reading
             for write in writes.values():
@@ -93,9 +93,7 @@ def writes_that_mode_or_latch_forbid(evidence: Evidence) -> Iterator[str]:
     And nothing at all after the guard was stopped.
     """
     now, gap = _Standing(), Gap()
-    for record in evidence.of(
-        *KINDS, ModeEntered.kind, Latched.kind, LatchReset.kind, FellBack.kind, Stopped.kind, WriteIntended.kind
-    ):  # fmt: skip
+    for record in evidence.of(*KINDS, ModeEntered, Latched, LatchReset, FellBack, Stopped, WriteIntended):
         if gap.follow(record):
             now = _Standing()
         match record.kind:

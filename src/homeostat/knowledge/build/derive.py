@@ -9,6 +9,7 @@ from typing import Final, cast
 
 from pyoxigraph import Literal, NamedNode, Quad, QueryTriples, Store, Triple
 
+from homeostat.knowledge.build.constants import fill_in
 from homeostat.knowledge.build.statements import SCRATCH
 from homeostat.knowledge.store import answers
 from homeostat.knowledge.store.error import Code, GraphError
@@ -28,6 +29,7 @@ def complete(stated: Iterable[Triple]) -> frozenset[Triple]:
     _add(store, stated)
     for stage in _stages():
         _add(store, [triple for rule in stage for triple in _construct(store, rule)])
+    fill_in(store)
     _add(store, [*_formula_links(store), *_equations(store)])
     return frozenset(quad.triple for quad in store if not quad.predicate.value.startswith(SCRATCH))
 

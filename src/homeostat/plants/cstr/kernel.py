@@ -17,7 +17,7 @@ Hand check: F1 = 1/30 L/s, UA u = 500 * 0.5076 W/K gives T = (4180 F1 350 + 290 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -39,6 +39,8 @@ from homeostat.process.noise import normal
 from homeostat.process.types import Cube, Indices, Row, Table
 
 STARTUP, NORMAL, SHUTDOWN = 0.0, 1.0, 2.0
+Held: TypeAlias = tuple[float, float, float, float]
+Rates: TypeAlias = tuple[float, float, float, float, float]
 
 
 class Shares(NamedTuple):
@@ -256,10 +258,7 @@ def holdup(v: float, f1: float, fo: float, p: Row) -> Holdup:
 
 
 @compiled
-def slopes(
-    hold: Holdup, ca: float, cb: float, cc: float, cd: float, temp: float,
-    held: tuple[float, float, float, float], p: Row,
-) -> tuple[float, float, float, float, float]:  # fmt: skip
+def slopes(hold: Holdup, ca: float, cb: float, cc: float, cd: float, temp: float, held: Held, p: Row) -> Rates:
     """Time derivatives of CA CB CC CD [mol/(L s)] and T [K/s]; see the module docstring.
 
     ``held``: feed concentrations of A and D [mol/L], feed temperature [K], UA u of the jacket [W/K].
@@ -285,18 +284,17 @@ def slopes(
 def shares(p: Row, dt: float) -> Shares:
     """Shares of steps of ``dt`` [s]; ``tau_feed`` [s] of upstream mixing filters the feed, 0 leaves it white."""
     feed = 1.0 if p[P.tau_feed] <= 0.0 else lag_share(p[P.tau_feed], dt)
-    return Shares(
-        lag_share(p[P.tau_V1], dt), lag_share(p[P.tau_P1], dt), lag_share(p[P.tau_V2], dt),
-        lag_share(p[P.tau_XV1], dt), feed,
-    )  # fmt: skip
+    v1, p1 = lag_share(p[P.tau_V1], dt), lag_share(p[P.tau_P1], dt)
+    v2, xv1 = lag_share(p[P.tau_V2], dt), lag_share(p[P.tau_XV1], dt)
+    return Shares(v1, p1, v2, xv1, feed)
 
 
 @compiled
 def step(
-    x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, dt: float, seed: int, process: float, sensor: float,
-    share: Shares,
-) -> None:  # fmt: skip
+    x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, seed: int, process: float, sensor: float, share: Shares
+) -> None:
     """One second of the plant in place: phase, loops, actuators, flows, feed, balances, measurement."""
+    dt = 1.0
     advance_phase(x, p, u, t)
     control_feed(x, p, u, dt)
     control_level(x, p, u, dt)
@@ -334,7 +332,7 @@ def advance(
         for k in range(begin[m], steps):
             t = t0 + k
             now[:] = um[k]
-            step(xm, pm, sm, om, now, t, 1.0, seeds[m], process[m], sensor[m], share)
+            step(xm, pm, sm, om, now, t, seeds[m], process[m], sensor[m], share)
             if not physical(xm):
                 broken_at[m] = t + 1.0
                 break

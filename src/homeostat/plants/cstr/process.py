@@ -13,21 +13,20 @@ from homeostat.process.batch import Kernel
 from homeostat.process.equipment import pid_integral
 from homeostat.process.types import Cube, Row, Table
 
-_TRUE = {
-    "T1": S.T, "L1": S.V, "F1": S.F1_true, "F2": S.F2_true, "F3": S.F3_true, "T2": S.T2_true, "T3": S.T3_true,
-    "V1_zt": S.V1_pos, "P1_zt": S.P1_pos, "V2_zt": S.V2_pos,
-    "V1_cmd": S.V1_cmd, "P1_cmd": S.P1_cmd, "V2_cmd": S.V2_cmd,
-    "leak": S.leak, "overflow": S.overflow, "UA": S.UA, "product": S.product, "phase": S.phase,
-    "CA": S.CA, "CB": S.CB, "CC": S.CC, "CD": S.CD,
-    "V1_rate": S.V1_rate, "P1_rate": S.P1_rate, "V2_rate": S.V2_rate,
-}  # fmt: skip
-_READ = {
-    "T1": S.T1, "L1": S.L1, "F1": S.F1, "F2": S.F2, "F3": S.F3, "T2": S.T2, "T3": S.T3,
-    "V1_zt": S.V1_zt, "P1_zt": S.P1_zt, "V2_zt": S.V2_zt,
-    "V1_cmd": S.V1_cmd, "P1_cmd": S.P1_cmd, "V2_cmd": S.V2_cmd,
-    "V1_travel": S.V1_travel, "P1_travel": S.P1_travel, "V2_travel": S.V2_travel,
-    "V1_rate": S.V1_rate, "P1_rate": S.P1_rate, "V2_rate": S.V2_rate,
-}  # fmt: skip
+_AT = S._asdict()
+_LOOPS = ("V1", "P1", "V2")
+_FLOWS = ("F1", "F2", "F3", "T2", "T3")
+_CMD, _POS, _RATE = ([f"{name}_{what}" for name in _LOOPS] for what in ("cmd", "pos", "rate"))
+_ZT, _WAY = ([f"{name}_{what}" for name in _LOOPS] for what in ("zt", "travel"))
+_TRUE = (
+    {"T1": S.T, "L1": S.V, **{name: _AT[f"{name}_true"] for name in _FLOWS}}
+    | {shown: _AT[true] for shown, true in zip(_ZT, _POS, strict=True)}
+    | {
+        name: _AT[name]
+        for name in (*_CMD, "leak", "overflow", "UA", "product", "phase", "CA", "CB", "CC", "CD", *_RATE)
+    }
+)
+_READ = {name: _AT[name] for name in ("T1", "L1", *_FLOWS, *_ZT, *_CMD, *_WAY, *_RATE)}
 _DERIVED = ("T1_err", "L1_err", "V1_rate", "P1_rate", "V2_rate")
 _TRAVEL = {"V1": S.V1_travel, "P1": S.P1_travel, "V2": S.V2_travel}
 
@@ -101,17 +100,18 @@ class CstrModel:
         for name, i in _READ.items():
             if not name.endswith("_travel"):
                 states[:, i] = r[name][-1]
-        feed = r["F1_sp"][:-1] - r["F1"][:-1]
+        feed, level, hot = (
+            r["F1_sp"][:-1] - r["F1"][:-1],
+            r["L1"][:-1] - r["L1_sp"][:-1],
+            r["T1"][:-1] - r["T1_sp"][:-1],
+        )
+        pump, cooling = r["P1_cmd"][1:], r["V2_cmd"][1:]
         states[:, S.flow_integral] = r["V1_cmd"][-1] - p[P.Kp_flow] * feed[-1] + p[P.Ki_flow] * feed[-1]
         forward = np.clip(r["F1"][:-1] / p[P.feedforward_P1], 0.0, 1.0)
-        states[:, S.level_integral] = _follow_integral(
-            r["L1"][:-1] - r["L1_sp"][:-1], r["P1_cmd"][1:] - forward, _free(r["P1_cmd"][1:]), r["P1_man"][1:],
-            (p[P.Kp_level], p[P.Ki_level], p[P.trim_low]),
-        )  # fmt: skip
-        states[:, S.temperature_integral] = _follow_integral(
-            r["T1"][:-1] - r["T1_sp"][:-1], r["V2_cmd"][1:], _free(r["V2_cmd"][1:]), r["V2_man"][1:],
-            (p[P.Kp_temperature], p[P.Ki_temperature], 0.0),
-        )  # fmt: skip
+        tuning = p[P.Kp_level], p[P.Ki_level], p[P.trim_low]
+        states[:, S.level_integral] = _follow_integral(level, pump - forward, _free(pump), r["P1_man"][1:], tuning)
+        tuning = p[P.Kp_temperature], p[P.Ki_temperature], 0.0
+        states[:, S.temperature_integral] = _follow_integral(hot, cooling, _free(cooling), r["V2_man"][1:], tuning)
 
     def shown_and_true(
         self, states: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float

@@ -9,10 +9,14 @@ three heads, which Newton's method with a search along each step climbs from any
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 from homeostat.process.compiled import compiled
 from homeostat.process.types import Row
 
+Pair: TypeAlias = tuple[float, float]
+Heads: TypeAlias = tuple[float, float, float]
+Curve: TypeAlias = tuple[float, float, float, float]
 STEPS = 200
 """Most Newton steps."""
 HALVINGS = 60
@@ -20,14 +24,14 @@ HALVINGS = 60
 
 
 @compiled
-def through_pipe(resistance: float, laminar: float, head: float) -> tuple[float, float]:
+def through_pipe(resistance: float, laminar: float, head: float) -> Pair:
     """Flow [L/s] that ``head`` [m] drives through K q|q| + R q, and its slope [L/s per m]."""
     root = math.sqrt(laminar * laminar + 4.0 * resistance * abs(head))
     return 2.0 * head / (laminar + root), 1.0 / root
 
 
 @compiled
-def through_valve(resistance: float, laminar: float, shut: float, head: float) -> tuple[float, float]:
+def through_valve(resistance: float, laminar: float, shut: float, head: float) -> Pair:
     """The same behind a non-return valve, which against its direction is the linear resistance ``shut``."""
     if head < 0.0:
         return head / shut, 1.0 / shut
@@ -35,9 +39,7 @@ def through_valve(resistance: float, laminar: float, shut: float, head: float) -
 
 
 @compiled
-def through_pump(
-    a: float, b: float, resistance: float, speed: float, laminar: float, shut: float, head: float
-) -> tuple[float, float]:
+def through_pump(a: float, b: float, resistance: float, speed: float, laminar: float, shut: float, head: float) -> Pair:
     """The same through a pump and its non-return valve; ``head`` is what drives beside the pump, mostly negative."""
     top = b * speed / (2.0 * resistance)
     above = head + a * speed * speed + 0.5 * b * speed * top
@@ -52,9 +54,8 @@ def through_pump(
 
 @compiled
 def branches(
-    curve: tuple[float, float, float, float], fixed: tuple[float, float], limits: tuple[float, float], line: Row,
-    ends: Row, heads: tuple[float, float, float], flows: Row, slopes: Row,
-) -> tuple[float, float, float]:  # fmt: skip
+    curve: Curve, fixed: Pair, limits: Pair, line: Row, ends: Row, heads: Heads, flows: Row, slopes: Row
+) -> Heads:
     """Flows of the nine branches at ``heads`` of S, M and D; the surplus of each junction [L/s].
 
     ``curve``: a and b of the pumps, resistance of P101 and of P102 with their pipes; ``fixed``: head of B204's liquid
@@ -78,7 +79,7 @@ def branches(
 
 
 @compiled
-def newton_step(g: Row, surplus: tuple[float, float, float]) -> tuple[float, float, float]:
+def newton_step(g: Row, surplus: Heads) -> Heads:
     """Change of the heads that closes linearised balances; the matrix is symmetric and diagonally dominant."""
     ss, mm, dd = g[0] + g[1] + g[2] + g[3] + g[5], g[3] + g[4] + g[7], g[4] + g[5] + g[6] + g[8]
     m2, d2, md = mm - g[3] * g[3] / ss, dd - g[5] * g[5] / ss, g[4] + g[3] * g[5] / ss
@@ -89,10 +90,7 @@ def newton_step(g: Row, surplus: tuple[float, float, float]) -> tuple[float, flo
 
 
 @compiled
-def solve_heads(
-    curve: tuple[float, float, float, float], fixed: tuple[float, float], limits: tuple[float, float], line: Row,
-    ends: Row, flows: Row, slopes: Row,
-) -> tuple[float, float, float]:  # fmt: skip
+def solve_heads(curve: Curve, fixed: Pair, limits: Pair, line: Row, ends: Row, flows: Row, slopes: Row) -> Heads:
     """Heads of S, M and D [m] at which everything balances; writes the flows. Arguments as for :func:`branches`."""
     start = max(ends[0], ends[1], ends[2])
     heads = (start, start, start)

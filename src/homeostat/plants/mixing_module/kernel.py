@@ -20,6 +20,7 @@ A = 143 cm2, a = 0.950 cm2 and Cd = 0.62.
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 
@@ -31,6 +32,8 @@ from homeostat.process.equipment import clip, first_order
 from homeostat.process.noise import normal
 from homeostat.process.types import Cube, Indices, Row, Table
 
+Scratch: TypeAlias = tuple[Row, Row, Row]
+"""Room for resistances and speeds of the line, for its flows, and for their solver."""
 PARTS = 4
 """Steps per second."""
 
@@ -127,10 +130,10 @@ def integrate(x: Row, p: Row, flows: Row, supply: float, dt: float) -> None:
 
 @compiled
 def step(
-    x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, seed: int, process: float, sensor: float, line: Row,
-    flows: Row, work: Row,
-) -> float:  # fmt: skip
+    x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, seed: int, process: float, sensor: float, scratch: Scratch
+) -> float:
     """One second of the plant in place; how much the flows still changed when their iteration ended [L/s]."""
+    line, flows, work = scratch
     k, dt, left = math.floor(t + 0.5), 1.0 / PARTS, 0.0
     rough, supply = 0.0, 1.0
     if process > 0.0:
@@ -172,16 +175,15 @@ def advance(
     """Advance members ``first`` to ``last`` - 1 to second ``steps``; see :class:`homeostat.process.batch.Kernel`."""
     if x.shape[1] != len(S) or p.shape[1] != len(P) or sev.shape[1] != len(F) or u.shape[2] != len(U):
         raise ValueError("states, parameters, severities or inputs do not have the columns of the layout")
-    line, flows, work = np.zeros(9), np.zeros(9), np.zeros(40)
+    scratch = np.zeros(9), np.zeros(9), np.zeros(40)
     for m in range(first, last):
         if not physical(x[m]):
             broken_at[m] = t0 + begin[m]
             continue
         row = begin[m] // stride
         for k in range(begin[m], steps):
-            left = step(
-                x[m], p[m], sev[m], onset[m], u[u_of[m], k], t0 + k, seeds[m], process[m], sensor[m], line, flows, work
-            )
+            now = u[u_of[m], k]
+            left = step(x[m], p[m], sev[m], onset[m], now, t0 + k, seeds[m], process[m], sensor[m], scratch)
             if left > 1e-6 or not physical(x[m]):
                 broken_at[m] = t0 + k + 1.0
                 break

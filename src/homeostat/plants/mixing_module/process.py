@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +12,15 @@ from homeostat.plants.mixing_module.instruments import measure_line, measure_tan
 from homeostat.plants.mixing_module.kernel import advance
 from homeostat.plants.mixing_module.layout import TANKS, VALVES, FaultSlot, Input, P, Parameter, S, State
 from homeostat.process.batch import Kernel
+from homeostat.process.stated import stated_values
 from homeostat.process.types import Cube, Row, Table
 
+_AT = S._asdict()
 _TANKS = ("B201", "B202", "B203", "B204")
-AREA = 14.31355
+_STATED = stated_values(Path(__file__).parent)
+AREA = _STATED["area"]
 """Cross-section of every tank, for turning a level into a volume [L/m]."""
-KPA_PER_M = 998.0 * 9.80665 / 1000.0
+KPA_PER_M = _STATED["density"] * 9.80665 / 1000.0
 """Hydrostatic pressure of a metre of liquid [kPa/m]."""
 _READ = {
     **{f"L_{tank}": S.LT1 + i for i, tank in enumerate(_TANKS)},
@@ -24,18 +28,18 @@ _READ = {
     **{f"LSL_{tank}": S.LSL1 + i for i, tank in enumerate(_TANKS)},
     **{f"LSM_{tank}": S.LSM1 + i for i, tank in enumerate(_TANKS)},
     **{f"LSH_{tank}": S.LSH1 + i for i, tank in enumerate(_TANKS)},
-    "P_main": S.PT5, "P_header": S.PT6, "flow": S.FT, "speed_P101": S.ST1, "speed_P102": S.ST2, "idle_P101": S.idle1,
-    "idle_P102": S.idle2,
-}  # fmt: skip
+    **{"P_main": S.PT5, "P_header": S.PT6, "flow": S.FT, "speed_P101": S.ST1, "speed_P102": S.ST2},
+    **{"idle_P101": S.idle1, "idle_P102": S.idle2},
+}
 """Variable -> column of what the instruments show."""
 _TRUE = _READ | {
     **{f"L_{tank}": S.L1 + i for i, tank in enumerate(_TANKS)},
-    **{f"P_{tank}": S.P1 + i for i, tank in enumerate(_TANKS)}, "P_main": S.P5, "P_header": S.P6,
-    "flow": S.q_transfer, "speed_P101": S.N1, "speed_P102": S.N2, "idle_P101": S.no_flow1, "idle_P102": S.no_flow2,
-    "delivered": S.delivered, "spilled": S.spilled, "overflowed": S.overflowed, "supplied": S.supplied,
-    "dry_s": S.dry_s, "dead_head_s": S.dead_head_s, "leak": S.q_leak, "drain": S.q_drain, "flow_P101": S.q_main,
-    "flow_P102": S.q_bypass,
-}  # fmt: skip
+    **{f"P_{tank}": S.P1 + i for i, tank in enumerate(_TANKS)},
+    **{"P_main": S.P5, "P_header": S.P6, "flow": S.q_transfer, "speed_P101": S.N1, "speed_P102": S.N2},
+    **{"idle_P101": S.no_flow1, "idle_P102": S.no_flow2},
+    **{name: _AT[name] for name in ("delivered", "spilled", "overflowed", "supplied", "dry_s", "dead_head_s")},
+    **{"leak": S.q_leak, "drain": S.q_drain, "flow_P101": S.q_main, "flow_P102": S.q_bypass},
+}
 """Variable -> column of the truth."""
 _HIDDEN = ("delivered", "spilled", "overflowed")
 """Variables that a tag may be bound to although no instrument shows them: NaN in every reading."""

@@ -73,6 +73,15 @@ class ObjectiveTable(Table):
     """True quantities whose sum is what was produced so far."""
     totals: dict[Name, Name] = {}
     """What is added up over a run -> the true quantity."""
+    reported: list[Name] = []
+    """Those of the totals that a study keeps of every run and reports; a name is a quantity, ``_`` and its unit."""
+
+    @model_validator(mode="after")
+    def _reported_is_added_up(self) -> ObjectiveTable:
+        for name in self.reported:
+            if name not in self.totals:
+                raise ValueError(f"reported names {name!r}, which totals do not add up")
+        return self
 
     @property
     def production(self) -> Production:

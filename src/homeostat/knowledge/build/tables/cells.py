@@ -123,7 +123,7 @@ def _name(cell: str) -> str:
 
 def _tag_name(cell: str) -> str:
     if len(cell) > _LONGEST_NAME or not _TAG.fullmatch(cell):
-        message = f"{shown(cell)} is no name that formulas can use; write letters, digits, _ and dots, as in 'T1.sp'"
+        message = f"{shown(cell)} is no name that formulas can use; write letters, digits, _ and dots, as in 'TIC7.sp'"
         raise CellError(Code.BAD_TABLE, message)
     return cell
 
@@ -168,17 +168,17 @@ Text: TypeAlias = Annotated[str, AfterValidator(_text)]
 YesNo: TypeAlias = Annotated[str, one_of("yes", "no")]
 """``yes`` or ``no``."""
 
-_CONDITION: Final = Reads(_condition_reads, frozenset({"tag"}), Code.UNKNOWN_TAG)
-_EXPRESSION: Final = Reads(_expression_reads, frozenset({"tag"}), Code.UNKNOWN_TAG)
+_CONDITION: Final = Reads(_condition_reads, frozenset({"tag", "parameter"}), Code.UNKNOWN_TAG)
+_EXPRESSION: Final = Reads(_expression_reads, frozenset({"tag", "parameter"}), Code.UNKNOWN_TAG)
 _EQUATION: Final = Reads(_expression_reads, frozenset({"tag", "parameter"}), Code.UNKNOWN_SYMBOL)
 Condition: TypeAlias = Annotated[str, _readable(_condition_reads), _CONDITION]
-"""A formula over tags."""
+"""A formula over tags and parameters."""
 OptionalCondition: TypeAlias = Annotated[str | None, _readable(_condition_reads), _CONDITION]
-"""A formula over tags, or nothing."""
+"""A formula over tags and parameters, or nothing."""
 Term: TypeAlias = Annotated[str, _readable(_expression_reads), _EXPRESSION]
-"""An arithmetic term over tags."""
+"""An arithmetic term over tags and parameters."""
 OptionalTerm: TypeAlias = Annotated[str | None, _readable(_expression_reads), _EXPRESSION]
-"""An arithmetic term over tags, or nothing."""
+"""An arithmetic term over tags and parameters, or nothing."""
 Equation: TypeAlias = Annotated[str, _readable(_expression_reads), _EQUATION]
 """An arithmetic term over tags and parameters."""
 

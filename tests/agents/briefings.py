@@ -1,0 +1,18 @@
+"""What the agents of one language model share, in tests."""
+
+from __future__ import annotations
+
+from homeostat.agents.grounding.context import Excerpts
+from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.language.speaker import Briefing
+from homeostat.agents.roles import Simulation
+from homeostat.llm.model import LanguageModel
+from homeostat.plants.plant import Case
+
+
+def briefing(
+    model: LanguageModel, case: Case, simulation: Simulation, notes: tuple[str, ...] = (), shown: Excerpts | None = None
+) -> Briefing:
+    """A briefing on ``case``; ``shown`` finds its excerpts, those of the graph where not given."""
+    grounding = Grounding(case.graph, case.namespace)
+    return Briefing(model, case.description, case.production, grounding, shown or grounding, simulation, notes)
