@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from homeostat.agents.bounds import Patience
+from homeostat.agents.bounds import InterventionBounds
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Departed, LeftAsIs, Noticed, ReleasedActions
@@ -14,7 +14,7 @@ from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
 from tests.recovery.line import COOLING, GOOD, Stage, monitoring, run
 from tests.safety.world import CALM, HOT, rule
 
-PATIENCE = Patience(slack_s=5.0, repeat_s=30.0)
+BOUNDS = Bounds(intervention=InterventionBounds(slack_s=5.0, repeat_s=30.0))
 BAND = StepBand(30.0, 40.0)
 """When the twin says that it is cold [s]."""
 
@@ -22,7 +22,7 @@ BAND = StepBand(30.0, 40.0)
 def stage(band: StepBand = BAND, **changed: object) -> Stage:
     """A cooling line that nobody notices anything about."""
     healthy = ScriptedMonitoring(answer=lambda at_s: Diagnosis(at_s, (), ()))
-    made = Stage(ScriptedAction(GOOD), monitoring=healthy, bounds=Bounds(patience=PATIENCE), machine=COOLING, **changed)  # type: ignore[arg-type]
+    made = Stage(ScriptedAction(GOOD), monitoring=healthy, bounds=BOUNDS, machine=COOLING, **changed)  # type: ignore[arg-type]
     made.twin.bands = lambda actions: (band,) * len(actions.then)
     return made
 

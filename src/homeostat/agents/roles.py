@@ -1,4 +1,4 @@
-"""The agents' roles: six protocols, and the crew that fills them."""
+"""The agents' roles: six protocols, and the agents that fill them."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ class Reprompting(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Proposer:
-    """Someone who proposes; interchangeable, ranked by the crew."""
+    """Someone who proposes; interchangeable, asked in a fixed order."""
 
     name: str
     """Who acts: ``search`` or ``language``."""
@@ -159,7 +159,7 @@ class Proposer:
 
 
 @dataclass(frozen=True, slots=True)
-class Crew:
+class Agents:
     """Everyone who takes part in a recovery."""
 
     monitoring: Monitoring

@@ -16,7 +16,7 @@ class Agenda:
     def __init__(self, scene: Scene, machine: StateMachine, bounds: Bounds) -> None:
         """``machine`` says when a batch is complete."""
         self._scene, self._machine = scene, machine
-        self._every_step, self._patience = bounds.every_step, bounds.patience
+        self._every_step, self._intervention = bounds.every_step, bounds.intervention
         self._asked: tuple[str, float] | None = None
         self._released_s: float | None = None
         self._accepted: frozenset[str] = frozenset()
@@ -35,7 +35,7 @@ class Agenda:
         if self._asked is None:
             return True
         state, at_s = self._asked
-        in_vain = scene.now.way is None and scene.seen_s - at_s >= self._patience.repeat_s
+        in_vain = scene.now.way is None and scene.seen_s - at_s >= self._intervention.repeat_s
         return scene.now.state != state or in_vain
 
     def note_asked(self) -> None:
@@ -51,7 +51,7 @@ class Agenda:
         """Whether a plant in which all is well is not to be improved: no fault, or no release that has settled."""
         if not diagnosis.faulty or self._released_s is None:
             return True
-        return self._scene.seen_s - self._released_s < self._patience.calm_s
+        return self._scene.seen_s - self._released_s < self._intervention.calm_s
 
     def note_released(self, outcome: Released, diagnosis: Diagnosis) -> None:
         """``outcome`` was written because of ``diagnosis``; a step as usual is no recovery."""
@@ -70,4 +70,4 @@ class Agenda:
     @property
     def _symptoms(self) -> frozenset[str]:
         """Names of the symptoms that are active."""
-        return frozenset(s.rule for s in self._scene.crew.monitoring.symptoms)
+        return frozenset(s.rule for s in self._scene.agents.monitoring.symptoms)

@@ -70,7 +70,7 @@ class Arming:
         """
         scene, budget, limits = self._scene, self._budget, self._rules.limits
         standing_s = scene.now.act_by_s
-        scene.desk.put(Correction(scene.crew.simulation.instrument_errors(diagnosis)))
+        scene.desk.put(Correction(scene.agents.simulation.instrument_errors(diagnosis)))
         until_s = math.inf if standing_s is None else standing_s - scene.seen_s
         left_s = deadline_s(idle, limits, budget.latency_s, budget.reserve_s, until_s)
         by_s = act_by_s(idle, limits, scene.seen_s, budget.reserve_s)
@@ -101,7 +101,7 @@ class Arming:
             self._named = False
 
     async def _ranked(self, diagnosis: Diagnosis) -> tuple[ValidatedFallback, ...]:
-        simulation = self._scene.crew.simulation
+        simulation = self._scene.agents.simulation
         rollouts = [(s, await simulation.roll_out(diagnosis, s.actions)) for s in self._rules.fallbacks]
         return rank(rollouts, self._rules.limits)
 

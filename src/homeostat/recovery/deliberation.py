@@ -26,7 +26,7 @@ class Deliberation:
     ) -> None:
         """``policy`` says what is worth doing where the plant may also be left alone."""
         self._scene, self._machine, self._releasing = scene, rules.machine, releasing
-        self._policy, self._patience = policy, bounds.patience
+        self._policy, self._intervention = policy, bounds.intervention
 
     async def deliberate(
         self, proposer: Proposer, situation: Situation, idle: Rollout | None, end: float
@@ -37,7 +37,7 @@ class Deliberation:
         ``end``: time of the event loop at which thinking ends [s]; a release that was begun is ended.
         """
         advice = Advice()
-        most = proposer.attempts if idle is None else self._patience.improvements
+        most = proposer.attempts if idle is None else self._intervention.improvements
         for number in range(1, most + 1):
             async with asyncio.timeout_at(end):
                 situation = await self.fresh(situation)
@@ -91,9 +91,9 @@ class Deliberation:
         situation = await self.fresh(situation)
         if not self._open(path, situation):  # a guard closed while somebody thought about the commands
             return Attempt(number, path, None, Revise((closed_finding(path.states),))), None
-        crew = self._scene.crew
-        rollout = await crew.simulation.roll_out(situation.diagnosis, actions)
-        verdict = crew.validation.judge(actions, rollout, self._machine.state(path.target), path)
+        agents = self._scene.agents
+        rollout = await agents.simulation.roll_out(situation.diagnosis, actions)
+        verdict = agents.validation.judge(actions, rollout, self._machine.state(path.target), path)
         return Attempt(number, path, actions, verdict, len(rollout.weights)), rollout
 
     def _open(self, path: RecoveryPath, situation: Situation) -> bool:

@@ -31,7 +31,7 @@ class Proposals:
             TimeoutError: the time is over.
             Withdrawn: what was asked for last was given up.
         """
-        proposers = [p for p in self._scene.crew.proposers if idle is None or p.improves]
+        proposers = [p for p in self._scene.agents.proposers if idle is None or p.improves]
         if idle is not None and not self._policy.worthwhile(idle):
             raise NoAdmissiblePlan("the plant already produces what it can")
         end = began + self._scene.desk.wall_s(situation.deadline_s)

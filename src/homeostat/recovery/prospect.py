@@ -17,7 +17,7 @@ class Prospect:
     def __init__(self, scene: Scene, rules: PlantRules, bounds: Bounds) -> None:
         """``bounds`` say how long the twin may take."""
         self._scene, self._machine = scene, rules.machine
-        self._limit_s, self._repeat_s = bounds.budget.arming_s, bounds.patience.repeat_s
+        self._limit_s, self._repeat_s = bounds.budget.arming_s, bounds.intervention.repeat_s
         self._again_s = -math.inf
 
     async def departure(self, observation: Observation) -> Departure | None:
@@ -28,7 +28,7 @@ class Prospect:
         scene, rest = self._scene, observation.rest
         due = observation.now_s >= self._again_s and len(scene.recent) >= FIRST_LOOK
         if due and scene.progress.lacks(rest.then):  # the nominal route
-            scene.crew.simulation.observe(scene.recent)
+            scene.agents.simulation.observe(scene.recent)
             healthy = Diagnosis(observation.now_s, (), ())
             try:
                 await scene.within("the prediction", self._limit_s, self._roll_out(healthy))
@@ -45,7 +45,7 @@ class Prospect:
     def judge(self, idle: Rollout) -> Verdict:
         """What follows if nobody interferes: the steps that are left, if any."""
         now = self._scene.now
-        return self._scene.crew.validation.judge(now.rest, idle, self._machine.state(now.rest.end), now.way)
+        return self._scene.agents.validation.judge(now.rest, idle, self._machine.state(now.rest.end), now.way)
 
     async def _look_ahead(self, diagnosis: Diagnosis) -> Rollout:
         await self._scene.look()
@@ -54,6 +54,6 @@ class Prospect:
     async def _roll_out(self, diagnosis: Diagnosis) -> Rollout:
         """What the plant does by itself from now on, which is expected of it then."""
         rest = self._scene.now.rest
-        rollout = await self._scene.crew.simulation.roll_out(diagnosis, rest)
+        rollout = await self._scene.agents.simulation.roll_out(diagnosis, rest)
         self._scene.progress.expect(rest.then, rollout)
         return rollout

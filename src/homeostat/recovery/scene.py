@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Awaitable, Iterable
 from typing import TypeVar
 
-from homeostat.agents.roles import Crew
+from homeostat.agents.roles import Agents
 from homeostat.domain.observation import Observation, Trouble
 from homeostat.domain.ports import Desk
 from homeostat.domain.snapshot import Snapshot
@@ -25,9 +25,9 @@ T = TypeVar("T")
 class Scene:
     """Takes every observation once, in order."""
 
-    def __init__(self, desk: Desk, crew: Crew, progress: ProgressMonitor, trace: Trace) -> None:
+    def __init__(self, desk: Desk, agents: Agents, progress: ProgressMonitor, trace: Trace) -> None:
         """``progress`` is told of every state that is entered; ``trace`` takes what recovery did."""
-        self.desk, self.crew, self.progress = desk, crew, progress
+        self.desk, self.agents, self.progress = desk, agents, progress
         self._trace = trace
         self._recent: deque[Snapshot] = deque(maxlen=RECENT)
         self._last: Observation | None = None
@@ -69,7 +69,7 @@ class Scene:
         seen = await self.desk.since(self.seen_s)
         self.take(seen)
         fresh = tuple(o.sample for o in seen if o.sample is not None) or (self.snapshot,)
-        self.crew.simulation.observe(fresh)
+        self.agents.simulation.observe(fresh)
         return fresh
 
     async def within(self, stage: str, process_s: float, work: Awaitable[T]) -> T:
@@ -93,7 +93,7 @@ class Scene:
 
     def flush(self) -> None:
         """Record what was asked of the graph since the last event."""
-        for retrieved in self.crew.grounding.drain():
+        for retrieved in self.agents.grounding.drain():
             self._append(retrieved, self.seen_s)
 
     def _append(self, event: Event, at_s: float) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from homeostat.agents.roles import Crew, NoAdmissiblePlan, Situation
+from homeostat.agents.roles import Agents, NoAdmissiblePlan, Situation
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import Departed, Diagnosed, LeftAsIs, Noticed
 from homeostat.domain.observation import FallBack, Observation
@@ -28,12 +28,12 @@ from homeostat.recovery.watch import Watch
 class Supervisor:
     """Watches what the guard sees; every fault that monitoring reports gets one bounded recovery."""
 
-    def __init__(self, desk: Desk, crew: Crew, rules: PlantRules, check: Check, bounds: Bounds, trace: Trace) -> None:
+    def __init__(self, desk: Desk, agents: Agents, rules: PlantRules, check: Check, bounds: Bounds, trace: Trace) -> None:
         """Wire the parts together; nothing happens before :meth:`supervise`."""
-        self._desk, self._monitoring, self._diagnosis_s = desk, crew.monitoring, bounds.budget.diagnosis_s
-        progress = ProgressMonitor(bounds.patience.slack_s, bounds.patience.repeat_s)
-        self._scene = scene = Scene(desk, crew, progress, trace)
-        self._watch, self._agenda = Watch(crew.monitoring), Agenda(scene, rules.machine, bounds)
+        self._desk, self._monitoring, self._diagnosis_s = desk, agents.monitoring, bounds.budget.diagnosis_s
+        progress = ProgressMonitor(bounds.intervention.slack_s, bounds.intervention.repeat_s)
+        self._scene = scene = Scene(desk, agents, progress, trace)
+        self._watch, self._agenda = Watch(agents.monitoring), Agenda(scene, rules.machine, bounds)
         self._prospect, self._arming = Prospect(scene, rules, bounds), Arming(scene, rules, bounds)
         self._policy = InterventionPolicy(rules.limits, rules.production, rules.scales)
         deliberation = Deliberation(scene, rules, Releasing(scene, check, bounds), self._policy, bounds)

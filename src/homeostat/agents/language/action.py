@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from homeostat.agents.grounding.context import Excerpts, GroundingKind
+from homeostat.agents.hypotheses import likely_faults
 from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in
 from homeostat.agents.language.feedback import feedback_text, idle_text
 from homeostat.agents.language.prompt_files import fill, prompt_file
@@ -14,7 +15,6 @@ from homeostat.agents.language.situation import MOST_FINDINGS, situation_text, w
 from homeostat.agents.language.speaker import ask, question, room
 from homeostat.agents.roles import Simulation, Situation
 from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
-from homeostat.agents.search.planning import plausible_faults
 from homeostat.domain.advice import Advice, Sensitivity
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.production import Production
@@ -73,7 +73,7 @@ class LanguageAction:
         self, situation: Situation, path: RecoveryPath, advice: Advice, slopes: Sequence[Sensitivity] = ()
     ) -> Order:
         """What the model is asked; ``slopes``: how the margins without action change with each command."""
-        faults, choices = plausible_faults(situation.diagnosis), open_setpoints(path.commanded_states)
+        faults, choices = likely_faults(situation.diagnosis), open_setpoints(path.commanded_states)
         chosen = [state for state in path.commanded_states if state.open_setpoints]
         hard = [limit.name for limit in self._plant.limits.hard]
         by = self._excerpts.kind

@@ -9,13 +9,14 @@ from typing import Final
 
 from homeostat.agents.grounding.context import Excerpts
 from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.hypotheses import likely_faults
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, planning_type
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.prompt_files import fill, prompt_file
 from homeostat.agents.language.situation import situation_text
 from homeostat.agents.language.speaker import ask, question, room
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
-from homeostat.agents.search.planning import EVENT, open_paths, plausible_faults
+from homeostat.agents.search.planning import EVENT, open_paths
 from homeostat.domain.advice import Advice
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import quote
@@ -75,7 +76,7 @@ class LanguagePlanning:
 
     def choice(self, situation: Situation, advice: Advice) -> Choice:
         """What the model is asked; NoAdmissiblePlan where there is nothing to choose from."""
-        faults = plausible_faults(situation.diagnosis)
+        faults = likely_faults(situation.diagnosis)
         paths = self._offered(open_paths(self._plant, self._grounding, situation, advice))
         if not paths:
             raise NoAdmissiblePlan(

@@ -20,7 +20,7 @@ from homeostat.twin.twin import Twin
 
 @dataclass(frozen=True, slots=True)
 class MonitoringSettings:
-    """How patient monitoring is; all times in process seconds."""
+    """How long monitoring waits before it speaks; all times in process seconds."""
 
     settle_s: float = 500.0
     """After the plant has reached normal operation, before features are judged [s]."""
