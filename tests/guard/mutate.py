@@ -70,7 +70,7 @@ AREAS = {
     ),
     "supervisor": Area(
         "recovery",
-        ("supervisor", "agenda", "prospect"),
+        ("supervisor", "agenda", "endings", "news", "prospect"),
         tuple(
             f"recovery/test_{name}.py"
             for name in (
@@ -79,6 +79,7 @@ AREAS = {
                 "prospect",
                 "recovery",
                 "departure",
+                "news",
                 "thinking",
                 "deadline",
                 "proposers",
