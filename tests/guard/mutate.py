@@ -78,7 +78,7 @@ AREAS = {
                 "agenda",
                 "prospect",
                 "recovery",
-                "departure",
+                "deviation",
                 "news",
                 "thinking",
                 "deadline",

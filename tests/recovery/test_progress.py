@@ -50,7 +50,7 @@ def test_a_step_is_late_when_every_member_has_taken_it_and_the_slack_is_over() -
     assert found.reason == "'L >= 9 and T <= 310' does not hold at 136 s, predicted by 130 s"
 
 
-def test_a_departure_is_repeated_only_after_its_time() -> None:
+def test_a_deviation_is_repeated_only_after_its_time() -> None:
     expected, subject = expecting()
     assert [at_s for at_s in range(100, 200) if expected.deviates(seen(subject, float(at_s)))] == [136, 156, 176, 196]
 

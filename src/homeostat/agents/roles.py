@@ -77,8 +77,8 @@ class Monitoring(Protocol):
         """The symptoms that are active now."""
         ...
 
-    def diagnose(self, departed: bool = False) -> Diagnosis:
-        """What is believed now; ``departed``: the batch does not go as predicted, whatever the symptoms say."""
+    def diagnose(self, deviates: bool = False) -> Diagnosis:
+        """What is believed now; ``deviates``: the batch does not go as predicted, whatever the symptoms say."""
         ...
 
     def follow(self, outcome: Outcome) -> None:
