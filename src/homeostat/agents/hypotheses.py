@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 
 PLAUSIBLE = 0.02
@@ -19,6 +21,14 @@ def plausible(diagnosis: Diagnosis, least: float = PLAUSIBLE, most: int = MOST) 
     ranked = sorted(diagnosis.hypotheses, key=lambda h: -h.probability)
     kept = tuple(h for h in ranked if h.probability >= least)[:most]
     return kept or tuple(ranked[:1]) or (Hypothesis((), 1.0),)
+
+
+def probabilities(hypotheses: Iterable[Hypothesis]) -> dict[str, float]:
+    """Set of faults, by its name -> what its hypotheses of all severities come to [1]."""
+    found: dict[str, float] = {}
+    for h in hypotheses:
+        found[h.name] = found.get(h.name, 0.0) + h.probability
+    return found
 
 
 def likely_faults(diagnosis: Diagnosis) -> tuple[str, ...]:

@@ -105,11 +105,9 @@ def _roll_out_varied(twin: Twin, hypotheses: tuple[Hypothesis, ...], varied: Seq
         schedules = np.stack([twin.schedule(a, twin.settings.horizon_s) for a in varied])
         signals, dt_s = twin.try_many(ensemble, schedules)
     count, weights = len(ensemble.states), tuple(ensemble.weights.tolist())
-    return [
-        Rollout(
-            actions.digest,
-            Trajectory(ensemble.start_s, dt_s, {t: v[k * count : (k + 1) * count] for t, v in signals.items()}),
-            hypotheses, weights, RolloutResult.COMPLETED,
-        )
-        for k, actions in enumerate(varied)
-    ]  # fmt: skip
+    found = []
+    for k, actions in enumerate(varied):
+        own = {tag: values[k * count : (k + 1) * count] for tag, values in signals.items()}
+        trajectory = Trajectory(ensemble.start_s, dt_s, own)
+        found.append(Rollout(actions.digest, trajectory, hypotheses, weights, RolloutResult.COMPLETED))
+    return found

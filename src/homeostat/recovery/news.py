@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-from homeostat.agents.hypotheses import LIKELY
+from homeostat.agents.hypotheses import LIKELY, probabilities
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.mode import Mode
 
@@ -61,10 +61,9 @@ def is_news(now: Look, before: Look) -> bool:
 
 def severities(diagnosis: Diagnosis) -> dict[tuple[str, str], float]:
     """(set of faults, one of them) -> its mean severity, for every set that is likely as a whole."""
-    weight: dict[str, float] = {}
+    weight = probabilities(diagnosis.hypotheses)
     summed: dict[tuple[str, str], float] = {}
     for h in diagnosis.hypotheses:
-        weight[h.name] = weight.get(h.name, 0.0) + h.probability
         for f in h.faults:
             summed[h.name, f.fault] = summed.get((h.name, f.fault), 0.0) + h.probability * f.severity
     return {(name, fault): s / weight[name] for (name, fault), s in summed.items() if weight[name] >= LIKELY}

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.hypotheses import probabilities
 from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.agents.monitoring.symptoms import SymptomWatch
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
@@ -196,10 +197,7 @@ class Monitoring:
 
     def _unsure(self, hypotheses: tuple[Hypothesis, ...]) -> bool:
         """Whether no explanation stands out."""
-        by_name: dict[str, float] = {}
-        for h in hypotheses:
-            by_name[h.name] = by_name.get(h.name, 0.0) + h.probability
-        return max(by_name.values()) < self._settings.sure
+        return max(probabilities(hypotheses).values()) < self._settings.sure
 
     def _waiting(self, at_s: float) -> bool:
         """Whether there is still time to gather evidence; starts the wait."""
