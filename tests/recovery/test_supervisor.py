@@ -356,7 +356,7 @@ def test_the_time_of_a_hand_over_is_when_the_fallback_is_asked_for() -> None:
     async def recover() -> object:
         await done.supervisor.supervise()
         done.desk.more(ticks(21, 30, DOOMED))
-        return await done.supervisor.recover(diagnosis(20.0))
+        return await done.supervisor.recover(diagnosis(20.0), deviates=False)
 
     done.twin.result = lambda actions: RolloutResult.BROKE_DOWN
     outcome = done.wait_for(recover())

@@ -84,7 +84,7 @@ class Supervisor:
         finally:
             scene.flush()
 
-    async def recover(self, diagnosis: Diagnosis, deviates: bool = False) -> Outcome:
+    async def recover(self, diagnosis: Diagnosis, deviates: bool) -> Outcome:
         """Release a validated action set within the time that physics leaves, leave the plant alone, or fall back."""
         began, scene, agenda = asyncio.get_running_loop().time(), self._scene, self._agenda
         try:
