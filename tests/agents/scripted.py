@@ -37,7 +37,7 @@ class ScriptedMonitoring:
         self.seen: list[float] = []
         self.outcomes: list[Resolution] = []
         self.diagnosed: list[float] = []
-        self.departures: list[bool] = []
+        self.deviations: list[bool] = []
 
     def notices(self, snapshot: Snapshot) -> bool:
         self._at_s = snapshot.at_s
@@ -48,8 +48,8 @@ class ScriptedMonitoring:
     def symptoms(self) -> tuple[Symptom, ...]:
         return (SYMPTOM,) if self._at_s in self._notice_s else ()
 
-    def diagnose(self, departed: bool = False) -> Diagnosis:
-        self.departures.append(departed)
+    def diagnose(self, deviates: bool = False) -> Diagnosis:
+        self.deviations.append(deviates)
         self.diagnosed.append(self._at_s)
         if self._bug is not None:
             raise self._bug

@@ -167,18 +167,18 @@ def test_unsure_evidence_may_be_looked_at_in_between() -> None:
     assert not scene.monitoring.diagnose().faulty, "still gathering"
 
 
-def test_a_departure_is_explained_by_any_fault_and_waits_for_nothing() -> None:
+def test_a_deviation_is_explained_by_any_fault_and_waits_for_nothing() -> None:
     scene = Scene(lambda at_s: UNSURE)
     scene.watch(30)
-    assert scene.monitoring.diagnose(departed=True).hypotheses == UNSURE
+    assert scene.monitoring.diagnose(deviates=True).hypotheses == UNSURE
     ((candidates, _),) = scene.twin.asked
     assert set(candidates) == {fault.name for fault in reactor().description.faults}
 
 
-def test_a_departure_that_nothing_explains_silences_no_symptom() -> None:
+def test_a_deviation_that_nothing_explains_silences_no_symptom() -> None:
     scene = Scene(lambda at_s: NOTHING)
     scene.watch(30)
-    assert not scene.monitoring.diagnose(departed=True).faulty
+    assert not scene.monitoring.diagnose(deviates=True).faulty
     assert scene.until_attention(10, x=2.0) == 33.0
 
 

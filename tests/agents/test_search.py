@@ -12,11 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.agents.checks import command_findings, judge
+from homeostat.agents.hypotheses import LIKELY, MOST, likely_faults, plausible
 from homeostat.agents.roles import Approved, NoAdmissiblePlan, Situation
 from homeostat.agents.search.candidates import Point, SearchSpace, present_point
-from homeostat.agents.search.planning import PLAUSIBLE, SearchPlanning, plausible_faults
+from homeostat.agents.search.planning import SearchPlanning
 from homeostat.agents.search.reprompting import CURABLE, TRIES, MarginReprompting
-from homeostat.agents.simulation import MOST, TwinSimulation, plausible
+from homeostat.agents.simulation import TwinSimulation
 from homeostat.domain.advice import Advice
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.plant.limits import Owner
@@ -74,13 +75,13 @@ def test_no_state_is_proposed_that_needs_what_the_fault_disables(fault: str) -> 
         assert planned(situation(fault)) == planned(situation(None))
 
 
-BELIEFS = [(0.9, True), (PLAUSIBLE, True), (PLAUSIBLE - 1e-9, False), (0.001, False)]
+BELIEFS = [(0.9, True), (LIKELY, True), (LIKELY - 1e-9, False), (0.001, False)]
 
 
 @pytest.mark.parametrize(("probability", "counts"), BELIEFS)
 def test_a_fault_that_is_hardly_believed_takes_nothing_away(probability: float, counts: bool) -> None:
     believed = situation("cool_stuck_closed", probability=probability)
-    assert plausible_faults(believed.diagnosis) == (("cool_stuck_closed",) if counts else ())
+    assert likely_faults(believed.diagnosis) == (("cool_stuck_closed",) if counts else ())
     assert ("compensated" in planned(believed)) is not counts
 
 

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from homeostat.agents.checks import target_name
-from homeostat.agents.simulation import PLAUSIBLE, STEP, TwinSimulation
+from homeostat.agents.hypotheses import PLAUSIBLE
+from homeostat.agents.simulation import STEP, TwinSimulation
 from homeostat.domain.advice import Sensitivity
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.plant.limits import LimitKind, Limits
@@ -195,7 +196,7 @@ def test_hypotheses_that_are_hardly_believed_are_left_out() -> None:
 
 
 def test_a_twin_that_breaks_down_nearby_has_no_sensitivities() -> None:
-    """It is not a bug of the crew that the physical world ends beside a proposal: the loop must go on."""
+    """It is not a bug of the agents that the physical world ends beside a proposal: the loop must go on."""
     assert differences(Line(broken=True), ["ACC-CALM"]) == {}
 
 

@@ -70,7 +70,7 @@ AREAS = {
     ),
     "supervisor": Area(
         "recovery",
-        ("supervisor", "agenda", "prospect"),
+        ("supervisor", "agenda", "endings", "news", "prospect"),
         tuple(
             f"recovery/test_{name}.py"
             for name in (
@@ -78,7 +78,8 @@ AREAS = {
                 "agenda",
                 "prospect",
                 "recovery",
-                "departure",
+                "deviation",
+                "news",
                 "thinking",
                 "deadline",
                 "proposers",

@@ -227,7 +227,7 @@ def test_the_installed_plants_are_as_their_files_say(name: str) -> None:
     content = tomllib.loads((CASES / name / "case.toml").read_text(encoding="utf-8"))
     assert case.remade == () and (case.end_s, case.onset_s) == (content["run"]["end_s"], content["run"]["onset_s"])
     assert case.twin.errors == {k: tuple(v) for k, v in content["twin"]["errors"].items()}
-    for table, filled in (("twin", case.twin), ("monitoring", case.monitoring), ("patience", case.patience)):
+    for table, filled in (("twin", case.twin), ("monitoring", case.monitoring), ("patience", case.intervention)):
         for key, value in content.get(table, {}).items():
             if isinstance(value, int | float):
                 assert getattr(filled, key) == value

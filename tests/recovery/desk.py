@@ -9,8 +9,8 @@ from collections.abc import Callable, Coroutine, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from homeostat.agents.bounds import Patience
-from homeostat.agents.roles import Crew, Proposer, Situation
+from homeostat.agents.bounds import InterventionBounds
+from homeostat.agents.roles import Agents, Proposer, Situation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.domain.advice import Advice
@@ -193,10 +193,10 @@ class Recovery:
         )
         self.simulation = NotingSimulation(self.twin, self.limits)
         validation = LimitValidation(self.limits, TAGS)
-        crew = Crew(self.monitoring, (proposer,), self.simulation, validation, self.graph)  # type: ignore[arg-type]
+        agents = Agents(self.monitoring, (proposer,), self.simulation, validation, self.graph)  # type: ignore[arg-type]
         rules = PlantRules(COOLING, self.limits, Production("F", FULL), (DRAIN, VENT), {"K": 2.0})
         check = ReleaseCheck(self.twin, self.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
-        self.supervisor = Supervisor(self.desk, crew, rules, check, self.bounds, self.trace)
+        self.supervisor = Supervisor(self.desk, agents, rules, check, self.bounds, self.trace)
 
     def run(self, *more: Observation) -> Recovery:
         """Supervise until there is no further tick."""
@@ -280,10 +280,10 @@ def latched(first: int, last: int) -> tuple[Observation, ...]:
 
 
 MORE = feed(0.02, "reduced")
-CALM_20 = Bounds(patience=Patience(calm_s=20.0))
+CALM_20 = Bounds(intervention=InterventionBounds(calm_s=20.0))
 
 
-SLACK = Bounds(patience=Patience(slack_s=5.0, repeat_s=10.0))
+SLACK = Bounds(intervention=InterventionBounds(slack_s=5.0, repeat_s=10.0))
 
 
 def late(hot: float = FINE, last: int = 20, **changed: Any) -> Recovery:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from homeostat.agents.roles import Action, Crew, Monitoring, Planning, Proposer, Reprompting, Validation
+from homeostat.agents.roles import Action, Agents, Monitoring, Planning, Proposer, Reprompting, Validation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.domain.diagnosis import Hypothesis
@@ -242,7 +242,7 @@ class Stage:
 
     def _supervisor(self) -> Supervisor:
         assert self.planning is not None
-        crew = Crew(
+        agents = Agents(
             self.monitoring,
             (Proposer("scripted", self.planning, self.action, self.reprompting, self.attempts), *self.others),
             TwinSimulation(self.twin, TAGS, self.limits),  # type: ignore[arg-type]
@@ -251,7 +251,7 @@ class Stage:
         )
         rules = PlantRules(self.machine, self.limits, Production("F", FULL), (DRAIN, VENT), {"K": 2.0})
         check = self.check or ReleaseCheck(self.twin, self.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
-        return Supervisor(self.exchange, crew, rules, check, self.bounds, self.shared)
+        return Supervisor(self.exchange, agents, rules, check, self.bounds, self.shared)
 
     @property
     def kinds(self) -> list[str]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.agents.bounds import Patience
+from homeostat.agents.bounds import InterventionBounds
 from homeostat.agents.roles import NoAdmissiblePlan
 from homeostat.domain.events.recovery import Departed, LeftAsIs
 from homeostat.domain.observation import Observation
@@ -100,7 +100,7 @@ def test_nothing_is_improved_before_the_first_release() -> None:
     assert done.released == [] and done.when(LeftAsIs) == [40.0]
 
 
-def test_a_release_because_of_a_departure_is_a_recovery() -> None:
+def test_a_release_because_of_a_deviation_is_a_recovery() -> None:
     """After it a wish that is missed by little is put up with."""
     quits = ScriptedAction(GOOD, NoAdmissiblePlan("nothing"))
     watcher = watching(20.0, answer=at_first(nothing, then=diagnosis))
@@ -109,11 +109,11 @@ def test_a_release_because_of_a_departure_is_a_recovery() -> None:
     assert done.released == [16.0] and done.when(LeftAsIs) == [20.0] and done.handed_over == []
 
 
-def test_a_batch_that_departs_without_a_fault_is_not_improved() -> None:
+def test_a_batch_that_deviates_without_a_fault_is_not_improved() -> None:
     """All is well, the release at 10 s has settled, and more could be made: no fault, no reason to touch it."""
     seen = (*ticks(1, 10, DOOMED), *ticks(11, 60, FINE, feed=HALF, then=NEXT))
     watcher = watching(10.0, answer=at_first(diagnosis, then=nothing))
-    bounds = Bounds(patience=Patience(calm_s=20.0, slack_s=5.0, repeat_s=100.0))
+    bounds = Bounds(intervention=InterventionBounds(calm_s=20.0, slack_s=5.0, repeat_s=100.0))
     done = Recovery(
         seen, watcher, ScriptedAction(GOOD, MORE), bounds=bounds, improves=True, band=StepBand(30.0, 40.0)
     ).run()
@@ -162,7 +162,7 @@ def test_a_batch_that_is_not_over_is_reviewed_as_often_as_it_is_noticed() -> Non
 
 # --- every step --------------------------------------------------------------------------------------------------
 
-EVERY = Bounds(patience=Patience(repeat_s=20.0), every_step=True)
+EVERY = Bounds(intervention=InterventionBounds(repeat_s=20.0), every_step=True)
 
 
 def stepwise(*observations: Observation, **changed: Any) -> Recovery:

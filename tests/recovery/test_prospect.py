@@ -22,24 +22,24 @@ from tests.recovery.desk import (
 )
 from tests.recovery.line import GOOD, OFF
 
-# --- departures --------------------------------------------------------------------------------------------------
+# --- deviations --------------------------------------------------------------------------------------------------
 
 
 def test_a_step_that_is_late_is_looked_at_although_no_fault_is_found() -> None:
     done = late().run()
-    assert done.monitoring.departures == [True] and done.when(Departed) == [16.0]
+    assert done.monitoring.deviations == [True] and done.when(Departed) == [16.0]
     assert done.kinds == ["noticed", "departed", "fallback-armed", "left-as-is"]
     assert done.monitoring.outcomes == [], "nothing was done, and there is nothing to follow"
-    departed = done.trace.of(Departed)[0]
-    assert (departed.state, departed.transition) == ("running", "cools")
+    event = done.trace.of(Departed)[0]
+    assert (event.state, event.transition) == ("running", "cools")
 
 
-def test_a_departure_that_is_answered_is_followed_by_monitoring() -> None:
+def test_a_deviation_that_is_answered_is_followed_by_monitoring() -> None:
     done = late(DOOMED).run()
     assert done.released == [16.0] and done.monitoring.outcomes == [Released(GOOD, 16.0)]
 
 
-def test_a_departure_with_a_fault_is_followed_by_monitoring_also_where_it_is_left_alone() -> None:
+def test_a_deviation_with_a_fault_is_followed_by_monitoring_also_where_it_is_left_alone() -> None:
     done = late(monitoring=watching()).run()
     (outcome,) = done.monitoring.outcomes
     assert isinstance(outcome, LeftAlone) and done.kinds[2] == "diagnosed"

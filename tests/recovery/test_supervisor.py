@@ -52,7 +52,7 @@ def test_what_is_noticed_is_thought_about_once() -> None:
     assert done.monitoring.diagnosed == [10.0] and done.desk.thoughts == 1
     assert done.kinds == ["noticed", "diagnosed", "fallback-armed", "attempted", "released"]
     assert done.trace.of(Noticed)[0].symptoms == ("S-HOT",)
-    assert done.monitoring.departures == [False]
+    assert done.monitoring.deviations == [False]
 
 
 def test_a_tick_without_a_sample_is_thought_about_with_the_last_one() -> None:
@@ -90,7 +90,7 @@ def test_what_failed_is_thought_about_again_when_recovery_is_begun_again() -> No
     assert done.monitoring.diagnosed == [10.0, 11.0] and done.released == [11.0]
 
 
-def test_a_departure_that_recovery_failed_at_is_looked_at_again_when_it_is_begun_again() -> None:
+def test_a_deviation_that_recovery_failed_at_is_looked_at_again_when_it_is_begun_again() -> None:
     done = late(last=16)
     done.twin.bug = lambda actions: None if done.desk.now.now_s < 16.0 else Bug()
     with pytest.raises(Bug):
@@ -120,9 +120,9 @@ class Asking(Watching):
         super().__init__(*notice_s, answer=answer)
         self.graph = Graph()
 
-    def diagnose(self, departed: bool = False) -> Diagnosis:
+    def diagnose(self, deviates: bool = False) -> Diagnosis:
         self.graph.asked.append(question("faults"))
-        return super().diagnose(departed)
+        return super().diagnose(deviates)
 
     def follow(self, outcome: Resolution) -> None:
         self.graph.asked.append(question("afterwards"))
@@ -356,7 +356,7 @@ def test_the_time_of_a_hand_over_is_when_the_fallback_is_asked_for() -> None:
     async def recover() -> object:
         await done.supervisor.supervise()
         done.desk.more(ticks(21, 30, DOOMED))
-        return await done.supervisor.recover(diagnosis(20.0))
+        return await done.supervisor.recover(diagnosis(20.0), deviates=False)
 
     done.twin.result = lambda actions: RolloutResult.BROKE_DOWN
     outcome = done.wait_for(recover())

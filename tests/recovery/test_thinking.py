@@ -92,9 +92,9 @@ def test_a_late_diagnosis_counts_as_none_and_calls_a_person() -> None:
 
 def test_what_monitoring_was_not_shown_while_it_thought_is_shown_afterwards() -> None:
     class Slow(ScriptedMonitoring):
-        def diagnose(self, departed: bool = False) -> Diagnosis:
+        def diagnose(self, deviates: bool = False) -> Diagnosis:
             time.sleep(0.15)
-            return super().diagnose(departed)
+            return super().diagnose(deviates)
 
     watching = Slow(50.0)
     stage = Stage(

@@ -57,7 +57,7 @@ def test_what_was_forgotten_while_it_thinks_is_waited_for_and_asked_anew() -> No
         asyncio.get_running_loop().call_later(0.01, monitoring.let_go.set)
         return await watch.diagnose(True, HANGS_S)
 
-    assert asyncio.run(ask()).at_s == 2.0 and monitoring.departures == [False, True] and monitoring.most == 1
+    assert asyncio.run(ask()).at_s == 2.0 and monitoring.deviations == [False, True] and monitoring.most == 1
 
 
 def test_a_diagnosis_is_taken_once() -> None:

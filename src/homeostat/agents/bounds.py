@@ -29,8 +29,8 @@ class Budget:
 
 
 @dataclass(frozen=True, slots=True)
-class Patience:
-    """How eagerly a plant is improved that may also be left alone, and how far it may depart from its prediction."""
+class InterventionBounds:
+    """How eagerly a plant is improved that may also be left alone, and how far it may deviate from its prediction."""
 
     calm_s: float = 300.0
     """Nothing is improved while the last release is younger than this: its transient is still under way [s]."""

@@ -1,4 +1,4 @@
-"""The agents' roles: six protocols, and the crew that fills them."""
+"""The agents' roles: six protocols, and the agents that fill them."""
 
 from __future__ import annotations
 
@@ -77,8 +77,8 @@ class Monitoring(Protocol):
         """The symptoms that are active now."""
         ...
 
-    def diagnose(self, departed: bool = False) -> Diagnosis:
-        """What is believed now; ``departed``: the batch does not go as predicted, whatever the symptoms say."""
+    def diagnose(self, deviates: bool = False) -> Diagnosis:
+        """What is believed now; ``deviates``: the batch does not go as predicted, whatever the symptoms say."""
         ...
 
     def follow(self, outcome: Resolution) -> None:
@@ -142,7 +142,7 @@ class Reprompting(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Proposer:
-    """Someone who proposes; interchangeable, ranked by the crew."""
+    """Someone who proposes; interchangeable, asked in a fixed order."""
 
     name: str
     """Who acts: ``search`` or ``language``."""
@@ -159,7 +159,7 @@ class Proposer:
 
 
 @dataclass(frozen=True, slots=True)
-class Crew:
+class Agents:
     """Everyone who takes part in a recovery."""
 
     monitoring: Monitoring

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from homeostat.agents.checks import rollout_findings, target_finding, target_name
+from homeostat.agents.hypotheses import LIKELY, plausible
 from homeostat.domain.advice import Sensitivity
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.plant.limits import Limits
@@ -19,21 +20,8 @@ from homeostat.domain.verdict import Finding, Rollout, RolloutResult
 from homeostat.process.batch import ProcessError
 from homeostat.twin.twin import Purpose, Twin
 
-PLAUSIBLE = 0.02
-"""Hypotheses below this probability are not rolled out [1]."""
-RULED_OUT = 0.05
-"""Below this a hypothesis no longer keeps a reading from being corrected [1]."""
-MOST = 10
-"""Most hypotheses that are rolled out."""
 STEP = 0.02
 """Step of a finite difference as a fraction of the command's range [1]."""
-
-
-def plausible(diagnosis: Diagnosis, least: float = PLAUSIBLE, most: int = MOST) -> tuple[Hypothesis, ...]:
-    """The hypotheses that a proposal must hold for, most probable first; at least one."""
-    ranked = sorted(diagnosis.hypotheses, key=lambda h: -h.probability)
-    kept = tuple(h for h in ranked if h.probability >= least)[:most]
-    return kept or tuple(ranked[:1]) or (Hypothesis((), 1.0),)
 
 
 class TwinSimulation:
@@ -52,9 +40,8 @@ class TwinSimulation:
 
     def instrument_errors(self, diagnosis: Diagnosis) -> tuple[Mapping[str, float], ...]:
         """Errors of at least one scale of the tag, under every hypothesis that is not all but ruled out."""
-        likely = plausible(diagnosis, RULED_OUT)
         scale = self._scales
-        found = self._twin.instrument_errors(likely)
+        found = self._twin.instrument_errors(plausible(diagnosis, LIKELY))
         return tuple({t: e for t, e in errors.items() if abs(e) >= scale[t]} for errors in found)
 
     async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet) -> Rollout:
@@ -118,11 +105,9 @@ def _roll_out_varied(twin: Twin, hypotheses: tuple[Hypothesis, ...], varied: Seq
         schedules = np.stack([twin.schedule(a, twin.settings.horizon_s) for a in varied])
         signals, dt_s = twin.try_many(ensemble, schedules)
     count, weights = len(ensemble.states), tuple(ensemble.weights.tolist())
-    return [
-        Rollout(
-            actions.digest,
-            Trajectory(ensemble.start_s, dt_s, {t: v[k * count : (k + 1) * count] for t, v in signals.items()}),
-            hypotheses, weights, RolloutResult.COMPLETED,
-        )
-        for k, actions in enumerate(varied)
-    ]  # fmt: skip
+    found = []
+    for k, actions in enumerate(varied):
+        own = {tag: values[k * count : (k + 1) * count] for tag, values in signals.items()}
+        trajectory = Trajectory(ensemble.start_s, dt_s, own)
+        found.append(Rollout(actions.digest, trajectory, hypotheses, weights, RolloutResult.COMPLETED))
+    return found

@@ -14,7 +14,7 @@ from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.proposer import language_proposer, step_proposer
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.monitoring.monitoring import Monitoring
-from homeostat.agents.roles import AskingProtocol, Crew, Proposer, Simulation
+from homeostat.agents.roles import Agents, AskingProtocol, Proposer, Simulation
 from homeostat.agents.roles import Monitoring as MonitoringRole
 from homeostat.agents.search.action import SearchAction
 from homeostat.agents.search.candidates import design_commands
@@ -170,7 +170,7 @@ class Arrangement:
     mode: Mode = Mode.CLOSED_LOOP
     """Mode in which the guard begins; in one in which nobody writes, the plant runs its own recipe."""
     guard: GuardSettings = field(default_factory=GuardSettings)
-    """How patient the guard is, and how many people must agree to a reset."""
+    """How long the guard waits, and how many people must agree to a reset."""
     memory: Memory | None = None
     """What a journal says of the guard before; None for a run that begins."""
     budget: Budget = field(default_factory=Budget)
@@ -238,9 +238,9 @@ def wire(
 ) -> Assembly:
     """A guard for the plant behind ``lease``, and recovery beside it; ``seed`` seeds the twin's draws, as the run's."""
     mode, key = arrangement.mode, new_key()
-    patience = replace(arrangement.guard, lease_within_s=case.lease_within_s)
+    settings = replace(arrangement.guard, lease_within_s=case.lease_within_s)
     rules = guard_rules(case, arrangement.protocol)
-    guard = Guard(rules, Attachment(trace, lease, mode, {ISSUER: key}, arrangement.memory), patience)
+    guard = Guard(rules, Attachment(trace, lease, mode, {ISSUER: key}, arrangement.memory), settings)
 
     def lost(cause: str) -> None:
         guard.mailbox.put(Trouble("recovery:lost", cause))
@@ -250,7 +250,7 @@ def wire(
 
     busy_s = BUSY_S if clock.measured else clock.wall_s(0.0)
     exchange = Exchange(clock, guard.mailbox.put, lost, ExchangeSettings(busy_s=busy_s))
-    sealer = Sealer(ISSUER, key, lambda: patience.person_s if guard.mode is Mode.APPROVE else patience.check_age_s)
+    sealer = Sealer(ISSUER, key, lambda: settings.person_s if guard.mode is Mode.APPROVE else settings.check_age_s)
     supervisor = _supervisor(case, exchange, trace, seed, arrangement, rules, sealer)
     return Assembly(guard, exchange, Worker(exchange, supervisor.supervise, failed))
 
@@ -264,7 +264,7 @@ def _supervisor(
     simulation = TwinSimulation(twin, tags, d.limits)
     bench = Workbench(case, twin, grounding, simulation, trace, archive, arrangement.protocol, arrangement.language)
     monitoring: MonitoringRole = Monitoring(twin, grounding, d, case.baselines, case.started, case.monitoring)
-    crew = Crew(
+    agents = Agents(
         monitoring=arrangement.given(monitoring) if arrangement.given else monitoring,
         proposers=arrangement.propose(bench),
         simulation=simulation,
@@ -273,5 +273,5 @@ def _supervisor(
     )
     known = PlantRules(d.machine, d.limits, case.production, rules.fallbacks, d.scales)
     check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration)
-    bounds = Bounds(arrangement.budget, case.patience, arrangement.protocol is AskingProtocol.PER_STEP)
-    return Supervisor(exchange, crew, known, check, bounds, trace)
+    bounds = Bounds(arrangement.budget, case.intervention, arrangement.protocol is AskingProtocol.PER_STEP)
+    return Supervisor(exchange, agents, known, check, bounds, trace)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from homeostat.agents.bounds import Patience
+from homeostat.agents.bounds import InterventionBounds
 from homeostat.agents.monitoring.monitoring import MonitoringSettings
 from homeostat.domain.mode import Side
 from homeostat.domain.plant.baseline import Baseline
@@ -58,8 +58,8 @@ class Case:
     twin: TwinSettings
     """How the twin is judged and used."""
     monitoring: MonitoringSettings
-    """How patient monitoring is."""
-    patience: Patience
+    """How long monitoring waits before it speaks."""
+    intervention: InterventionBounds
     """How eagerly it is improved."""
     production: Production
     """What production is to the search."""
@@ -137,7 +137,7 @@ def _case(
         model=model,
         baselines={},
         twin=settings.twin.settings,
-        patience=settings.patience.settings,
+        intervention=settings.patience.settings,
         monitoring=settings.monitoring.settings,
         production=settings.objective.production,
         delivered=tuple(settings.objective.delivered),

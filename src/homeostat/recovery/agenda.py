@@ -1,72 +1,107 @@
-"""Agenda: what was asked, released and accepted before, and what is due because of it."""
+"""Agenda: what recovery remembers from one look at the plant to the next, and what is to be done because of it."""
 
 from __future__ import annotations
 
-from homeostat.domain.diagnosis import Diagnosis
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from homeostat.domain.diagnosis import Diagnosis, Symptom
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.verdict import Released
+from homeostat.recovery.news import Look, is_news
 from homeostat.recovery.plant_rules import Bounds
-from homeostat.recovery.scene import FIRST_LOOK, Scene
+from homeostat.recovery.scene import Scene
 
 
-class Agenda:
-    """Remembers what recovery has done about the plant so far."""
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """All that recovery remembers from one look at the plant to the next."""
 
-    def __init__(self, scene: Scene, machine: StateMachine, bounds: Bounds) -> None:
-        """``machine`` says when a batch is complete."""
-        self._scene, self._machine, self._event = scene, machine, machine.recovery_event
-        self._every_step, self._patience = bounds.every_step, bounds.patience
-        self._asked: tuple[str, float] | None = None
-        self._released_s: float | None = None
-        self._accepted: frozenset[str] = frozenset()
-
-    @property
-    def finished(self) -> bool:
-        """Whether nothing but the fallback leads out of the present state: a batch that is complete."""
-        return self._machine.is_end(self._scene.now.state, self._event)
-
-    @property
-    def step_is_due(self) -> bool:
-        """Whether every state is asked about, and this one was not yet, or a while ago in vain."""
-        scene = self._scene
-        if not self._every_step or len(scene.recent) < FIRST_LOOK or self.finished:
-            return False
-        if self._asked is None:
-            return True
-        state, at_s = self._asked
-        in_vain = scene.now.way is None and scene.seen_s - at_s >= self._patience.repeat_s
-        return scene.now.state != state or in_vain
-
-    def note_asked(self) -> None:
-        """Proposers are asked about the present state now."""
-        self._asked = self._scene.now.state, self._scene.seen_s
+    unanswered: bool = False
+    """Whether something called for attention that was not thought through yet."""
+    asked: tuple[str, float] | None = None
+    """State about which proposers were asked last because every step is asked for, and when [s]."""
+    released_s: float | None = None
+    """When something was last released because of a fault or a deviation [s]."""
+    accepted: frozenset[str] = frozenset()
+    """Symptoms with which a batch that is over was found to be safe."""
+    in_vain: Look | None = None
+    """The look after which proposers found nothing, and the plant was left as it is; None where they were not asked."""
 
     @property
     def recovered(self) -> bool:
         """Whether something was released before."""
-        return self._released_s is not None
+        return self.released_s is not None
 
-    def calm(self, diagnosis: Diagnosis) -> bool:
-        """Whether a plant in which all is well is not to be improved: no fault, or no release that has settled."""
-        if not diagnosis.faulty or self._released_s is None:
-            return True
-        return self._scene.seen_s - self._released_s < self._patience.calm_s
 
-    def note_released(self, outcome: Released, diagnosis: Diagnosis) -> None:
-        """``outcome`` was written because of ``diagnosis``; a step as usual is no recovery."""
-        if diagnosis.faulty or not self._every_step:
-            self._released_s = outcome.at_s
+class Stance(Enum):
+    """What is to be done about a plant that was looked at."""
+
+    LEAVE = "It is left as it is: all is well, or proposers have found nothing before and nothing is new."
+    ACCEPT = "It is left as it is for good: the batch is over, and safe with these symptoms."
+    IMPROVE = "It is left as it is unless something is clearly better."
+    PREFER = "It is left as it is unless something is approved."
+    ACT = "Something must be approved, or the fallback is to act."
+    GIVE_UP = "The fallback is to act: the batch is over, and nobody can propose anything."
 
     @property
-    def settled(self) -> bool:
+    def asks(self) -> bool:
+        """Whether proposers are asked."""
+        return self in (Stance.IMPROVE, Stance.PREFER, Stance.ACT)
+
+    @property
+    def may_be_left(self) -> bool:
+        """Whether the plant is left as it is where nothing is released."""
+        return self not in (Stance.ACT, Stance.GIVE_UP)
+
+
+class Agenda:
+    """Says what is due."""
+
+    def __init__(self, machine: StateMachine, bounds: Bounds) -> None:
+        """``machine`` says when a batch is complete."""
+        self._machine, self._every_step, self._intervention = machine, bounds.every_step, bounds.intervention
+
+    def finished(self, state: str) -> bool:
+        """Whether nothing but the fallback leads out of ``state``: a batch that is complete."""
+        return self._machine.is_end(state, self._machine.recovery_event)
+
+    def settled(self, memory: Memory, state: str, symptoms: Iterable[Symptom]) -> bool:
         """Whether the batch is over, and safe with every symptom that there is: nothing is left to review."""
-        return self.finished and self._symptoms <= self._accepted
+        return self.finished(state) and {s.rule for s in symptoms} <= memory.accepted
 
-    def note_accepted(self) -> None:
-        """The plant is safe with the symptoms that are active now."""
-        self._accepted = self._symptoms
+    def step_is_due(self, memory: Memory, scene: Scene) -> bool:
+        """Whether every state is asked about, and this one was not yet, or a while ago in vain."""
+        now = scene.now
+        if not self._every_step or not scene.ready or self.finished(now.state):
+            return False
+        if memory.asked is None:
+            return True
+        state, at_s = memory.asked
+        in_vain = now.way is None and now.now_s - at_s >= self._intervention.repeat_s
+        return now.state != state or in_vain
 
-    @property
-    def _symptoms(self) -> frozenset[str]:
-        """Names of the symptoms that are active."""
-        return frozenset(s.rule for s in self._scene.crew.monitoring.symptoms)
+    def stance(self, memory: Memory, look: Look, due: bool, deviates: bool) -> Stance:
+        """What is to be done after ``look``; ``due``: this state is to be asked about, ``deviates``: the batch does."""
+        if look.fine and not due and self._calm(memory, look):
+            return Stance.LEAVE
+        if self.finished(look.state):
+            return Stance.ACCEPT if look.fine or look.harmless else Stance.GIVE_UP
+        if not (look.fine or (memory.recovered and look.harmless)):
+            return Stance.ACT
+        news = due or deviates or memory.in_vain is None or is_news(look, memory.in_vain)
+        if not news:
+            return Stance.LEAVE
+        return Stance.IMPROVE if look.fine and not due else Stance.PREFER
+
+    def after_release(self, memory: Memory, released: Released, diagnosis: Diagnosis) -> Memory:
+        """What is remembered once ``released`` was written because of ``diagnosis``; a usual step is no recovery."""
+        usual = self._every_step and not diagnosis.faulty
+        return replace(memory, in_vain=None, released_s=memory.released_s if usual else released.at_s)
+
+    def _calm(self, memory: Memory, look: Look) -> bool:
+        """Whether a plant in which all is well is not to be improved: no fault, or no release that has settled."""
+        if not look.diagnosis.faulty or memory.released_s is None:
+            return True
+        return look.at_s - memory.released_s < self._intervention.calm_s

@@ -6,15 +6,17 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from homeostat.agents.bounds import Budget
 from homeostat.agents.checks import judge_safety
+from homeostat.agents.roles import Simulation
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import FallbackArmed
-from homeostat.domain.observation import Arm, Correction, NoAction
+from homeostat.domain.observation import Arm, Correction
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.recovery import FallbackStrategy
 from homeostat.domain.verdict import Approve, Finding, Rollout, Verdict
 from homeostat.recovery.deadline import act_by_s, deadline_s
-from homeostat.recovery.plant_rules import Bounds, PlantRules
+from homeostat.recovery.plant_rules import PlantRules
 from homeostat.recovery.scene import Scene
 
 
@@ -38,6 +40,16 @@ class ValidatedFallback:
         return min((f.margin for f in self.findings), default=float("inf"))
 
 
+@dataclass(frozen=True, slots=True)
+class Armed:
+    """What the guard was told."""
+
+    act_by_s: float | None
+    """Process time by which something must be done; None where no limit is violated without it [s]."""
+    left_s: float
+    """What is left for thinking [s]."""
+
+
 def rank(rollouts: Sequence[tuple[FallbackStrategy, Rollout]], limits: Limits) -> tuple[ValidatedFallback, ...]:
     """The strategies, that with the largest least margin first; of equals the first in table order.
 
@@ -52,59 +64,34 @@ def rank(rollouts: Sequence[tuple[FallbackStrategy, Rollout]], limits: Limits) -
 class Arming:
     """Tells the guard which fallback acts first, and until when something must have been done."""
 
-    def __init__(self, scene: Scene, rules: PlantRules, bounds: Bounds) -> None:
+    def __init__(self, scene: Scene, simulation: Simulation, rules: PlantRules, budget: Budget) -> None:
         """``rules`` hold the strategies in table order."""
-        self._scene, self._rules, self._budget = scene, rules, bounds.budget
-        self._named = False
+        self._scene, self._simulation, self._rules, self._budget = scene, simulation, rules, budget
 
-    @property
-    def stands(self) -> bool:
-        """Whether there is a time by which recovery must have acted, be it one of an earlier thought."""
-        return self._named or self._scene.now.act_by_s is not None
-
-    async def arm(self, diagnosis: Diagnosis, idle: Rollout) -> float:
-        """Arm the best fallback under ``diagnosis``; the thinking time that is left then [s].
+    async def arm(self, diagnosis: Diagnosis, idle: Rollout) -> Armed:
+        """Arm the best fallback under ``diagnosis``, by the time that ``idle`` leaves.
 
         Where the rollouts are late, the strategies stay in the order of the tables. A time to act by that stands in the
         guard bounds the thinking as well: thinking again does not put it off.
         """
         scene, budget, limits = self._scene, self._budget, self._rules.limits
         standing_s = scene.now.act_by_s
-        scene.desk.put(Correction(scene.crew.simulation.instrument_errors(diagnosis)))
+        scene.send(Correction(self._simulation.instrument_errors(diagnosis)))
         until_s = math.inf if standing_s is None else standing_s - scene.seen_s
         left_s = deadline_s(idle, limits, budget.latency_s, budget.reserve_s, until_s)
-        by_s = act_by_s(idle, limits, scene.seen_s, budget.reserve_s)
+        armed = Armed(act_by_s(idle, limits, scene.seen_s, budget.reserve_s), left_s)
         try:
             ranked = await scene.within("arming the fallback", budget.arming_s, self._ranked(diagnosis))
         except TimeoutError as late:
             scene.alarm("arming", f"{late}; {self._rules.fallbacks[0].name!r} acts first, as in the tables")
-            self._send(Arm((), by_s))
-            return left_s
-        self._send(Arm(tuple(v.strategy.name for v in ranked), by_s))
+            scene.send(Arm((), armed.act_by_s))
+            return armed
+        scene.send(Arm(tuple(v.strategy.name for v in ranked), armed.act_by_s))
         best = ranked[0]
         approved = isinstance(best.verdict, Approve)
         scene.record(FallbackArmed(best.strategy.name, approved, best.findings, left_s))
-        return left_s
-
-    def as_in_tables(self) -> None:
-        """Nothing is known: the first fallback of the tables is to act first."""
-        self._send(Arm(()))
-
-    def begin(self) -> None:
-        """Somebody thinks anew; of a time to act by only the guard knows."""
-        self._named = False
-
-    def relax(self) -> None:
-        """The plant is to be left as it is: nothing need act by itself any more."""
-        if self.stands:
-            self._scene.desk.put(NoAction())
-            self._named = False
+        return armed
 
     async def _ranked(self, diagnosis: Diagnosis) -> tuple[ValidatedFallback, ...]:
-        simulation = self._scene.crew.simulation
-        rollouts = [(s, await simulation.roll_out(diagnosis, s.actions)) for s in self._rules.fallbacks]
+        rollouts = [(s, await self._simulation.roll_out(diagnosis, s.actions)) for s in self._rules.fallbacks]
         return rank(rollouts, self._rules.limits)
-
-    def _send(self, arm: Arm) -> None:
-        self._named = self._named or arm.act_by_s is not None
-        self._scene.desk.put(arm)

@@ -6,15 +6,14 @@ import asyncio
 from dataclasses import replace
 
 from homeostat.agents.checks import closed_finding, repetition_finding
-from homeostat.agents.roles import Approved, NoAdmissiblePlan, Proposer, Situation
+from homeostat.agents.roles import Agents, Approved, NoAdmissiblePlan, Proposer, Situation
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.events.recovery import Attempted
+from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.recovery import RecoveryPath
-from homeostat.domain.verdict import Approve, LeftAlone, Released, Revise, Rollout
-from homeostat.recovery.deadline import SHORTEST_S
+from homeostat.domain.verdict import Approve, Revise, Rollout
 from homeostat.recovery.intervention import InterventionPolicy
-from homeostat.recovery.plant_rules import Bounds, PlantRules
-from homeostat.recovery.releasing import Refused, Releasing
+from homeostat.recovery.releasing import Refused, Releasing, Taken
 from homeostat.recovery.scene import Scene
 
 
@@ -22,25 +21,29 @@ class Deliberation:
     """One proposer's attempts."""
 
     def __init__(
-        self, scene: Scene, rules: PlantRules, releasing: Releasing, policy: InterventionPolicy, bounds: Bounds
+        self,
+        scene: Scene,
+        agents: Agents,
+        machine: StateMachine,
+        releasing: Releasing,
+        policy: InterventionPolicy,
+        improvements: int,
     ) -> None:
-        """``policy`` says what is worth doing where the plant may also be left alone."""
-        self._scene, self._machine, self._releasing = scene, rules.machine, releasing
-        self._policy, self._patience = policy, bounds.patience
+        """``policy`` and ``improvements``, the most proposals, count where the plant may also be left alone."""
+        self._scene, self._agents, self._machine = scene, agents, machine
+        self._releasing, self._policy, self._improvements = releasing, policy, improvements
 
-    async def deliberate(
-        self, proposer: Proposer, situation: Situation, idle: Rollout | None, end: float
-    ) -> Released | LeftAlone:
+    async def deliberate(self, proposer: Proposer, situation: Situation, idle: Rollout | None, end: float) -> Taken:
         """Propose until something is released; a refusal teaches the next attempt whoever refused.
 
         Where the plant may also be left as it is (``idle`` is that rollout), only what produces clearly more will do.
         ``end``: time of the event loop at which thinking ends [s]; a release that was begun is ended.
         """
         advice = Advice()
-        most = proposer.attempts if idle is None else self._patience.improvements
+        most = proposer.attempts if idle is None else self._improvements
         for number in range(1, most + 1):
             async with asyncio.timeout_at(end):
-                situation = await self.fresh(situation)
+                situation = await self._scene.fresh(situation)
                 attempt, rollout = await self._attempt(number, proposer, situation, advice)
             self._scene.record(Attempted.of(proposer.name, attempt))
             if isinstance(attempt.verdict, Approve):
@@ -62,16 +65,6 @@ class Deliberation:
             raise NoAdmissiblePlan(f"{proposer.name}: nothing clearly better than leaving the plant alone")
         raise NoAdmissiblePlan(f"{proposer.name}: no proposal was approved in {most} attempts")
 
-    async def fresh(self, situation: Situation) -> Situation:
-        """The same question about the plant as it is now, and the time left now: it ran on while somebody thought."""
-        scene = self._scene
-        await scene.look()
-        left_s = situation.deadline_s - (scene.snapshot.at_s - situation.snapshot.at_s)
-        return replace(
-            situation, snapshot=scene.snapshot, recent=scene.recent, state=scene.now.state,
-            deadline_s=max(left_s, SHORTEST_S), rest=scene.now.way, under_way=scene.now.rest.commands,
-        )  # fmt: skip
-
     async def _attempt(
         self, number: int, proposer: Proposer, situation: Situation, advice: Advice
     ) -> tuple[Attempt, Rollout | None]:
@@ -88,12 +81,11 @@ class Deliberation:
         for before in advice.attempts:
             if before.actions is not None and before.actions.digest == actions.digest:
                 return Attempt(number, path, actions, Revise((repetition_finding(before.number),))), None
-        situation = await self.fresh(situation)
+        situation = await self._scene.fresh(situation)
         if not self._open(path, situation):  # a guard closed while somebody thought about the commands
             return Attempt(number, path, None, Revise((closed_finding(path.states),))), None
-        crew = self._scene.crew
-        rollout = await crew.simulation.roll_out(situation.diagnosis, actions)
-        verdict = crew.validation.judge(actions, rollout, self._machine.state(path.target), path)
+        rollout = await self._agents.simulation.roll_out(situation.diagnosis, actions)
+        verdict = self._agents.validation.judge(actions, rollout, self._machine.state(path.target), path)
         return Attempt(number, path, actions, verdict, len(rollout.weights)), rollout
 
     def _open(self, path: RecoveryPath, situation: Situation) -> bool:

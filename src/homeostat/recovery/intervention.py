@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
+from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.observation import Observation
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.production import Production
-from homeostat.domain.verdict import Approve, Rollout, Verdict
+from homeostat.domain.verdict import Approve, Rollout, RolloutResult, Verdict
+from homeostat.recovery.news import Look
 
 TOLERANCE = 0.3
 """A recovered plant is left alone while soft criteria are missed by no more than this many scales [1]."""
 GAIN = 0.01
 """A plant that may be left alone is only touched for at least this much more production [1]."""
-
 RISK = 0.05
 """Production that must be won for each rank by which an action is riskier than leaving the plant alone [1]."""
 
@@ -26,6 +29,15 @@ class InterventionPolicy:
         self._soft = {c.name for c in limits.criteria if not c.hard}
         self._production = production
         self._scales = scales
+
+    def look(self, now: Observation, diagnosis: Diagnosis, idle: Rollout, verdict: Verdict, recovered: bool) -> Look:
+        """What is to be decided by: ``verdict`` is that on ``idle``, what happens without action."""
+        margins: dict[str, float] = {}
+        for f in verdict.findings:
+            margins[f.criterion] = min(f.relative(self._scales), margins.get(f.criterion, math.inf))
+        production = self._rate(idle) if idle.result is RolloutResult.COMPLETED else math.nan
+        fine, harmless = self.fine(verdict, recovered), self.harmless(verdict)
+        return Look(now.now_s, now.state, now.mode, diagnosis, margins, production, fine, harmless)
 
     def fine(self, verdict: Verdict, recovered: bool) -> bool:
         """Whether the plant may be left alone: everything holds, or, once recovered, almost everything does."""

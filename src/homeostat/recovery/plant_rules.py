@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from homeostat.agents.bounds import Budget, Patience
+from homeostat.agents.bounds import Budget, InterventionBounds
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.production import Production
 from homeostat.domain.plant.state_machine import StateMachine
@@ -34,7 +34,7 @@ class Bounds:
 
     budget: Budget = field(default_factory=Budget)
     """What one recovery may take."""
-    patience: Patience = field(default_factory=Patience)
+    intervention: InterventionBounds = field(default_factory=InterventionBounds)
     """How eagerly a plant is improved that may also be left alone."""
     every_step: bool = False
     """Whether proposers are asked in every state that the plant enters, also where nothing is wrong."""

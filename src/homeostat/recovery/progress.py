@@ -1,4 +1,4 @@
-"""ProgressMonitor: when the twin says that each later step is taken, and whether the plant departs from that."""
+"""ProgressMonitor: when the twin says that each later step is taken, and whether the plant deviates from that."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class ProgressMonitor:
         self._slack_s, self._repeat_s = slack_s, repeat_s
         self._steps: tuple[Step, ...] = ()
         self._bands: tuple[StepBand, ...] = ()
-        self._quiet_until_s = -math.inf
+        self._from_s = self._quiet_until_s = -math.inf
         self._forbidden_s: float | None = None
         self._early: Departure | None = None
 
@@ -29,20 +29,23 @@ class ProgressMonitor:
         """Whether nothing is predicted of ``steps``, which wait, and something should be."""
         return math.isfinite(self._slack_s) and bool(steps) and self._steps[len(self._steps) - len(steps) :] != steps
 
-    def expect(self, steps: tuple[Step, ...], rollout: Rollout) -> None:
-        """From now on the plant should do what ``rollout`` says of ``steps``."""
-        self._steps, self._bands = steps, rollout.bands
+    def expect(self, steps: tuple[Step, ...], rollout: Rollout, from_s: float) -> None:
+        """From process time ``from_s`` on the plant should do what ``rollout`` says of ``steps`` [s]."""
+        self._steps, self._bands, self._from_s = steps, rollout.bands, from_s
         self._early, self._forbidden_s = None, None
 
-    def entered(self, state: str, at_s: float, waiting: int) -> None:
-        """The sequencer entered ``state`` at ``at_s`` [s]; at present it has ``waiting`` steps left."""
-        taken = len(self._steps) - waiting
-        for step, band in zip(self._steps[:taken], self._bands, strict=False):
-            if step.target == state and at_s < band.earliest_s - self._slack_s:
-                text = f"{state!r} is entered at {at_s:.0f} s, {band.earliest_s - at_s:.0f} s before the earliest"
-                self._early = Departure(step.transition.name, band.earliest_s, band.latest_s, f"{text} prediction")
+    def follow(self, seen: Observation) -> None:
+        """Take note of the states that the sequencer entered, at the latest after everything before was seen."""
+        if seen.now_s <= self._from_s:
+            return
+        taken = len(self._steps) - len(seen.rest.then)
+        for state, at_s in seen.entered:
+            for step, band in zip(self._steps[:taken], self._bands, strict=False):
+                if step.target == state and at_s < band.earliest_s - self._slack_s:
+                    text = f"{state!r} is entered at {at_s:.0f} s, {band.earliest_s - at_s:.0f} s before the earliest"
+                    self._early = Departure(step.transition.name, band.earliest_s, band.latest_s, f"{text} prediction")
 
-    def departs(self, seen: Observation) -> Departure | None:
+    def deviates(self, seen: Observation) -> Departure | None:
         """What calls for attention in ``seen``; None where all is as expected, or it was called not long ago."""
         waiting, at_s = seen.rest.then, seen.now_s
         if not waiting or self.lacks(waiting) or not self._bands:

@@ -4,48 +4,52 @@ from __future__ import annotations
 
 import math
 
+from homeostat.agents.roles import Agents
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.observation import Observation
+from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.verdict import Departure, Rollout, Verdict
-from homeostat.recovery.plant_rules import Bounds, PlantRules
-from homeostat.recovery.scene import FIRST_LOOK, Scene
+from homeostat.recovery.plant_rules import Bounds
+from homeostat.recovery.progress import ProgressMonitor
+from homeostat.recovery.scene import Scene
 
 
 class Prospect:
     """Rolls out what is left of the sequence; the steps that the guard takes are compared with that."""
 
-    def __init__(self, scene: Scene, rules: PlantRules, bounds: Bounds) -> None:
-        """``bounds`` say how long the twin may take."""
-        self._scene, self._machine = scene, rules.machine
-        self._limit_s, self._repeat_s = bounds.budget.arming_s, bounds.patience.repeat_s
+    def __init__(
+        self, scene: Scene, agents: Agents, machine: StateMachine, progress: ProgressMonitor, bounds: Bounds
+    ) -> None:
+        """``progress`` is told what is predicted; ``bounds`` say how long the twin may take."""
+        self._scene, self._agents, self._machine, self._progress = scene, agents, machine, progress
+        self._limit_s, self._repeat_s = bounds.budget.arming_s, bounds.intervention.repeat_s
         self._again_s = -math.inf
 
-    async def departure(self, observation: Observation) -> Departure | None:
-        """How the batch departs from what was predicted; a route of which nothing is predicted yet is rolled out.
+    async def deviation(self, seen: Observation) -> Departure | None:
+        """How the batch deviates from what was predicted; a route of which nothing is predicted yet is rolled out.
 
         Where the twin is late, it is asked again after a while.
         """
-        scene, rest = self._scene, observation.rest
-        due = observation.now_s >= self._again_s and len(scene.recent) >= FIRST_LOOK
-        if due and scene.progress.lacks(rest.then):  # the nominal route
-            scene.crew.simulation.observe(scene.recent)
-            healthy = Diagnosis(observation.now_s, (), ())
+        scene = self._scene
+        if scene.ready and seen.now_s >= self._again_s and self._progress.lacks(seen.rest.then):  # the nominal route
+            self._agents.simulation.observe(scene.recent)
+            healthy = Diagnosis(seen.now_s, (), ())
             try:
                 await scene.within("the prediction", self._limit_s, self._roll_out(healthy))
             except TimeoutError as late:
                 scene.alarm("prediction", f"{late}; no step is expected at any time")
-                self._again_s = observation.now_s + self._repeat_s
+                self._again_s = seen.now_s + self._repeat_s
                 return None
-        return scene.progress.departs(observation)
+        return self._progress.deviates(seen)
 
-    async def idle(self, diagnosis: Diagnosis) -> Rollout:
+    async def without_action(self, diagnosis: Diagnosis) -> Rollout:
         """Take a fresh look at the plant; what happens if nothing is done. TimeoutError where the twin is late."""
         return await self._scene.within("the prediction", self._limit_s, self._look_ahead(diagnosis))
 
     def judge(self, idle: Rollout) -> Verdict:
         """What follows if nobody interferes: the steps that are left, if any."""
         now = self._scene.now
-        return self._scene.crew.validation.judge(now.rest, idle, self._machine.state(now.rest.end), now.way)
+        return self._agents.validation.judge(now.rest, idle, self._machine.state(now.rest.end), now.way)
 
     async def _look_ahead(self, diagnosis: Diagnosis) -> Rollout:
         await self._scene.look()
@@ -53,7 +57,7 @@ class Prospect:
 
     async def _roll_out(self, diagnosis: Diagnosis) -> Rollout:
         """What the plant does by itself from now on, which is expected of it then."""
-        rest = self._scene.now.rest
-        rollout = await self._scene.crew.simulation.roll_out(diagnosis, rest)
-        self._scene.progress.expect(rest.then, rollout)
+        now = self._scene.now
+        rollout = await self._agents.simulation.roll_out(diagnosis, now.rest)
+        self._progress.expect(now.rest.then, rollout, now.now_s)
         return rollout

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from homeostat.agents.checks import judge
+from homeostat.agents.hypotheses import plausible
 from homeostat.agents.roles import Approved
-from homeostat.agents.simulation import plausible
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.tag import Tag

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import dataclass
 
+from homeostat.agents.bounds import Budget
 from homeostat.agents.roles import Approved
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import ReleasedActions, ReleaseRefused
 from homeostat.domain.mode import Mode
-from homeostat.domain.request import Answer, Request, RequestStatus
-from homeostat.domain.verdict import Finding, LeftAlone, Released, Revise
-from homeostat.recovery.plant_rules import Bounds
+from homeostat.domain.request import RequestStatus
+from homeostat.domain.verdict import Finding, LeftAlone, Released, Revise, Rollout
 from homeostat.recovery.release_check import Check
 from homeostat.recovery.scene import Scene
 
@@ -32,15 +33,25 @@ class Withdrawn(Exception):
     """The request was given up before it was written."""
 
 
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """What came of an action set that the guard took."""
+
+    outcome: Released | LeftAlone
+    """Released where it was written; LeftAlone where nobody writes in this mode."""
+    rollout: Rollout
+    """What the plant does with it, from the release check."""
+
+
 class Releasing:
     """Takes what was approved to the guard."""
 
-    def __init__(self, scene: Scene, check: Check, bounds: Bounds) -> None:
+    def __init__(self, scene: Scene, check: Check, budget: Budget) -> None:
         """``check`` seals what passes it."""
-        self._scene, self._check, self._budget = scene, check, bounds.budget
+        self._scene, self._check, self._budget = scene, check, budget
 
-    async def release(self, found: Approved, diagnosis: Diagnosis) -> Released | LeftAlone:
-        """Have ``found`` written; LeftAlone where it passed, and in this mode nobody writes.
+    async def release(self, found: Approved, diagnosis: Diagnosis) -> Taken:
+        """Have ``found`` checked once more and written.
 
         Raises:
             Overtaken: the plant has left the state that the action set starts in.
@@ -48,48 +59,32 @@ class Releasing:
             Withdrawn: nobody answered in time, or a person or a change of mode overtook the request.
             TimeoutError: the release check is late, or the guard says nothing.
         """
-        scene = self._scene
+        scene, proposer, actions, margin = self._scene, found.proposer, found.actions, found.approval.min_margin
         fresh = await scene.look()
         self._refuse_if_overtaken(found)
         work = asyncio.to_thread(self._check.check, fresh, found, diagnosis)
         checked = await scene.within("the release check", self._budget.check_s, work)
         if checked.request is None:
             findings = checked.verdict.violated if isinstance(checked.verdict, Revise) else ()
-            self._note_refusal(found, findings)
+            scene.record(ReleaseRefused(proposer, actions.digest, findings))
             raise Refused(findings)
-        answer = await self._ask(checked.request)
-        if answer.status is RequestStatus.CONFIRMED:
-            self._note_release(found, answer.at_s)
+        within_s = self._budget.person_s if scene.now.mode is Mode.APPROVE else self._budget.answer_s
+        answer = await scene.ask(checked.request, within_s)
+        if answer.status is RequestStatus.CONFIRMED:  # said before anything else is waited for: it may be overtaken
+            scene.record(ReleasedActions.of(proposer, actions, margin), answer.at_s)
         await scene.look()
         match answer.status:
             case RequestStatus.CONFIRMED:
-                scene.progress.expect(found.actions.then, checked.rollout)
-                return Released(found.actions, scene.seen_s)
+                return Taken(Released(actions, scene.seen_s), checked.rollout)
             case RequestStatus.ADVISED:
-                return LeftAlone(scene.seen_s, found.approval.min_margin)
+                return Taken(LeftAlone(scene.seen_s, margin), checked.rollout)
             case RequestStatus.WITHDRAWN:
-                raise Withdrawn(
-                    f"request {answer.request!r} was withdrawn{f': {answer.reason}' if answer.reason else ''}"
-                )
+                because = f": {answer.reason}" if answer.reason else ""
+                raise Withdrawn(f"request {answer.request!r} was withdrawn{because}")
             case _:
                 self._refuse_if_overtaken(found)
                 raise Refused(() if answer.finding is None else (answer.finding,))
 
-    async def _ask(self, request: Request) -> Answer:
-        """The guard's final answer."""
-        scene = self._scene
-        waits_for_person = scene.now.mode is Mode.APPROVE
-        within_s = self._budget.person_s if waits_for_person else self._budget.answer_s
-        return await scene.desk.ask(request, within_s)
-
     def _refuse_if_overtaken(self, found: Approved) -> None:
         if self._scene.now.state != found.path.states[0]:
             raise Overtaken(f"the plant went on to {self._scene.now.state!r} while the release was prepared")
-
-    def _note_refusal(self, found: Approved, findings: tuple[Finding, ...]) -> None:
-        self._scene.record(ReleaseRefused(found.proposer, found.actions.digest, findings))
-
-    def _note_release(self, found: Approved, at_s: float) -> None:
-        """Before anything else is waited for: whoever is overtaken then says no more."""
-        actions = found.actions
-        self._scene.record(ReleasedActions.of(found.proposer, actions, found.approval.min_margin), at_s)

@@ -1,4 +1,4 @@
-"""Scene: what recovery knows of the plant, and how it looks up, says what happened and keeps its deadlines."""
+"""Scene: the plant as recovery knows it, and the one way in which recovery looks up and speaks."""
 
 from __future__ import annotations
 
@@ -7,12 +7,16 @@ from collections import deque
 from collections.abc import Awaitable, Iterable
 from typing import TypeVar
 
-from homeostat.agents.roles import Crew
-from homeostat.domain.observation import Observation, Trouble
+from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.roles import Simulation, Situation
+from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.observation import Message, Observation, Trouble
 from homeostat.domain.ports import Desk
+from homeostat.domain.request import Answer, Request
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import Finding
 from homeostat.journal.events import Event, Trace
-from homeostat.recovery.progress import ProgressMonitor
+from homeostat.recovery.deadline import SHORTEST_S
 
 FIRST_LOOK = 5
 """Snapshots that the twin needs before it predicts anything."""
@@ -25,10 +29,9 @@ T = TypeVar("T")
 class Scene:
     """Takes every observation once, in order."""
 
-    def __init__(self, desk: Desk, crew: Crew, progress: ProgressMonitor, trace: Trace) -> None:
-        """``progress`` is told of every state that is entered; ``trace`` takes what recovery did."""
-        self.desk, self.crew, self.progress = desk, crew, progress
-        self._trace = trace
+    def __init__(self, desk: Desk, simulation: Simulation, grounding: Grounding, trace: Trace) -> None:
+        """``simulation`` is kept up to date; ``grounding`` was asked for what ``trace`` takes besides the events."""
+        self._desk, self._simulation, self._grounding, self._trace = desk, simulation, grounding, trace
         self._recent: deque[Snapshot] = deque(maxlen=RECENT)
         self._last: Observation | None = None
 
@@ -49,9 +52,14 @@ class Scene:
         return tuple(self._recent)
 
     @property
-    def snapshot(self) -> Snapshot:
-        """The freshest sample."""
-        return self._recent[-1]
+    def ready(self) -> bool:
+        """Whether the twin has seen enough to predict anything."""
+        return len(self._recent) >= FIRST_LOOK
+
+    def situation(self, diagnosis: Diagnosis, idle: tuple[Finding, ...], left_s: float) -> Situation:
+        """What proposers are asked about now; ``idle``: what follows without them, ``left_s``: their time [s]."""
+        now, way, moving = self.now, self.now.way, self.now.rest.commands
+        return Situation(self._recent[-1], diagnosis, now.state, self.recent, idle, left_s, way, moving)
 
     def take(self, observations: Iterable[Observation]) -> None:
         """Take note of those of ``observations`` that are new."""
@@ -61,20 +69,24 @@ class Scene:
             self._last = observation
             if observation.sample is not None:
                 self._recent.append(observation.sample)
-            for state, at_s in observation.entered:
-                self.progress.entered(state, at_s, len(observation.rest.then))
 
     async def look(self) -> tuple[Snapshot, ...]:
         """Look up: the time that was thought passes, and everything that was sampled meanwhile reaches the twin."""
-        seen = await self.desk.since(self.seen_s)
+        seen = await self._desk.since(self.seen_s)
         self.take(seen)
-        fresh = tuple(o.sample for o in seen if o.sample is not None) or (self.snapshot,)
-        self.crew.simulation.observe(fresh)
+        fresh = tuple(o.sample for o in seen if o.sample is not None) or (self._recent[-1],)
+        self._simulation.observe(fresh)
         return fresh
+
+    async def fresh(self, situation: Situation) -> Situation:
+        """The same question about the plant as it is now, and the time left now: it ran on while somebody thought."""
+        await self.look()
+        left_s = situation.deadline_s - (self._recent[-1].at_s - situation.snapshot.at_s)
+        return self.situation(situation.diagnosis, situation.idle, max(left_s, SHORTEST_S))
 
     async def within(self, stage: str, process_s: float, work: Awaitable[T]) -> T:
         """The result of ``work``; TimeoutError naming ``stage`` where it takes longer than ``process_s`` [s]."""
-        limit = asyncio.timeout(self.desk.wall_s(process_s))
+        limit = asyncio.timeout(self._desk.wall_s(process_s))
         try:
             async with limit:
                 return await work
@@ -82,6 +94,22 @@ class Scene:
             if limit.expired():
                 raise TimeoutError(f"{stage} took longer than {process_s:g} s") from None
             raise
+
+    def end(self, began: float, process_s: float) -> float:
+        """Time of the event loop at which thinking that ``began`` then and may take ``process_s`` is cut off [s]."""
+        return began + self._desk.wall_s(process_s)
+
+    def send(self, message: Message) -> None:
+        """Tell the guard."""
+        self._desk.put(message)
+
+    async def ask(self, request: Request, within_s: float) -> Answer:
+        """The guard's final answer to ``request``; it is withdrawn after ``within_s`` [s]."""
+        return await self._desk.ask(request, within_s)
+
+    def alarm(self, name: str, cause: str) -> None:
+        """Call a person: ``cause`` is one sentence."""
+        self.send(Trouble(f"recovery:{name}", cause))
 
     def record(self, event: Event, at_s: float | None = None) -> None:
         """Say that ``event`` happened at ``at_s``, now where None; what was asked of the graph before it goes first.
@@ -93,7 +121,7 @@ class Scene:
 
     def flush(self) -> None:
         """Record what was asked of the graph since the last event."""
-        for retrieved in self.crew.grounding.drain():
+        for retrieved in self._grounding.drain():
             self._append(retrieved, self.seen_s)
 
     def _append(self, event: Event, at_s: float) -> None:
@@ -101,7 +129,3 @@ class Scene:
             self._trace.record(event, at_s)
         except (OSError, ValueError) as error:
             self.alarm("journal", f"recovery's events are not journalled: {error}")
-
-    def alarm(self, name: str, cause: str) -> None:
-        """Call a person: ``cause`` is one sentence."""
-        self.desk.put(Trouble(f"recovery:{name}", cause))

@@ -1,26 +1,26 @@
-"""The framework's figure: supervise, recover; what is proposed in between is deliberation."""
+"""The framework's figure: monitor, diagnose, predict no action, arm the fallback, deliberate, release or fall back."""
 
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 
-from homeostat.agents.roles import Crew, NoAdmissiblePlan, Situation
+from homeostat.agents.roles import Agents, NoAdmissiblePlan
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.recovery import Departed, Diagnosed, LeftAsIs, Noticed
-from homeostat.domain.observation import FallBack, Observation
+from homeostat.domain.events.recovery import Departed, Diagnosed, Noticed
 from homeostat.domain.ports import Desk
-from homeostat.domain.verdict import Departure, HandedOver, LeftAlone, Released, Resolution, Verdict
+from homeostat.domain.verdict import Departure, HandedOver, LeftAlone, Released, Resolution
 from homeostat.journal.events import Trace
-from homeostat.recovery.agenda import Agenda
+from homeostat.recovery.agenda import Agenda, Memory, Stance
 from homeostat.recovery.arming import Arming
-from homeostat.recovery.deliberation import Deliberation
+from homeostat.recovery.endings import fall_back, leave_alone, nothing_is_known, stand_down
 from homeostat.recovery.intervention import InterventionPolicy
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.progress import ProgressMonitor
 from homeostat.recovery.proposals import Proposals
 from homeostat.recovery.prospect import Prospect
 from homeostat.recovery.release_check import Check
-from homeostat.recovery.releasing import Releasing, Withdrawn
+from homeostat.recovery.releasing import Withdrawn
 from homeostat.recovery.scene import Scene
 from homeostat.recovery.watch import Watch
 
@@ -28,128 +28,93 @@ from homeostat.recovery.watch import Watch
 class Supervisor:
     """Watches what the guard sees; every fault that monitoring reports gets one bounded recovery."""
 
-    def __init__(self, desk: Desk, crew: Crew, rules: PlantRules, check: Check, bounds: Bounds, trace: Trace) -> None:
+    def __init__(
+        self, desk: Desk, agents: Agents, rules: PlantRules, check: Check, bounds: Bounds, trace: Trace
+    ) -> None:
         """Wire the parts together; nothing happens before :meth:`supervise`."""
-        self._desk, self._monitoring, self._diagnosis_s = desk, crew.monitoring, bounds.budget.diagnosis_s
-        progress = ProgressMonitor(bounds.patience.slack_s, bounds.patience.repeat_s)
-        self._scene = scene = Scene(desk, crew, progress, trace)
-        self._watch, self._agenda = Watch(crew.monitoring), Agenda(scene, rules.machine, bounds)
-        self._prospect, self._arming = Prospect(scene, rules, bounds), Arming(scene, rules, bounds)
-        self._policy = InterventionPolicy(rules.limits, rules.production, rules.scales)
-        deliberation = Deliberation(scene, rules, Releasing(scene, check, bounds), self._policy, bounds)
-        self._proposals = Proposals(scene, deliberation, self._policy, bounds)
-        self._latched = self._again = False
+        self._desk, self._diagnosis_s = desk, bounds.budget.diagnosis_s
+        self._policy = policy = InterventionPolicy(rules.limits, rules.production, rules.scales)
+        self._scene = scene = Scene(desk, agents.simulation, agents.grounding, trace)
+        self._watch = Watch(agents.monitoring)
+        self._progress = ProgressMonitor(bounds.intervention.slack_s, bounds.intervention.repeat_s)
+        self._prospect = Prospect(scene, agents, rules.machine, self._progress, bounds)
+        self._arming = Arming(scene, agents.simulation, rules, bounds.budget)
+        self._proposals = Proposals(scene, agents, rules, check, policy, bounds)
+        self._agenda, self._memory = Agenda(rules.machine, bounds), Memory()
 
     async def supervise(self) -> None:
-        """Watch until there is nothing more to see; think about what monitoring reports and what does not go on."""
-        while (observation := await self._desk.next()) is not None:
-            self._scene.take((observation,))
-            noticed = self._watch.notices(observation.sample)
-            if self._stands_back(observation):
+        """Watch until there is nothing more to see; attend to what is noticed, deviates or is due, until it is done."""
+        while (seen := await self._desk.next()) is not None:
+            self._scene.take((seen,))
+            self._progress.follow(seen)
+            noticed = self._watch.notices(seen.sample)
+            if self._watch.stands_back(seen):
+                self._memory = replace(self._memory, unanswered=False)
                 continue
-            self._again = self._again or (noticed and not self._agenda.settled)
+            if noticed and not self._agenda.settled(self._memory, self._scene.now.state, self._watch.symptoms):
+                self._memory = replace(self._memory, unanswered=True)
             if self._desk.behind:  # what passed while somebody thought is watched first
                 continue
-            departure = await self._prospect.departure(observation)
-            if self._again or departure is not None or self._agenda.step_is_due:
-                self._again = True  # until it has come to its end
-                self._again = not await self._desk.think(self._attend(departure))
+            deviation = await self._prospect.deviation(seen)
+            if self._memory.unanswered or deviation is not None or self._agenda.step_is_due(self._memory, self._scene):
+                self._memory = replace(self._memory, unanswered=True)
+                done = await self._desk.think(self.attend(deviation))
+                self._memory = replace(self._memory, unanswered=not done)
 
-    async def recover(self, diagnosis: Diagnosis) -> Resolution:
-        """Release a validated action set within the time that physics leaves, leave the plant alone, or hand over."""
-        began = asyncio.get_running_loop().time()
-        agenda, policy = self._agenda, self._policy
+    async def attend(self, deviation: Departure | None) -> None:
+        """Find out what is wrong, and recover if anything is, or the batch deviates; the plant runs on meanwhile."""
+        scene, deviates = self._scene, deviation is not None
         try:
-            idle = await self._prospect.idle(diagnosis)
-        except TimeoutError as late:
-            return await self._hand_over(str(late))
-        limit_s = await self._arming.arm(diagnosis, idle)
-        verdict = self._prospect.judge(idle)
-        fine, harmless = policy.fine(verdict, agenda.recovered), policy.harmless(verdict)
-        if due := agenda.step_is_due:
-            agenda.note_asked()
-        if fine and agenda.calm(diagnosis) and not due:
-            return self._leave_alone(verdict)
-        if agenda.finished:  # nobody can propose anything: what matters is that no limit is violated
-            if not (fine or harmless):
-                return await self._hand_over("the batch is over, and what follows violates a limit")
-            agenda.note_accepted()
-            return self._leave_alone(verdict)
-        try:
-            situation = self._situation(diagnosis, verdict, limit_s)
-            outcome = await self._proposals.ask(situation, idle if fine and not due else None, began)
-        except (TimeoutError, NoAdmissiblePlan, Withdrawn) as reason:
-            if fine or (agenda.recovered and harmless):
-                return self._leave_alone(verdict)
-            return await self._hand_over(str(reason) or f"no approved proposal within {limit_s:.1f} s")
-        if isinstance(outcome, Released):
-            agenda.note_released(outcome, diagnosis)
-        return outcome
-
-    async def _attend(self, departure: Departure | None) -> None:
-        """Find out what is wrong, and recover if anything is; the plant runs on meanwhile.
-
-        Where the batch departs from its prediction, it is judged again although no fault explains why.
-        """
-        scene, departed = self._scene, departure is not None
-        self._arming.begin()
-        try:
-            scene.record(Noticed(tuple(s.rule for s in self._monitoring.symptoms)))
-            if departure is not None:
-                scene.record(Departed.of(departure, scene.now.state))
-            diagnosis = await self._diagnose(departed)
-            if diagnosis is None:
-                return
+            scene.record(Noticed(tuple(s.rule for s in self._watch.symptoms)))
+            if deviation is not None:
+                scene.record(Departed.of(deviation, scene.now.state))
+            try:
+                diagnosis = await self._watch.diagnose(deviates, self._desk.wall_s(self._diagnosis_s))
+            except TimeoutError:
+                return nothing_is_known(scene, self._diagnosis_s)
             if diagnosis.faulty:
                 scene.record(Diagnosed.of(diagnosis), diagnosis.at_s)
-            if diagnosis.faulty or departed or self._agenda.step_is_due or self._arming.stands:
-                outcome = await self.recover(diagnosis)
+            due = self._agenda.step_is_due(self._memory, scene)
+            if diagnosis.faulty or deviates or due or scene.now.act_by_s is not None:
+                outcome = await self.recover(diagnosis, deviates)
                 if isinstance(outcome, HandedOver):
                     return  # until the fallback has acted it may still be overtaken
-                if isinstance(outcome, LeftAlone):
-                    self._arming.relax()
-                if diagnosis.faulty or (departed and isinstance(outcome, Released)):
-                    self._monitoring.follow(outcome)
+                if diagnosis.faulty or (deviates and isinstance(outcome, Released)):
+                    self._watch.follow(outcome)
         finally:
             scene.flush()
 
-    async def _diagnose(self, departed: bool) -> Diagnosis | None:
-        """What is believed to be wrong; None where that takes too long, and nothing counts as known."""
-        limit_s = self._diagnosis_s
+    async def recover(self, diagnosis: Diagnosis, deviates: bool) -> Resolution:
+        """Release a validated action set within the time that physics leaves, leave the plant alone, or fall back."""
+        began, scene, agenda = asyncio.get_running_loop().time(), self._scene, self._agenda
         try:
-            return await self._watch.diagnose(departed, self._desk.wall_s(limit_s))
-        except TimeoutError:
-            self._arming.as_in_tables()
-            self._scene.alarm("diagnosis", f"the diagnosis took longer than {limit_s:g} s; nothing counts as known")
-            return None
-
-    def _stands_back(self, observation: Observation) -> bool:
-        """Whether a fallback has acted and nobody has reset it; monitoring is told once of either."""
-        before, self._latched = self._latched, observation.latched is not None
-        if observation.latched is not None:
-            self._again = False
-            self._watch.forget()
-            if not before:
-                self._monitoring.follow(HandedOver(observation.latched, observation.now_s))
-        elif before:
-            self._monitoring.follow(LeftAlone(observation.now_s, 0.0))
-        return self._latched
-
-    def _situation(self, diagnosis: Diagnosis, verdict: Verdict, limit_s: float) -> Situation:
-        """What proposers are asked about: the plant now, and what they have time for [s]."""
-        scene, now = self._scene, self._scene.now
-        return Situation(
-            scene.snapshot, diagnosis, now.state, scene.recent, verdict.findings, limit_s, now.way, now.rest.commands
-        )
-
-    def _leave_alone(self, verdict: Verdict) -> LeftAlone:
-        """Note by which margin the plant does without help."""
-        worst = min(f.margin for f in verdict.findings)
-        self._scene.record(LeftAsIs(self._scene.now.state, worst))
-        return LeftAlone(self._scene.seen_s, worst)
-
-    async def _hand_over(self, reason: str) -> HandedOver:
-        """Ask for the fallback; the time that was thought passes first."""
-        await self._scene.look()
-        self._desk.put(FallBack(reason))
-        return HandedOver(reason, self._scene.seen_s)
+            idle = await self._prospect.without_action(diagnosis)
+        except TimeoutError as late:
+            return await fall_back(scene, str(late))
+        armed = await self._arming.arm(diagnosis, idle)
+        verdict = self._prospect.judge(idle)
+        look = self._policy.look(scene.now, diagnosis, idle, verdict, self._memory.recovered)
+        if due := agenda.step_is_due(self._memory, scene):
+            self._memory = replace(self._memory, asked=(look.state, scene.seen_s))
+        stance = agenda.stance(self._memory, look, due, deviates)
+        reason = "the batch is over, and what follows violates a limit"
+        if stance.asks:
+            situation = scene.situation(diagnosis, verdict.findings, armed.left_s)
+            try:
+                taken = await self._proposals.ask(situation, idle if stance is Stance.IMPROVE else None, began)
+            except (TimeoutError, NoAdmissiblePlan, Withdrawn) as failed:
+                reason = str(failed) or f"no approved proposal within {armed.left_s:.1f} s"
+                if isinstance(failed, NoAdmissiblePlan):
+                    self._memory = replace(self._memory, in_vain=look)
+            else:
+                if isinstance(taken.outcome, LeftAlone):
+                    stand_down(scene, armed)
+                    return taken.outcome
+                self._progress.expect(taken.outcome.actions.then, taken.rollout, taken.outcome.at_s)
+                self._memory = agenda.after_release(self._memory, taken.outcome, diagnosis)
+                return taken.outcome
+        if not stance.may_be_left:
+            return await fall_back(scene, reason)
+        if stance is Stance.ACCEPT:
+            self._memory = replace(self._memory, accepted=frozenset(s.rule for s in self._watch.symptoms))
+        return leave_alone(scene, verdict, armed)

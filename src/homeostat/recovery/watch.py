@@ -7,8 +7,10 @@ from collections import deque
 from concurrent.futures import Future
 
 from homeostat.agents.roles import Monitoring
-from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.diagnosis import Diagnosis, Symptom
+from homeostat.domain.observation import Observation
 from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.verdict import HandedOver, LeftAlone, Resolution
 from homeostat.recovery.exchange.beside import start
 
 BACKLOG = 4096
@@ -19,11 +21,31 @@ class Watch:
     """Shows every snapshot to monitoring, in order, and never calls it twice at a time."""
 
     def __init__(self, monitoring: Monitoring) -> None:
-        """``monitoring`` is used by nobody else but for its symptoms and outcomes."""
+        """``monitoring`` is used by nobody else."""
         self._monitoring = monitoring
         self._waiting: deque[Snapshot] = deque(maxlen=BACKLOG)
         self._thinking: Future[Diagnosis] | None = None
-        self._out_of_date = False
+        self._out_of_date = self._latched = False
+
+    @property
+    def symptoms(self) -> tuple[Symptom, ...]:
+        """The symptoms that are active now."""
+        return self._monitoring.symptoms
+
+    def follow(self, outcome: Resolution) -> None:
+        """What was done about the last diagnosis."""
+        self._monitoring.follow(outcome)
+
+    def stands_back(self, seen: Observation) -> bool:
+        """Whether a fallback has acted and nobody has reset it; monitoring is told once of either."""
+        before, self._latched = self._latched, seen.latched is not None
+        if seen.latched is not None:
+            self.forget()
+            if not before:
+                self.follow(HandedOver(seen.latched, seen.now_s))
+        elif before:
+            self.follow(LeftAlone(seen.now_s, 0.0))
+        return self._latched
 
     def notices(self, snapshot: Snapshot | None) -> bool:
         """Take one more snapshot, if there is one; whether something needs to be explained now.
@@ -48,7 +70,7 @@ class Watch:
         """Nobody wants to know any more what was asked before."""
         self._out_of_date = self._thinking is not None
 
-    async def diagnose(self, departed: bool, wall_s: float) -> Diagnosis:
+    async def diagnose(self, deviates: bool, wall_s: float) -> Diagnosis:
         """What is believed now; TimeoutError where it takes longer than ``wall_s``, and it goes on all the same [s].
 
         Where an earlier diagnosis still goes on, or has come too late, it is that one.
@@ -57,7 +79,7 @@ class Watch:
             if self._thinking is not None and self._out_of_date:
                 await self._end(self._thinking)
             if self._thinking is None:
-                self._thinking = start(self._monitoring.diagnose, departed)
+                self._thinking = start(self._monitoring.diagnose, deviates)
             return (await self._end(self._thinking)).result()
 
     async def _end(self, thinking: Future[Diagnosis]) -> asyncio.Future[Diagnosis]:

@@ -67,7 +67,7 @@ def situation(fault: str) -> Situation:
 
 
 @dataclass
-class Crew:
+class Agents:
     """The language agents around one scripted model, and the loop's share of work."""
 
     model: ScriptedModel
@@ -105,17 +105,17 @@ class Crew:
 def questions(fault: str) -> tuple[Question, ...]:
     """Planning and action asked once, and both again after an attempt that did not help."""
     model, now = ScriptedModel("scripted:reasonable", reasonable), situation(fault)
-    crew = Crew(model, fault)
-    weak = Crew(ScriptedModel("scripted:stubborn", stubborn), fault)
+    agents = Agents(model, fault)
+    weak = Agents(ScriptedModel("scripted:stubborn", stubborn), fault)
 
     async def ask() -> None:
-        path = await crew.planning.plan(now, Advice())
+        path = await agents.planning.plan(now, Advice())
         assert isinstance(path, RecoveryPath)
-        await crew.action.act(now, path, Advice())
+        await agents.action.act(now, path, Advice())
         advice = await weak.attempt(Advice())
-        await crew.action.act(now, path, advice)
+        await agents.action.act(now, path, advice)
         with contextlib.suppress(NoAdmissiblePlan):  # where only one path is open
-            await crew.planning.plan(now, replace(advice, refused_paths=(path.commanded,)))
+            await agents.planning.plan(now, replace(advice, refused_paths=(path.commanded,)))
 
     asyncio.run(ask())
     return tuple(model.asked)

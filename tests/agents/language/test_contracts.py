@@ -12,7 +12,7 @@ from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.llm.scripted import ScriptedModel
-from tests.agents.language.situations import CURABLE, Crew, situation
+from tests.agents.language.situations import CURABLE, Agents, situation
 from tests.contracts.action import ActionContract
 from tests.contracts.planning import PlanningContract
 from tests.contracts.reprompting import RepromptingContract
@@ -20,10 +20,10 @@ from tests.twin.followed import reactor
 
 
 @pytest.fixture(params=[(name, fault) for name in SCRIPTS for fault in ("cool_stuck_closed", "outlet_block")], ids=str)
-def crew(request: pytest.FixtureRequest) -> Crew:
+def agents(request: pytest.FixtureRequest) -> Agents:
     """Both scripts, on a fault that takes a state away and on one that does not."""
     script, fault = request.param
-    return Crew(ScriptedModel(script, SCRIPTS[script]), fault)
+    return Agents(ScriptedModel(script, SCRIPTS[script]), fault)
 
 
 @pytest.fixture
@@ -33,22 +33,22 @@ def machine() -> StateMachine:
 
 class TestLanguagePlanning(PlanningContract):
     @pytest.fixture
-    def planning(self, crew: Crew) -> Planning:
-        return crew.planning
+    def planning(self, agents: Agents) -> Planning:
+        return agents.planning
 
     @pytest.fixture
-    def situation(self, crew: Crew) -> Situation:
-        return situation(crew.fault)
+    def situation(self, agents: Agents) -> Situation:
+        return situation(agents.fault)
 
 
 class TestLanguageAction(ActionContract):
     @pytest.fixture
-    def action(self, crew: Crew) -> Action:
-        return crew.action
+    def action(self, agents: Agents) -> Action:
+        return agents.action
 
     @pytest.fixture
-    def situation(self, crew: Crew) -> Situation:
-        return situation(crew.fault)
+    def situation(self, agents: Agents) -> Situation:
+        return situation(agents.fault)
 
     @pytest.fixture(params=["t_reduce", "t_hold", "t_compensate"])
     def path(self, request: pytest.FixtureRequest, machine: StateMachine) -> RecoveryPath:
@@ -61,8 +61,8 @@ class TestLanguageAction(ActionContract):
 
 class TestTeachingReprompting(RepromptingContract):
     @pytest.fixture
-    def reprompting(self, crew: Crew) -> Reprompting:
-        return crew.reprompting
+    def reprompting(self, agents: Agents) -> Reprompting:
+        return agents.reprompting
 
     @pytest.fixture
     def path(self, machine: StateMachine) -> RecoveryPath:

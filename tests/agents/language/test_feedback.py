@@ -17,7 +17,7 @@ from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.verdict import Finding, Revise
 from homeostat.llm.scripted import ScriptedModel
-from tests.agents.language.situations import Crew, situation
+from tests.agents.language.situations import Agents, situation
 from tests.twin.followed import reactor
 
 PLANT = reactor().description
@@ -151,15 +151,15 @@ def test_what_leaving_it_alone_violates_is_told_with_the_first_question() -> Non
 def second_question(script: str) -> tuple[str, tuple[Attempt, ...]]:
     """What action is asked after one attempt about a stuck cooling valve that was refused."""
     model = ScriptedModel(script, {"stubborn": stubborn, "reasonable": reasonable}[script])
-    crew = Crew(model)
+    agents = Agents(model)
 
     async def ask() -> None:
-        advice = await crew.attempt(Advice())
-        await crew.attempt(advice)
+        advice = await agents.attempt(Advice())
+        await agents.attempt(advice)
 
     asyncio.run(ask())
     asked = [q for q in model.asked if q.agent == "action"]
-    return asked[-1].prompt, tuple(crew.attempts)
+    return asked[-1].prompt, tuple(agents.attempts)
 
 
 def test_the_second_question_has_the_numbers_of_the_first_attempt() -> None:

@@ -16,7 +16,7 @@ from homeostat.domain.advice import Advice
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import estimate, exact
-from tests.agents.language.situations import CURABLE, FAULTS, NOW_S, Crew, questions, situation
+from tests.agents.language.situations import CURABLE, FAULTS, NOW_S, Agents, questions, situation
 from tests.twin.followed import reactor
 
 pytestmark = pytest.mark.filterwarnings("ignore:open_binary is deprecated:DeprecationWarning")
@@ -123,9 +123,9 @@ def test_nothing_is_told_that_only_the_scenario_knows() -> None:
     """A fault that nobody suspects does not appear, though it is what is wrong."""
     now = situation("fouling")
     unaware = replace(now, diagnosis=replace(now.diagnosis, hypotheses=situation("pump_degrade").diagnosis.hypotheses))
-    crew = Crew(ScriptedModel("m", reasonable), "fouling")
-    choice = crew.planning.choice(unaware, Advice())
-    order = crew.action.order(unaware, next(iter(choice.paths.values())), Advice())
+    agents = Agents(ScriptedModel("m", reasonable), "fouling")
+    choice = agents.planning.choice(unaware, Advice())
+    order = agents.action.order(unaware, next(iter(choice.paths.values())), Advice())
     for text in (choice.question, order.question):
         assert "fouling" not in text.system + text.prompt + str(text.schema)
         assert "pump_degrade" in text.prompt
@@ -158,13 +158,13 @@ def test_the_subgraph_makes_room_for_what_happens(words: int) -> None:
 def test_where_no_path_is_open_nobody_is_asked() -> None:
     model = ScriptedModel("m", reasonable)
     with pytest.raises(NoAdmissiblePlan, match="leak"):
-        asyncio.run(Crew(model, "leak").planning.plan(situation("leak"), Advice()))
+        asyncio.run(Agents(model, "leak").planning.plan(situation("leak"), Advice()))
     assert model.asked == []
 
 
 def test_the_same_situation_is_the_same_question() -> None:
     now: Situation = situation("fouling")
-    ask = [Crew(ScriptedModel("m", reasonable), "fouling").planning.choice(now, Advice()).question for _ in range(2)]
+    ask = [Agents(ScriptedModel("m", reasonable), "fouling").planning.choice(now, Advice()).question for _ in range(2)]
     assert ask[0] == ask[1]
 
 
@@ -180,9 +180,9 @@ NOTES = [
 @pytest.mark.parametrize("note", NOTES, ids=lambda n: repr(n)[:12])
 def test_a_note_is_one_quoted_line_in_every_prompt(note: str) -> None:
     now = situation("fouling")
-    crew = Crew(ScriptedModel("m", reasonable), "fouling", (note,))
-    choice = crew.planning.choice(now, Advice())
-    order = crew.action.order(now, next(iter(choice.paths.values())), Advice())
+    agents = Agents(ScriptedModel("m", reasonable), "fouling", (note,))
+    choice = agents.planning.choice(now, Advice())
+    order = agents.action.order(now, next(iter(choice.paths.values())), Advice())
     for asked in (choice.question, order.question):
         lines = [line for line in asked.prompt.split("\n") if line.startswith("Operator's note: ")]
         assert len(lines) == 1 and lines[0].endswith("»") and lines[0].count("«") == lines[0].count("»") == 1

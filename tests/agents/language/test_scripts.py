@@ -15,7 +15,7 @@ from homeostat.domain.advice import Advice
 from homeostat.domain.verdict import Approve, Revise
 from homeostat.llm.scripted import ScriptedModel
 from tests.agents.language.answering import STATES, TAGS, text
-from tests.agents.language.situations import CURABLE, Crew, questions
+from tests.agents.language.situations import CURABLE, Agents, questions
 from tests.llm.asking import question
 from tests.twin.followed import reactor
 
@@ -113,28 +113,28 @@ def test_the_answers_of_other_tests_are_read() -> None:
 @pytest.mark.parametrize("fault", ["cool_stuck_closed", "pump_degrade", "fouling"])
 def test_what_the_feedback_says_is_enough_to_be_approved(fault: str) -> None:
     """The teaching works: a script that knows nothing but its prompts finds commands that validation approves."""
-    crew = Crew(ScriptedModel("reasonable", reasonable), fault)
+    agents = Agents(ScriptedModel("reasonable", reasonable), fault)
 
     async def learn() -> list[bool]:
         advice = Advice()
         for _ in range(6):
-            advice = await crew.attempt(advice)
-            if isinstance(crew.attempts[-1].verdict, Approve):
+            advice = await agents.attempt(advice)
+            if isinstance(agents.attempts[-1].verdict, Approve):
                 break
-        return [isinstance(a.verdict, Approve) for a in crew.attempts]
+        return [isinstance(a.verdict, Approve) for a in agents.attempts]
 
     approved = asyncio.run(learn())
     assert approved[-1] and not any(approved[:-1])
 
 
 def test_a_stubborn_model_learns_nothing() -> None:
-    crew = Crew(ScriptedModel("stubborn", stubborn))
+    agents = Agents(ScriptedModel("stubborn", stubborn))
 
     async def learn() -> None:
-        advice = await crew.attempt(Advice())
-        await crew.attempt(replace(advice, tries=0))
+        advice = await agents.attempt(Advice())
+        await agents.attempt(replace(advice, tries=0))
 
     asyncio.run(learn())
-    first, second = crew.attempts
+    first, second = agents.attempts
     assert first.actions is not None and second.actions is not None and first.actions.digest == second.actions.digest
     assert isinstance(second.verdict, Revise)

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from homeostat.agents.checks import target_name
-from homeostat.agents.simulation import STEP, TwinSimulation, plausible
+from homeostat.agents.hypotheses import plausible
+from homeostat.agents.simulation import STEP, TwinSimulation
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.twin.twin import Purpose, Twin

@@ -142,7 +142,7 @@ def test_sixty_seconds_of_thinking_are_no_harm(case: Case) -> None:
 
 def test_while_a_diagnosis_never_yields(case: Case, stop: threading.Event) -> None:
     def stuck(monitoring: Monitoring) -> Monitoring:
-        return Outside(monitoring, diagnose=lambda departed=False: hang(stop))  # type: ignore[return-value]
+        return Outside(monitoring, diagnose=lambda deviates=False: hang(stop))  # type: ignore[return-value]
 
     done = run(case, ThinkingClock(SCALE), Arrangement(given=stuck))
     assert acts_in_time(done) and done.fallbacks[0] == done.violated_s

@@ -6,13 +6,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from homeostat.agents.hypotheses import likely_faults
 from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in
 from homeostat.agents.language.feedback import feedback_text, idle_text
 from homeostat.agents.language.situation import MOST_FINDINGS, situation_text, worst_first
 from homeostat.agents.language.speaker import Briefing, ask
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
-from homeostat.agents.search.planning import plausible_faults
 from homeostat.domain.advice import Advice, Sensitivity
 from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.quotation import quote
@@ -57,7 +57,7 @@ class LanguageAction:
         self, situation: Situation, path: RecoveryPath, advice: Advice, slopes: Sequence[Sensitivity] = ()
     ) -> Order:
         """What the model is asked; ``slopes``: how the margins without action change with each command."""
-        faults, choices = plausible_faults(situation.diagnosis), open_setpoints(path.commanded_states)
+        faults, choices = likely_faults(situation.diagnosis), open_setpoints(path.commanded_states)
         chosen = [state for state in path.commanded_states if state.open_setpoints]
         hard = [limit.name for limit in self._plant.limits.hard]
         told = (feedback_text(advice, self._plant), idle_text(situation.idle, slopes, self._plant) if slopes else "")

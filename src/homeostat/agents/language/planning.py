@@ -7,12 +7,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
+from homeostat.agents.hypotheses import likely_faults
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, planning_type
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.situation import situation_text
 from homeostat.agents.language.speaker import Briefing, ask
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
-from homeostat.agents.search.planning import open_paths, plausible_faults
+from homeostat.agents.search.planning import open_paths
 from homeostat.domain.advice import Advice
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import RecoveryPath
@@ -61,7 +62,7 @@ class LanguagePlanning:
 
     def choice(self, situation: Situation, advice: Advice) -> Choice:
         """What the model is asked; NoAdmissiblePlan where there is nothing to choose from."""
-        faults = plausible_faults(situation.diagnosis)
+        faults = likely_faults(situation.diagnosis)
         paths = self._offered(open_paths(self._plant, self._grounding, situation, advice))
         if not paths:
             raise NoAdmissiblePlan(

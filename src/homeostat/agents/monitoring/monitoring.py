@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.hypotheses import probabilities
 from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.agents.monitoring.symptoms import SymptomWatch
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
@@ -20,7 +21,7 @@ from homeostat.twin.twin import Twin
 
 @dataclass(frozen=True, slots=True)
 class MonitoringSettings:
-    """How patient monitoring is; all times in process seconds."""
+    """How long monitoring waits before it speaks; all times in process seconds."""
 
     settle_s: float = 500.0
     """After the plant has reached normal operation, before features are judged [s]."""
@@ -101,17 +102,17 @@ class Monitoring:
         """The symptoms that are active now."""
         return self._symptoms
 
-    def diagnose(self, departed: bool = False) -> Diagnosis:
+    def diagnose(self, deviates: bool = False) -> Diagnosis:
         """What is believed now; not faulty where evidence is missing or nothing is the best explanation.
 
-        A batch that ``departed`` from its prediction is evidence enough: every fault is tried, and none is waited for.
+        That the batch ``deviates`` from its prediction is evidence enough: each fault is tried, and none is waited for.
         """
-        hypotheses = self._explain(self._symptoms, departed)
+        hypotheses = self._explain(self._symptoms, deviates)
         nothing = Diagnosis(self._at_s, (), ())
-        if not hypotheses or (not departed and self._unsure(hypotheses) and self._waiting(self._at_s)):
+        if not hypotheses or (not deviates and self._unsure(hypotheses) and self._waiting(self._at_s)):
             return nothing
         if sum(h.probability for h in hypotheses if not h.faults) > 0.5:
-            if departed:
+            if deviates:
                 return nothing
             self._quiet_until_s = self._at_s + self._settings.repeat_s
             self._first_s = None
@@ -178,13 +179,13 @@ class Monitoring:
         fresh = {s.rule for s in self._symptoms if self._acknowledged.get(s.rule, 0.0) <= at_s}
         return bool(fresh) and at_s >= self._quiet_until_s
 
-    def _explain(self, symptoms: tuple[Symptom, ...], departed: bool) -> tuple[Hypothesis, ...]:
-        """Candidate faults from the graph, and those believed before, explained by the twin; all where ``departed``."""
+    def _explain(self, symptoms: tuple[Symptom, ...], deviates: bool) -> tuple[Hypothesis, ...]:
+        """Candidate faults from the graph, and those believed before, explained by the twin; all where ``deviates``."""
         indicated = [s.rule for s in symptoms]
         candidates = self._grounding.candidate_faults(indicated) if indicated else ()
-        others = self._every if departed else ()
+        others = self._every if deviates else ()
         ordered = list(dict.fromkeys([*candidates, *(f.fault for f in self._known), *others]))
-        return self._twin.frozen().explain(ordered, self._known, departed) if ordered else ()
+        return self._twin.frozen().explain(ordered, self._known, deviates) if ordered else ()
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
         """Where one fault of one size explains everything since the release, learn the parameters from that time."""
@@ -196,10 +197,7 @@ class Monitoring:
 
     def _unsure(self, hypotheses: tuple[Hypothesis, ...]) -> bool:
         """Whether no explanation stands out."""
-        by_name: dict[str, float] = {}
-        for h in hypotheses:
-            by_name[h.name] = by_name.get(h.name, 0.0) + h.probability
-        return max(by_name.values()) < self._settings.sure
+        return max(probabilities(hypotheses).values()) < self._settings.sure
 
     def _waiting(self, at_s: float) -> bool:
         """Whether there is still time to gather evidence; starts the wait."""

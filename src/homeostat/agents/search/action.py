@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from homeostat.agents.hypotheses import LIKELY, TRIED, plausible
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import Point, SearchSpace, present_point
 from homeostat.agents.search.cost import Cost
 from homeostat.agents.search.routes import RouteSearch
-from homeostat.agents.simulation import plausible
 from homeostat.domain.advice import Advice
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.production import Production
@@ -44,8 +44,6 @@ class SearchSettings:
     """Points that are tried again on as many members as validation uses."""
     fine: tuple[float, ...] = (0.02, 0.008)
     """Step of each refinement on those."""
-    least_probability: float = 0.05
-    """Hypotheses below this are left to validation [1]."""
 
 
 class SearchAction:
@@ -80,14 +78,14 @@ class SearchAction:
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet:
         """The best action set found for the path's target state; validation says whether it will do."""
         if path.awaited:
-            routes = RouteSearch(self._twin.frozen(), self._cost, self._tags, self._settings.least_probability)
+            routes = RouteSearch(self._twin.frozen(), self._cost, self._tags)
             return await asyncio.to_thread(routes.best, path, situation, dict(advice.required))
         space = SearchSpace(path.machine.state(path.target), self._tags)
         return await asyncio.to_thread(self._search, self._twin.frozen(), space, situation, dict(advice.required))
 
     def _search(self, twin: Twin, space: SearchSpace, situation: Situation, required: Mapping[str, float]) -> ActionSet:
         settings = self._settings
-        likely = plausible(situation.diagnosis, settings.least_probability, most=6)
+        likely = plausible(situation.diagnosis, LIKELY, TRIED)
         few = twin.ensemble(likely, twin.settings.search_draws)
         tried: dict[Point, float] = {}
         present = present_point(space.state, situation.snapshot.values)

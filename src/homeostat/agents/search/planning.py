@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 
 from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.hypotheses import likely_faults
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.domain.advice import Advice
-from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.plant.description import PlantDescription, Relation
 from homeostat.domain.recovery import RecoveryPath
-
-PLAUSIBLE = 0.05
-"""A fault takes states and transitions away if it is at least this probable [1]."""
 
 
 class SearchPlanning:
@@ -25,7 +22,7 @@ class SearchPlanning:
 
     async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath:
         """The least risky path that was not refused yet."""
-        faults = plausible_faults(situation.diagnosis)
+        faults = likely_faults(situation.diagnosis)
         for path in open_paths(self._plant, self._grounding, situation, advice):
             return path
         tried = ", ".join(sorted({states[-1] for states in advice.refused_paths}))
@@ -37,8 +34,8 @@ class SearchPlanning:
 def open_paths(
     plant: PlantDescription, grounding: Grounding, situation: Situation, advice: Advice
 ) -> Iterator[RecoveryPath]:
-    """The paths that guards and plausible faults leave open and that were not refused yet, the least risky first."""
-    faults = plausible_faults(situation.diagnosis)
+    """The paths that guards and likely faults leave open and that were not refused yet, the least risky first."""
+    faults = likely_faults(situation.diagnosis)
     # A path is refused for the states that it commands: another way to them admits the same commands.
     refused = set(advice.refused_paths)
     values, lying = situation.snapshot.values, unreliable_tags(plant, faults)
@@ -47,15 +44,6 @@ def open_paths(
         path = RecoveryPath(machine, transitions)
         if path.commanded not in refused and grounding.allows(path.states, faults):
             yield path
-
-
-def plausible_faults(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Faults that the hypotheses make at least :data:`PLAUSIBLE`, sorted by name."""
-    weight: dict[str, float] = {}
-    for hypothesis in diagnosis.hypotheses:
-        for fault in {f.fault for f in hypothesis.faults}:
-            weight[fault] = weight.get(fault, 0.0) + hypothesis.probability
-    return tuple(sorted(f for f, w in weight.items() if w >= PLAUSIBLE))
 
 
 def unreliable_tags(plant: PlantDescription, faults: Collection[str]) -> frozenset[str]:

@@ -8,9 +8,9 @@ from functools import partial
 
 import numpy as np
 
+from homeostat.agents.hypotheses import LIKELY, TRIED, plausible
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.cost import Cost
-from homeostat.agents.simulation import plausible
 from homeostat.domain.plant.state_machine import State
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, open_setpoints
@@ -27,10 +27,9 @@ CHANGE = 0.01
 class RouteSearch:
     """Tries a route with every combination of a few values of what it leaves open, all in one call of the engine."""
 
-    def __init__(self, twin: Twin, cost: Cost, tags: Mapping[str, Tag], least_probability: float) -> None:
-        """``least_probability``: hypotheses below this are left to validation [1]."""
+    def __init__(self, twin: Twin, cost: Cost, tags: Mapping[str, Tag]) -> None:
+        """``tags`` say how fast a command may ramp."""
         self._twin, self._cost, self._tags = twin, cost, tags
-        self._least = least_probability
 
     def best(self, path: RecoveryPath, situation: Situation, required: Mapping[str, float]) -> ActionSet:
         """The cheapest way to take ``path``; validation says whether it will do."""
@@ -38,7 +37,7 @@ class RouteSearch:
         routes = [ActionSet.along(path, partial(self._commands, chosen)) for chosen in choices]
         if len(routes) == 1:
             return routes[0]
-        likely = plausible(situation.diagnosis, self._least, most=6)
+        likely = plausible(situation.diagnosis, LIKELY, TRIED)
         ensemble = self._twin.ensemble(likely, self._twin.settings.search_draws, Purpose.REFINE)
         cost = self._cost.of(*self._twin.follow_many(ensemble, routes), required, len(routes))
         design = self._design(path)

@@ -40,7 +40,7 @@ class LabelGiven:
         """Those of the monitoring behind it."""
         return self._monitoring.symptoms
 
-    def diagnose(self, departed: bool = False) -> Diagnosis:
+    def diagnose(self, deviates: bool = False) -> Diagnosis:
         """What is truly there now."""
         self._told = self._present
         self._review_at_s = math.inf

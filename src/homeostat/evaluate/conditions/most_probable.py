@@ -30,9 +30,9 @@ class MostProbable:
         """Those of the monitoring behind it."""
         return self._monitoring.symptoms
 
-    def diagnose(self, departed: bool = False) -> Diagnosis:
+    def diagnose(self, deviates: bool = False) -> Diagnosis:
         """The most probable set of faults, each of its most probable size, as if it were certain."""
-        diagnosis = self._monitoring.diagnose(departed)
+        diagnosis = self._monitoring.diagnose(deviates)
         kept = tuple(Hypothesis(belief.faults, 1.0) for belief in by_fault_set(diagnosis.hypotheses)[:1])
         return replace(diagnosis, hypotheses=kept)
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final, Literal, TypeAlias
 from annotated_types import Len
 from pydantic import BaseModel, ConfigDict, StringConstraints, model_validator
 
-from homeostat.agents.bounds import Patience
+from homeostat.agents.bounds import InterventionBounds
 from homeostat.agents.monitoring.monitoring import MonitoringSettings
 from homeostat.domain.plant.production import Production
 from homeostat.guard.settings import LEASE_WITHIN_S, LONGEST_LEASE_S
@@ -149,8 +149,8 @@ class MonitoringTable(Table):
         return MonitoringSettings(**self.given())
 
 
-class PatienceTable(Table):
-    """``[patience]``: what the keys mean stands at `Patience`."""
+class InterventionTable(Table):
+    """``[patience]``: what the keys mean stands at `InterventionBounds`."""
 
     calm_s: SomeTime | None = None
     improvements: Annotated[int, within(0, 100, "proposals", "each one is searched and judged")] | None = None
@@ -158,9 +158,9 @@ class PatienceTable(Table):
     repeat_s: Pause | None = None
 
     @property
-    def settings(self) -> Patience:
+    def settings(self) -> InterventionBounds:
         """As the supervisor takes them."""
-        return Patience(**self.given())
+        return InterventionBounds(**self.given())
 
 
 class LinkTable(Table):
@@ -217,8 +217,8 @@ class Settings(Table):
     twin: TwinTable
     """How the twin is judged and used."""
     monitoring: MonitoringTable = MonitoringTable()
-    """How patient monitoring is."""
-    patience: PatienceTable = PatienceTable()
+    """How long monitoring waits before it speaks."""
+    patience: InterventionTable = InterventionTable()
     """How eagerly a plant is improved."""
     link: LinkTable = LinkTable()
     """What the plant's control system needs."""

@@ -1,8 +1,8 @@
-"""A batch that departs from its prediction is looked at, whatever monitoring notices."""
+"""A batch that deviates from its prediction is looked at, whatever monitoring notices."""
 
 from __future__ import annotations
 
-from homeostat.agents.bounds import Patience
+from homeostat.agents.bounds import InterventionBounds
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Departed, LeftAsIs, Noticed, ReleasedActions
@@ -14,7 +14,7 @@ from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
 from tests.recovery.line import COOLING, GOOD, Stage, monitoring, run
 from tests.safety.world import CALM, HOT, rule
 
-PATIENCE = Patience(slack_s=5.0, repeat_s=30.0)
+BOUNDS = Bounds(intervention=InterventionBounds(slack_s=5.0, repeat_s=30.0))
 BAND = StepBand(30.0, 40.0)
 """When the twin says that it is cold [s]."""
 
@@ -22,7 +22,7 @@ BAND = StepBand(30.0, 40.0)
 def stage(band: StepBand = BAND, **changed: object) -> Stage:
     """A cooling line that nobody notices anything about."""
     healthy = ScriptedMonitoring(answer=lambda at_s: Diagnosis(at_s, (), ()))
-    made = Stage(ScriptedAction(GOOD), monitoring=healthy, bounds=Bounds(patience=PATIENCE), machine=COOLING, **changed)  # type: ignore[arg-type]
+    made = Stage(ScriptedAction(GOOD), monitoring=healthy, bounds=BOUNDS, machine=COOLING, **changed)  # type: ignore[arg-type]
     made.twin.bands = lambda actions: (band,) * len(actions.then)
     return made
 
@@ -31,21 +31,21 @@ def states(done: Stage) -> list[str]:
     return [e.state for e in done.trace.of(StateEntered)]
 
 
-def departures(done: Stage) -> list[tuple[float, str]]:
+def deviations(done: Stage) -> list[tuple[float, str]]:
     return [(e.at_s, e.event.transition) for e in done.trace.entries if isinstance(e.event, Departed)]
 
 
 def test_a_late_step_is_looked_at_and_left_alone_where_all_is_well() -> None:
     done = run(stage(heating=0.0))
-    assert departures(done) == [(46.0, "cools"), (76.0, "cools"), (106.0, "cools")]
-    assert monitoring(done).departures == [True] * 3
+    assert deviations(done) == [(46.0, "cools"), (76.0, "cools"), (106.0, "cools")]
+    assert monitoring(done).deviations == [True] * 3
     assert len(done.trace.of(Noticed)) == len(done.trace.of(LeftAsIs)) == 3
     assert done.plant.written == [] and monitoring(done).outcomes == [], "a healthy plant is not improved"
 
 
 def test_a_late_step_gets_a_new_plan_where_the_rest_does_not_do() -> None:
     done = run(stage(heating=0.15))
-    assert departures(done)[0] == (46.0, "cools")
+    assert deviations(done)[0] == (46.0, "cools")
     (released,) = done.trace.of(ReleasedActions)
     assert released.digest == GOOD.digest and len(monitoring(done).outcomes) == 1
 
@@ -54,13 +54,13 @@ def test_a_step_in_time_is_no_news() -> None:
     made = stage(heating=0.0)
     made.plant.disturb = lambda at_s, values: values.update(T=289.0) if at_s == 35.0 else None
     done = run(made)
-    assert departures(done) == [] and states(done)[-1] == "reduced"
+    assert deviations(done) == [] and states(done)[-1] == "reduced"
 
 
 def test_an_early_step_is_looked_at() -> None:
     made = stage(heating=0.0)
     made.plant.disturb = lambda at_s, values: values.update(T=289.0) if at_s == 20.0 else None
-    assert departures(run(made)) == [(20.0, "cools")]
+    assert deviations(run(made)) == [(20.0, "cools")]
 
 
 def test_a_step_that_a_permissive_forbids_is_looked_at() -> None:
@@ -80,4 +80,4 @@ def test_nothing_is_predicted_where_no_slack_is_stated() -> None:
     made = stage(heating=0.0)
     made.bounds = Bounds()
     made.twin.bands = bands
-    assert departures(run(made)) == [] and asked == []
+    assert deviations(run(made)) == [] and asked == []

@@ -1,0 +1,36 @@
+"""Endings: how recovery ends where nothing is released."""
+
+from __future__ import annotations
+
+from homeostat.domain.events.recovery import LeftAsIs
+from homeostat.domain.observation import Arm, FallBack, NoAction
+from homeostat.domain.verdict import HandedOver, LeftAlone, Verdict
+from homeostat.recovery.arming import Armed
+from homeostat.recovery.scene import Scene
+
+
+def nothing_is_known(scene: Scene, limit_s: float) -> None:
+    """The diagnosis took longer than ``limit_s`` [s]: the first fallback of the tables is to act first."""
+    scene.send(Arm(()))
+    scene.alarm("diagnosis", f"the diagnosis took longer than {limit_s:g} s; nothing counts as known")
+
+
+def leave_alone(scene: Scene, verdict: Verdict, armed: Armed) -> LeftAlone:
+    """Say by which margin the plant does without help."""
+    worst = min(f.margin for f in verdict.findings)
+    scene.record(LeftAsIs(scene.now.state, worst))
+    stand_down(scene, armed)
+    return LeftAlone(scene.seen_s, worst)
+
+
+def stand_down(scene: Scene, armed: Armed) -> None:
+    """Nothing need act by itself any more: end the time to act by that the guard was told, or that stands in it."""
+    if armed.act_by_s is not None or scene.now.act_by_s is not None:
+        scene.send(NoAction())
+
+
+async def fall_back(scene: Scene, reason: str) -> HandedOver:
+    """Ask for the fallback; the time that was thought passes first."""
+    await scene.look()
+    scene.send(FallBack(reason))
+    return HandedOver(reason, scene.seen_s)
