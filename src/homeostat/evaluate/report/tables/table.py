@@ -16,7 +16,7 @@ EMPTY: Final = "–"
 
 @dataclass(frozen=True, slots=True)
 class Percent:
-    """A published rate whose counts are not known."""
+    """A rate whose counts are not known."""
 
     value: float
     """Rate [%]."""
