@@ -1,4 +1,4 @@
-"""Arguments: numbers that are numbers, and errors that are one line."""
+"""Arguments: numbers that are numbers, errors that are one line, commands that are imported where they are called."""
 
 from __future__ import annotations
 
@@ -26,6 +26,13 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Leave with the message."""
         self.exit(2, f"homeostat: {' '.join(message.split())}; see '{self.prog} --help'\n")
+
+
+def command(commands: Commands, name: str, by: str, about: str, description: str, epilog: str | None = None) -> Parser:
+    """A command that the function ``by`` ("module:function" below `homeostat.cli.commands`) carries out."""
+    made = commands.add_parser(name, help=about, description=description, epilog=epilog, allow_abbrev=False)
+    made.set_defaults(carry_out=by)
+    return made
 
 
 def number(low: float = -math.inf, high: float = math.inf) -> Callable[[str], float]:
