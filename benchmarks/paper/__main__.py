@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.paper.heat_map import heat_map
+from benchmarks.paper.names import distinct, file_name
 from benchmarks.paper.tables import paper_latency, paper_tables
 from homeostat.evaluate.report.groups import cases, in_order
 from homeostat.evaluate.report.report import write_tables
-from homeostat.evaluate.report.tables.table import distinct, file_name
 from homeostat.evaluate.study.dataset import DATASET, read_dataset
 from homeostat.evaluate.study.row import Row
 

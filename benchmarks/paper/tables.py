@@ -6,19 +6,20 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from benchmarks.paper.names import file_name
 from benchmarks.paper.published import Published, published_lines, published_rows
 from homeostat.evaluate.report.groups import ALL, Group, cases, grouped, in_order, overall
 from homeostat.evaluate.report.statistics import Estimate, Rate, wilson
 from homeostat.evaluate.report.tables.score import RUNS, WHO, Score, mean, table, words
 from homeostat.evaluate.report.tables.scores import EFFORT, SUCCESS
-from homeostat.evaluate.report.tables.table import Cell, Column, Kind, Percent, Table, compact, file_name
+from homeostat.evaluate.report.tables.table import Cell, Column, Kind, Percent, Table, compact
 from homeostat.evaluate.study.row import Row
 
 RUN: Final = "those run"
 """Name of the last row where some of the published rows were not run."""
 TOKENS: Final = tuple(score for score in EFFORT if score.column.name.startswith("tokens"))
 MEANINGS: Final = {
-    "figures": words()["columns"]["figures"].replace(", or yardstick", ", yardstick, or published"),
+    "figures": words()["columns"]["figures"].replace(", or reference policy", ", reference policy, or published"),
     "tokens in [k]": "tokens of all questions of a run, mean over the runs in which a model was asked; "
     "95 % bootstrap interval",
     "tokens out [k]": "tokens of all answers of a run, likewise",
@@ -111,7 +112,7 @@ def paper_latency(rows: Sequence[Row]) -> list[Table]:
 
 def _table(name: str, case: str, title: str, note: str, scores: Sequence[Score[Line]], lines: Sequence[Line]) -> Table:
     said = {"title": title, "note": note, "columns": {**words()["success"]["columns"], **MEANINGS}}
-    return compact(table(file_name(name, case), said, scores, lines))
+    return compact(table(file_name(name, case), scores, lines, said))
 
 
 def _cases(rows: Sequence[Row]) -> Iterator[tuple[str, list[Line]]]:

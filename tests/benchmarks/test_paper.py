@@ -8,9 +8,11 @@ from pathlib import Path
 import pytest
 
 from benchmarks.paper.__main__ import FOLDER, main
+from benchmarks.paper.names import distinct, file_name
 from benchmarks.paper.published import ORIGINS, published, published_lines, published_rows
 from benchmarks.paper.tables import RUN, by_published, paper_latency, paper_tables
 from homeostat.evaluate.report.groups import ALL
+from homeostat.evaluate.report.tables.table import Table
 from homeostat.evaluate.study.dataset import DATASET, write_dataset
 from tests.evaluate.study.fake_rows import campaign, plain
 
@@ -96,3 +98,10 @@ def test_a_study_gets_the_papers_tables_and_heat_maps(tmp_path: Path, capsys: py
     before = picture.read_bytes()
     assert main([str(tmp_path)]) == 0
     assert picture.read_bytes() == before
+
+
+def test_names_of_files_lead_nowhere_else() -> None:
+    assert file_name("paper", "../../etc/x y") == "paper_etc_x_y"
+    assert file_name("…") == "table"
+    names = [table.name for table in distinct([Table("name", letter, "", (), ()) for letter in "abc"])]
+    assert names == ["name", "name_2", "name_3"]

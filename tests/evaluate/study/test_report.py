@@ -156,7 +156,7 @@ def test_nothing_that_rows_say_acts_in_the_page(tmp_path: Path) -> None:
         pytest.param([r for r in FEW if not r.proposer.startswith(LANGUAGE)], id="no language"),
         pytest.param([r for r in FEW if r.proposer != HINDSIGHT], id="no hindsight"),
         pytest.param([r for r in FEW if r.proposer != DO_NOTHING], id="no idle plant"),
-        pytest.param([r for r in FEW if r.proposer in (DO_NOTHING, HINDSIGHT)], id="yardsticks only"),
+        pytest.param([r for r in FEW if r.proposer in (DO_NOTHING, HINDSIGHT)], id="reference policies only"),
         pytest.param([r for r in FEW if r.seed == 1], id="one seed"),
         pytest.param([r for r in FEW if r.case == "mixing_module"], id="one case"),
         pytest.param([r for r in FEW if not r.success], id="failures only"),

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from homeostat.cli.options import language
+from homeostat.cli import language
 from homeostat.cli.options.arguments import UsageError
 from homeostat.evaluate.named_model import REPLAY, SITUATED
 from homeostat.evaluate.report.summary import summary

@@ -11,15 +11,14 @@ from pathlib import Path
 from homeostat.cli.commands.trace_verify import trusted
 from homeostat.cli.options.arguments import UsageError
 from homeostat.cli.run_directory import run_directory
-from homeostat.cli.story.line import Line
 from homeostat.cli.story.story import Story
 from homeostat.cli.story.summary import summary
 from homeostat.cli.story.unknown_plant import unknown_plant
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import printable
 from homeostat.evaluate.recorded_plant import recorded_case, recorded_folder
-from homeostat.evaluate.result import Result, ResultError, read_result
-from homeostat.journal import BrokenChain, Event, Record, RunStarted, read_events
+from homeostat.evaluate.result import ResultError, read_result
+from homeostat.journal import BrokenChain, RunStarted, read_events
 from homeostat.journal.signing.keys import KeyTrouble
 from homeostat.journal.verify.verify import verify
 from homeostat.knowledge.store.error import GraphError
@@ -62,13 +61,17 @@ def _tell(run_dir: Path, intact: bool, given: str | None) -> None:
                 plant = _plant(event, run_dir, given)
                 story = Story(plant, run_dir)
             if event is not None and story is not None:
-                for line in _lines(story, event, record):
-                    print(line)
+                what = f"event {record.seq} ({record.kind!r})"
+                with _telling(what, "its plant is not the one known here"):
+                    lines = list(story.tell(event, record.happened_s))
+                print(*lines, sep="\n", end="\n" * bool(lines))
     except BrokenChain:
         return  # what follows cannot be trusted; the report says where
     result = read_result(run_dir) if intact else None
     if result is not None and story is not None and plant is not None:
-        print("", *_summary(result, story, plant, run_dir), sep="\n")
+        with _telling(f"the result of {str(run_dir)!r}", "verify the run"):
+            end = list(summary(result, story, plant, run_dir))
+        print("", *end, sep="\n")
 
 
 def _plant(started: RunStarted, run_dir: Path, given: str | None) -> PlantDescription:
@@ -76,7 +79,6 @@ def _plant(started: RunStarted, run_dir: Path, given: str | None) -> PlantDescri
 
     A plant has code, so where it is, is not believed of a journal that nobody vouches for.
     """
-
     folder = recorded_folder(started)
     try:
         if given is None and folder is not None and not _vouched(run_dir):
@@ -108,19 +110,10 @@ def _told(run_dir: Path) -> Iterator[object]:
         yield read_result(run_dir)
 
 
-def _lines(story: Story, event: Event, record: Record) -> list[Line]:
-    """What ``event`` has to say; UsageError where it is of a plant that this installation does not know like that."""
+@contextlib.contextmanager
+def _telling(what: str, remedy: str) -> Iterator[None]:
+    """UsageError where ``what`` is of a plant that this installation does not know like that."""
     try:
-        return list(story.tell(event, record.happened_s))
+        yield
     except _UNTOLD as error:
-        raise UsageError(
-            f"event {record.seq} ({record.kind!r}) cannot be told: {error!r}; its plant is not the one known here"
-        ) from error
-
-
-def _summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path) -> list[str]:
-    """The end of the run in words; UsageError where its result is of a plant that is not known like that."""
-    try:
-        return list(summary(result, story, plant, run_dir))
-    except _UNTOLD as error:
-        raise UsageError(f"the result of {str(run_dir)!r} cannot be told: {error!r}; verify the run") from error
+        raise UsageError(f"{what} cannot be told: {error!r}; {remedy}") from error

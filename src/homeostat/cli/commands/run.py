@@ -11,7 +11,7 @@ from homeostat.agents.roles import AskingProtocol
 from homeostat.cli import language, operation
 from homeostat.cli.story.story import Story
 from homeostat.cli.story.summary import summary
-from homeostat.cli.views import PlainView, SilentView, View
+from homeostat.cli.views import PlainView, View
 from homeostat.domain.quotation import printable
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.conditions.conditions import Conditions
@@ -115,4 +115,4 @@ def _view(case: Case, chosen: Scenario, as_json: bool) -> View:
 
         first = dict.fromkeys(panel.tags[0] for panel in case.panels)
         return TerminalView(stream, chosen.end_s, [case.description.tag(tag) for tag in list(first)[:2]])
-    return SilentView() if as_json else PlainView(stream)
+    return PlainView(None if as_json else stream)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from homeostat.evaluate.report.groups import Group, arm, broke_limit, by_scenario, in_order, overall, source, succeeded
@@ -25,7 +25,7 @@ from homeostat.evaluate.report.tables.score import (
     words,
 )
 from homeostat.evaluate.report.tables.scores import DIAGNOSIS, EFFORT, LATENCY, SAFETY, SUCCESS, Scores, beside
-from homeostat.evaluate.report.tables.table import Column, Kind, Table, compact, distinct
+from homeostat.evaluate.report.tables.table import Column, Kind, Table, compact
 from homeostat.evaluate.study.row import HINDSIGHT, Row
 
 _LEFT_ALONE: Final = "none"
@@ -105,25 +105,26 @@ def contents(rows: Sequence[Row], reference: str | None = None) -> Contents:
     Args:
         reference: name of the proposer that others are compared with; by default the first in order.
     """
-    ordered, said = in_order(rows), words()
+    ordered = in_order(rows)
     groups = overall(ordered)
     bins = [(group, one) for group in groups for one in reliability(group.rows)]
     agents = [(group, one) for group in groups for one in tokens_of(group.rows)]
     main = [
         *_scored(ordered, groups, _OVERALL, "", "all scenarios of a case together"),
-        table("comparison", said["comparison"], _COMPARISON, comparisons(ordered, reference)),
-        table("actors", said["actors"], (*_OVERALL, RUNS, *_actors(ordered)), groups),
-        table("agents", said["agents"], _AGENTS, agents),
+        table("comparison", _COMPARISON, comparisons(ordered, reference)),
+        table("actors", (*_OVERALL, RUNS, *_actors(ordered)), groups),
+        table("agents", _AGENTS, agents),
     ]
-    times = [table("latency", said["latency"], (*_OVERALL, RUNS, *LATENCY), groups)]
+    times = [table("latency", (*_OVERALL, RUNS, *LATENCY), groups)]
     details = [
         *_scored(ordered, by_scenario(ordered), _APART, "_by_scenario", "scenario by scenario"),
-        table("calibration", said["calibration"], _CALIBRATION, bins),
+        table("calibration", _CALIBRATION, bins),
     ]
-    parts = [[compact(one) for one in part if one.lines] for part in (main, times, details)]
-    named = iter(distinct([*(one for part in parts for one in part), _failures(ordered)]))
-    main_kept, times_kept, details_kept = (tuple(next(named) for _ in part) for part in parts)
-    return Contents(main_kept, times_kept, details_kept, next(named))
+    return Contents(_shown(main), _shown(times), _shown(details), _failures(ordered))
+
+
+def _shown(tables: Sequence[Table]) -> tuple[Table, ...]:
+    return tuple(compact(one) for one in tables if one.lines)
 
 
 def failed(rows: Sequence[Row]) -> list[Row]:
@@ -154,7 +155,7 @@ def _scored(rows: Sequence[Row], groups: Sequence[Group], who: Scores, end: str,
     ):
         said = words()[name]
         titled = {**said, "title": said["title"].format(scope=scope)}
-        made.append(table(f"{name}{end}", titled, (*who, RUNS, *scores), shown))
+        made.append(table(f"{name}{end}", (*who, RUNS, *scores), shown, titled))
     return made
 
 
@@ -175,5 +176,5 @@ def _actors(rows: Sequence[Row]) -> Scores:
 
 def _failures(rows: Sequence[Row]) -> Table:
     """Every run that did not succeed or broke a hard limit, with all columns even where there is none."""
-    lines, said = failed(rows), words()["failures"]
-    return table("failures", said if lines else {**said, "note": "There are none."}, _FAILURES, lines)
+    found = table("failures", _FAILURES, failed(rows))
+    return found if found.lines else replace(found, note="There are none.")

@@ -26,7 +26,7 @@ class Source(Enum):
     """From runs in which recorded answers of a language model were said again."""
     SCRIPTED = "scripted"
     """From runs in which a script answered instead of a language model; it says nothing about any model."""
-    REFERENCE = "yardstick"
+    REFERENCE = "reference policy"
     """From runs of a reference policy: what was possible, or what happens if nobody proposes."""
 
 

@@ -22,18 +22,19 @@ REPORT: Final = "report.html"
 TABLES: Final = "tables"
 """Name of the folder with the tables."""
 _PAGE: Final = "page"
+Rerun = Callable[[Row], str]
+"""Gives the command that makes one run again."""
 _FORMATS: Final = {".md": markdown, ".tex": latex, ".csv": comma_separated}
 
 
 def write_report(
-    folder: Path, title: str, rows: Sequence[Row], rerun: Callable[[Row], str], reference: str | None = None
+    folder: Path, title: str, rows: Sequence[Row], rerun: Rerun, reference: str | None = None
 ) -> tuple[Path, ...]:
     """Write ``report.html`` and ``tables/*`` into ``folder``, the campaign's own, so that links to records hold.
 
     The same rows in any order give the same files. Tables of an earlier report that this one lacks are left.
 
     Args:
-        rerun: gives the command that makes one run again.
         reference: name of the proposer that others are compared with; by default the first in order.
 
     Returns:
@@ -61,9 +62,7 @@ def write_tables(folder: Path, tables: Sequence[Table]) -> tuple[Path, ...]:
     return tuple(written)
 
 
-def html(
-    title: str, rows: Sequence[Row], rerun: Callable[[Row], str], known: Contents, reference: str | None = None
-) -> str:
+def html(title: str, rows: Sequence[Row], rerun: Rerun, known: Contents, reference: str | None = None) -> str:
     """The page. Everything that comes from the rows is escaped; only figures and style are taken as they are."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 

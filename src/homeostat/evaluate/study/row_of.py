@@ -54,9 +54,9 @@ def succeeded(run: RunResult) -> bool:
 def notable(job: Job, run: RunResult) -> bool:
     """Whether somebody will want to see why a run ended as it did: no success, or a hard limit was broken.
 
-    What nobody proposed is no matter for anybody: yardsticks are there to fail.
+    What nobody proposed is no matter for anybody: reference policies are there to fail.
     """
-    if job.entrant.who in YARDSTICKS:
+    if job.arm.who in YARDSTICKS:
         return False
     hard = {limit.name for limit in loaded(job.scenario.case).description.limits.hard}
     return not succeeded(run) or any(e.total_s > 0.0 for e in run.exposures if e.limit in hard)
@@ -75,7 +75,7 @@ def row_of(job: Job, seen: Observed, trace: str) -> Row:
     belief = _belief(run.hypotheses, s.fault)
     return Row(
         job=job.name, case=s.case, scenario=job.label, kind=job.kind, published=job.published,
-        proposer=job.entrant.label, ablation=job.ablation, seed=s.seed, fault=s.fault,
+        proposer=job.arm.label, ablation=job.ablation, seed=s.seed, fault=s.fault,
         severity=tuple(f.severity for f in s.faults), onset_s=tuple(f.onset_s for f in s.faults),
         batch=run.nominal_s is not None,
         outcome=run.outcome.value, success=succeeded(run), actor=run.actor, state=run.state, reason=run.reason,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypedDict
+from typing import TypedDict, cast
 
 from homeostat.evaluate.conditions.transcript import Said
 from homeostat.journal.calls import ModelCalled
@@ -51,20 +51,17 @@ def usage_of(events: Sequence[Event], said: Sequence[Said]) -> Usage:
     pairs = [(call, own) for call, own in zip(every, said, strict=True) if call.served != SUPPLIED]
     calls = [call for call, _ in pairs]
     counted = bool(calls) and all(c.input_tokens > 0 for c in calls if not c.failure)
-    tokens: dict[str, list[int]] = {agent: [0, 0, 0] for agent in ("planning", "action", "reprompting")}
+    sums = {f"{agent}_{what}": 0 for agent in ("planning", "action", "reprompting") for what in ("calls", "in", "out")}
     for call, own in pairs:
-        sums = tokens[call.agent]
-        sums[0] += 1
-        sums[1] += call.input_tokens if counted else own.asked_tokens
-        sums[2] += call.output_tokens if counted else own.answered_tokens
-    costs = [c.cost_usd for c in calls]
-    (planning, action, reprompting) = tokens.values()
-    columns = UsageColumns(
-        planning_calls=planning[0], planning_in=planning[1], planning_out=planning[2],
-        action_calls=action[0], action_in=action[1], action_out=action[2],
-        reprompting_calls=reprompting[0], reprompting_in=reprompting[1], reprompting_out=reprompting[2],
-        tokens_by=(SERVER if counted else ESTIMATE) if calls else "",
-        cost_usd=sum(c for c in costs if c is not None) if calls and None not in costs else None,
-        failures=sum(bool(c.failure) for c in calls),
-    )  # fmt: skip
+        sums[f"{call.agent}_calls"] += 1
+        sums[f"{call.agent}_in"] += call.input_tokens if counted else own.asked_tokens
+        sums[f"{call.agent}_out"] += call.output_tokens if counted else own.answered_tokens
+    costs = [c.cost_usd for c in calls if c.cost_usd is not None]
+    whole: dict[str, str | int | float | None] = {
+        **sums,
+        "tokens_by": (SERVER if counted else ESTIMATE) if calls else "",
+        "cost_usd": sum(costs) if calls and len(costs) == len(calls) else None,
+        "failures": sum(bool(c.failure) for c in calls),
+    }
+    columns = cast(UsageColumns, whole)
     return Usage(columns, sum(c.wall_latency_s for c in calls) / len(calls) if calls else None)

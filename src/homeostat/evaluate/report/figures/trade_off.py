@@ -44,7 +44,7 @@ def trade_off(case: str, rows: Sequence[Row]) -> Picture | None:
     title = f"Time outside hard limits against {'delay' if batch else 'production loss'}: {case}"
     caption = (
         "Means over all runs with 95 % bootstrap intervals; lower left is better. Line: proposers that no other one "
-        "beats in both; yardsticks are hollow and stand outside of it."
+        "beats in both; reference policies are hollow and stand outside of it."
     )
     if batch:
         caption += " Delay is that of completed batches alone; the legend says how many runs succeeded."

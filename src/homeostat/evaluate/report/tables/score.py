@@ -84,8 +84,9 @@ def words() -> Mapping[str, Words]:
     return tomllib.loads(files(__package__).joinpath("words.toml").read_text(encoding="utf-8"))
 
 
-def table(name: str, said: Words, scores: Sequence[Score[T]], items: Iterable[T]) -> Table:
-    """One line per item; ``said`` are its words."""
+def table(name: str, scores: Sequence[Score[T]], items: Iterable[T], said: Words | None = None) -> Table:
+    """One line per item; ``said`` are its words, by default those of the report's table of that name."""
+    said = said or words()[name]
     meanings = {**words()["columns"], **said.get("columns", {})}
     columns = tuple(replace(score.column, meaning=meanings.get(score.column.name, "")) for score in scores)
     lines = tuple(tuple(score.of(item) for score in scores) for item in items)
