@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks import campaign_results
 from benchmarks.paper.__main__ import FOLDER, main
 from benchmarks.paper.names import distinct, file_name
 from benchmarks.paper.published import ORIGINS, published, published_lines, published_rows
@@ -98,6 +99,16 @@ def test_a_study_gets_the_papers_tables_and_heat_maps(tmp_path: Path, capsys: py
     before = picture.read_bytes()
     assert main([str(tmp_path)]) == 0
     assert picture.read_bytes() == before
+
+
+def test_the_page_of_campaigns_has_the_papers_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / campaign_results.PAPER).mkdir()
+    write_dataset(tmp_path / campaign_results.PAPER / DATASET, campaign(range(1, 3)))
+    monkeypatch.setattr(campaign_results, "RUNS", tmp_path)
+    text = campaign_results.tables(campaign_results.PAPER, campaign_results.SHOWN[campaign_results.PAPER])
+    titles = [line.removeprefix("### ") for line in text.splitlines() if line.startswith("### ")]
+    assert titles[:2] == ["mixing_module: the paper's table", "cstr: the paper's table"] and len(titles) == 4
+    assert "published rerun" in text
 
 
 def test_names_of_files_lead_nowhere_else() -> None:

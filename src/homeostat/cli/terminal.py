@@ -55,7 +55,8 @@ class TerminalView:
         """The status line."""
         at_s, values, phase, state = self._now
         shown = [f"{tag.name} {values[tag.name]:7.2f} {tag.unit}" for tag in self._tags if tag.name in values]
-        line = Table.grid(*(Column(no_wrap=True) for _ in range(4 + len(shown))), padding=(0, 2))
+        whole = (Column(no_wrap=True) for _ in range(3 + len(shown)))  # where it is too long, the state gives way
+        line = Table.grid(*whole, Column(), padding=(0, 2))
         bar = ProgressBar(self._end_s, at_s, _BAR, complete_style="cyan")
         line.add_row(Text(f"{at_s:7.0f} s", "dim"), bar, Text(f"{phase:<11}", "bold"), *map(Text, (*shown, state)))
         return line

@@ -5,12 +5,9 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final, NoReturn, TypeAlias, final
+from typing import Final, NoReturn, TypeAlias, final
 
-if TYPE_CHECKING:
-    Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
-
-
+Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
 ENDINGS: Final = "its ending says the format: .ttl, .nt, .jsonld, .rdf, .owl, .trig or .nq"
 """What the help says about a file with a graph."""
 

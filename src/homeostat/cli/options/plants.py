@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from homeostat.cli.options.arguments import ENDINGS, command
-
-if TYPE_CHECKING:
-    from homeostat.cli.options.arguments import Commands
+from homeostat.cli.options.arguments import ENDINGS, Commands, command
 
 FORMATS: Final = ("turtle", "nt", "trig", "jsonld")
 """Names of the formats of an exported graph, the default first."""

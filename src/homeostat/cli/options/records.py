@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from homeostat.cli.options.arguments import command
-
-if TYPE_CHECKING:
-    from homeostat.cli.options.arguments import Commands, Parser
+from homeostat.cli.options.arguments import Commands, Parser, command
 
 LEAST_DIGITS: Final = 8
 """Fewest digits that name a digest."""

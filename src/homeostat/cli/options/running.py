@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from homeostat.cli.options.arguments import command, number, whole_number
-
-if TYPE_CHECKING:
-    from homeostat.cli.options.arguments import Commands, Parser
+from homeostat.cli.options.arguments import Commands, Parser, command, number, whole_number
 
 SEARCH = "search"
 """The proposer that is always there."""
