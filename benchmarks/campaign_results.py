@@ -16,6 +16,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from benchmarks.host import measured_on
+from benchmarks.paper.tables import paper_tables
 from homeostat.evaluate.report.contents import contents
 from homeostat.evaluate.report.tables.formats import markdown
 from homeostat.evaluate.study.dataset import DATASET, read_dataset
@@ -32,7 +33,7 @@ SHOWN = {
     PAPER: ("paper_mixing_module", "paper_cstr", "safety", "yardsticks"),
     ROBUST: ("success", "safety", "yardsticks", "diagnosis", "comparison", "success_by_scenario"),
 }
-"""Names of the tables that the page has of each campaign; all of them are in its folder."""
+"""Names of the tables that the page has of each campaign."""
 
 
 @dataclass(frozen=True)
@@ -52,10 +53,8 @@ def carried_out(name: str, workers: int, folder: Path | None = None) -> Taken:
     fresh = not (target / LEDGER).exists()
     begin = time.monotonic()
     source = f"campaigns/{name}.toml"
-    subprocess.run(
-        [sys.executable, "-m", "homeostat", "campaign", source, "--workers", str(workers), "--out", str(target)],
-        check=True, cwd=ROOT, stdout=subprocess.DEVNULL,
-    )  # fmt: skip
+    command = [sys.executable, "-m", "homeostat", "campaign", source, "--workers", str(workers), "--out", str(target)]
+    subprocess.run(command, check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
     if fresh:
         kept.write_text(json.dumps(asdict(Taken(len(read_dataset(target / DATASET)), time.monotonic() - begin))))
     found = Taken(**json.loads(kept.read_text())) if kept.exists() else None
@@ -86,8 +85,9 @@ def without_times(rows: Sequence[Row]) -> list[dict[str, object]]:
 
 
 def tables(name: str, wanted: Sequence[str]) -> str:
-    """The ``wanted`` tables of a campaign, as they are in its folder."""
-    every = {table.name: table for table in contents(read_dataset(RUNS / name / DATASET)).tables}
+    """The ``wanted`` tables of a campaign, the paper's among them."""
+    rows = read_dataset(RUNS / name / DATASET)
+    every = {table.name: table for table in (*contents(rows).tables, *paper_tables(rows))}
     return "\n\n".join(markdown(every[want]).replace("# ", "### ", 1).strip() for want in wanted)
 
 

@@ -7,6 +7,7 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from importlib import import_module
 from io import TextIOWrapper
 
 from homeostat.cli.notices import notices
@@ -51,8 +52,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _carried_out(options: argparse.Namespace) -> int:
     """The command's exit status, which nothing inside it may choose by ending the process."""
+    module, _, function = options.carry_out.partition(":")
     try:
-        status: int = options.carry_out(options)
+        status: int = getattr(import_module(f"homeostat.cli.commands.{module}"), function)(options)
     except SystemExit as end:
         raise RuntimeError(f"the command was ended from within, with status {end.code!r}") from end
     return status
@@ -86,7 +88,5 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.record.result import ResultError
     from homeostat.service.order import OrderError
 
-    return (
-        BrokenChain, CampaignError, CaseError, GraphError, KeyTrouble, OrderError, RecallError, ResultError,
-        ResumptionError, RunDirectoryError, ScenarioError, StoreError,
-    )  # fmt: skip
+    of_runs = (BrokenChain, KeyTrouble, OrderError, RecallError, ResultError, ResumptionError, RunDirectoryError)
+    return *of_runs, CampaignError, CaseError, GraphError, ScenarioError, StoreError

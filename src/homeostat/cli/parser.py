@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import argparse
+
 from homeostat import __version__
-from homeostat.cli.commands import campaign, cases, orders, plant, prompt, replay, resume, run, trace_verify
-from homeostat.cli.commands.graph import check as graph_check
-from homeostat.cli.commands.graph import export as graph_export
-from homeostat.cli.commands.graph import query as graph_query
+from homeostat.cli.options import plants, records, running
 from homeostat.cli.options.arguments import Parser
 
 ENDING = """\
@@ -25,9 +24,7 @@ exit status:
 
 
 def parser() -> Parser:
-    """The parser of the whole command line; a parsed command has its function in ``carry_out``."""
-    import argparse
-
+    """The parser of the whole command line; a parsed command has the name of its function in ``carry_out``."""
     top = Parser(
         prog="homeostat",
         description="Closed-loop fault recovery for process plants: propose, try on the twin, judge, release.",
@@ -37,22 +34,20 @@ def parser() -> Parser:
     )
     top.add_argument("--version", action="version", version=f"homeostat {__version__}")
     commands = top.add_subparsers(metavar="COMMAND", required=True)
-    run.configure(commands)
-    orders.configure(commands)
-    campaign.configure(commands)
-    resume.configure(commands)
-    replay.configure(commands)
-    prompt.configure(commands)
-    cases.configure(commands)
+    running.run(commands)
+    records.orders(commands)
+    running.campaign(commands)
+    running.resume(commands)
+    records.replay(commands)
+    running.prompt(commands)
+    plants.cases(commands)
     traces = commands.add_parser("trace", help="work with recorded runs").add_subparsers(metavar="WHAT", required=True)
-    trace_verify.configure(traces)
-    graphs = commands.add_parser("graph", help="work with a plant's knowledge graph")
-    questions = graphs.add_subparsers(metavar="WHAT", required=True)
-    graph_check.configure(questions)
-    graph_query.configure(questions)
-    graph_export.configure(questions)
-    plants = commands.add_parser("plant", help="sign a plant's configuration").add_subparsers(
-        metavar="WHAT", required=True
-    )
-    plant.configure(plants)
+    records.trace_verify(traces)
+    graph = commands.add_parser("graph", help="work with a plant's knowledge graph")
+    graphs = graph.add_subparsers(metavar="WHAT", required=True)
+    plants.graph_check(graphs)
+    plants.graph_query(graphs)
+    plants.graph_export(graphs)
+    plant = commands.add_parser("plant", help="sign a plant's configuration")
+    plants.plant(plant.add_subparsers(metavar="WHAT", required=True))
     return top

@@ -7,6 +7,8 @@ from typing import Final, TextIO, final
 
 from rich.console import Console
 from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Column, Table
 from rich.text import Text
 
 from homeostat.cli.story.line import Line, Tone
@@ -37,9 +39,8 @@ class TerminalView:
 
     def show(self, line: Line) -> None:
         """Print the line above the status."""
-        text = Text(f"{line.at_s:7.0f} s  ", style="dim")
-        text.append(f"{line.label:<9} ", style="bold")
-        text.append(line.text, style=_STYLES[line.tone])
+        told = (line.text, _STYLES[line.tone])
+        text = Text.assemble((f"{line.at_s:7.0f} s  ", "dim"), (f"{line.label:<9} ", "bold"), told)
         self._console.print(text, soft_wrap=True)
 
     def progress(self, at_s: float, values: Mapping[str, float], phase: str, state: str) -> None:
@@ -50,16 +51,12 @@ class TerminalView:
         """Take the status away."""
         self._live.stop()
 
-    def __rich__(self) -> Text:
+    def __rich__(self) -> Table:
         """The status line."""
         at_s, values, phase, state = self._now
-        done = round(_BAR * at_s / self._end_s)
-        text = Text(f"{at_s:7.0f} s  ", style="dim", no_wrap=True, overflow="ellipsis")
-        text.append("━" * done, style="cyan")
-        text.append("━" * (_BAR - done), style="dim")
-        text.append(f"  {phase:<11}", style="bold")
-        for tag in self._tags:
-            if tag.name in values:
-                text.append(f"  {tag.name} {values[tag.name]:7.2f} {tag.unit}")
-        text.append(f"  {state}")
-        return text
+        shown = [f"{tag.name} {values[tag.name]:7.2f} {tag.unit}" for tag in self._tags if tag.name in values]
+        whole = (Column(no_wrap=True) for _ in range(3 + len(shown)))  # where it is too long, the state gives way
+        line = Table.grid(*whole, Column(), padding=(0, 2))
+        bar = ProgressBar(self._end_s, at_s, _BAR, complete_style="cyan")
+        line.add_row(Text(f"{at_s:7.0f} s", "dim"), bar, Text(f"{phase:<11}", "bold"), *map(Text, (*shown, state)))
+        return line

@@ -1,4 +1,4 @@
-"""Where a story is shown: plain lines in a pipe, nothing at all, or a terminal (its own file)."""
+"""Where a story is shown: plain lines in a pipe, or a terminal (its own file)."""
 
 from __future__ import annotations
 
@@ -28,36 +28,20 @@ class View(Protocol):
 class PlainView:
     """One line of text per line of the story, at once."""
 
-    def __init__(self, stream: TextIO) -> None:
-        """``stream``: where the lines go."""
+    def __init__(self, stream: TextIO | None) -> None:
+        """``stream``: where the lines go; None where nothing is shown."""
         self._stream = stream
-        self._gone = False
 
     def show(self, line: Line) -> None:
         """Write the line, unless nobody reads any more."""
-        if self._gone:
-            return
-        try:
-            print(line, file=self._stream, flush=True)
-        except OSError:
-            self._gone = True
+        if self._stream is not None:
+            try:
+                print(line, file=self._stream, flush=True)
+            except OSError:
+                self._stream = None
 
     def progress(self, at_s: float, values: Mapping[str, float], phase: str, state: str) -> None:
         """Nothing: a file or a pipe has no use for it."""
 
     def close(self) -> None:
         """Nothing to restore."""
-
-
-@final
-class SilentView:
-    """Shows nothing."""
-
-    def show(self, line: Line) -> None:
-        """Nothing."""
-
-    def progress(self, at_s: float, values: Mapping[str, float], phase: str, state: str) -> None:
-        """Nothing."""
-
-    def close(self) -> None:
-        """Nothing."""

@@ -72,7 +72,7 @@ def test_ablations_where_they_matter() -> None:
     ]  # fmt: skip
     by_proposer = defaultdict(list)
     for job in jobs(proposers=proposers, scenarios=[COOLING], ablations=list(ABLATIONS)):
-        by_proposer[job.entrant.label].append(job.ablation)
+        by_proposer[job.arm.label].append(job.ablation)
     assert by_proposer == {
         "search": ["none", "no-reprompting", "no-ensemble", "label-given"],
         "told": ["none", "no-reprompting", "no-ensemble"],
@@ -84,7 +84,7 @@ def test_ablations_where_they_matter() -> None:
 def test_nobody_is_told_a_fault_that_nobody_knows() -> None:
     proposers: list[Any] = ["search", {"who": "search", "name": "told", "label_given": True}]
     unknown = jobs(proposers=proposers, scenarios=[{**PUMP, "unknown": True}], ablations=list(ABLATIONS))
-    assert {(job.entrant.label, job.ablation) for job in unknown} == {
+    assert {(job.arm.label, job.ablation) for job in unknown} == {
         ("search", "none"), ("search", "no-reprompting"), ("search", "no-ensemble"),
     }  # fmt: skip
     assert {job.kind for job in unknown} == {"unknown"}
@@ -100,8 +100,8 @@ def test_kinds(fault: str, kind: str) -> None:
 
 def test_the_fingerprint_follows_whatever_changes_a_row(tmp_path: Path) -> None:
     job = one("scripted:reasonable", COOLING)
-    assert job.entrant.model is not None
-    (fault,), entrant, model = job.scenario.faults, job.entrant, job.entrant.model
+    assert job.arm.model is not None
+    (fault,), arm, model = job.scenario.faults, job.arm, job.arm.model
     others = [
         replace(job, scenario=replace(job.scenario, seed=2)),
         replace(job, scenario=replace(job.scenario, end_s=2301.0)),
@@ -111,13 +111,13 @@ def test_the_fingerprint_follows_whatever_changes_a_row(tmp_path: Path) -> None:
         replace(job, label="other"), replace(job, kind="unknown"), replace(job, published="x"),
         replace(job, ablation="no-graph"),
         replace(job, thinking=Thinking(declared_s=2.0)), replace(job, thinking=Thinking()),
-        replace(job, entrant=replace(entrant, who="x")), replace(job, entrant=replace(entrant, label="x")),
-        replace(job, entrant=replace(entrant, label_given=True)),
-        replace(job, entrant=replace(entrant, then_search=True)),
-        replace(job, entrant=replace(entrant, values={"F1.sp": 0.02})),
-        replace(job, entrant=replace(entrant, model=replace(model, temperature=0.5))),
-        replace(job, entrant=replace(entrant, model=replace(model, seed=7))),
-        replace(job, entrant=replace(entrant, model=replace(model, name="scripted:stubborn"))),
+        replace(job, arm=replace(arm, who="x")), replace(job, arm=replace(arm, label="x")),
+        replace(job, arm=replace(arm, label_given=True)),
+        replace(job, arm=replace(arm, then_search=True)),
+        replace(job, arm=replace(arm, values={"F1.sp": 0.02})),
+        replace(job, arm=replace(arm, model=replace(model, temperature=0.5))),
+        replace(job, arm=replace(arm, model=replace(model, seed=7))),
+        replace(job, arm=replace(arm, model=replace(model, name="scripted:stubborn"))),
         one({"who": "scripted:reasonable", "protocol": "per-step"}, PUMP), one("scripted:reasonable", PUMP),
     ]  # fmt: skip
     prints = [job.fingerprint, *(other.fingerprint for other in others)]
@@ -131,8 +131,8 @@ def test_the_fingerprint_follows_recorded_answers_and_not_their_folder(
 ) -> None:
     def replayed(folder: Path) -> str:
         (job,) = jobs(folder, proposers=["replay:answers.jsonl"], scenarios=[COOLING])
-        assert job.entrant.model is not None and job.entrant.model.recorded is not None
-        assert job.entrant.model.recorded.is_absolute()  # workers may stand elsewhere
+        assert job.arm.model is not None and job.arm.model.recorded is not None
+        assert job.arm.model.recorded.is_absolute()  # workers may stand elsewhere
         return job.fingerprint
 
     for name in ("a", "b"):
@@ -169,5 +169,5 @@ def test_the_same_in_every_process() -> None:
 def test_models_are_asked_as_the_command_says() -> None:
     plan = read_plan(ROBUST)
     asked = jobs_of(plan, ROBUST.parent, NamedModel("", local_only=True, temperature=0.7, seed=3))
-    models = {job.entrant.model for job in asked if job.entrant.model}
+    models = {job.arm.model for job in asked if job.arm.model}
     assert models == {NamedModel("scripted:reasonable", True, (), 0.7, 3)}

@@ -19,8 +19,6 @@ from homeostat.evaluate.report.tables.table import (
     Percent,
     Table,
     compact,
-    distinct,
-    file_name,
     said,
 )
 
@@ -125,10 +123,3 @@ def test_columns_that_say_nothing_are_left_out() -> None:
 def test_a_line_of_another_length_is_refused() -> None:
     with pytest.raises(ValueError, match=r"table 'x' has 1 columns, a line has 2 cells"):
         Table("x", "X", "", (Column("a", Kind.TEXT),), (("a", "b"),))
-
-
-def test_names_of_files_lead_nowhere_else() -> None:
-    assert file_name("paper", "../../etc/x y") == "paper_etc_x_y"
-    assert file_name("…") == "table"
-    names = [table.name for table in distinct([one("a"), one("b"), one("c")])]
-    assert names == ["name", "name_2", "name_3"]

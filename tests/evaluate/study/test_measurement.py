@@ -205,7 +205,7 @@ def test_what_is_kept(tmp_path: Path) -> None:
         row = measure(one(who, scenario, keep=keep), Kept(tmp_path))
         return row, [path.name for path in (tmp_path / "runs").glob("*")]
 
-    for keep in ("none", "failures"):  # yardsticks are there to fail, and this one succeeds
+    for keep in ("none", "failures"):  # reference policies are there to fail, and this one succeeds
         row, there = kept("do-nothing", PUMP, keep)
         assert (row.trace, there, row.success) == ("", [], False)
     row, there = kept("search", BATCH, "failures")

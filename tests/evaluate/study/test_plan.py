@@ -202,9 +202,9 @@ def test_recorded_answers_are_found_beside_the_file_and_missing_ones_left_out(tm
     )
     (tmp_path / "cstr").mkdir()
     (tmp_path / "cstr" / "leak-2.jsonl").write_text("")
-    replayed = [job for job in jobs_of(read_plan(path), tmp_path) if job.entrant.model]
+    replayed = [job for job in jobs_of(read_plan(path), tmp_path) if job.arm.model]
     assert [job.scenario.seed for job in replayed] == [2]
-    assert replayed[0].entrant.label == "replay:{case}/{scenario}-{seed}.jsonl"
+    assert replayed[0].arm.label == "replay:{case}/{scenario}-{seed}.jsonl"
 
 
 @pytest.mark.parametrize(("name", "scenarios", "seeds"), [("quick", 4, 1), ("paper", 10, 10), ("robust", 13, 5)])
@@ -216,7 +216,7 @@ def test_the_shipped_campaigns(name: str, scenarios: int, seeds: int) -> None:
     assert len(set(names)) == len(names) == len({job.fingerprint for job in jobs})
     for job in names:
         assert all(c.isalnum() or c in "._-+~" for c in job) and job not in (".", "..") and len(job) <= 200
-    yardsticks = [job for job in jobs if job.entrant.who in ("hindsight", "do-nothing", "fallback-only")]
-    known = {job.entrant.who for job in yardsticks}
-    assert known >= {"hindsight", "do-nothing"} and len(yardsticks) == len(known) * len(pairs)
-    assert {job.ablation for job in yardsticks} == {"none"}
+    references = [job for job in jobs if job.arm.who in ("hindsight", "do-nothing", "fallback-only")]
+    known = {job.arm.who for job in references}
+    assert known >= {"hindsight", "do-nothing"} and len(references) == len(known) * len(pairs)
+    assert {job.ablation for job in references} == {"none"}

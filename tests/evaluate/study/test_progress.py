@@ -49,8 +49,8 @@ def test_one_after_the_other() -> None:
 def test_runs_of_a_group_take_as_long_as_those_of_it() -> None:
     clock = Clock()
     progress = Progress(JOBS, 1, clock)
-    quick = [job for job in JOBS if job.entrant.who == "do-nothing" and job.label == "none"]
-    slow = [job for job in JOBS if job.entrant.who == "hindsight" and job.label == "none"]
+    quick = [job for job in JOBS if job.arm.who == "do-nothing" and job.label == "none"]
+    slow = [job for job in JOBS if job.arm.who == "hindsight" and job.label == "none"]
     for job, took in ((quick[0], 1.0), (slow[0], 99.0)):
         clock.at_s += took
         progress.take(ended(job, took))

@@ -7,21 +7,24 @@ import importlib.util
 import os
 import sys
 import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from homeostat.cli.options import language
-from homeostat.cli.options.arguments import UsageError, whole_number
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from homeostat.cli.options.arguments import Commands
-    from homeostat.evaluate.study.plan.job import Job
-    from homeostat.evaluate.study.plan.plan import Plan
-    from homeostat.evaluate.study.progress import Progress
-    from homeostat.evaluate.study.row import Row
-    from homeostat.evaluate.study.study import Ended
+from homeostat.cli import language
+from homeostat.cli.options.arguments import UsageError
+from homeostat.evaluate.named_model import REPLAY, SITUATED
+from homeostat.evaluate.report.summary import summary
+from homeostat.evaluate.study.done import measured
+from homeostat.evaluate.study.measurement import Kept
+from homeostat.evaluate.study.plan.expansion import jobs_of
+from homeostat.evaluate.study.plan.file import read_plan
+from homeostat.evaluate.study.plan.job import Job
+from homeostat.evaluate.study.plan.plan import Plan
+from homeostat.evaluate.study.progress import Progress
+from homeostat.evaluate.study.row import Row
+from homeostat.evaluate.study.study import Ended, Workers, rerun_command, run_campaign
+from homeostat.stl.spelling import near_matches
 
 FOLDER = Path("runs")
 """Where campaigns are kept unless told otherwise."""
@@ -31,38 +34,8 @@ PACE_S = 10.0
 """Least time between two lines of progress where nobody looks on [s]."""
 
 
-def configure(commands: Commands) -> None:
-    """Declare the command."""
-    command = commands.add_parser(
-        "campaign",
-        help="run a whole study from a file and report it",
-        description="Run every scenario of a file with every seed, proposer and ablation; keep a dataset and a report. "
-        "A campaign that was stopped goes on where it stopped when it is started again.",
-        allow_abbrev=False,
-    )
-    command.add_argument("file", type=Path, metavar="FILE.toml", help="the campaign; docs/how-to/run-a-campaign.md")
-    command.add_argument("--out", type=Path, metavar="DIR", help="folder of the campaign (default: runs/NAME)")
-    where = command.add_mutually_exclusive_group()
-    where.add_argument(
-        "--workers", type=whole_number(1, 1024), metavar="N", help="processes, one core each (default: one per core)"
-    )
-    where.add_argument("--cluster", metavar="ADDRESS", help="a running Dask scheduler, tcp://HOST:PORT")
-    command.add_argument(
-        "--proposer", action="append", default=[], metavar="P",
-        help=f"one more proposer, alone, in every scenario: {language.FORMS}",
-    )  # fmt: skip
-    language.configure_model(command)
-    command.add_argument("--seeds", type=whole_number(1, 10_000), metavar="N", help="seeds 1 to N of every scenario")
-    command.add_argument("--only", action="append", default=[], metavar="JOB", help="run this job alone and keep it")
-    command.add_argument("--list", action="store_true", help="print the names of the jobs and run nothing")
-    command.set_defaults(carry_out=carry_out)
-
-
 def carry_out(options: argparse.Namespace) -> int:
     """Read, expand, run what is not there yet, report; 1 where a run could not be carried out."""
-    from homeostat.evaluate.study.plan.expansion import jobs_of
-    from homeostat.evaluate.study.plan.file import read_plan
-
     plan = _with_options(read_plan(options.file), options)
     jobs = jobs_of(plan, options.file.parent, language.chosen_model("", options))
     if options.list:
@@ -74,8 +47,6 @@ def carry_out(options: argparse.Namespace) -> int:
 
 
 def _run(plan: Plan, jobs: Sequence[Job], options: argparse.Namespace) -> int:
-    from homeostat.evaluate.study.study import Workers, rerun_command, run_campaign
-
     folder: Path = options.out or FOLDER / options.file.stem
     workers = Workers(options.workers or _usual_workers(), options.cluster)
     show = _shown(sys.stderr.isatty())
@@ -93,8 +64,6 @@ def _usual_workers() -> int:
 
 
 def _conclude(ended: Ended, asked: int) -> int:
-    from homeostat.evaluate.report.summary import summary
-
     for case, sentences in summary(ended.rows):
         print(f"{case}:", *(f"  {sentence}" for sentence in sentences), "", sep="\n")
     print(*(f"wrote {path}" for path in ended.files[:2]), sep="\n")
@@ -107,12 +76,6 @@ def _conclude(ended: Ended, asked: int) -> int:
 
 def _run_again(jobs: Sequence[Job], options: argparse.Namespace) -> int:
     """Run the jobs that are named, here, and keep each with trace and figure."""
-    from dataclasses import replace
-
-    from homeostat.evaluate.study.done import measured
-    from homeostat.evaluate.study.measurement import Kept
-    from homeostat.stl.spelling import near_matches
-
     by_name = {job.name: job for job in jobs}
     for name in options.only:
         if name not in by_name:
@@ -145,8 +108,6 @@ def _with_options(plan: Plan, options: argparse.Namespace) -> Plan:
 
 def _from_here(who: str) -> str:
     """A proposer of the command line: its file is looked for where the command is given, not beside the campaign."""
-    from homeostat.evaluate.named_model import REPLAY, SITUATED
-
     kind = next((k for k in (REPLAY, SITUATED) if who.startswith(k)), None)
     return who if kind is None else kind + str(Path(who.removeprefix(kind)).absolute())
 

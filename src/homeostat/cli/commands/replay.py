@@ -7,43 +7,32 @@ import contextlib
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from homeostat.cli.commands.trace_verify import trusted
 from homeostat.cli.options.arguments import UsageError
-
-if TYPE_CHECKING:
-    from homeostat.cli.options.arguments import Commands
-    from homeostat.cli.story.line import Line
-    from homeostat.cli.story.story import Story
-    from homeostat.domain.plant.description import PlantDescription
-    from homeostat.journal import Event, Record, RunStarted
-    from homeostat.record.result import Result
+from homeostat.cli.run_directory import run_directory
+from homeostat.cli.story.story import Story
+from homeostat.cli.story.summary import summary
+from homeostat.cli.story.unknown_plant import unknown_plant
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.quotation import printable
+from homeostat.evaluate.recorded_plant import recorded_case, recorded_folder
+from homeostat.journal import BrokenChain, RunStarted, read_events
+from homeostat.journal.signing.keys import KeyTrouble
+from homeostat.journal.verify.verify import verify
+from homeostat.knowledge.store.error import GraphError
+from homeostat.plants.error import CaseError
+from homeostat.plants.folder import case_names
+from homeostat.plants.plant import load_case
+from homeostat.record.decode import RecallError, recall
+from homeostat.record.result import ResultError, read_result
 
 _UNTOLD = (LookupError, TypeError, ValueError, ArithmeticError, AttributeError)
 """What words for a record of somebody else's making may run into."""
 
 
-def configure(commands: Commands) -> None:
-    """Declare the command."""
-    command = commands.add_parser(
-        "replay",
-        help="show a recorded run again",
-        description="Show a recorded run again, from its journal, with the lines that the run showed.",
-        epilog="Exit status 1 where the record is incomplete or was altered; what can be shown is shown before.",
-        allow_abbrev=False,
-    )
-    command.add_argument("run", type=Path, metavar="RUN", help="run directory")
-    command.add_argument("--case", metavar="PATH", help="folder of the run's plant, where it is not where it was")
-    command.add_argument("--json", action="store_true", help="print the result as the run did with --json")
-    command.set_defaults(carry_out=carry_out)
-
-
 def carry_out(options: argparse.Namespace) -> int:
     """Show the run; 1 where its record is not whole."""
-    from homeostat.cli.commands.trace_verify import run_directory
-    from homeostat.domain.quotation import printable
-    from homeostat.journal.verify.verify import verify
-
     run_dir = run_directory(options.run)
     report = verify(run_dir)
     if options.json:
@@ -56,8 +45,6 @@ def carry_out(options: argparse.Namespace) -> int:
 
 
 def _print_result(run_dir: Path) -> None:
-    from homeostat.record.result import read_result
-
     result = read_result(run_dir)
     if result is None:
         raise UsageError(f"run {str(run_dir)!r} has no result: it did not come to its end; replay it without --json")
@@ -65,9 +52,7 @@ def _print_result(run_dir: Path) -> None:
 
 
 def _tell(run_dir: Path, intact: bool, given: str | None) -> None:
-    from homeostat.cli.story.story import Story
     from homeostat.journal import BrokenChain, RunStarted, read_events
-    from homeostat.record.decode import recall
     from homeostat.record.result import read_result
 
     story = None
@@ -79,13 +64,17 @@ def _tell(run_dir: Path, intact: bool, given: str | None) -> None:
                 plant = _plant(event, run_dir, given)
                 story = Story(plant, run_dir)
             if event is not None and story is not None:
-                for line in _lines(story, event, record):
-                    print(line)
+                what = f"event {record.seq} ({record.kind!r})"
+                with _telling(what, "its plant is not the one known here"):
+                    lines = list(story.tell(event, record.happened_s))
+                print(*lines, sep="\n", end="\n" * bool(lines))
     except BrokenChain:
         return  # what follows cannot be trusted; the report says where
     result = read_result(run_dir) if intact else None
     if result is not None and story is not None and plant is not None:
-        print("", *_summary(result, story, plant, run_dir), sep="\n")
+        with _telling(f"the result of {str(run_dir)!r}", "verify the run"):
+            end = list(summary(result, story, plant, run_dir))
+        print("", *end, sep="\n")
 
 
 def _plant(started: RunStarted, run_dir: Path, given: str | None) -> PlantDescription:
@@ -93,14 +82,6 @@ def _plant(started: RunStarted, run_dir: Path, given: str | None) -> PlantDescri
 
     A plant has code, so where it is, is not believed of a journal that nobody vouches for.
     """
-    from homeostat.cli.options.unknown_plant import unknown_plant
-    from homeostat.domain.quotation import printable
-    from homeostat.evaluate.recorded_plant import recorded_case, recorded_folder
-    from homeostat.knowledge.store.error import GraphError
-    from homeostat.plants.error import CaseError
-    from homeostat.plants.folder import case_names
-    from homeostat.plants.plant import load_case
-
     folder = recorded_folder(started)
     try:
         if given is None and folder is not None and not _vouched(run_dir):
@@ -117,10 +98,6 @@ def _plant(started: RunStarted, run_dir: Path, given: str | None) -> PlantDescri
 
 def _vouched(run_dir: Path) -> bool:
     """Whether a trusted key signed how the run began."""
-    from homeostat.cli.commands.trace_verify import trusted
-    from homeostat.journal.signing.keys import KeyTrouble
-    from homeostat.journal.verify.verify import verify
-
     try:
         return verify(run_dir, trusted(None)).vouched.lines > 0
     except KeyTrouble:
@@ -129,9 +106,7 @@ def _vouched(run_dir: Path) -> bool:
 
 def _told(run_dir: Path) -> Iterator[object]:
     """Everything that the run has kept, up to where it cannot be read any more."""
-    from homeostat.journal import BrokenChain, read_events
-    from homeostat.record.decode import RecallError, recall
-    from homeostat.record.result import ResultError, read_result
+    from homeostat.record.result import read_result
 
     with contextlib.suppress(BrokenChain, RecallError):
         for record in read_events(run_dir):
@@ -140,21 +115,10 @@ def _told(run_dir: Path) -> Iterator[object]:
         yield read_result(run_dir)
 
 
-def _lines(story: Story, event: Event, record: Record) -> list[Line]:
-    """What ``event`` has to say; UsageError where it is of a plant that this installation does not know like that."""
+@contextlib.contextmanager
+def _telling(what: str, remedy: str) -> Iterator[None]:
+    """UsageError where ``what`` is of a plant that this installation does not know like that."""
     try:
-        return list(story.tell(event, record.happened_s))
+        yield
     except _UNTOLD as error:
-        raise UsageError(
-            f"event {record.seq} ({record.kind!r}) cannot be told: {error!r}; its plant is not the one known here"
-        ) from error
-
-
-def _summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path) -> list[str]:
-    """The end of the run in words; UsageError where its result is of a plant that is not known like that."""
-    from homeostat.cli.story.summary import summary
-
-    try:
-        return list(summary(result, story, plant, run_dir))
-    except _UNTOLD as error:
-        raise UsageError(f"the result of {str(run_dir)!r} cannot be told: {error!r}; verify the run") from error
+        raise UsageError(f"{what} cannot be told: {error!r}; {remedy}") from error

@@ -6,53 +6,27 @@ import argparse
 import shutil
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from homeostat.cli.options.arguments import UsageError, number
-
-if TYPE_CHECKING:
-    from homeostat.cli.options.arguments import Commands
-    from homeostat.evaluate.operation import Operation
-    from homeostat.evaluate.resumption import Past
-    from homeostat.evaluate.thinking import Thinking
-
-
-def configure(commands: Commands) -> None:
-    """Declare the command."""
-    command = commands.add_parser(
-        "resume",
-        help="go on with a run that was killed",
-        description="Go on with a run that was killed: the guard takes mode, latch, sequence, service and open writes "
-        "from the journal, and the simulated plant is made again from its seed and what was written to it.",
-        epilog="Exit status as of 'homeostat run'; 2 where the run is over, or cannot go on.",
-        allow_abbrev=False,
-    )
-    command.add_argument("run", type=Path, metavar="RUN", help="run directory")
-    command.add_argument("--case", metavar="PATH", help="folder of the run's plant, where it is not where it was")
-    command.add_argument("--out", type=Path, metavar="DIR", help="go on in a copy, in this new directory")
-    command.add_argument(
-        "--pace",
-        type=number(0.1, 1000.0),
-        metavar="K",
-        help="process seconds per second, for a paced run (default: as it was)",
-    )
-    command.add_argument("--json", action="store_true", help="print the result as one JSON object and nothing else")
-    command.set_defaults(carry_out=carry_out)
+from homeostat.agents.roles import AskingProtocol
+from homeostat.cli.commands.run import Going, carry
+from homeostat.cli.operation import orders_to
+from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.run_directory import run_directory
+from homeostat.domain.mode import Mode
+from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.recorded_plant import recorded_case
+from homeostat.evaluate.resumption import Past, ResumptionError, told
+from homeostat.evaluate.thinking import Thinking
+from homeostat.journal import read_events
+from homeostat.journal.files import MANIFEST, RESULT
+from homeostat.plants.error import CaseError
+from homeostat.record.directory import RunDirectory, RunDirectoryError
+from homeostat.service.inbox import INBOX
 
 
 def carry_out(options: argparse.Namespace) -> int:
     """Check everything, go on, show, keep; the exit status says what happened."""
-    from homeostat.agents.roles import AskingProtocol
-    from homeostat.cli.commands.run import Going, carry
-    from homeostat.cli.commands.trace_verify import run_directory
-    from homeostat.evaluate.conditions.conditions import Conditions
-    from homeostat.evaluate.recorded_plant import recorded_case
-    from homeostat.evaluate.resumption import Past, ResumptionError, told
-    from homeostat.journal import read_events
-    from homeostat.journal.files import MANIFEST, RESULT
-    from homeostat.plants.error import CaseError
-    from homeostat.record.directory import RunDirectory
-
     run_dir = run_directory(options.run)
     if (run_dir / MANIFEST).exists() or (run_dir / RESULT).exists():
         raise UsageError(f"run {str(run_dir)!r} is over; begin another one")
@@ -82,9 +56,6 @@ def carry_out(options: argparse.Namespace) -> int:
 
 def _copied(run_dir: Path, out: Path) -> Path:
     """``out``, with all that the run has left but what people put into its inbox."""
-    from homeostat.record.directory import RunDirectoryError
-    from homeostat.service.inbox import INBOX
-
     if out.exists():
         raise RunDirectoryError(f"{str(out)!r} exists; choose another directory or remove it first")
     shutil.copytree(run_dir, out, ignore=shutil.ignore_patterns(INBOX))
@@ -101,10 +72,6 @@ def _thinking(past: Past, pace: float | None) -> Thinking:
 
 
 def _operation(past: Past, run_dir: Path, pace: float | None) -> Operation:
-    from homeostat.cli.options.operation import orders_to
-    from homeostat.domain.mode import Mode
-    from homeostat.evaluate.operation import Operation
-
     chosen = past.settings
     mode, persons = Mode(str(chosen.get("mode", Mode.CLOSED_LOOP))), int(chosen.get("persons", 1))
     if "pace" not in chosen:

@@ -1,1 +1,1 @@
-"""Options that several commands share, and what they come to."""
+"""Every command with its arguments; nothing here is slow to import."""

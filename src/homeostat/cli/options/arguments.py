@@ -1,16 +1,13 @@
-"""Arguments: numbers that are numbers, and errors that are one line."""
+"""Arguments: numbers that are numbers, errors that are one line, commands that are imported where they are called."""
 
 from __future__ import annotations
 
 import argparse
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final, NoReturn, TypeAlias, final
+from typing import Final, NoReturn, TypeAlias, final
 
-if TYPE_CHECKING:
-    Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
-
-
+Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
 ENDINGS: Final = "its ending says the format: .ttl, .nt, .jsonld, .rdf, .owl, .trig or .nq"
 """What the help says about a file with a graph."""
 
@@ -26,6 +23,13 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Leave with the message."""
         self.exit(2, f"homeostat: {' '.join(message.split())}; see '{self.prog} --help'\n")
+
+
+def command(commands: Commands, name: str, by: str, about: str, description: str, epilog: str | None = None) -> Parser:
+    """A command that the function ``by`` ("module:function" below `homeostat.cli.commands`) carries out."""
+    made = commands.add_parser(name, help=about, description=description, epilog=epilog, allow_abbrev=False)
+    made.set_defaults(carry_out=by)
+    return made
 
 
 def number(low: float = -math.inf, high: float = math.inf) -> Callable[[str], float]:

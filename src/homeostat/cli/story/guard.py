@@ -31,9 +31,8 @@ DIGITS = 12
 """Digits of a digest that are shown; the command that answers finds the others in the journal."""
 _TOLD = ("trip:", "latched")
 """Beginnings of alarms whose event has a line of its own."""
-_BY_PERSON = {
-    Verb.APPROVE: "approved", Verb.REJECT: "rejected", Verb.FALL_BACK: "ordered the fallback", Verb.START: "started",
-}  # fmt: skip
+_BY_PERSON = {Verb.APPROVE: "approved", Verb.REJECT: "rejected", Verb.START: "started"}
+_BY_PERSON[Verb.FALL_BACK] = "ordered the fallback"
 """What a person did; other orders have an event of their own."""
 _NOT = {RequestStatus.REFUSED: "refused", RequestStatus.FAILED: "failed", RequestStatus.WITHDRAWN: "withdrawn"}
 

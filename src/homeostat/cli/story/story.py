@@ -128,10 +128,10 @@ class Story:
             yield Line(at_s, "review", believed)
             return
         rules = {rule.name: rule.description for rule in self._plant.symptom_rules}
-        seen = "; ".join(f"{rules.get(s.rule, s.rule)} ({s.rule}, {s.severity:.1f} times its threshold)"
-                         for s in event.symptoms)  # fmt: skip
+        seen = [(rules.get(s.rule, s.rule), s) for s in event.symptoms]
         if seen:
-            yield Line(at_s, "noticed", seen, Tone.WARNING)
+            told = (f"{text} ({s.rule}, {s.severity:.1f} times its threshold)" for text, s in seen)
+            yield Line(at_s, "noticed", "; ".join(told), Tone.WARNING)
         yield Line(at_s, "believed", believed)
 
     def _arm(self, event: FallbackArmed, at_s: float) -> Line:

@@ -12,7 +12,7 @@ from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, W
 ALL: Final = "all"
 """Name of all scenarios of a case together."""
 SEARCH: Final = "search"
-_YARDSTICKS: Final = (FALLBACK_ONLY, DO_NOTHING, HINDSIGHT)
+_POLICIES: Final = (FALLBACK_ONLY, DO_NOTHING, HINDSIGHT)
 """In the order of tables."""
 _KINDS: Final = ("none", "single", "paired", "unknown")
 
@@ -26,12 +26,8 @@ class Source(Enum):
     """From runs in which recorded answers of a language model were said again."""
     SCRIPTED = "scripted"
     """From runs in which a script answered instead of a language model; it says nothing about any model."""
-    YARDSTICK = "yardstick"
-    """From runs that show what was possible, or what happens if nobody proposes."""
-    PAPER = "published"
-    """From the paper's tables."""
-    RERUN = "published rerun"
-    """From the paper's authors' own later runs."""
+    REFERENCE = "reference policy"
+    """From runs of a reference policy: what was possible, or what happens if nobody proposes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +37,7 @@ class Group:
     case: str
     """Name of the case."""
     scenario: str
-    """Name of the scenario, of the published row, or ``all``."""
+    """Name of the scenario, or of what several have in common; ``all`` for all of them."""
     proposer: str
     """Who proposes."""
     ablation: str
@@ -52,7 +48,7 @@ class Group:
     @property
     def name(self) -> str:
         """Proposer, and what it goes without."""
-        return entrant(self.rows[0])
+        return arm(self.rows[0])
 
     @property
     def source(self) -> Source:
@@ -76,17 +72,17 @@ def source(proposer: str) -> Source:
         return Source.REPLAYED
     if proposer.startswith("scripted:"):
         return Source.SCRIPTED
-    return Source.YARDSTICK if proposer in _YARDSTICKS else Source.MEASURED
+    return Source.REFERENCE if proposer in _POLICIES else Source.MEASURED
 
 
-def entrant(row: Row) -> str:
+def arm(row: Row) -> str:
     """Proposer of a row, and what it goes without: the unit of every comparison."""
     return row.proposer if row.ablation == WHOLE else f"{row.proposer}, {row.ablation}"
 
 
 def in_order(rows: Iterable[Row]) -> tuple[Row, ...]:
     """The rows by case, scenario, proposer, ablation and seed."""
-    return tuple(sorted(rows, key=lambda row: (row.case, _scenario(row), _entrant(row), row.seed, row.job)))
+    return tuple(sorted(rows, key=lambda row: (row.case, _by_kind(row), _by_arm(row), row.seed, row.job)))
 
 
 def cases(rows: Sequence[Row]) -> list[str]:
@@ -94,43 +90,39 @@ def cases(rows: Sequence[Row]) -> list[str]:
     return sorted({row.case for row in rows})
 
 
-def entrants(rows: Sequence[Row]) -> list[str]:
-    """Names of proposers with what they go without: the search first, yardsticks last."""
-    return list(dict.fromkeys(entrant(row) for row in sorted(rows, key=_entrant)))
+def arms(rows: Sequence[Row]) -> list[str]:
+    """Names of proposers with what they go without: the search first, reference policies last."""
+    return list(dict.fromkeys(arm(row) for row in sorted(rows, key=_by_arm)))
 
 
 def scenarios(rows: Sequence[Row]) -> list[str]:
     """Names of the scenarios: without a fault first, unknown faults last."""
-    return list(dict.fromkeys(row.scenario for row in sorted(rows, key=_scenario)))
+    return list(dict.fromkeys(row.scenario for row in sorted(rows, key=_by_kind)))
 
 
 def overall(rows: Iterable[Row]) -> list[Group]:
     """One group per case, proposer and ablation."""
-    return _groups(rows, lambda row: ALL)
+    return grouped(rows, lambda row: ALL)
 
 
 def by_scenario(rows: Iterable[Row]) -> list[Group]:
     """One group per case, scenario, proposer and ablation."""
-    return _groups(rows, lambda row: row.scenario)
+    return grouped(rows, lambda row: row.scenario)
 
 
-def by_published(rows: Iterable[Row]) -> list[Group]:
-    """One group per case, row of the published tables, proposer and ablation; rows without one are left out."""
-    return _groups((row for row in rows if row.published), lambda row: row.published)
-
-
-def _groups(rows: Iterable[Row], named: Callable[[Row], str]) -> list[Group]:
+def grouped(rows: Iterable[Row], named: Callable[[Row], str]) -> list[Group]:
+    """One group per case, name of the scenario, proposer and ablation."""
     found: dict[tuple[str, str, str, str], list[Row]] = {}
     for row in in_order(rows):
         found.setdefault((row.case, named(row), row.proposer, row.ablation), []).append(row)
     return [Group(*key, tuple(members)) for key, members in found.items()]
 
 
-def _scenario(row: Row) -> tuple[int, str, str]:
+def _by_kind(row: Row) -> tuple[int, str, str]:
     known = _KINDS.index(row.kind) if row.kind in _KINDS else len(_KINDS)
     return known, row.kind, row.scenario
 
 
-def _entrant(row: Row) -> tuple[int, str, bool, str]:
-    rank = 2 + _YARDSTICKS.index(row.proposer) if row.proposer in _YARDSTICKS else int(row.proposer != SEARCH)
+def _by_arm(row: Row) -> tuple[int, str, bool, str]:
+    rank = 2 + _POLICIES.index(row.proposer) if row.proposer in _POLICIES else int(row.proposer != SEARCH)
     return rank, row.proposer, row.ablation != WHOLE, row.ablation

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import urllib.parse
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path, PurePosixPath
 from typing import Final
 
 from homeostat import __version__
-from homeostat.evaluate.report.contents import Contents, contents
+from homeostat.evaluate.report.contents import Contents, contents, failed, what_failed
 from homeostat.evaluate.report.figures.gallery import Gallery, gallery
-from homeostat.evaluate.report.groups import Source, entrant, source
+from homeostat.evaluate.report.groups import Source, arm, source
 from homeostat.evaluate.report.summary import summary, what_was_run
 from homeostat.evaluate.report.tables.formats import comma_separated, latex, markdown
-from homeostat.evaluate.report.tables.runs import failed, what_failed
-from homeostat.evaluate.report.tables.table import Kind, Table, said
+from homeostat.evaluate.report.tables.table import Table, said
 from homeostat.evaluate.study.row import Row
 
 REPORT: Final = "report.html"
@@ -24,34 +22,19 @@ REPORT: Final = "report.html"
 TABLES: Final = "tables"
 """Name of the folder with the tables."""
 _PAGE: Final = "page"
+Rerun = Callable[[Row], str]
+"""Gives the command that makes one run again."""
 _FORMATS: Final = {".md": markdown, ".tex": latex, ".csv": comma_separated}
 
 
-@dataclass(frozen=True, slots=True)
-class Failure:
-    """One run that failed, as the page shows it."""
-
-    row: Row
-    """The run."""
-    who: str
-    """Who proposed, and what it went without."""
-    what: str
-    """What failed."""
-    link: str
-    """Where its record lies, seen from the page; empty where it was not kept."""
-    command: str
-    """What runs it again."""
-
-
 def write_report(
-    folder: Path, title: str, rows: Sequence[Row], rerun: Callable[[Row], str], reference: str | None = None
+    folder: Path, title: str, rows: Sequence[Row], rerun: Rerun, reference: str | None = None
 ) -> tuple[Path, ...]:
     """Write ``report.html`` and ``tables/*`` into ``folder``, the campaign's own, so that links to records hold.
 
     The same rows in any order give the same files. Tables of an earlier report that this one lacks are left.
 
     Args:
-        rerun: gives the command that makes one run again.
         reference: name of the proposer that others are compared with; by default the first in order.
 
     Returns:
@@ -61,42 +44,42 @@ def write_report(
         ImportError: the packages of the extra ``campaign`` are not installed.
     """
     known = contents(rows, reference)
+    tables = write_tables(folder / TABLES, known.tables)
     page = folder / REPORT
-    into = folder / TABLES
-    into.mkdir(parents=True, exist_ok=True)
     page.write_text(html(title, rows, rerun, known, reference), encoding="utf-8", newline="\n")
-    written = [page]
-    for table in known.tables:
+    return page, *tables
+
+
+def write_tables(folder: Path, tables: Sequence[Table]) -> tuple[Path, ...]:
+    """Write every table as Markdown, LaTeX and CSV into ``folder``, which is made; paths of the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for table in tables:
         for ending, form in _FORMATS.items():
-            path = into / (table.name + ending)
+            path = folder / (table.name + ending)
             path.write_text(form(table), encoding="utf-8", newline="\n")
             written.append(path)
     return tuple(written)
 
 
-def html(
-    title: str, rows: Sequence[Row], rerun: Callable[[Row], str], known: Contents, reference: str | None = None
-) -> str:
+def html(title: str, rows: Sequence[Row], rerun: Rerun, known: Contents, reference: str | None = None) -> str:
     """The page. Everything that comes from the rows is escaped; only figures and style are taken as they are."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 
-    page = Environment(
-        loader=FunctionLoader(_file), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )  # fmt: skip
-    failures = _failures(rows, rerun)
-    drawn = gallery(rows) if rows else Gallery((), (), (), (), ())
+    page = Environment(loader=FunctionLoader(_file), autoescape=True, undefined=StrictUndefined)
+    page.trim_blocks = page.lstrip_blocks = page.keep_trailing_newline = True
+    page.globals |= {"said": said, "arm": arm, "what_failed": what_failed, "link": _link, "rerun": rerun}
+    parts = [[r for r in failed(rows) if (source(r.proposer) is Source.REFERENCE) is it] for it in (False, True)]
+    drawn = gallery(rows) if rows else Gallery((), ())
     return page.get_template("report.html").render(
-        title=title, version=__version__, style=_file("report.css"), facts=what_was_run(rows), known=known,
-        told=summary(rows, reference), drawn=drawn, said=said, is_text=_is_text, folder=TABLES,
-        failures=[one for one in failures if source(one.row.proposer) is not Source.YARDSTICK],
-        yardsticks=[one for one in failures if source(one.row.proposer) is Source.YARDSTICK],
-        lines=_lines,
-    )  # fmt: skip
-
-
-def _failures(rows: Sequence[Row], rerun: Callable[[Row], str]) -> list[Failure]:
-    return [Failure(row, entrant(row), what_failed(row), _link(row.trace), rerun(row)) for row in failed(rows)]
+        {"title": title, "version": __version__, "style": _file("report.css"), "folder": TABLES},
+        known=known,
+        facts=what_was_run(rows),
+        told=summary(rows, reference),
+        drawn=drawn,
+        failures=parts[0],
+        references=parts[1],
+    )
 
 
 def _link(trace: str) -> str:
@@ -105,18 +88,6 @@ def _link(trace: str) -> str:
     if not trace or parts.is_absolute() or ".." in parts.parts:
         return ""
     return f"./{urllib.parse.quote(str(parts))}"
-
-
-def _is_text(kind: Kind) -> bool:
-    return kind is Kind.TEXT
-
-
-def _lines(table: Table) -> list[list[tuple[str, bool]]]:
-    """How the cells of a table read, and whether they are words."""
-    return [
-        [(said(cell, column), _is_text(column.kind)) for cell, column in zip(line, table.columns, strict=True)]
-        for line in table.lines
-    ]
 
 
 def _file(name: str) -> str:

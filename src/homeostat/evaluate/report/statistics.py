@@ -67,7 +67,7 @@ class Estimate:
     mean: float
     """Mean of the values."""
     interval: Interval | None
-    """Bootstrap interval; None where one value cannot have one, and for published means."""
+    """Bootstrap interval; None where one value cannot have one, and where only the mean is known."""
 
 
 def wilson(count: int, of: int) -> Interval:
@@ -132,10 +132,17 @@ def bootstrap(values: Sequence[float]) -> Interval | None:
         with warnings.catch_warnings():
             # Where the first method cannot be computed, it says so in a warning and gives no number.
             warnings.simplefilter("ignore")
-            ends = resample(
-                (data,), np.mean, n_resamples=RESAMPLES, batch=_AT_ONCE, confidence_level=LEVEL, method=method,
-                rng=generator(SEED, Stream.STUDY_BOOTSTRAP),
-            ).confidence_interval  # fmt: skip
+            draws = generator(SEED, Stream.STUDY_BOOTSTRAP)
+            found = resample(
+                (data,),
+                np.mean,
+                n_resamples=RESAMPLES,
+                batch=_AT_ONCE,
+                confidence_level=LEVEL,
+                method=method,
+                rng=draws,
+            )
+        ends = found.confidence_interval
         if np.isfinite(ends.low) and np.isfinite(ends.high):
             break
     return Interval(float(ends.low), float(ends.high))

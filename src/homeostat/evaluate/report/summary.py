@@ -6,11 +6,20 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import Final
 
-from homeostat.evaluate.report.groups import Group, Source, broke_limit, cases, entrants, in_order, overall, scenarios
+from homeostat.evaluate.report.groups import (
+    Group,
+    Source,
+    arms,
+    broke_limit,
+    cases,
+    in_order,
+    overall,
+    scenarios,
+    succeeded,
+)
 from homeostat.evaluate.report.measures.comparison import Comparison, comparisons
-from homeostat.evaluate.report.measures.references import against, yardsticks
-from homeostat.evaluate.report.measures.scores import success_of
-from homeostat.evaluate.report.statistics import Rate
+from homeostat.evaluate.report.measures.references import References
+from homeostat.evaluate.report.statistics import Rate, rate
 from homeostat.evaluate.study.row import Row
 
 _CLEAR: Final = 0.05
@@ -32,13 +41,13 @@ def what_was_run(rows: Sequence[Row]) -> list[tuple[str, str]]:
 def summary(rows: Sequence[Row], reference: str | None = None) -> list[tuple[str, list[str]]]:
     """Per case: one sentence for each proposer, and what the comparison with the reference says."""
     ordered = in_order(rows)
-    known = yardsticks(ordered)
-    compared = {(c.case, c.name): c for c in comparisons(ordered, reference)}
+    known = References.among(ordered)
+    compared = {(c.group.case, c.group.name): c for c in comparisons(ordered, reference)}
     told = []
     for case, groups in groupby(overall(ordered), key=lambda group: group.case):
         sentences = []
         for group in groups:
-            missed = against(group.rows, known).missed if group.source is not Source.YARDSTICK else None
+            missed = known.missed(group.rows) if group.source is not Source.REFERENCE else None
             sentences.append(_sentence(group, missed, compared.get((case, group.name))))
         told.append((case, sentences))
     return told
@@ -58,12 +67,13 @@ def spans(seeds: Sequence[int]) -> str:
 def _named(rows: Sequence[Row]) -> list[str]:
     """Proposers, and how those answered that were no model asked there and then."""
     sources = {group.name: group.source for group in overall(rows)}
-    return [n if sources[n] is Source.MEASURED else f"{n} ({sources[n].value})" for n in entrants(rows)]
+    return [n if sources[n] is Source.MEASURED else f"{n} ({sources[n].value})" for n in arms(rows)]
 
 
 def _sentence(group: Group, missed: Rate | None, compared: Comparison | None) -> str:
-    rate = success_of(group.rows).success
-    words = f"{group.name}{_origin(group)}: {rate.count} of {rate.of} runs succeeded{_interval(rate)}"
+    good = rate([succeeded(row) for row in group.rows])
+    assert good is not None
+    words = f"{group.name}{_origin(group)}: {good.count} of {good.of} runs succeeded{_interval(good)}"
     broken = [row.exposure_s for row in group.rows if broke_limit(row)]
     if broken:
         words += f"; {_runs(len(broken))} broke a hard limit, for {max(broken):.0f} s at most"
@@ -75,22 +85,22 @@ def _sentence(group: Group, missed: Rate | None, compared: Comparison | None) ->
 
 
 def _against(one: Comparison) -> str:
-    more, less = one.only_this, one.only_reference
+    more, less, pairs = one.ended(True, False), one.ended(False, True), len(one.pairs)
     if more == less:
-        return f"beside {one.reference}, as many successes on the same {one.pairs} plants"
+        return f"beside {one.reference}, as many successes on the same {pairs} plants"
     clear = "a clear difference" if one.p_adjusted < _CLEAR else "no clear difference"
     difference = f"{abs(more - less)} {'more' if more > less else 'fewer'}"
     successes = "success" if abs(more - less) == 1 else "successes"
     p = "p < 0.001" if one.p_adjusted < 0.001 else f"p = {one.p_adjusted:.3f}"
-    return f"beside {one.reference}, {difference} {successes} on the same {one.pairs} plants: {clear} (adjusted {p})"
+    return f"beside {one.reference}, {difference} {successes} on the same {pairs} plants: {clear} (adjusted {p})"
 
 
 def _origin(group: Group) -> str:
     return "" if group.source is Source.MEASURED else f" ({group.source.value})"
 
 
-def _interval(rate: Rate) -> str:
-    ends = rate.interval
+def _interval(good: Rate) -> str:
+    ends = good.interval
     return "" if ends is None else f" (95 % interval {100.0 * ends.low:.0f} to {100.0 * ends.high:.0f} %)"
 
 

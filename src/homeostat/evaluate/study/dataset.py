@@ -17,9 +17,8 @@ from homeostat.evaluate.study.row import Row, row_from
 
 DATASET = "results.parquet"
 """Name of the file in the campaign's folder."""
-_TYPES: dict[Any, pa.DataType] = {
-    str: pa.string(), bool: pa.bool_(), int: pa.int64(), float: pa.float64(), tuple[float, ...]: pa.list_(pa.float64()),
-}  # fmt: skip
+_TYPES: dict[Any, pa.DataType] = {str: pa.string(), bool: pa.bool_(), int: pa.int64(), float: pa.float64()}
+_TYPES[tuple[float, ...]] = pa.list_(pa.float64())
 
 
 def schema() -> pa.Schema:
@@ -29,8 +28,8 @@ def schema() -> pa.Schema:
 
 
 def _column(name: str, kind: Any) -> pa.Field[Any]:
-    options = [option for option in get_args(kind) if option is not NoneType] if NoneType in get_args(kind) else [kind]
-    return pa.field(name, _TYPES[options[0]], nullable=NoneType in get_args(kind))
+    nullable = NoneType in get_args(kind)
+    return pa.field(name, _TYPES[get_args(kind)[0] if nullable else kind], nullable=nullable)
 
 
 def write_dataset(path: Path, rows: Sequence[Row]) -> None:

@@ -38,7 +38,7 @@ class Kept:
 
 def measure(job: Job, kept: Kept) -> Row:
     """Run ``job`` to its end, on one core where others work beside it; what it left from an earlier try is removed."""
-    if job.entrant.who == HINDSIGHT:
+    if job.arm.who == HINDSIGHT:
         return hindsight_row(job)
     folder = kept.folder(job)
     if folder is None:
@@ -64,20 +64,20 @@ def _measured(job: Job, folder: Path, trace: str) -> Row:
 
 
 def _recorded(job: Job, directory: RunDirectory, is_kept: Callable[[Run], bool]) -> Run:
-    case, ablation, entrant = loaded(job.scenario.case), ABLATIONS[job.ablation], job.entrant
+    case, ablation, arm = loaded(job.scenario.case), ABLATIONS[job.ablation], job.arm
     known = without_faults(case, [f.fault for f in job.scenario.faults]) if job.kind == "unknown" else case
     conditions = Conditions(
-        entrant.protocol, entrant.label_given or ablation.label_given, ablation.reprompting, ablation.ensemble
+        arm.protocol, arm.label_given or ablation.label_given, ablation.reprompting, ablation.ensemble
     )
     return record_run(
         case,
         job.scenario,
         directory,
         job.thinking,
-        entrant.who,
-        language=entrant.language(ablation.grounding),
+        arm.who,
+        language=arm.language(ablation.grounding),
         conditions=conditions,
-        propose=entrant.propose,
+        propose=arm.propose,
         known=known,
         kept=is_kept,
     )

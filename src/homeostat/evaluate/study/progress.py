@@ -63,7 +63,7 @@ class Progress:
 
 
 def _group(job: Job) -> Group:
-    return job.scenario.case, job.label, job.entrant.label, job.ablation
+    return job.scenario.case, job.label, job.arm.label, job.ablation
 
 
 def _words(seconds: float) -> str:

@@ -38,9 +38,9 @@ def succeeded(run: Run) -> bool:
 def notable(job: Job, run: Run) -> bool:
     """Whether somebody will want to see why a run ended as it did: no success, or a hard limit was broken.
 
-    What nobody proposed is no matter for anybody: yardsticks are there to fail.
+    What nobody proposed is no matter for anybody: reference policies are there to fail.
     """
-    if job.entrant.who in YARDSTICKS:
+    if job.arm.who in YARDSTICKS:
         return False
     hard = {limit.name for limit in run.plant.description.limits.hard}
     return not succeeded(run) or any(e.total_s > 0.0 for e in run.exposures if e.limit in hard)
@@ -75,7 +75,7 @@ def _asked(job: Job, run: Run) -> dict[str, Any]:
         "scenario": job.label,
         "kind": job.kind,
         "published": job.published,
-        "proposer": job.entrant.label,
+        "proposer": job.arm.label,
         "ablation": job.ablation,
         "seed": s.seed,
         "fault": s.fault,

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from homeostat import __version__
 from homeostat.evaluate.recorded_run import LIBRARIES
-from homeostat.evaluate.report.report import write_report
+from homeostat.evaluate.report.report import Rerun, write_report
 from homeostat.evaluate.study.dataset import DATASET, write_dataset
 from homeostat.evaluate.study.done import Done
 from homeostat.evaluate.study.engine import carry_out
@@ -54,9 +54,8 @@ class Ended:
 
 
 def run_campaign(
-    title: str, jobs: Sequence[Job], folder: Path, workers: Workers, show: Callable[[Progress], None],
-    rerun: Callable[[Row], str],
-) -> Ended:  # fmt: skip
+    title: str, jobs: Sequence[Job], folder: Path, workers: Workers, show: Callable[[Progress], None], rerun: Rerun
+) -> Ended:
     """Carry out the jobs that ``folder`` does not hold yet, and write dataset and report of all of them.
 
     ``show`` is told of every job that ends; ``rerun`` gives the command that repeats a row. Whatever stops this, every
@@ -91,7 +90,7 @@ def _check_installed() -> None:
             raise CampaignError(f"the report of a campaign needs {name!r}: pip install 'homeostat[campaign]'")
 
 
-def rerun_command(source: Path, options: Sequence[str] = ()) -> Callable[[Row], str]:
+def rerun_command(source: Path, options: Sequence[str] = ()) -> Rerun:
     """What gives the command that repeats a row of the campaign in ``source``, started with ``options``."""
     begin = shlex.join(["homeostat", "campaign", str(source), *options, "--only"])
     return lambda row: f"{begin} {shlex.quote(row.job)}"

@@ -4,43 +4,33 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
-from pathlib import Path
-from typing import TYPE_CHECKING
 
-from homeostat.cli.options.arguments import ENDINGS
+from pyoxigraph import RdfFormat
 
-if TYPE_CHECKING:
-    from homeostat.cli.commands.graph.graphs import Place, Plant
-    from homeostat.cli.options.arguments import Commands
-    from homeostat.domain.plant.description import PlantDescription
-    from homeostat.knowledge.store.store import GraphStore
-    from homeostat.process.model import ProcessModel
-
-
-def configure(commands: Commands) -> None:
-    """Declare the command."""
-    command = commands.add_parser(
-        "check",
-        help="check a plant's graph against shapes, tables and process model, or any graph for blemishes",
-        description="Check a graph. The graph of a CASE: its shapes (SHACL), its consistency, its agreement with the "
-        "engineering tables that it was built from and with the process model, and whether settings and reference "
-        "values fit it. That and any other graph in FILE: "
-        "references to nothing, misspelt terms, swapped prefixes, transitions without guard and event, machines "
-        "without an initial state, components that were left unconnected. Every problem is one line. So is every text "
-        "that reads as if it were written for a language model, but that is a warning and no problem.",
-        epilog="Exit status: 0 no problem, 1 problems were found, 2 the graph cannot be read, or a generated file of "
-        "CASE was altered by hand.",
-        allow_abbrev=False,
-    )
-    command.add_argument("case", nargs="?", metavar="CASE", help="name of the plant; not for other plants' graphs")
-    command.add_argument("--graph", type=Path, metavar="FILE", help=f"file to check instead; {ENDINGS}")
-    command.set_defaults(carry_out=carry_out)
+from homeostat.cli.commands.graph.graphs import Place, Plant, opened, place
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.knowledge.build.build import GRAPH, build
+from homeostat.knowledge.build.provenance import stale_tables
+from homeostat.knowledge.build.tables.check import mistakes
+from homeostat.knowledge.checks.conformance import check_shapes
+from homeostat.knowledge.checks.consistency import inconsistencies
+from homeostat.knowledge.checks.injection_scan import suspicions
+from homeostat.knowledge.checks.lint import blemishes
+from homeostat.knowledge.description.plant import read_plant
+from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.knowledge.store.store import GraphStore
+from homeostat.plants.baselines import read_baselines, refuse_altered
+from homeostat.plants.error import CaseError
+from homeostat.plants.folder import BASELINES
+from homeostat.plants.generated import refuse_altered_graph
+from homeostat.plants.graph import interface
+from homeostat.plants.model import find_model
+from homeostat.plants.settings.check import refuse_misfit
+from homeostat.process.model import ProcessModel
 
 
 def carry_out(options: argparse.Namespace) -> int:
     """Print every problem; 1 where there is any."""
-    from homeostat.cli.commands.graph.graphs import opened, place
-
     where = place(options.case, options.graph)
     if where.plant is not None and where.own:
         _refuse_altered(where.plant)
@@ -57,10 +47,6 @@ def carry_out(options: argparse.Namespace) -> int:
 
 def _refuse_altered(plant: Plant) -> None:
     """GraphError where a generated file of the plant is not as it was generated."""
-    from homeostat.plants.baselines import refuse_altered
-    from homeostat.plants.folder import BASELINES
-    from homeostat.plants.generated import refuse_altered_graph
-
     refuse_altered_graph(plant.files)
     if BASELINES in plant.files.contents:
         refuse_altered(plant.files.contents[BASELINES])
@@ -68,8 +54,6 @@ def _refuse_altered(plant: Plant) -> None:
 
 def _warn(store: GraphStore) -> int:
     """Print every suspicious text; how many there are."""
-    from homeostat.knowledge.checks.injection_scan import suspicions
-
     found = suspicions(store)
     for suspicion in found:
         print(f"warning: {suspicion}")
@@ -77,9 +61,6 @@ def _warn(store: GraphStore) -> int:
 
 
 def _problems(where: Place, store: GraphStore) -> Iterator[str]:
-    from homeostat.knowledge.build.tables.check import mistakes
-    from homeostat.knowledge.checks.lint import blemishes
-
     yield from map(str, blemishes(store))
     if where.plant is not None:
         yield from _disagreements(where.plant, store)
@@ -90,10 +71,6 @@ def _problems(where: Place, store: GraphStore) -> Iterator[str]:
 
 def _other_than_built(plant: Plant) -> Iterator[str]:
     """Where the plant's graph is not what its tables make, although it says that they have not changed."""
-    from homeostat.knowledge.build.build import GRAPH, build
-    from homeostat.knowledge.build.provenance import stale_tables
-    from homeostat.knowledge.store.error import Code, GraphError
-
     graph = plant.files.content(GRAPH)
     try:
         if stale_tables(plant.files.folder, graph) or build(plant.files.folder) == graph:
@@ -109,16 +86,6 @@ def _other_than_built(plant: Plant) -> Iterator[str]:
 
 def _disagreements(plant: Plant, store: GraphStore) -> Iterator[str]:
     """Where the graph does not have the shapes, or does not fit the case's tables, process model and settings."""
-    from pyoxigraph import RdfFormat
-
-    from homeostat.knowledge.build.provenance import stale_tables
-    from homeostat.knowledge.checks.conformance import check_shapes
-    from homeostat.knowledge.checks.consistency import inconsistencies
-    from homeostat.knowledge.description.plant import read_plant
-    from homeostat.knowledge.store.error import Code, GraphError
-    from homeostat.plants.graph import interface
-    from homeostat.plants.model import find_model
-
     for table in stale_tables(plant.files.folder, store.dump(RdfFormat.N_TRIPLES), RdfFormat.N_TRIPLES):
         remedy = f"run 'python -m homeostat.knowledge.build {plant.files.folder}'"
         yield f"[{Code.STALE_GRAPH}] table {table!r}: changed after the graph was built; {remedy}"
@@ -135,12 +102,6 @@ def _disagreements(plant: Plant, store: GraphStore) -> Iterator[str]:
 
 def _misfits(plant: Plant, described: PlantDescription, model: ProcessModel) -> Iterator[str]:
     """Where settings or reference values do not fit the plant."""
-    from homeostat.knowledge.store.error import GraphError
-    from homeostat.plants.baselines import read_baselines
-    from homeostat.plants.error import CaseError
-    from homeostat.plants.folder import BASELINES
-    from homeostat.plants.settings.check import refuse_misfit
-
     try:
         refuse_misfit(plant.name, plant.settings, described, model)
         if BASELINES in plant.files.contents:

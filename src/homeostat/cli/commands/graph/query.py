@@ -6,40 +6,20 @@ import argparse
 import re
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from homeostat.cli.options.arguments import ENDINGS, UsageError
+from pyoxigraph import Literal, NamedNode, RdfFormat, serialize
 
-if TYPE_CHECKING:
-    from homeostat.cli.commands.graph.graphs import Place
-    from homeostat.cli.options.arguments import Commands
-    from homeostat.knowledge.store.store import GraphStore, Term
+from homeostat.cli.commands.graph.graphs import Place, place, with_ontology
+from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.table import show_table
+from homeostat.knowledge.store.endpoint import SparqlEndpoint
+from homeostat.knowledge.store.store import GraphStore, QueryRejected, Term
 
 _FORM: Final = re.compile(
     r"(?:\s|\#[^\n]*(?:\n|$)|(?:prefix\s*[^\s:]*:\s*|base\s*)<[^<>]*>)*(select|ask|construct|describe)\b", re.IGNORECASE
 )
 """What stands before the word that says which form a query has."""
-
-
-def configure(commands: Commands) -> None:
-    """Declare the command."""
-    command = commands.add_parser(
-        "query",
-        help="ask a plant's graph in SPARQL",
-        description="Ask a plant's graph, together with the ontologies, or a SPARQL endpoint. SELECT is answered by a "
-        "table, CONSTRUCT and DESCRIBE by Turtle, ASK by yes or no.",
-        epilog="example: homeostat graph query cstr -e 'SELECT ?f ?l { ?f a hs:FaultMode ; rdfs:label ?l }'; "
-        "the project's prefixes need not be declared.",
-        allow_abbrev=False,
-    )
-    command.add_argument("case", nargs="?", metavar="CASE", help="name of the plant; not for other plants' graphs")
-    question = command.add_mutually_exclusive_group()
-    question.add_argument("file", nargs="?", type=Path, metavar="FILE.rq", help="file with the query")
-    question.add_argument("-e", "--expression", metavar="SPARQL", help="the query itself")
-    target = command.add_mutually_exclusive_group()
-    target.add_argument("--graph", type=Path, metavar="FILE", help=f"file to ask instead; {ENDINGS}")
-    target.add_argument("--endpoint", metavar="URL", help="SPARQL query service to ask instead")
-    command.set_defaults(carry_out=carry_out)
 
 
 def carry_out(options: argparse.Namespace) -> int:
@@ -49,8 +29,6 @@ def carry_out(options: argparse.Namespace) -> int:
     found = _FORM.match(text)
     if found is None:
         raise UsageError("only SELECT, ASK, CONSTRUCT and DESCRIBE can be asked; this query starts with none of them")
-    from homeostat.cli.commands.graph.graphs import place, with_ontology
-    from homeostat.knowledge.store.store import QueryRejected
 
     where = place(case, options.graph)
     store = with_ontology(where) if options.endpoint is None else _endpoint(options.endpoint)
@@ -78,8 +56,6 @@ def _read(path: Path) -> str:
 
 
 def _endpoint(url: str) -> GraphStore:
-    from homeostat.knowledge.store.endpoint import SparqlEndpoint
-
     try:
         return SparqlEndpoint(url, url, url, url)
     except ValueError as error:
@@ -97,8 +73,6 @@ def _in_own_lines(message: str, added: int) -> str:
 
 
 def _answer(store: GraphStore, query: str, form: str, where: Place) -> None:
-    from homeostat.cli.table import table
-
     if form == "ask":
         print("yes" if store.ask(query) else "no")
     elif form == "select":
@@ -107,11 +81,8 @@ def _answer(store: GraphStore, query: str, form: str, where: Place) -> None:
             print("no solution")
             return
         cells = [[_cell(term, where) for term in row.terms] for row in rows]
-        for line in table([f"?{name}" for name in rows[0].variables], cells):
-            print(line)
+        show_table([f"?{name}" for name in rows[0].variables], cells)
     else:
-        from pyoxigraph import RdfFormat, serialize
-
         turtle = serialize(store.construct(query), format=RdfFormat.TURTLE, prefixes=where.prefixes)
         sys.stdout.flush()
         sys.stdout.buffer.write(turtle or b"")
@@ -119,8 +90,6 @@ def _answer(store: GraphStore, query: str, form: str, where: Place) -> None:
 
 def _cell(term: Term | None, where: Place) -> str:
     """A term as a reader wants it: names with prefixes, texts and numbers as they are."""
-    from pyoxigraph import Literal, NamedNode
-
     if term is None:
         return ""
     if isinstance(term, Literal):

@@ -5,45 +5,44 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
-from homeostat.evaluate.report.figures.svg import QUIET, Picture, as_svg, colours, look, short
+from homeostat.evaluate.report.figures.picture import QUIET, Picture, colours, picture, short, small
 from homeostat.evaluate.report.groups import Group, Source, cases, overall
 from homeostat.evaluate.report.measures.diagnosis import Bin, reliability
 from homeostat.evaluate.study.row import Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _SIDE: Final = 3.6
 """Width of a case's panel [in]."""
 
 
-def reliability_plot(rows: Sequence[Row], name: str) -> Picture | None:
+def reliability_plot(rows: Sequence[Row]) -> Picture | None:
     """One panel per case; None where nothing was diagnosed."""
     panels = [(case, shown) for case in cases(rows) if (shown := _curves([r for r in rows if r.case == case]))]
     if not panels:
         return None
-    from matplotlib.figure import Figure
 
-    title = "What a probability of the diagnosis is worth"
-    with look(name):
-        figure = Figure(figsize=(max(2, len(panels)) * _SIDE, _SIDE), layout="constrained")
+    def draw(figure: Figure) -> None:
         axes = figure.subplots(1, len(panels), squeeze=False)[0]
         for axis, (case, shown) in zip(axes, panels, strict=True):
             _panel(axis, short(case), shown, colours(rows))
         axes[0].set_ylabel("how often it was true")
-        svg = as_svg(figure, name, title)
+
     caption = (
         "Below the dashed line the diagnosis is too sure of itself, above it too careful. Dots with 95 % Wilson "
         "intervals and the number of diagnoses: the first proposer; faint lines: the others, whose diagnoses are "
         "mostly the same, because they come before any proposal."
     )
-    return Picture(title, caption, svg)
+    size = (max(2, len(panels)) * _SIDE, _SIDE)
+    return picture("What a probability of the diagnosis is worth", caption, size, draw)
 
 
 def _curves(rows: Sequence[Row]) -> list[tuple[Group, list[Bin]]]:
-    """Bins of every proposer that diagnosed anything; yardsticks only where nobody else did."""
+    """Bins of every proposer that diagnosed anything; reference policies only where nobody else did."""
     found = [(group, bins) for group in overall(rows) if (bins := reliability(group.rows))]
-    return [one for one in found if one[0].source is not Source.YARDSTICK] or found
+    return [one for one in found if one[0].source is not Source.REFERENCE] or found
 
 
 def _panel(axis: Axes, title: str, shown: Sequence[tuple[Group, list[Bin]]], colour: dict[str, str]) -> None:
@@ -58,13 +57,9 @@ def _panel(axis: Axes, title: str, shown: Sequence[tuple[Group, list[Bin]]], col
         ends = one.right.interval
         if ends is not None:
             axis.plot([one.believed] * 2, [ends.low, ends.high], color=main, linewidth=1.0)
-        axis.annotate(
-            f"{one.right.of}", (one.believed, 0.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
-            textcoords="offset points", ha="center", fontsize=7.5, color=main,
-        )  # fmt: skip
+        small(axis, f"{one.right.of}", (one.believed, 0.0), ("data", "axes fraction"), (0, 3), ha="center", color=main)
     axis.set_xlim(0.0, 1.02)
     axis.set_ylim(-0.1, 1.04)
     axis.set_title(f"{title}: {short(group.name)}")
     axis.set_xlabel("probability of what was believed most")
-    axis.grid(color="#e6e9ed", linewidth=0.6)
-    axis.set_axisbelow(True)
+    axis.grid()

@@ -6,13 +6,25 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from homeostat.evaluate.report.figures.svg import BAD, INK, QUIET, Picture, as_svg, colours, look, plain, short
+from homeostat.evaluate.report.figures.picture import (
+    BAD,
+    INK,
+    QUIET,
+    Picture,
+    colours,
+    lined,
+    picture,
+    plain,
+    short,
+    small,
+)
 from homeostat.evaluate.report.groups import Group, overall, succeeded
 from homeostat.evaluate.report.statistics import quantile
 from homeostat.evaluate.study.row import Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _LINE: Final = 0.34
 """Height of a proposer's line [in]."""
@@ -51,28 +63,26 @@ TIMES: Final = (
 )
 
 
-def strips(title: str, rows: Sequence[Row], measures: Sequence[Measure], name: str) -> Picture | None:
+def strips(title: str, rows: Sequence[Row], measures: Sequence[Measure]) -> Picture | None:
     """One panel per measure; None where no run has any. Proposers without values are left out of a panel."""
     groups = overall(rows)
     panels = [(m, here) for m in measures if (here := [g for g in groups if _values(g.rows, m)])]
     if not panels:
         return None
-    from matplotlib.figure import Figure
+    heights = [_LINE * (1.2 + max(len(here) for _, here in panels[i : i + 2])) for i in range(0, len(panels), 2)]
 
-    with look(name):
-        heights = [_LINE * (1.2 + max(len(here) for _, here in panels[i : i + 2])) for i in range(0, len(panels), 2)]
-        figure = Figure(figsize=(_WIDE, sum(heights) + _AXIS * len(heights)), layout="constrained")
+    def draw(figure: Figure) -> None:
         grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
         for number, (measure, here) in enumerate(panels):
             alone = number == len(panels) - 1 and number % 2 == 0
             place = grid[number // 2, :] if alone else grid[number // 2, number % 2]
             _panel(figure.add_subplot(place), measure, here, colours(rows))
-        svg = as_svg(figure, name, title)
+
     caption = (
         "One dot per run; a red cross is a run that did not succeed. Bar: first to third quartile; tick: median. "
         "Numbers: runs that have the value; of these, those at 0 where the axis is logarithmic above 1."
     )
-    return Picture(title, caption, svg)
+    return picture(title, caption, (_WIDE, sum(heights) + _AXIS * len(heights)), draw)
 
 
 def _panel(axis: Axes, measure: Measure, groups: Sequence[Group], colour: dict[str, str]) -> None:
@@ -91,15 +101,8 @@ def _panel(axis: Axes, measure: Measure, groups: Sequence[Group], colour: dict[s
         axis.plot([middle] * 2, [line - 0.3, line + 0.3], color=INK, linewidth=1.6)
         none = sum(value == 0.0 for value in values)
         words = f"{len(values)}, {none} at 0" if measure.logarithmic and none else f"{len(values)}"
-        axis.annotate(
-            words, (1.0, line), xycoords=("axes fraction", "data"), xytext=(4, 0), textcoords="offset points",
-            va="center", fontsize=7.5, color=QUIET,
-        )  # fmt: skip
-    axis.set_yticks(range(len(groups)), [short(group.name) for group in groups])
-    axis.set_ylim(len(groups) - 0.4, -0.6)
-    axis.tick_params(axis="y", length=0)
-    axis.grid(axis="x", color="#e6e9ed", linewidth=0.6)
-    axis.set_axisbelow(True)
+        small(axis, words, (1.0, line), ("axes fraction", "data"), (4, 0), va="center", color=QUIET)
+    lined(axis, [short(group.name) for group in groups])
     axis.set_xlabel(measure.name)
     axis.spines["left"].set_visible(False)
 

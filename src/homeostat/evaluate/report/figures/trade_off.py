@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
-from homeostat.evaluate.report.figures.svg import QUIET, Picture, as_svg, colours, look, plain, short
+from homeostat.evaluate.report.figures.picture import QUIET, Picture, colours, picture, plain, short
 from homeostat.evaluate.report.groups import Source, overall, succeeded
 from homeostat.evaluate.report.statistics import Estimate, estimate
 from homeostat.evaluate.study.row import Row
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _MARKS: Final = "osD^vP*Xhp"
 
@@ -26,25 +30,40 @@ class Point:
     """Mean production loss [%] or delay [s]."""
     exposure: Estimate
     """Mean time outside hard limits [s]."""
-    yardstick: bool = False
+    reference: bool = False
     """Whether it shows what was possible instead of proposing."""
 
 
-def trade_off(case: str, rows: Sequence[Row], name: str) -> Picture | None:
+def trade_off(case: str, rows: Sequence[Row]) -> Picture | None:
     """The figure of one case; None where fewer than two proposers have both values."""
     batch = any(row.batch for row in rows)
     points = _points(rows, batch)
     if len(points) < 2:
         return None
-    best = front([point for point in points if not point.yardstick])
+    best = front([point for point in points if not point.reference])
     title = f"Time outside hard limits against {'delay' if batch else 'production loss'}: {case}"
     caption = (
         "Means over all runs with 95 % bootstrap intervals; lower left is better. Line: proposers that no other one "
-        "beats in both; yardsticks are hollow and stand outside of it."
+        "beats in both; reference policies are hollow and stand outside of it."
     )
     if batch:
         caption += " Delay is that of completed batches alone; the legend says how many runs succeeded."
-    return Picture(title, caption, _draw(points, best, batch, colours(rows), name, title))
+    colour = colours(rows)
+
+    def draw(figure: Figure) -> None:
+        axis = figure.add_subplot()
+        axis.plot([p.cost.mean for p in best], [p.exposure.mean for p in best], color=QUIET, linewidth=1.0, zorder=1)
+        for number, point in enumerate(points):
+            _mark(axis, point, _MARKS[number % len(_MARKS)], colour[point.name])
+        axis.set_yscale("symlog", linthresh=1.0, linscale=0.4)
+        axis.yaxis.set_major_formatter(plain)
+        axis.set_ylim(bottom=-0.15)
+        axis.set_xlabel("delay of completed batches [s]" if batch else "production loss [%]")
+        axis.set_ylabel("true time outside\na hard limit [s]")
+        axis.grid()
+        figure.legend(loc="outside right upper", title="successes of runs", alignment="left")
+
+    return picture(title, caption, (8.6, 3.6), draw)
 
 
 def front(points: Sequence[Point]) -> list[Point]:
@@ -69,35 +88,16 @@ def _points(rows: Sequence[Row], batch: bool) -> list[Point]:
         if cost is not None and exposure is not None:
             good = sum(succeeded(row) for row in group.rows)
             words = f"{short(group.name)}  {good}/{len(group.rows)}"
-            points.append(Point(group.name, words, cost, exposure, group.source is Source.YARDSTICK))
+            points.append(Point(group.name, words, cost, exposure, group.source is Source.REFERENCE))
     return points
 
 
-def _draw(
-    points: Sequence[Point], best: Sequence[Point], batch: bool, colour: dict[str, str], name: str, spoken: str
-) -> str:
-    from matplotlib.figure import Figure
-
-    with look(name):
-        figure = Figure(figsize=(8.6, 3.6), layout="constrained")
-        axis = figure.add_subplot()
-        axis.plot([p.cost.mean for p in best], [p.exposure.mean for p in best], color=QUIET, linewidth=1.0, zorder=1)
-        for number, point in enumerate(points):
-            x, y = point.cost, point.exposure
-            axis.errorbar(
-                x.mean, y.mean, xerr=_reach(x), yerr=_reach(y), fmt=_MARKS[number % len(_MARKS)], markersize=7.0,
-                color=colour[point.name], elinewidth=1.0, capsize=2.0,
-                markerfacecolor="white" if point.yardstick else colour[point.name], label=point.words, zorder=2,
-            )  # fmt: skip
-        axis.set_yscale("symlog", linthresh=1.0, linscale=0.4)
-        axis.yaxis.set_major_formatter(plain)
-        axis.set_ylim(bottom=-0.15)
-        axis.set_xlabel("delay of completed batches [s]" if batch else "production loss [%]")
-        axis.set_ylabel("true time outside\na hard limit [s]")
-        axis.grid(color="#e6e9ed", linewidth=0.6)
-        axis.set_axisbelow(True)
-        figure.legend(loc="outside right upper", title="successes of runs", alignment="left")
-        return as_svg(figure, name, spoken)
+def _mark(axis: Axes, point: Point, mark: str, colour: str) -> None:
+    """A point with its intervals."""
+    face = "white" if point.reference else colour
+    line: dict[str, Any] = {"color": colour, "elinewidth": 1.0, "capsize": 2.0, "zorder": 2, "label": point.words}
+    reach: dict[str, Any] = {"xerr": _reach(point.cost), "yerr": _reach(point.exposure)}
+    axis.errorbar(point.cost.mean, point.exposure.mean, **reach, fmt=mark, markersize=7.0, markerfacecolor=face, **line)
 
 
 def _reach(value: Estimate) -> list[list[float]] | None:

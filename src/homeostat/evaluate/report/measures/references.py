@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from homeostat.evaluate.report.groups import in_order, succeeded
-from homeostat.evaluate.report.statistics import Rate, Spread, rate, spread
+from homeostat.evaluate.report.statistics import Rate, rate
 from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, WHOLE, Row
 
 Pair = tuple[str, str, int]
@@ -14,62 +14,30 @@ Pair = tuple[str, str, int]
 
 
 @dataclass(frozen=True, slots=True)
-class Yardsticks:
-    """What was possible -> the row that shows it."""
+class References:
+    """Rows of the reference policies, by the pair that they belong to."""
 
     hindsight: dict[Pair, Row]
     """The best that an exhaustive search on the true plant found."""
     idle: dict[Pair, Row]
     """What happened where nobody acted."""
 
+    @classmethod
+    def among(cls, rows: Iterable[Row]) -> References:
+        """The rows that show what was possible; where there are several for a pair, the first in order."""
+        whole = [row for row in reversed(in_order(rows)) if row.ablation == WHOLE]
+        hindsight, idle = ({r.pair: r for r in whole if r.proposer == who} for who in (HINDSIGHT, DO_NOTHING))
+        return cls(hindsight, idle)
 
-@dataclass(frozen=True, slots=True)
-class Against:
-    """One group beside the yardsticks."""
+    def is_harmless(self, row: Row) -> bool:
+        """Whether nothing had to be done: without any action the plant succeeded and never left a hard limit."""
+        idle = self.idle.get(row.pair)
+        return idle is not None and idle.success and idle.exposure_s <= 0.0
 
-    over_reaction: Rate | None
-    """Runs that acted, among those that needed no action: without any, they succeed inside every hard limit."""
-    missed: Rate | None
-    """Runs that did not succeed, among those in which success was possible by hindsight."""
-    loss_regret: Spread | None
-    """Production loss beyond the best by hindsight [1]; continuous plants."""
-    time_regret: Spread | None
-    """Completion later than the best by hindsight [s]; batches that were completed."""
+    def possible(self, row: Row) -> Row | None:
+        """What hindsight shows of the same plant with the same faults."""
+        return self.hindsight.get(row.pair)
 
-
-def yardsticks(rows: Iterable[Row]) -> Yardsticks:
-    """The rows that show what was possible; where there are several for a pair, the first in order."""
-    shown: dict[str, dict[Pair, Row]] = {HINDSIGHT: {}, DO_NOTHING: {}}
-    for row in in_order(row for row in rows if row.proposer in (HINDSIGHT, DO_NOTHING)):
-        if row.ablation == WHOLE:
-            shown[row.proposer].setdefault(row.pair, row)
-    return Yardsticks(shown[HINDSIGHT], shown[DO_NOTHING])
-
-
-def against(rows: Sequence[Row], known: Yardsticks) -> Against:
-    """One group beside what is ``known`` to have been possible."""
-    needless = [row for row in rows if (idle := known.idle.get(row.pair)) is not None and _is_harmless(idle)]
-    best = [(row, known.hindsight[row.pair]) for row in rows if row.pair in known.hindsight]
-    return Against(
-        over_reaction=rate([row.acted for row in needless]),
-        missed=rate([not succeeded(row) for row, possible in best if succeeded(possible)]),
-        loss_regret=spread(
-            [
-                row.production_loss - possible.production_loss
-                for row, possible in best
-                if not row.batch and row.production_loss is not None and possible.production_loss is not None
-            ]
-        ),
-        time_regret=spread(
-            [
-                row.complete_s - possible.complete_s
-                for row, possible in best
-                if row.batch and row.complete_s is not None and possible.complete_s is not None
-            ]
-        ),
-    )
-
-
-def _is_harmless(idle: Row) -> bool:
-    """Whether nothing had to be done: without any action the plant succeeded and never left a hard limit."""
-    return idle.success and idle.exposure_s <= 0.0
+    def missed(self, rows: Sequence[Row]) -> Rate | None:
+        """Runs that did not succeed, among those in which success was possible by hindsight."""
+        return rate([not succeeded(row) for row in rows if (best := self.possible(row)) and succeeded(best)])

@@ -10,12 +10,13 @@ from typing import Final
 from homeostat.evaluate.report.statistics import Estimate, Rate, Spread
 from homeostat.evaluate.report.tables.table import EMPTY, Cell, Column, Kind, Percent, Table, one_line, said
 
-_LATEX: Final = {
-    "\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#", "%": r"\%", "_": r"\_",
-    "^": r"\textasciicircum{}", "~": r"\textasciitilde{}", "<": r"\textless{}", ">": r"\textgreater{}",
-    "|": r"\textbar{}", '"': r"\textquotedbl{}", "`": r"\textasciigrave{}", "'": r"\textquotesingle{}",
-    "[": "{[}", "]": "{]}", "*": "{*}", "-": "{-}", "–": "--", "−": "$-$",
-}  # fmt: skip
+_NAMES: Final = "backslash asciicircum asciitilde less greater bar quotedbl asciigrave quotesingle"
+_LATEX: Final = str.maketrans(
+    {c: f"\\{c}" for c in "{}$&#%_"}
+    | {c: rf"\text{name}{{}}" for c, name in zip("\\^~<>|\"`'", _NAMES.split(), strict=True)}
+    | {c: f"{{{c}}}" for c in "[]*-"}
+    | {"–": "--", "−": "$-$"}
+)
 """Characters that mean something to LaTeX, or that a font without Unicode lacks. A bracket or star that begins a line
 would be taken for an argument of the line break before it."""
 _PARTS: Final = {
@@ -48,19 +49,20 @@ def latex(table: Table) -> str:
         " & ".join(_latex(said(c, column)) for c, column in zip(line, table.columns, strict=True)) + r" \\"
         for line in table.lines
     ]
+    caption = f"{_latex(table.title)}. {_latex(table.note)}"
     return "\n".join(
         [
             r"% Needs \usepackage[T1]{fontenc} and \usepackage{textcomp,booktabs,longtable}.",
             rf"\begin{{longtable}}{{{shape}}}",
-            rf"\caption{{{_latex(table.title)}. {_latex(table.note)}}}\label{{tab:{table.name}}}\\",
-            r"\toprule", heads, r"\midrule", r"\endfirsthead",
-            r"\toprule", heads, r"\midrule", r"\endhead",
-            r"\bottomrule", r"\endfoot",
+            rf"\caption{{{caption}}}\label{{tab:{table.name}}}\\",
+            *(r"\toprule", heads, r"\midrule", r"\endfirsthead"),
+            *(r"\toprule", heads, r"\midrule", r"\endhead"),
+            *(r"\bottomrule", r"\endfoot"),
             *lines,
             r"\end{longtable}",
             "",
         ]
-    )  # fmt: skip
+    )
 
 
 def comma_separated(table: Table) -> str:
@@ -110,7 +112,7 @@ def _full(value: float) -> str:
 
 
 def _latex(text: str) -> str:
-    return "".join(_LATEX.get(c, c) for c in text)
+    return text.translate(_LATEX)
 
 
 def _plain(text: str) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final
@@ -16,7 +14,7 @@ EMPTY: Final = "–"
 
 @dataclass(frozen=True, slots=True)
 class Percent:
-    """A published rate whose counts are not known."""
+    """A rate whose counts are not known."""
 
     value: float
     """Rate [%]."""
@@ -95,11 +93,6 @@ def compact(table: Table) -> Table:
     )
 
 
-def file_name(*words: str) -> str:
-    """``words`` as the name of a file, without anything that a file system or a link could take amiss."""
-    return re.sub(r"[^A-Za-z0-9-]+", "_", "_".join(words)).strip("_") or "table"
-
-
 def said(cell: Cell, column: Column) -> str:
     """How a cell reads, on one line."""
     match cell:
@@ -129,19 +122,6 @@ def number(value: float, column: Column) -> str:
 def one_line(text: str) -> str:
     """``text`` without line breaks and other characters that cannot be seen."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
-
-
-def distinct(tables: Sequence[Table]) -> tuple[Table, ...]:
-    """The tables, where names that occur again, in whatever case of letters, get a number."""
-    taken: set[str] = set()
-    named = []
-    for table in tables:
-        name, again = table.name, 2
-        while name.casefold() in taken:
-            name, again = f"{table.name}_{again}", again + 1
-        taken.add(name.casefold())
-        named.append(replace(table, name=name))
-    return tuple(named)
 
 
 def _rate(cell: Rate) -> str:

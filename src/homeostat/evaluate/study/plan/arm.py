@@ -1,4 +1,4 @@
-"""Entrants: who proposes in a campaign's run, as a value that can be sent to another process."""
+"""Arms: who proposes in a campaign's run, as a value that can be sent to another process."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from homeostat.plants.assembly import Language, Propose, Workbench, in_operation
 
 SEARCH, CONSTANT = "search", "constant"
 WITHOUT_MODEL = (SEARCH, CONSTANT, DO_NOTHING, FALLBACK_ONLY, HINDSIGHT)
-"""Entrants that ask no language model."""
+"""Arms that ask no language model."""
 
 
 @dataclass(frozen=True, slots=True)
-class Entrant:
+class Arm:
     """Who proposes, and how it is asked."""
 
     who: str

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from homeostat.agents.roles import NoAdmissiblePlan, Proposer, Situation
 from homeostat.agents.search.candidates import design_commands
@@ -30,12 +31,12 @@ class ConstantAction:
         return ActionSet.along(path, self._commands)
 
     def _commands(self, state: State) -> tuple[Command, ...]:
-        admitted = {r.tag: r for r in state.open_setpoints}
-        return tuple(
-            Command(c.tag, min(max(self._values[c.tag], admitted[c.tag].low), admitted[c.tag].high), c.rate)
-            if c.tag in self._values and c.tag in admitted else c
-            for c in design_commands(state, self._tags)
-        )  # fmt: skip
+        spans = {r.tag: (r.low, r.high) for r in state.open_setpoints if r.tag in self._values}
+        design = {command.tag: command for command in design_commands(state, self._tags)}
+        for tag in design.keys() & spans.keys():
+            low, high = spans[tag]
+            design[tag] = replace(design[tag], value=min(max(self._values[tag], low), high))
+        return tuple(design.values())
 
 
 class NoReprompting:

@@ -17,7 +17,7 @@ from homeostat.evaluate.named_model import REPLAY, SITUATED, NamedModel, NoSuchM
 from homeostat.evaluate.scenario import Scenario, ScenarioError, scenario
 from homeostat.evaluate.study.error import CampaignError
 from homeostat.evaluate.study.plan.ablation import ABLATIONS, Ablation
-from homeostat.evaluate.study.plan.arm import CONSTANT, WITHOUT_MODEL, Entrant
+from homeostat.evaluate.study.plan.arm import CONSTANT, WITHOUT_MODEL, Arm
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.plan.plan import Plan, ProposerPlan, ScenarioPlan, seeds_of
 from homeostat.evaluate.study.row import WHOLE, YARDSTICKS
@@ -111,25 +111,25 @@ def _side_by_side(
     """The jobs of one proposer in one scenario."""
     if proposer.cases and truth.case not in proposer.cases:
         return []
-    entrant = _entrant(proposer, truth, chosen.label, folder, model)
-    if entrant is None:
+    arm = _arm(proposer, truth, chosen.label, folder, model)
+    if arm is None:
         return []
     kind = "unknown" if chosen.unknown else ("none", "single", "paired")[min(len(truth.faults), 2)]
     thinking = Thinking() if plan.thinking_measured else Thinking(declared_s=plan.thinking_declared_s)
     return [
-        Job(truth, chosen.label, kind, chosen.published, entrant, name, thinking, plan.keep)
+        Job(truth, chosen.label, kind, chosen.published, arm, name, thinking, plan.keep)
         for name in plan.ablations
-        if (name == WHOLE or _matters(ABLATIONS[name], entrant))
+        if (name == WHOLE or _matters(ABLATIONS[name], arm))
         # Nobody can be told the name of a fault that nobody knows.
-        and not (chosen.unknown and (entrant.label_given or ABLATIONS[name].label_given))
+        and not (chosen.unknown and (arm.label_given or ABLATIONS[name].label_given))
     ]
 
 
-def _matters(ablation: Ablation, entrant: Entrant) -> bool:
-    """Whether leaving it out can make a difference to ``entrant``."""
-    if entrant.who in UNTOUCHED or (ablation.label_given and entrant.label_given):
+def _matters(ablation: Ablation, arm: Arm) -> bool:
+    """Whether leaving it out can make a difference to ``arm``."""
+    if arm.who in UNTOUCHED or (ablation.label_given and arm.label_given):
         return False
-    return ablation.grounding is GroundingKind.GRAPH or entrant.model is not None
+    return ablation.grounding is GroundingKind.GRAPH or arm.model is not None
 
 
 def _drawn(plan: ScenarioPlan, seed: int) -> Scenario:
@@ -178,12 +178,12 @@ def _value(given: float | tuple[float, float] | None, generator: np.random.Gener
     return min(max(round(float(generator.uniform(low, high)), digits), low), high)
 
 
-def _entrant(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, model: NamedModel) -> Entrant | None:
+def _arm(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, model: NamedModel) -> Arm | None:
     """Who proposes in one run; None where its answers were to be recorded run by run, and those of this one are not."""
     protocol = AskingProtocol(plan.protocol) if _has_steps(truth.case) else AskingProtocol.ROUTE
-    entrant = Entrant(plan.who, plan.label, protocol, plan.label_given, plan.then_search, None, dict(plan.values))
+    arm = Arm(plan.who, plan.label, protocol, plan.label_given, plan.then_search, None, dict(plan.values))
     if plan.who in WITHOUT_MODEL:
-        return entrant
+        return arm
     name = plan.who
     if kind := next((k for k in (REPLAY, SITUATED) if name.startswith(k)), None):
         filled = name.removeprefix(kind)
@@ -197,7 +197,7 @@ def _entrant(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, mode
         asked.make()
     except (NoSuchModel, OSError) as error:
         raise CampaignError(f"proposer {plan.label!r}: {error}") from None
-    return Entrant(plan.who, plan.label, protocol, plan.label_given, plan.then_search, asked)
+    return Arm(plan.who, plan.label, protocol, plan.label_given, plan.then_search, asked)
 
 
 @cache

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import homeostat
 from homeostat.evaluate.scenario import Scenario
-from homeostat.evaluate.study.plan.arm import Entrant
+from homeostat.evaluate.study.plan.arm import Arm
 from homeostat.evaluate.thinking import Thinking
 
 PARTS = (".py", ".csv", ".lark", ".md", ".rq", ".toml", ".ttl")
@@ -29,7 +29,7 @@ class Job:
     """``none``, ``single``, ``paired`` or ``unknown``."""
     published: str
     """Row of the published tables; empty for none."""
-    entrant: Entrant
+    arm: Arm
     """Who proposes, and how it is asked."""
     ablation: str
     """What is left out."""
@@ -41,7 +41,7 @@ class Job:
     @property
     def name(self) -> str:
         """Unique in its campaign, and good for a folder's name."""
-        parts = (self.scenario.case, self.label, str(self.scenario.seed), self.entrant.label, self.ablation)
+        parts = (self.scenario.case, self.label, str(self.scenario.seed), self.arm.label, self.ablation)
         return "~".join("".join(c if c.isalnum() or c in "._-+" else "-" for c in part) for part in parts)
 
     @property
@@ -50,11 +50,11 @@ class Job:
 
         Not of what is kept, nor of the folder that recorded answers are in: their content counts.
         """
-        entrant = self.entrant
-        if entrant.model is not None and entrant.model.recorded is not None:
-            entrant = replace(entrant, model=replace(entrant.model, name=entrant.who))
-        job = asdict(replace(self, keep="", entrant=entrant))
-        content = {**job, "code": code_digest(), "recorded": self.entrant.recorded_digest}
+        arm = self.arm
+        if arm.model is not None and arm.model.recorded is not None:
+            arm = replace(arm, model=replace(arm.model, name=arm.who))
+        job = asdict(replace(self, keep="", arm=arm))
+        content = {**job, "code": code_digest(), "recorded": self.arm.recorded_digest}
         return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:32]
 
 

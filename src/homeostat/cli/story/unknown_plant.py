@@ -38,10 +38,10 @@ def unknown_plant(name: str, told: Iterable[object]) -> PlantDescription:
                 states[part.state] = None
             case FellBack():
                 states[part.strategy] = None
-    return PlantDescription(
-        name, name, (), tuple(_signal(tag) for tag in tags), (), StateMachine(name, tuple(map(_state, states)), ()),
-        Limits((), ()), tuple(map(_fault, faults)), (), (), (), (), (), {}, {}, {}, StartUp(frozenset(), {}),
-    )  # fmt: skip
+    machine, start = StateMachine(name, tuple(map(_state, states)), ()), StartUp(frozenset(), {})
+    signals, injected = tuple(map(_signal, tags)), tuple(map(_fault, faults))
+    limits, nothing = Limits((), ()), ((),) * 5
+    return PlantDescription(name, name, (), signals, (), machine, limits, injected, *nothing, {}, {}, {}, start)
 
 
 def _parts(item: object) -> Iterator[object]:

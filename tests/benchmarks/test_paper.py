@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import csv
+from pathlib import Path
+
 import pytest
 
-from homeostat.evaluate.report.groups import ALL, Source
-from homeostat.evaluate.report.tables.paper import RUN, paper_latency, paper_tables
-from homeostat.evaluate.report.tables.published import published, published_lines, published_rows
+from benchmarks import campaign_results
+from benchmarks.paper.__main__ import FOLDER, main
+from benchmarks.paper.names import distinct, file_name
+from benchmarks.paper.published import ORIGINS, published, published_lines, published_rows
+from benchmarks.paper.tables import RUN, by_published, paper_latency, paper_tables
+from homeostat.evaluate.report.groups import ALL
+from homeostat.evaluate.report.tables.table import Table
+from homeostat.evaluate.study.dataset import DATASET, write_dataset
 from tests.evaluate.study.fake_rows import campaign, plain
 
 
@@ -17,16 +25,14 @@ def test_every_row_has_both_models_and_both_campaigns(case: str, rows: int) -> N
     for name in names:
         lines = published_lines(case, name)
         assert {(line.model, line.origin) for line in lines} == {
-            (model, origin) for model in ("GPT-4.1-mini", "GPT-4o-mini") for origin in (Source.PAPER, Source.RERUN)
+            (model, origin) for model in ("GPT-4.1-mini", "GPT-4o-mini") for origin in ORIGINS.values()
         }
 
 
 def test_the_last_row_counts_the_others() -> None:
     for last in (line for line in published() if line.row == ALL):
-        parts = [
-            line for line in published()
-            if (line.case, line.source, line.model) == (last.case, last.source, last.model) and line.row != ALL
-        ]  # fmt: skip
+        whose = (last.case, last.source, last.model)
+        parts = [line for line in published() if (line.case, line.source, line.model) == whose and line.row != ALL]
         assert sum(line.successes for line in parts) == last.successes
         assert sum(line.runs for line in parts) == last.runs
         if last.reprompted is not None:
@@ -72,3 +78,41 @@ def test_rows_that_stand_for_nothing_published_are_left_out() -> None:
 def test_times_stand_in_tables_of_their_own() -> None:
     assert not any("[s]" in name for table in paper_tables(campaign(range(1, 3))) for name in table.header)
     assert all("mean run [s]" in table.header for table in paper_latency(campaign(range(1, 3))))
+
+
+def test_groups_are_in_order_whatever_the_order_of_the_rows() -> None:
+    rows = campaign(range(1, 3))
+    assert by_published(rows) == by_published(rows[::-1])
+    assert {group.scenario for group in by_published(rows)} >= {"normal", "fouling", "leak"}
+
+
+def test_a_study_gets_the_papers_tables_and_heat_maps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_dataset(tmp_path / DATASET, campaign(range(1, 3)))
+    assert main([str(tmp_path)]) == 0
+    names = {Path(line).name for line in capsys.readouterr().out.splitlines()}
+    assert names == {path.name for path in (tmp_path / FOLDER).iterdir()}
+    assert {"paper_cstr.md", "paper_cstr.tex", "latency_mixing_module.csv", "success_cstr.svg"} <= names
+    with (tmp_path / FOLDER / "paper_cstr.csv").open(encoding="utf-8") as file:
+        theirs = {row["figures"]: row["proposer"] for row in csv.DictReader(file)}
+    assert {theirs[origin] for origin in ORIGINS.values()} == {"GPT-4o-mini"}
+    picture = tmp_path / FOLDER / "success_cstr.svg"
+    before = picture.read_bytes()
+    assert main([str(tmp_path)]) == 0
+    assert picture.read_bytes() == before
+
+
+def test_the_page_of_campaigns_has_the_papers_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / campaign_results.PAPER).mkdir()
+    write_dataset(tmp_path / campaign_results.PAPER / DATASET, campaign(range(1, 3)))
+    monkeypatch.setattr(campaign_results, "RUNS", tmp_path)
+    text = campaign_results.tables(campaign_results.PAPER, campaign_results.SHOWN[campaign_results.PAPER])
+    titles = [line.removeprefix("### ") for line in text.splitlines() if line.startswith("### ")]
+    assert titles[:2] == ["mixing_module: the paper's table", "cstr: the paper's table"] and len(titles) == 4
+    assert "published rerun" in text
+
+
+def test_names_of_files_lead_nowhere_else() -> None:
+    assert file_name("paper", "../../etc/x y") == "paper_etc_x_y"
+    assert file_name("…") == "table"
+    names = [table.name for table in distinct([Table("name", letter, "", (), ()) for letter in "abc"])]
+    assert names == ["name", "name_2", "name_3"]

@@ -5,13 +5,14 @@ from __future__ import annotations
 import functools
 import tomllib
 from dataclasses import dataclass
-from importlib.resources import files
+from pathlib import Path
 from typing import Final
 
-from homeostat.evaluate.report.groups import ALL, Source
+from homeostat.evaluate.report.groups import ALL
 
-FILE: Final = "published.toml"
-_SOURCES: Final = {"paper": Source.PAPER, "rerun": Source.RERUN}
+FILE: Final = Path(__file__).with_name("published.toml")
+ORIGINS: Final = {"paper": "published", "rerun": "published rerun"}
+"""Source -> where its figures come from, as lines of tables say it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,18 +57,17 @@ class Published:
     """What to know when reading the line."""
 
     @property
-    def origin(self) -> Source:
-        """Where the line comes from."""
-        return _SOURCES[self.source]
+    def origin(self) -> str:
+        """Where the line comes from, in words."""
+        return ORIGINS[self.source]
 
 
 @functools.cache
 def published() -> tuple[Published, ...]:
     """All published lines, in the order of the tables."""
-    text = files(__package__).joinpath(FILE).read_text(encoding="utf-8")
     return tuple(
         Published(case=case, row=row, model=model, source=source, **figures)
-        for case, sources in tomllib.loads(text).items()
+        for case, sources in tomllib.loads(FILE.read_text(encoding="utf-8")).items()
         for source, rows in sources.items()
         for row, models in rows.items()
         for model, figures in models.items()

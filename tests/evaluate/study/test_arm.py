@@ -7,7 +7,7 @@ import functools
 from homeostat.agents.grounding.context import GroundingKind
 from homeostat.agents.roles import AskingProtocol, Proposer
 from homeostat.evaluate.named_model import NamedModel
-from homeostat.evaluate.study.plan.arm import CONSTANT, SEARCH, Entrant
+from homeostat.evaluate.study.plan.arm import CONSTANT, SEARCH, Arm
 from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
@@ -20,29 +20,29 @@ def case() -> Case:
     return load_case("mixing_module")
 
 
-def proposers(entrant: Entrant) -> tuple[Proposer, ...]:
-    """Those that ``entrant`` makes on the bench that a run has."""
+def proposers(arm: Arm) -> tuple[Proposer, ...]:
+    """Those that ``arm`` makes on the bench that a run has."""
     found: list[Workbench] = []
 
     def noted(bench: Workbench) -> tuple[Proposer, ...]:
         found.append(bench)
         return ()
 
-    arrangement = Arrangement(language=entrant.language(GroundingKind.GRAPH), propose=noted)
+    arrangement = Arrangement(language=arm.language(GroundingKind.GRAPH), propose=noted)
     wire(case(), None, DeclaredClock(0.0), MemoryTrace(), 1, arrangement)
-    assert entrant.propose is not None
-    return entrant.propose(found[0])
+    assert arm.propose is not None
+    return arm.propose(found[0])
 
 
-def entrant(who: str, then_search: bool = False) -> Entrant:
+def arm(who: str, then_search: bool = False) -> Arm:
     model = NamedModel(who) if who.startswith("scripted:") else None
-    return Entrant(who, who, AskingProtocol.ROUTE, False, then_search, model, {})
+    return Arm(who, who, AskingProtocol.ROUTE, False, then_search, model, {})
 
 
 def test_who_proposes_in_which_order_and_who_improves() -> None:
     script = "scripted:reasonable"
     made = {
-        (who, search): [(p.name, p.improves) for p in proposers(entrant(who, search))]
+        (who, search): [(p.name, p.improves) for p in proposers(arm(who, search))]
         for who, search in ((SEARCH, False), (CONSTANT, False), (FALLBACK_ONLY, False), (script, False), (script, True))
     }
     assert made == {
@@ -55,4 +55,4 @@ def test_who_proposes_in_which_order_and_who_improves() -> None:
 
 
 def test_nobody_acts_where_nothing_is_to_be_done() -> None:
-    assert entrant(DO_NOTHING).propose is None and entrant(DO_NOTHING).language(GroundingKind.NONE) is None
+    assert arm(DO_NOTHING).propose is None and arm(DO_NOTHING).language(GroundingKind.NONE) is None

@@ -6,37 +6,16 @@ import argparse
 import logging
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from homeostat.cli.options.arguments import UsageError, number, whole_number
-
-if TYPE_CHECKING:
-    from homeostat.cli.options.arguments import Parser
-    from homeostat.domain.mode import PersonCommand
-    from homeostat.evaluate.operation import Operation
+from homeostat.cli.options.arguments import UsageError
+from homeostat.domain.mode import Mode, PersonCommand
+from homeostat.domain.quotation import printable
+from homeostat.evaluate.operation import Operation
+from homeostat.service.inbox import Inbox
 
 PACE: Final = 10.0
 """Process seconds per second of a run that waits for people, unless told otherwise."""
-
-
-def configure(command: Parser) -> None:
-    """Declare the options."""
-    command.add_argument(
-        "--mode", choices=("observe", "advise", "approve", "closed-loop"), default="closed-loop",
-        help="observe, advise: nobody writes; approve: what is proposed waits for a person (default: closed-loop)",
-    )  # fmt: skip
-    command.add_argument(
-        "--pace", type=number(0.1, 1000.0), metavar="K",
-        help="process seconds per second; the run takes orders meanwhile (default: 10 in mode approve, else as fast "
-        "as it goes and without orders)",
-    )  # fmt: skip
-    command.add_argument(
-        "--persons",
-        type=whole_number(1, 9),
-        default=1,
-        metavar="N",
-        help="people who must agree to a reset (default: 1)",
-    )
 
 
 def check(options: argparse.Namespace) -> None:
@@ -49,9 +28,6 @@ def check(options: argparse.Namespace) -> None:
 
 def chosen(options: argparse.Namespace, run_dir: Path) -> Operation:
     """What was chosen for the run that is kept in ``run_dir``, which gets an inbox where time is paced."""
-    from homeostat.domain.mode import Mode
-    from homeostat.evaluate.operation import Operation
-
     if options.pace is None:
         return Operation(Mode(options.mode), persons=options.persons)
     return Operation(Mode(options.mode), options.pace, orders_to(run_dir), options.persons)
@@ -59,9 +35,6 @@ def chosen(options: argparse.Namespace, run_dir: Path) -> Operation:
 
 def orders_to(run_dir: Path) -> Callable[[], Iterable[PersonCommand]]:
     """Asks the inbox of the run in ``run_dir``, which is made; what it cannot take is said on standard error."""
-    from homeostat.domain.quotation import printable
-    from homeostat.service.inbox import Inbox
-
     inbox = Inbox(run_dir)
 
     def orders() -> Iterable[PersonCommand]:
