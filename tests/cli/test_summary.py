@@ -9,8 +9,7 @@ import pytest
 
 from homeostat.cli.story.story import Story
 from homeostat.cli.story.summary import summary
-from homeostat.domain.events.guard import FellBack
-from homeostat.domain.events.recovery import ReleasedActions
+from homeostat.domain.events.guard import FellBack, RequestAnswered
 from homeostat.domain.recovery import Command
 from homeostat.journal import Event
 from homeostat.plants.plant import load_case
@@ -20,8 +19,9 @@ PLANT = load_case("cstr", learned=False).description
 FIRST, LAST = (Command("F1.sp", 0.01, None),), (Command("F1.sp", 0.02, None),)
 
 
-def released(commands: tuple[Command, ...]) -> ReleasedActions:
-    return ReleasedActions("search", commands, "d", "reduced_load", 1.0)
+def released(commands: tuple[Command, ...]) -> RequestAnswered:
+    """The guard's word for it; every set of commands is a request of its own."""
+    return RequestAnswered(str(commands), "search", "d", "confirmed")
 
 
 @pytest.fixture
