@@ -111,13 +111,15 @@ class StateMachine:
     def recovery_event(self) -> str:
         """Event on which recoveries are decided; ``""`` where none is.
 
-        It is that of the decisions after which the plant comes to a recovery target without starting anew.
+        It is that of the decisions after which the plant comes to a recovery target without starting anew; should a
+        fallback end in one as well, that of the decision with the least risk.
         """
         ends, anew = {s.name for s in self.states if s.recovery_target}, {self.initial.name}
         awaited = [t for t in self.transitions if not t.on_decision]
         while before := {t.source for t in awaited if t.target in ends} - ends - anew:
             ends |= before
-        return next((t.event for t in self.transitions if t.on_decision and t.target in ends), "")
+        decisions = [t for t in self.transitions if t.on_decision and t.target in ends]
+        return min(decisions, key=lambda t: self.state(t.target).risk).event if decisions else ""
 
     def state(self, name: str) -> State:
         """The state called ``name``; ValueError where there is none."""

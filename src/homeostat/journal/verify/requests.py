@@ -172,11 +172,8 @@ def accepted_in_gaps(evidence: Evidence) -> Iterator[str]:
     for record in evidence.of(*KINDS, guard.RequestAnswered):
         if gap.follow(record) and record.kind != "guard-started":
             waiting = [r for r in waiting if r.happened_s < record.happened_s]
-        if (
-            gap.standing
-            and record.kind == guard.RequestAnswered.kind
-            and word(record.fields.get("status")) == "accepted"
-        ):
+        answered = record.kind == guard.RequestAnswered.kind
+        if gap.standing and answered and word(record.fields.get("status")) == "accepted":
             waiting.append(record)
         if not gap.standing:
             yield from _released_in_gap(waiting)
