@@ -170,6 +170,13 @@ def test_a_review_without_news_leaves_the_plant_as_it_is_and_asks_nobody() -> No
     assert [type(o) for o in done.monitoring.outcomes[1:]] == [LeftAlone] * 3, "the next review is scheduled"
 
 
+def test_a_symptom_that_goes_and_comes_back_is_no_news() -> None:
+    """The look of 40 s is what later ones are compared with, whatever was seen in between."""
+    shown = diagnosis(0.0).symptoms
+    done = reviewed(answer=lambda at_s: replace(diagnosis(at_s), symptoms=() if at_s == 50.0 else shown))
+    assert asked_s(done) == [10.0, 40.0]
+
+
 def test_a_review_without_news_still_predicts_and_arms() -> None:
     done = reviewed()
     assert done.when(FallbackArmed) == [10.0, 40.0, 50.0, 60.0] and len(done.sent(Arm)) == 4

@@ -39,6 +39,13 @@ def test_a_deviation_that_is_answered_is_followed_by_monitoring() -> None:
     assert done.released == [16.0] and done.monitoring.outcomes == [Released(GOOD, 16.0)]
 
 
+def test_what_is_released_is_what_the_plant_should_do_from_then_on() -> None:
+    """It ends with the release, so the steps that this plant still has are predicted anew."""
+    done = late(DOOMED).run()
+    assert done.released == [16.0]
+    assert done.simulation.tried[-1] == (Diagnosis(17.0, (), ()), ActionSet((), "running", NEXT))
+
+
 def test_a_deviation_with_a_fault_is_followed_by_monitoring_also_where_it_is_left_alone() -> None:
     done = late(monitoring=watching()).run()
     (outcome,) = done.monitoring.outcomes

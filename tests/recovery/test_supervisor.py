@@ -331,6 +331,14 @@ def test_time_counts_from_the_look_at_the_plant() -> None:
     assert done.run().released == [] and done.handed_over[0].startswith("no approved proposal within")
 
 
+def test_what_is_only_advised_leaves_the_plant_alone_and_ends_the_time_to_act_by() -> None:
+    done = Recovery(ticks(1, 20, DOOMED))
+    done.desk.answer = RequestStatus.ADVISED
+    done.run()
+    assert [type(outcome) for outcome in done.monitoring.outcomes] == [LeftAlone]
+    assert done.armed[0].act_by_s is not None and len(done.sent(NoAction)) == 1 and done.handed_over == []
+
+
 def test_a_request_that_is_withdrawn_hands_over() -> None:
     done = Recovery(ticks(1, 20, DOOMED))
     done.desk.answer = RequestStatus.WITHDRAWN
