@@ -28,6 +28,8 @@ from homeostat.plants.assembly import Language, Workbench, in_operation
 from homeostat.plants.error import CaseError
 from homeostat.plants.plant import Case, load_case
 
+pytestmark = pytest.mark.slow
+
 PER_STEP = AskingProtocol.PER_STEP
 MAIN = (
     "filling_B201", "filling_B202", "filling_B203", "emptying_B201", "emptying_B202", "emptying_B203", "emptying_B204",
