@@ -2,20 +2,42 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet --quiet
 INSTALL := $(PIP) install --no-build-isolation --require-hashes
 COMPILE := $(BIN)/uv pip compile --universal --fork-strategy fewest --generate-hashes --no-header --no-annotate --quiet
+PYTEST := $(BIN)/pytest -n 2 --dist worksteal
+# Where the quick and the slow tests are: nothing else is even read.
+QUICK := tests/domain tests/guard tests/journal tests/stl tests/tools tests/cli/test_replay.py
+SLOW := tests/cli tests/evaluate tests/guard tests/journal tests/plants
 SEED := 1
 
-.PHONY: demo test llm campaign graph results docs lint audit format lock clean
+.PHONY: demo test quick slow coverage pythons llm campaign graph results pages docs lint audit format lock help clean
 
 ## demo: a stuck cooling valve on the reactor, from the alarm to the released recovery
 demo: $(VENV)/.base
-	$(BIN)/homeostat run cstr --fault cool_stuck_closed --seed $(SEED)
+	@$(BIN)/homeostat run cstr --fault cool_stuck_closed --seed $(SEED)
 
-## test: every test, on two processes
+## test: every test that a change needs, on two processes, within 10 minutes; all but those marked slow
 test: $(VENV)/.dev
-	$(BIN)/pytest -n 2 --dist worksteal
+	$(PYTEST) -m "not slow"
+
+## quick: a cross-section within a minute, for while you work: rule language, domain, guard, journal, one run
+quick: $(VENV)/.dev
+	$(PYTEST) -m quick $(QUICK)
+
+## slow: what `make test` leaves out: kills, mutants, campaigns on several processes; .ci/run runs both
+slow: $(VENV)/.dev
+	$(PYTEST) -m slow $(SLOW)
+
+## coverage: `make test` with the lines and branches that it reaches, by package; no bar to pass
+coverage: $(VENV)/.dev
+	@mkdir -p build/coverage
+	$(PYTEST) -m "not slow" --cov --cov-report=json:build/coverage/report.json
+	@$(BIN)/python tools/coverage_table.py build/coverage/report.json
+
+## pythons: the quick tests with every other Python from 3.11 on that is here
+pythons: $(VENV)/.dev
+	bash tools/other_pythons.sh
 
 ## llm: what talks to language models
 llm: $(VENV)/.llm
@@ -35,6 +57,10 @@ results: $(VENV)/.dev
 docs: $(VENV)/.dev
 	$(BIN)/sphinx-build --quiet --fail-on-warning -b html docs build/docs
 
+## pages: which pages of docs/results are older than what they measure without saying so
+pages: $(VENV)/.base
+	$(BIN)/python tools/check_pages.py
+
 ## lint: style, types, layers
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -51,7 +77,7 @@ format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-## lock: choose the newest versions again and write the hashed locks
+## lock: choose the newest versions again and write the hashed locks, each for every Python from 3.11 on
 lock: $(VENV)/.dev
 	$(COMPILE) --upgrade --python-version 3.11 requirements/build.in -o requirements/build.txt
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt pyproject.toml -o requirements/base.txt
@@ -60,28 +86,38 @@ lock: $(VENV)/.dev
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/llm.txt -c requirements/campaign.txt --extra llm --extra campaign --extra dev pyproject.toml -o requirements/dev.txt
 	$(COMPILE) --upgrade --python-version 3.11 requirements/rml.in -o requirements/rml.txt
 
+## help: what there is to make
+help:
+	@sed -n 's/^## //p' $(MAKEFILE_LIST)
+
+## clean: away with everything that was made, environments included
 clean:
 	rm -rf $(VENV) .rml-venv build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 
 $(VENV)/.build: requirements/build.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Homeostat needs Python 3.11 or newer; $(PYTHON) is %d.%d. Name another one: make PYTHON=/path/to/python3.12" % sys.version_info[:2])'
-	$(PYTHON) -m venv $(VENV)
-	$(INSTALL) -r requirements/build.txt
+	@echo "making an environment in $(VENV)"
+	@$(PYTHON) -m venv $(VENV)
+	@$(INSTALL) -r requirements/build.txt
 	@touch $@
 
 $(VENV)/.base: $(VENV)/.build requirements/base.txt pyproject.toml
-	$(INSTALL) -r requirements/base.txt
-	$(PIP) install --no-deps --no-build-isolation --no-index --editable .
+	@echo "installing Homeostat and what it needs"
+	@$(INSTALL) -r requirements/base.txt
+	@$(PIP) install --no-deps --no-build-isolation --no-index --editable .
 	@touch $@
 
 $(VENV)/.llm: $(VENV)/.base requirements/llm.txt
-	$(INSTALL) -r requirements/llm.txt
+	@echo "installing what talks to language models"
+	@$(INSTALL) -r requirements/llm.txt
 	@touch $@
 
 $(VENV)/.campaign: $(VENV)/.base requirements/campaign.txt
-	$(INSTALL) -r requirements/campaign.txt
+	@echo "installing what campaigns need"
+	@$(INSTALL) -r requirements/campaign.txt
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.base requirements/dev.txt
-	$(INSTALL) -r requirements/dev.txt
+	@echo "installing what tests and checks need"
+	@$(INSTALL) -r requirements/dev.txt
 	@touch $@

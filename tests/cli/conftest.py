@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import LIMIT_S, Done, homeostat
+from tests.cli.command import LIMIT_S, Done, homeostat_process
 
 RECOVERY = (
     "run", "cstr", "--fault", "cool_stuck_closed", "--onset", "900", "--end", "1300", "--thinking-declared", "1",
@@ -31,7 +31,7 @@ def once(factory: pytest.TempPathFactory, name: str, *arguments: str) -> Done:
             time.sleep(0.05)
         kept = json.loads(answer.read_text())
         return Done(**{**kept, "cwd": Path(kept["cwd"])})
-    done = homeostat(*arguments, cwd=folder / "cwd")
+    done = homeostat_process(*arguments, cwd=folder / "cwd")
     fresh = answer.with_suffix(".new")
     fresh.write_text(json.dumps({**asdict(done), "cwd": str(done.cwd)}))
     fresh.replace(answer)

@@ -45,6 +45,7 @@ def same(folder: Path, whole: Path) -> bool:
     return table(folder) == table(whole) and tables(folder) == tables(whole)
 
 
+@pytest.mark.slow
 def test_killed_and_killed_again(tmp_path: Path, whole: Path) -> None:
     out, draw, kept = tmp_path / "out", random.Random(5), 0
     for least in (draw.randint(1, 4), draw.randint(6, 10)):
@@ -58,6 +59,7 @@ def test_killed_and_killed_again(tmp_path: Path, whole: Path) -> None:
     assert same(out, whole)
 
 
+@pytest.mark.slow
 def test_ctrl_c_says_how_to_go_on(tmp_path: Path) -> None:
     process = started(tmp_path, "--workers", "1")
     wait_for(lambda: rows_in(tmp_path / "out") >= 2, "two rows")
@@ -67,6 +69,7 @@ def test_ctrl_c_says_how_to_go_on(tmp_path: Path) -> None:
     assert "Traceback" not in err
 
 
+@pytest.mark.slow
 def test_two_workers_and_ctrl_c_and_two_workers(tmp_path: Path, whole: Path) -> None:
     process = started(tmp_path, "--workers", "2")
     wait_for(lambda: rows_in(tmp_path / "out") >= 2, "two rows")
@@ -78,6 +81,7 @@ def test_two_workers_and_ctrl_c_and_two_workers(tmp_path: Path, whole: Path) -> 
     assert same(tmp_path / "out", whole)
 
 
+@pytest.mark.slow
 def test_a_cluster_that_loses_a_worker(tmp_path: Path, whole: Path) -> None:
     with cluster(tmp_path, 2) as (address, workers):
         process = started(tmp_path, "--cluster", address)
@@ -88,6 +92,7 @@ def test_a_cluster_that_loses_a_worker(tmp_path: Path, whole: Path) -> None:
     assert same(tmp_path / "out", whole)
 
 
+@pytest.mark.slow
 def test_a_worker_that_joins_takes_what_is_left(tmp_path: Path, whole: Path) -> None:
     with cluster(tmp_path, 1) as (address, workers):
         process = started(tmp_path, "--cluster", address)
@@ -100,6 +105,7 @@ def test_a_worker_that_joins_takes_what_is_left(tmp_path: Path, whole: Path) -> 
     assert same(tmp_path / "out", whole)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("address", ["nonsense", ""])
 def test_a_cluster_that_is_not_there_leaves_nothing_behind(tmp_path: Path, address: str) -> None:
     status, out, err = ended(started(tmp_path, "--cluster", address))
@@ -107,6 +113,7 @@ def test_a_cluster_that_is_not_there_leaves_nothing_behind(tmp_path: Path, addre
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_second_campaign_in_the_same_folder_is_refused(tmp_path: Path) -> None:
     process = started(tmp_path, "--workers", "1")
     wait_for(lambda: rows_in(tmp_path / "out") >= 1, "a row")

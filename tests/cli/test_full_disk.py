@@ -18,7 +18,7 @@ from homeostat.record.directory import RunDirectory
 from tests.cli.command import COMMAND, LIMIT_S, Done, environment, homeostat, refused
 from tests.cli.conftest import RECOVERY
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs limits on file size")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="needs limits on file size")]
 
 
 def cramped(kibibytes: int, cwd: Path, cache: Path | None = None) -> Done:

@@ -14,6 +14,8 @@ from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
 from tests.cli.command import COMMAND, LIMIT_S, environment, homeostat, refused
 
+pytestmark = pytest.mark.slow
+
 LONG = ("run", "cstr", "--fault", "cool_stuck_closed", "--onset", "700", "--end", "86400", "--out", "run")
 
 

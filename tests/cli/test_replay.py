@@ -15,6 +15,7 @@ from homeostat.record.decode import EVENTS, recall
 from tests.cli.command import Done, homeostat, refused
 
 
+@pytest.mark.quick
 def test_a_replay_shows_what_the_run_showed(recovered: Done) -> None:
     again = homeostat("replay", "run", cwd=recovered.cwd)
     assert (again.status, again.out, again.err) == (0, recovered.out, "")

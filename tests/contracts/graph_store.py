@@ -232,9 +232,12 @@ class GraphStoreContract:
     @given(text=ANY_TEXT)
     @settings(
         max_examples=25,
-        deadline=None,
         database=None,
-        suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.differing_executors],
+        suppress_health_check=[
+            HealthCheck.function_scoped_fixture,
+            HealthCheck.differing_executors,
+            HealthCheck.too_slow,
+        ],
     )
     def test_any_text_comes_back(self, store: GraphStore, text: str) -> None:
         store.update(f"DROP ALL ; INSERT DATA {{ {S} {P} {Literal(text)} }}")

@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 from homeostat.domain.quotation import is_unseen, most_marks, quote, quoted
 from tests.safety.injections import CORPUS, TEXTS, Injection
 
+pytestmark = pytest.mark.quick
+
 ANY = st.one_of(
     st.text(max_size=400),
     st.text(alphabet="«»‹›≪⟩<>[]/|`-=#~ \n\r\t\u0301\u064b\u202e\u200b\u034f\u3164\ufe0f\ufdfaABCDa_", max_size=200),

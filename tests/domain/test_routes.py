@@ -10,6 +10,8 @@ from homeostat.domain.plant.state_machine import SetpointRange, State, StateMach
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step, open_setpoints
 from homeostat.stl.formula import parse
 
+pytestmark = pytest.mark.quick
+
 STATES = tuple(State(f"s{k}", f"s{k}", 0, k == 0, True, parse("true"), frozenset(), ()) for k in range(6))
 """A chain of states; the machine can stay in s0, too."""
 

@@ -98,6 +98,7 @@ def test_a_healthy_reactor_is_left_alone(seed: int) -> None:
 OTHERS = ("cool_stuck_open", "outlet_block", "inlet_stuck_open", "temp_bias", "level_bias", "leak")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", OTHERS)
 def test_acting_never_breaks_a_limit_for_longer_than_not_acting(fault: str) -> None:
     result, _ = done(fault, 1)

@@ -19,6 +19,8 @@ from homeostat.journal.verify.verify import verify
 from homeostat.plants.plant import Case, load_case
 from homeostat.record.directory import RunDirectory
 
+pytestmark = pytest.mark.slow
+
 END_S, ONSET_S = 2300.0, 2000.0
 
 

@@ -21,6 +21,8 @@ from homeostat.journal.verify.verify import verify
 from homeostat.plants.plant import Case, load_case
 from homeostat.record.directory import RunDirectory, RunDirectoryError
 
+pytestmark = pytest.mark.slow
+
 END_S, FAULT = 130.0, "stuck_closed_VI202"
 
 

@@ -25,7 +25,7 @@ def said(error: FormulaError) -> None:
     assert text.isprintable() and len(text) < 600, text
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(TEXTS)
 def test_a_condition_reads_back_as_itself_or_is_refused_in_one_line(text: str) -> None:
     try:
@@ -37,7 +37,7 @@ def test_a_condition_reads_back_as_itself_or_is_refused_in_one_line(text: str) -
     assert again.root == formula.root and str(again) == str(formula)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(TEXTS)
 def test_a_term_reads_back_as_itself_or_is_refused_in_one_line(text: str) -> None:
     try:
@@ -48,7 +48,7 @@ def test_a_term_reads_back_as_itself_or_is_refused_in_one_line(text: str) -> Non
     assert parse_expression(str(term)).root == term.root
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.sampled_from(["(", "not ", "-", "abs(", "always ", "T1 + ", "T1 <= 1 and ", "[", "true -> "]),
     st.integers(1, 3000),
@@ -69,7 +69,7 @@ CONDITIONS = [
 ]  # fmt: skip
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(st.sampled_from(CONDITIONS), READINGS, READINGS)
 def test_whatever_is_read_is_judged_and_undecided_is_no_verdict(text: str, t1: float, f1: float) -> None:
     """A verdict on two readings is what their comparison says; what needs an unknown one is undecided."""

@@ -36,7 +36,7 @@ def judged(text: str) -> None:
         assert 0.0 < read.run.end_s <= 604_800.0 and 1 <= read.twin.settings.horizon_s <= 86_400
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.sampled_from(sorted(TEXTS)), st.data())
 def test_lines_that_are_others(name: str, data: st.DataObject) -> None:
     lines = TEXTS[name].split("\n")
@@ -57,7 +57,7 @@ def test_lines_that_are_others(name: str, data: st.DataObject) -> None:
     judged("\n".join(lines))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.sampled_from(sorted(TEXTS)), INSERTED, st.floats(0, 1), st.integers(0, 3))
 def test_a_damaged_file(name: str, inserted: str, place: float, removed: int) -> None:
     text = TEXTS[name]

@@ -136,7 +136,7 @@ def finite(value: Any) -> None:
             finite(item)
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=UNHURRIED)
+@settings(max_examples=40, suppress_health_check=UNHURRIED)
 @given(data=st.data(), edits=st.integers(1, 3))
 def test_every_mistake_is_one_line_that_names_the_table(folder: Path, data: st.DataObject, edits: int) -> None:
     edited(folder, data, edits)
@@ -145,7 +145,7 @@ def test_every_mistake_is_one_line_that_names_the_table(folder: Path, data: st.D
         assert ".csv" in mistake.thing
 
 
-@settings(max_examples=8, deadline=None, suppress_health_check=UNHURRIED)
+@settings(max_examples=8, suppress_health_check=UNHURRIED)
 @given(data=st.data(), edits=st.integers(1, 2))
 def test_a_plant_loads_with_finite_numbers_or_not_at_all(folder: Path, data: st.DataObject, edits: int) -> None:
     edited(folder, data, edits)
@@ -163,7 +163,7 @@ def test_a_plant_loads_with_finite_numbers_or_not_at_all(folder: Path, data: st.
         assert signal.tag.range.low < signal.tag.range.high and signal.tag.scale > 0.0
 
 
-@settings(max_examples=8, deadline=None, suppress_health_check=UNHURRIED)
+@settings(max_examples=8, suppress_health_check=UNHURRIED)
 @given(data=st.data())
 def test_what_the_schemas_let_pass_and_what_they_do_not_reach_is_refused_by_the_graph(
     folder: Path, data: st.DataObject

@@ -20,6 +20,8 @@ from homeostat.guard.guard import Guard
 from homeostat.guard.restart.memory import Memory
 from tests.guard.vessel import ADJUSTED, RULES, Journal, Vessel, World, running, statuses
 
+pytestmark = pytest.mark.quick
+
 
 def causes(world: World, name: str) -> list[str]:
     return [e.cause for e in world.journal.of(AlarmRaised) if e.alarm == name]

@@ -12,6 +12,8 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.fallback.fallback import Chosen, Fallbacks
 from tests.guard.vessel import CLOSE, DRAIN, RULES
 
+pytestmark = pytest.mark.quick
+
 ALL = frozenset(RULES.writables)
 READY = Snapshot(1.0, {"L": 8.0, "F.sp": 0.0, "X.cmd": 1.0})
 

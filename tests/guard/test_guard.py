@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import pytest
+
 from homeostat.domain.events.guard import FallbackStands, FellBack, Latched, Tripped
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import Command
 from tests.guard.vessel import ADJUSTED, DRAIN, ROUTE, Vessel, World, finding, running, statuses
+
+pytestmark = pytest.mark.quick
 
 
 def test_the_nominal_step_is_written_when_its_guard_holds_and_confirmed_by_reading() -> None:

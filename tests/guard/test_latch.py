@@ -14,6 +14,8 @@ from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
 from homeostat.guard.settings import GuardSettings
 from tests.guard.vessel import CLOSE, DRAIN, MACHINE, RULES, TRIPS, Vessel, World, awaited, running
 
+pytestmark = pytest.mark.quick
+
 
 def acted(world: World) -> list[str]:
     return [e.strategy for e in world.journal.of(FellBack)]

@@ -13,6 +13,8 @@ from benchmarks.guard.mutation import LINE
 from tests.guard.mutants import changes, code_of, mutants, replaced
 from tests.guard.mutate import REPO, SAFETY_LAYER
 
+pytestmark = pytest.mark.slow
+
 LIMIT_S = 240
 
 

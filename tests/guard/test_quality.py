@@ -15,6 +15,8 @@ from homeostat.domain.snapshot import Quality, Snapshot
 from homeostat.guard.watch.quality import SIGMAS, QualityWatch
 from tests.guard.vessel import TAGS
 
+pytestmark = pytest.mark.quick
+
 RULE = QualityRule("T", 5.0, noise=0.5, frozen_s=10.0, fastest=0.5, grace_s=5.0)
 
 
@@ -340,7 +342,7 @@ anything = st.one_of(
 mappings = st.one_of(st.dictionaries(st.sampled_from(["T", "L", "Q"]), anything), anything)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(at_s=anything, values=mappings, bad=mappings, reasons=mappings, taken=mappings, accepted=mappings)
 def test_no_sample_raises_and_the_next_good_one_counts(
     at_s: Any, values: Any, bad: Any, reasons: Any, taken: Any, accepted: Any

@@ -19,6 +19,8 @@ from homeostat.guard.restart.memory import Memory
 from tests.guard.test_people import latched, tell
 from tests.guard.vessel import ADJUSTED, POUR, ROUTE, RULES, Journal, World, finding, running, statuses
 
+pytestmark = pytest.mark.quick
+
 BAD = ActionSet((Command("T.sp", 400.0, 0.5),), "running")
 STOP = ActionSet((Command("F.sp", 0.0, 0.005),), "running")
 

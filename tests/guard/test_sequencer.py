@@ -12,6 +12,8 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.sequence.sequencer import Sequencer, nominal_route, under_way, what_follows
 from tests.guard.vessel import BEGIN, LIMITS, MACHINE, POUR, STATES, awaited, decided, state
 
+pytestmark = pytest.mark.quick
+
 
 def sequencer(*nominal: Step) -> Sequencer:
     return Sequencer(MACHINE, LIMITS, nominal)

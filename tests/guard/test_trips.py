@@ -19,6 +19,8 @@ from homeostat.guard.watch.trips import TripWatch
 from homeostat.stl.formula import parse
 from tests.guard.vessel import HOT, RULES, TAGS, limit, running
 
+pytestmark = pytest.mark.quick
+
 LIMIT = limit("LIM-HOT", LimitKind.INTERLOCK, "T <= 313", hard=True)
 RULE = TripRule("LIM-HOT", 8.0, 6.0, parse("Tx <= 311.5", TAGS), lift=10.0, lift_s=20.0)
 

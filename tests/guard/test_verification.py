@@ -21,6 +21,8 @@ from homeostat.guard.requests.verification import Unfit, authorise, command_find
 from tests.guard.spoils import forged
 from tests.guard.vessel import ADJUSTED, KEY, MACHINE, POUR, ROUTE, RULES, finding, running, statuses
 
+pytestmark = pytest.mark.quick
+
 
 def sets(*commands: Command, then: tuple[Step, ...] = (), target: str = "running") -> ActionSet:
     return ActionSet(commands, target, then)
@@ -134,7 +136,7 @@ def test_a_release_check_is_neither_old_nor_of_the_future(
     assert refused(sealed(checked_s, lasts_s), now_s) == name
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(st.floats(0.0, 1e7))
 def test_rounding_refuses_no_seal_that_lasts_as_long_as_it_may(checked_s: float) -> None:
     assert refused(SEALER.seal(PLAIN, checked_s), checked_s) == ""

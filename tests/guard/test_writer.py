@@ -14,6 +14,8 @@ from homeostat.domain.recovery import ActionSet, Command
 from homeostat.guard.writing.flight import same
 from tests.guard.vessel import ADJUSTED, DRAIN, ROUTE, RULES, World, finding, running, statuses
 
+pytestmark = pytest.mark.quick
+
 
 def ended(world: World) -> list[WriteResult]:
     return [e.result for e in world.journal.of(WriteEnded)]

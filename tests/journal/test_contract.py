@@ -15,6 +15,8 @@ import pytest
 from homeostat.journal import Event, Journal, MemoryTrace, Record, RunFinished, read_events
 from tests.journal.samples import Health, Margin, Measured
 
+pytestmark = pytest.mark.quick
+
 
 @dataclass(frozen=True)
 class Recorder:

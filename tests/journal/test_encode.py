@@ -15,6 +15,8 @@ from hypothesis import strategies as st
 from homeostat.journal.encode import canonical, encode
 from tests.journal.samples import Health, Margin, Measured, Result
 
+pytestmark = pytest.mark.quick
+
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
     lambda inner: st.lists(inner).map(tuple) | st.dictionaries(st.text(), inner),

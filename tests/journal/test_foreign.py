@@ -94,7 +94,6 @@ def test_a_hostile_result_and_a_hostile_manifest_command_no_terminal(copy: Path)
 
 @given(st.text())
 @example(HOSTILE)
-@settings(deadline=None)
 def test_printable_text_is_one_line_and_stays_what_it_is(text: str) -> None:
     once = printable(text)
     assert once.isprintable() and printable(once) == once
@@ -110,7 +109,7 @@ def judged(directory: Path) -> None:
     assert status in (0, 1, 3) and out.endswith("\n") and not err
 
 
-SMALL = settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
+SMALL = settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 
 
 @SMALL

@@ -16,6 +16,8 @@ from homeostat.journal.manifest import read_manifest
 from homeostat.journal.verify.verify import verify
 from tests.journal.samples import Measured, write_open_run, write_run
 
+pytestmark = pytest.mark.quick
+
 
 def test_the_manifest_tells_what_the_run_is(tmp_path: Path) -> None:
     manifest = write_run(tmp_path, events=4)

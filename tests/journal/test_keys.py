@@ -13,7 +13,7 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.asymmetric.rsa import generate_private_key
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.journal.signing.keys import (
@@ -112,7 +112,6 @@ def test_what_is_no_public_key_is_refused(tmp_path: Path) -> None:
             read_public(text)
 
 
-@settings(deadline=None)
 @given(st.text(max_size=80), st.binary(max_size=40), st.text(max_size=140))
 def test_no_text_is_a_signature(public: str, message: bytes, signature: str) -> None:
     key = SigningKey(bytes(32))

@@ -13,6 +13,8 @@ import pytest
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
 
+pytestmark = pytest.mark.slow
+
 WRITER = """
 import itertools, sys
 from homeostat.journal import Journal

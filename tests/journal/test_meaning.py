@@ -30,6 +30,8 @@ from homeostat.journal.verify.verify import verify
 from homeostat.record.decode import EVENTS
 from tests.journal.forgery import lines_of, rewrite
 
+pytestmark = pytest.mark.quick
+
 ORDER = (Command("V2.man", 0.4, None), Command("F1.sp", None, 0.01))
 ACTIONS = ActionSet(ORDER, "reduced_load")
 DIGEST = ACTIONS.digest

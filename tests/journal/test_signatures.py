@@ -183,7 +183,7 @@ def test_a_journal_that_was_forged_is_not_gone_on_with(run: Path) -> None:
         Journal.resume(run, OWN)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(data=st.data())
 def test_whatever_a_forger_changes_and_rehashes_is_found(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject

@@ -19,6 +19,8 @@ from homeostat.journal.reading import parse
 from homeostat.journal.verify.verify import verify
 from tests.journal.samples import write_open_run, write_run
 
+pytestmark = pytest.mark.quick
+
 LINES = 8
 
 

@@ -271,7 +271,7 @@ LITERALS = st.one_of(
 
 
 @given(st.lists(st.builds(Triple, NAMES, NAMES | st.just(RDF.type), NAMES | LITERALS), max_size=12), st.randoms())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_turtle_says_the_same_whatever_the_order(triples: list[Triple], rng: random.Random) -> None:
     text = write_turtle(triples, "cstr", "urn:homeostat:cstr#")
     assert triples_of(text) == frozenset(triples)
@@ -333,7 +333,7 @@ def _evaluate(node: NamedNode, graph: Mapping[tuple[NamedNode, NamedNode], Named
 
 
 @given(EXPRESSIONS)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_the_tree_of_an_equation_computes_what_its_text_does(text: str) -> None:
     node = NamedNode("urn:p#E")
     triples = list(equation(node, f"Q = {text}", {"T1": NamedNode("urn:p#tag_T1")}))

@@ -6,7 +6,7 @@ import re
 from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pyoxigraph import Literal, NamedNode, Triple
 
@@ -55,7 +55,6 @@ TYPES = st.builds(lambda n: Triple(node(n), RDF.type, UML.State), NAMES)
 GRAPHS = st.lists(LABELS | LINKS | TYPES, max_size=40)
 
 
-@settings(deadline=None)
 @given(GRAPHS, st.integers(0, 400))
 def test_the_budget_is_never_exceeded_and_nothing_is_lost(triples: list[Triple], budget: int) -> None:
     found = shown(triples, budget)
@@ -66,7 +65,6 @@ def test_the_budget_is_never_exceeded_and_nothing_is_lost(triples: list[Triple],
     assert sorted([*names(found), *found.left_out]) == sorted(things), "shown or named, each once"
 
 
-@settings(deadline=None)
 @given(GRAPHS, st.integers(0, 400))
 def test_what_is_shown_is_shown_whole(triples: list[Triple], budget: int) -> None:
     """Every line of a small budget is a line of an unlimited one."""
@@ -77,7 +75,6 @@ def test_what_is_shown_is_shown_whole(triples: list[Triple], budget: int) -> Non
         assert line.startswith(":") and line.endswith(".") and len(line.splitlines()) == 1
 
 
-@settings(deadline=None)
 @given(GRAPHS, st.integers(0, 400), st.randoms(use_true_random=False))
 def test_the_same_graph_is_the_same_text(triples: list[Triple], budget: int, random: object) -> None:
     shuffled = list(triples)
@@ -163,7 +160,6 @@ def test_a_label_stays_inside_its_quotation(text: str) -> None:
     assert len(inside) <= 2 * TEXT_LIMIT and not set("«»") & set(inside)
 
 
-@settings(deadline=None)
 @given(st.text(max_size=300))
 def test_any_label_is_one_quoted_line(text: str) -> None:
     if any(0xD800 <= ord(c) <= 0xDFFF for c in text):

@@ -35,9 +35,7 @@ CSTR: Final = NamedNode("http://www.hsu-ifa.de/graphs/CSTR_Simulation")
 MISPLACED: Final = '      OPTIONAL { BIND(REPLACE(STR(?actuator), ".*[/#]", "") AS ?actuator_id) }'
 PLACED: Final = '      BIND(REPLACE(STR(?actuator), ".*[/#]", "") AS ?actuator_id)'
 
-pytestmark = pytest.mark.skipif(
-    not all(path.exists() for path in GRAPHS), reason=f"the published graphs are not at {REFERENCE}"
-)
+pytestmark = pytest.mark.reference("the published plant graphs and the recorded answers to their queries", *GRAPHS)
 
 
 @pytest.fixture(scope="module", params=["embedded", "on disk", "oxigraph server", "graphdb paths"])

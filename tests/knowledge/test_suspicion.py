@@ -131,7 +131,7 @@ def test_the_shipped_plant_has_none() -> None:
     assert suspicions(shipped()) == ()
 
 
-@pytest.mark.skipif(not PUBLISHED.exists(), reason="the published graphs are not here")
+@pytest.mark.reference("the published graphs and ontologies", PUBLISHED)
 def test_the_published_graphs_have_none() -> None:
     files = [file for file in sorted(PUBLISHED.rglob("*")) if file.suffix in FORMATS]
     assert len(files) >= 10

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.llm.address import KEY_VARIABLES, ModelAddress, parse_address
@@ -47,7 +47,6 @@ def test_a_server_without_model_is_told_where_to_put_it(text: str) -> None:
     assert repr(text) in str(refused.value) and "\n" not in str(refused.value)
 
 
-@settings(deadline=None)
 @given(st.text(max_size=40) | st.builds(str.__add__, st.sampled_from(["http://", "openai:", "ollama:"]), st.text()))
 def test_any_text_is_an_address_or_a_value_error(text: str) -> None:
     try:
@@ -57,7 +56,6 @@ def test_any_text_is_an_address_or_a_value_error(text: str) -> None:
     assert address.text == text and address.model and address.url and address.key_variable in KEY_VARIABLES
 
 
-@settings(deadline=None)
 @given(st.text(max_size=20), st.sampled_from(["[", "[::1", "]", "[::1]x", "[v1.x]", "", "@", ":", "a:b:c"]))
 def test_any_server_is_allowed_or_a_model_error(rest: str, host: str) -> None:
     """What parses is judged by the policy, and whatever it says is a value error or a model error."""

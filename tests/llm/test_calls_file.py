@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.llm.calls import FORMAT, Call, CallFileError, append_call, read_calls
@@ -44,7 +44,6 @@ CALLS = st.builds(
 )  # fmt: skip
 
 
-@settings(deadline=None)
 @given(calls=st.lists(CALLS, max_size=4))
 def test_what_is_written_is_read_again(tmp_path_factory: pytest.TempPathFactory, calls: list[Call]) -> None:
     path = tmp_path_factory.mktemp("calls") / "calls.jsonl"
@@ -167,7 +166,6 @@ def test_bytes_that_are_no_text_inside_a_text_are_kept_apart(tmp_path: Path) -> 
     assert call.prompt.startswith("grü")
 
 
-@settings(deadline=None)
 @given(st.integers(0, len(CALL.to_json())), st.text(string.printable + "\x00é\u2028", max_size=4), st.integers(0, 6))
 def test_a_damaged_line_is_read_or_named(
     tmp_path_factory: pytest.TempPathFactory, at: int, inserted: str, removed: int

@@ -118,14 +118,12 @@ def test_the_refusal_says_what_to_do() -> None:
         LOCAL.check("https://llm.plant.example:443/v1")
 
 
-@settings(deadline=None)
 @given(st.ip_addresses(v=4))
 def test_of_all_ipv4_addresses_only_127_8(address: ipaddress.IPv4Address) -> None:
     assert on_this_machine(str(address)) is (address.packed[0] == 127)
     assert refused(LOCAL, f"http://{address}/v1") is (address.packed[0] != 127)
 
 
-@settings(deadline=None)
 @given(st.ip_addresses(v=6))
 def test_of_all_ipv6_addresses_only_one(address: ipaddress.IPv6Address) -> None:
     if address.ipv4_mapped is None:
@@ -138,7 +136,7 @@ PIECES = st.sampled_from(
 )  # fmt: skip
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.lists(PIECES, max_size=6).map("".join), st.sampled_from(["http://", "https://", "HTTP://", "http:/", ""]))
 def test_what_the_policy_lets_through_is_what_the_client_reaches(rest: str, scheme: str) -> None:
     """Two readers of one address must not disagree about where it leads."""

@@ -16,8 +16,10 @@ from tests.llm.asking import ANSWER, Outcome, Says, ask, asked
 
 LIMITED = ModelError(Failure.RATE_LIMITED)
 DOWN = ModelError(Failure.SERVER_ERROR)
-LATE_S = 0.4
-"""What a busy machine may add to any time [s]."""
+LATE_S = 20.0
+"""What a busy machine may add to a time that would otherwise have no end [s]."""
+LONGER_S = 5.0
+"""What it may add to a pause [s]."""
 
 
 def gaps(model: Says) -> list[float]:
@@ -50,8 +52,8 @@ def test_what_may_be_gone_a_moment_later_is_asked_again(failure: Failure) -> Non
     outcome = ask(PatientModel(model))
     assert outcome.reply is not None and outcome.reply.requests == 3
     first, second = gaps(model)
-    assert FIRST_PAUSE_S <= first < FIRST_PAUSE_S + LATE_S, "the pauses grow"
-    assert 2 * FIRST_PAUSE_S <= second < 2 * FIRST_PAUSE_S + LATE_S
+    assert FIRST_PAUSE_S <= first < FIRST_PAUSE_S + LONGER_S, "the pauses grow"
+    assert 2 * FIRST_PAUSE_S <= second < 2 * FIRST_PAUSE_S + LONGER_S
 
 
 def test_there_is_an_end_to_asking_again() -> None:
@@ -71,7 +73,7 @@ def test_requests_that_the_other_model_repeated_itself_count() -> None:
 def test_the_time_that_the_server_asks_for_is_waited() -> None:
     model = Says(ModelError(Failure.RATE_LIMITED, retry_after_s=0.7), ANSWER)
     assert ask(PatientModel(model)).reply is not None
-    assert 0.7 <= gaps(model)[0] < 0.7 + LATE_S
+    assert 0.7 <= gaps(model)[0] < 0.7 + LONGER_S
 
 
 @pytest.mark.parametrize("wait_s", [4.6, 3600.0, math.inf])
@@ -85,7 +87,7 @@ def test_a_server_that_asks_for_too_much_time_is_given_up_at_once(wait_s: float)
 def test_a_senseless_wish_is_no_wish(wait_s: float) -> None:
     model = Says(ModelError(Failure.RATE_LIMITED, retry_after_s=wait_s), ANSWER)
     assert ask(PatientModel(model)).reply is not None
-    assert FIRST_PAUSE_S <= gaps(model)[0] < FIRST_PAUSE_S + LATE_S
+    assert FIRST_PAUSE_S <= gaps(model)[0] < FIRST_PAUSE_S + LONGER_S
 
 
 @pytest.mark.parametrize("within_s", [0.0, -1.0, 0.05, 0.6])
@@ -151,7 +153,7 @@ SCRIPTS = st.builds(
 )
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3)
 @given(st.lists(st.tuples(SCRIPTS, st.sampled_from([0.05, 0.3, 0.8, 1.1])), min_size=20, max_size=40))
 def test_whatever_the_model_does_there_is_an_outcome_in_time(scripts: list[tuple[Says, float]]) -> None:
     async def all_at_once() -> list[Outcome]:

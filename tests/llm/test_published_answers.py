@@ -21,7 +21,7 @@ from homeostat.llm.situated import SUPPLIED, SituatedReplay
 from homeostat.plants.plant import load_case
 from tests.llm.asking import ask, question
 
-RECORDED = pytest.mark.skipif(not FOLDER.exists(), reason="the recorded answers are not here")
+RECORDED = pytest.mark.reference("the recorded answers of others' models", FOLDER)
 NAMES = ("mixer_planning_calls", "mixer_action_calls", "mixer_jan2026_rows", "cstr_calls")
 
 

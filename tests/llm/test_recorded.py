@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.journal import MemoryTrace, Setting
@@ -159,7 +159,6 @@ KEYS = (
 )
 
 
-@settings(deadline=None)
 @given(KEYS, AFFIXES, AFFIXES)
 def test_a_key_that_a_server_repeats_is_struck_out_everywhere(
     tmp_path_factory: pytest.TempPathFactory, key: str, before: str, after: str
@@ -217,9 +216,6 @@ def test_one_key_inside_another_leaves_no_rest() -> None:
 
 
 # --- texts that are hard to write -------------------------------------------------------------------------------
-
-
-@settings(deadline=None)
 @given(st.text(st.characters(), max_size=20), st.text(st.characters(), max_size=20))
 def test_half_characters_do_no_harm(tmp_path_factory: pytest.TempPathFactory, answer: str, served: str) -> None:
     folder = tmp_path_factory.mktemp("halves")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.journal import MemoryTrace
@@ -90,7 +90,6 @@ RECORDS = st.lists(
 )
 
 
-@settings(deadline=None)
 @given(RECORDS, st.lists(st.tuples(st.sampled_from("pqrs"), st.sampled_from(["action", "planning"])), max_size=10))
 def test_every_answer_is_given_once_and_none_is_made_up(calls: list[Call], asked: list[tuple[str, str]]) -> None:
     model = ReplayModel("f", calls)

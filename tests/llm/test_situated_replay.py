@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.llm.calls import Call
@@ -72,7 +72,6 @@ def test_where_nothing_fits_it_says_so_and_sends_nothing() -> None:
     assert "'action'" in str(outcome.error) and "leak-3.jsonl" in str(outcome.error)
 
 
-@settings(deadline=None)
 @given(st.lists(st.sampled_from("abc")), st.lists(st.sampled_from("abcd"), max_size=8))
 def test_nothing_is_said_twice_or_elsewhere(recorded: list[str], asked: list[str]) -> None:
     model = SituatedReplay("f", [call(f"{k} {state}", f"State {state} (") for k, state in enumerate(recorded)])

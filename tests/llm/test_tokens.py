@@ -41,7 +41,6 @@ PROSE = st.lists(
 ).map(" ".join)
 
 
-@settings(deadline=None)
 @given(PROSE, PROSE)
 def test_two_texts_have_about_the_tokens_of_both(one: str, two: str) -> None:
     together, apart = estimate(f"{one}\n{two}"), estimate(one) + estimate(two)
@@ -49,14 +48,12 @@ def test_two_texts_have_about_the_tokens_of_both(one: str, two: str) -> None:
     assert together >= 0.9 * apart - 3
 
 
-@settings(deadline=None)
 @given(st.text(), st.text())
 def test_more_text_is_not_fewer_tokens(one: str, two: str) -> None:
     """But for a token at the seam: letters that meet become one word."""
     assert estimate(one + two) >= max(estimate(one), estimate(two)) - 1
 
 
-@settings(deadline=None)
 @given(st.text(st.characters()))
 def test_any_text_has_a_number_of_tokens(text: str) -> None:
     assert estimate(text) >= 0
@@ -69,7 +66,7 @@ def test_the_count_is_quick_and_never_below_half(text: str) -> None:
     assert count is not None and estimate(text) >= 0.5 * count - 1
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.text(string.printable, max_size=80))
 def test_nothing_that_can_be_typed_is_counted_at_less_than_half(text: str) -> None:
     """A label that is made to look short must not fill a prompt."""

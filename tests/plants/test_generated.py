@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.journal import read_events
@@ -208,7 +208,6 @@ def test_the_digest_knows_every_file_and_no_place(reactor: Copy, tmp_path: Path)
 
 
 @given(content=st.binary(max_size=400), at=st.integers(0, 399), byte=st.integers(0, 255))
-@settings(deadline=None)
 def test_a_seal_sees_every_changed_byte(content: bytes, at: int, byte: int) -> None:
     body = with_one_line_end(content.replace(b"\r", b"")) + b"\n"
     sealed = seal(body)
@@ -224,7 +223,6 @@ FILE = CSTR.files.contents[BASELINES].decode()
 
 
 @given(text=st.text(alphabet=',\n#-."0123456789eEnaif', max_size=12), at=st.integers(0, len(FILE)))
-@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_any_text_is_read_or_refused(text: str, at: int) -> None:
     try:
         found = read_baselines((FILE[:at] + text + FILE[at:]).encode(), CSTR.description)

@@ -190,7 +190,7 @@ HOSTILE = st.one_of(
 
 
 @given(place=st.sampled_from(numbers(CONTENT)), value=HOSTILE)
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 def test_whatever_stands_for_a_number_is_one_line(place: tuple[str, ...], value: Any) -> None:
     content = tomllib.loads(TEXT)
     table = content

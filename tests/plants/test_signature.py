@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.journal.signing.keys import SigningKey
@@ -54,7 +54,6 @@ def test_an_altered_signature(tmp_path: Path, change: dict[str, object]) -> None
 
 
 @given(content=st.one_of(st.binary(max_size=200), st.just(b"[" * 9000), st.just(b'{"person": ' * 500)))
-@settings(deadline=None)
 def test_any_file_is_a_signature_or_not(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     folder = tmp_path_factory.mktemp("plant")
     (folder / SIGNATURE).write_bytes(content)

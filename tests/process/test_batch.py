@@ -17,7 +17,7 @@ from tests.plants.cstr.reactor import ALL, FAULTS, MODEL, SEVERITY, batch, input
 
 MEMBERS, STEPS, START_S = 60, 400, 2000.0
 PER_MEMBER = ("state", "parameters", "severity", "onset_s", "input_of", "seeds", "process_noise", "sensor_noise")
-SOME = settings(max_examples=15, deadline=None)
+SOME = settings(max_examples=15)
 
 
 def crowd() -> Batch:

@@ -6,12 +6,11 @@ import math
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.process import equipment
 
-UNHURRIED = settings(deadline=None)
 HAND = [
     # Limits.
     ("clip", (0.5, 0.0, 1.0), 0.5),
@@ -105,7 +104,6 @@ def test_nan_is_not_swallowed_by_a_limit(name: str, arguments: tuple[float, ...]
 UNIT = st.floats(0.0, 1.0)
 
 
-@UNHURRIED
 @given(UNIT, UNIT, st.floats(0.05, 100.0), st.floats(0.0, 50.0), st.floats(0.0, 50.0))
 def test_an_actuator_is_the_same_in_one_step_or_two(u: float, to: float, tau: float, a: float, b: float) -> None:
     once = equipment.first_order(u, to, tau, a + b)
@@ -114,7 +112,6 @@ def test_an_actuator_is_the_same_in_one_step_or_two(u: float, to: float, tau: fl
     assert min(u, to) - 1e-15 <= once <= max(u, to) + 1e-15
 
 
-@UNHURRIED
 @given(st.floats(0.0, 1.0), UNIT, st.floats(0.0, 20.0), st.floats(-1.0, 1.0))
 def test_a_pump_never_takes_more_than_there_is(capacity: float, speed: float, volume: float, inflow: float) -> None:
     flow = equipment.pump_flow(capacity, speed, volume, inflow, 1.0)
@@ -122,7 +119,6 @@ def test_a_pump_never_takes_more_than_there_is(capacity: float, speed: float, vo
     assert flow <= max(volume + inflow, 0.0)
 
 
-@UNHURRIED
 @given(st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=40), st.floats(0.01, 20.0), st.floats(0.001, 5.0))
 def test_the_integral_never_winds_up(errors: list[float], gain: float, reset: float) -> None:
     """While the output is at a limit and the error drives it out, the integral rests; then it comes back at once."""

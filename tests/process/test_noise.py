@@ -7,12 +7,11 @@ from statistics import NormalDist
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.process.noise import normal, uniform
 
-UNHURRIED = settings(deadline=None)
 N = 40_000
 WORD = (1 << 64) - 1
 GOLDEN = 0x9E3779B97F4A7C15
@@ -44,7 +43,6 @@ def mix(seed: int, second: int, channel: int) -> int:
     return z ^ (z >> 31)
 
 
-@UNHURRIED
 @given(SEEDS, st.integers(0, 10**7), st.integers(0, 63))
 def test_the_bits_are_those_of_splitmix64(seed: int, second: int, channel: int) -> None:
     assert uniform(seed, second, channel) == ((mix(seed, second, channel) >> 12) + 0.5) / 2.0**52
@@ -60,7 +58,6 @@ def test_splitmix64_has_its_published_first_values() -> None:
     assert [mix(1234567, 0, k) for k in range(3)] == [6457827717110365317, 3203168211198807973, 9817491932198370423]
 
 
-@UNHURRIED
 @given(st.integers(0, WORD))
 def test_the_test_can_choose_the_bits(z: int) -> None:
     assert mix(seed_for(z), 0, 0) == z
@@ -82,7 +79,6 @@ def test_the_normal_is_the_inverse_of_the_uniform() -> None:
         assert normal(5, k, 0) == pytest.approx(inverse(uniform(5, k, 0)), rel=2e-9, abs=2e-9)
 
 
-@UNHURRIED
 @given(st.integers(0, WORD))
 def test_the_normal_is_the_inverse_of_the_uniform_anywhere(z: int) -> None:
     seed = seed_for(z)
@@ -156,7 +152,6 @@ def test_no_value_comes_twice() -> None:
     assert len(np.unique(grid)) == grid.size
 
 
-@UNHURRIED
 @given(SEEDS, st.integers(0, 10**6), st.integers(0, 12))
 def test_the_value_depends_on_its_place_alone(seed: int, second: int, channel: int) -> None:
     first = normal(seed, second, channel)

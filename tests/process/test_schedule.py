@@ -6,13 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.domain.recovery import Command
 from homeostat.process.schedule import InputRamp
 
-UNHURRIED = settings(deadline=None)
 INPUTS = ("T1_sp", "F1_sp", "V2_man")
 VARIABLES = {"T1.sp": "T1_sp", "F1.sp": "F1_sp", "V2.man": "V2_man", "T1": "T1"}
 PRESENT = {"V2_man": 0.5}
@@ -37,7 +36,6 @@ def after(history: list[tuple[Command, int]]) -> InputRamp:
     return moving
 
 
-@UNHURRIED
 @given(HISTORY)
 def test_the_schedule_has_the_bits_of_what_follows(history: list[tuple[Command, int]]) -> None:
     moving = after(history)
@@ -46,7 +44,6 @@ def test_the_schedule_has_the_bits_of_what_follows(history: list[tuple[Command, 
     assert planned.tobytes() == followed.tobytes()
 
 
-@UNHURRIED
 @given(HISTORY, st.integers(1, 30))
 def test_a_schedule_does_not_advance(history: list[tuple[Command, int]], steps: int) -> None:
     moving = after(history)
@@ -55,7 +52,6 @@ def test_a_schedule_does_not_advance(history: list[tuple[Command, int]], steps: 
     assert moving.current.tobytes() == before
 
 
-@UNHURRIED
 @given(VALUES, VALUES, st.floats(1e-3, 1e3))
 def test_a_ramp_keeps_its_rate_and_stops_at_its_target(start: float, target: float, rate: float) -> None:
     moving = ramp(start, 0.0, math.nan)
@@ -103,7 +99,6 @@ def test_without_commands_nothing_moves() -> None:
     assert all(moving.advance().tobytes() == start for _ in range(5))
 
 
-@UNHURRIED
 @given(HISTORY)
 def test_a_command_sent_twice_is_a_command_sent_once(history: list[tuple[Command, int]]) -> None:
     once, twice = after(history), after(history)

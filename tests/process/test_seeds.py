@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import homeostat
@@ -17,13 +17,11 @@ from homeostat.plants.plant import load_case
 from homeostat.process.seeds import Stream, child, generator, noise_seed
 from homeostat.twin.twin import Purpose
 
-UNHURRIED = settings(deadline=None)
 SEEDS = st.integers(0, 2**32 - 1)
 NAMES = st.lists(st.text(max_size=12), min_size=1, max_size=3)
 SOURCES = Path(homeostat.__file__).parent
 
 
-@UNHURRIED
 @given(SEEDS, NAMES, SEEDS, NAMES)
 def test_only_equal_seeds_and_names_give_equal_draws(
     seed: int, names: list[str], other: int, others: list[str]

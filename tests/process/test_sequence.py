@@ -229,7 +229,7 @@ def alone(
     return np.array(states), np.array(inputs), steps_of
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(SPEEDS, st.data(), sequences(), sequences(), st.sampled_from([0.0, 0.3]))
 def test_every_member_does_what_an_executive_beside_it_would_do(
     speeds: list[float],

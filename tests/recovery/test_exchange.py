@@ -270,7 +270,7 @@ def test_what_recovery_is_too_slow_for_is_dropped_and_counted() -> None:
 @given(
     st.lists(st.sampled_from(["next", "think", "since", "ask", "put"]), max_size=12), st.sampled_from([0.0, 1.0, 2.5])
 )
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_whatever_recovery_does_equal_runs_are_equal(script: list[str], cost_s: float) -> None:
     """With declared thinking the two threads take turns: what the guard is sent, and when, is always the same."""
 

@@ -19,7 +19,7 @@ ONSET_S = 2000.0
 EXCEPTION = ("inlet_stuck_open", "V", 8000)
 """The published pump draws the vessel to -0.5 mL at 7505 s; ours delivers what is there, and keeps that difference."""
 
-pytestmark = pytest.mark.skipif(not FILE.exists(), reason="the published reference trajectories are not here")
+pytestmark = pytest.mark.reference("the published noise-free trajectories (test_cstr_own.py has ours)", FILE)
 
 
 def differences(case: str) -> tuple[np.ndarray, np.ndarray]:

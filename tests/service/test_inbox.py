@@ -103,7 +103,7 @@ def test_a_malformed_order_is_one_line_of_trouble(run_dir: Path, changed: dict[s
     assert inbox.poll() == () and inbox.take_troubles() == ()
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(content=st.binary(max_size=300) | st.text(string.printable, max_size=300).map(str.encode))
 def test_whatever_lies_there_is_no_exception(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     run_dir = run_in(tmp_path_factory.mktemp("any") / "run")

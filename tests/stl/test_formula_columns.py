@@ -12,11 +12,13 @@ from hypothesis import strategies as st
 from homeostat.stl.formula import FormulaError, parse
 from tests.stl.formula_oracle import ARITHMETIC, TAGS, Draw, margin_of, text_of
 
+pytestmark = pytest.mark.quick
+
 ALL = (*ARITHMETIC, "/")
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 9))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_every_member_is_answered_as_if_it_were_alone(seed: int, members: int) -> None:
     draw = Draw(np.random.default_rng(seed), ALL)
     formula = parse(text_of(draw.logic(depth=3, temporal=False)))
@@ -29,7 +31,7 @@ def test_every_member_is_answered_as_if_it_were_alone(seed: int, members: int) -
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_the_answers_agree_with_the_definition(seed: int) -> None:
     draw = Draw(np.random.default_rng(seed))
     tree, signals = draw.logic(depth=3, temporal=False), draw.signals(5, 1)

@@ -63,7 +63,7 @@ def test_deciding_times_inside_a_signal_of_margins(seed: int) -> None:
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_evaluate_is_the_first_margin_and_members_do_not_mix(seed: int) -> None:
     draw = Draw(np.random.default_rng(seed))
     tree, signals = _random_case(draw)
@@ -77,7 +77,7 @@ def test_evaluate_is_the_first_margin_and_members_do_not_mix(seed: int) -> None:
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_nothing_beyond_the_horizon_matters(seed: int) -> None:
     draw = Draw(np.random.default_rng(seed))
     formula = parse(text_of(draw.logic(depth=3)))
@@ -158,8 +158,8 @@ def test_an_ensemble_is_judged_in_milliseconds() -> None:
     formula.evaluate(signals, 2.0)
     seconds = []
     for _ in range(5):
-        start = time.perf_counter()
+        start = time.thread_time()
         margin = formula.evaluate(signals, 2.0)
-        seconds.append(time.perf_counter() - start)
+        seconds.append(time.thread_time() - start)
     assert margin.value.tolist() == (313.0 - signals["T1"].max(axis=1)).tolist()
     assert min(seconds) < 0.05

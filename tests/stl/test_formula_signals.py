@@ -14,6 +14,8 @@ from hypothesis import strategies as st
 from homeostat.stl.formula import FormulaError, parse, parse_expression
 from tests.stl.formula_oracle import TAGS, Draw, text_of
 
+pytestmark = pytest.mark.quick
+
 FORMULA = parse("always[0,2](x - y <= 3)")
 
 
@@ -131,7 +133,7 @@ def test_bounds_are_multiples_of_the_sampling_period(text: str, dt_s: float, leg
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_a_snapshot_is_a_trace_of_one_sample(seed: int) -> None:
     draw = Draw(np.random.default_rng(seed))
     formula = parse(text_of(draw.logic(depth=3, temporal=False)))
@@ -142,7 +144,7 @@ def test_a_snapshot_is_a_trace_of_one_sample(seed: int) -> None:
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_an_expression_has_one_value_at_a_point_and_in_a_signal(seed: int) -> None:
     draw = Draw(np.random.default_rng(seed))
     expression = parse_expression(text_of(draw.number(4)))

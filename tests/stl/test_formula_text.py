@@ -31,6 +31,8 @@ from homeostat.stl.tree import (
     negated_equalities,
 )
 
+pytestmark = pytest.mark.quick
+
 KEYWORDS = {"and", "or", "not", "implies", "always", "eventually", "until", "true", "false", "abs", "min", "max"}
 NAMES = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,4}(\.[a-z]{1,3})?", fullmatch=True).filter(lambda n: n not in KEYWORDS)
 BOUNDS = st.tuples(st.floats(0, 1e6), st.floats(0, 1e6)).map(sorted) | st.just([0.0, math.inf])
@@ -69,7 +71,7 @@ def _logic() -> st.SearchStrategy[Logic]:
 
 
 @given(_logic().filter(lambda root: not any(negated_equalities(root))))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_a_formula_reads_back_as_itself(root: Logic) -> None:
     formula = parse(render(root))
     assert formula.root == root
@@ -78,7 +80,7 @@ def test_a_formula_reads_back_as_itself(root: Logic) -> None:
 
 
 @given(_arithmetic())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_an_expression_reads_back_as_itself(root: Arithmetic) -> None:
     expression = parse_expression(render(root))
     assert expression.root == root

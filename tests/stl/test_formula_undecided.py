@@ -15,6 +15,8 @@ from hypothesis import strategies as st
 from homeostat.stl.formula import FormulaError, parse, parse_expression
 from tests.stl.formula_oracle import ARITHMETIC, TAGS, TEMPORAL, Draw, Rows, Tree, margin_of, text_of
 
+pytestmark = pytest.mark.quick
+
 NAN = math.nan
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -93,7 +95,7 @@ def test_a_forgotten_signal_is_a_mistake_and_a_forgotten_reading_is_not() -> Non
 
 
 @given(SEEDS)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_a_point_is_a_signal_of_one_sample(seed: int) -> None:
     draw = Draw(np.random.default_rng(seed), (*ARITHMETIC, "/"))
     formula = parse(text_of(draw.logic(depth=3, temporal=False)))
@@ -109,7 +111,7 @@ def test_a_point_is_a_signal_of_one_sample(seed: int) -> None:
 
 
 @given(SEEDS, st.sampled_from([0.0, 0.5, 1.0]))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_no_value_in_the_place_of_an_unknown_one_turns_a_verdict(seed: int, filled: float) -> None:
     draw = Draw(np.random.default_rng(seed), (*ARITHMETIC, "/"))
     formula, signals = parse(text_of(draw.logic(depth=3))), with_gaps(draw, draw.signals(3, 8))
@@ -124,7 +126,7 @@ def test_no_value_in_the_place_of_an_unknown_one_turns_a_verdict(seed: int, fill
 
 
 @given(SEEDS)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_nothing_unknown_nothing_undecided_and_unread_gaps_do_not_count(seed: int) -> None:
     draw = Draw(np.random.default_rng(seed))
     tree, signals = draw.logic(depth=3), draw.signals(2, 6)

@@ -10,6 +10,8 @@ import pytest
 from homeostat.domain.plant.tag import Range, Role, Tag
 from homeostat.stl.formula import FormulaError, parse, parse_expression
 
+pytestmark = pytest.mark.quick
+
 TAGS = {
     tag.name: tag
     for tag in (

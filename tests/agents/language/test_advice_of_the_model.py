@@ -6,7 +6,7 @@ import math
 import tomllib
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.agents.language.prompt_files import PROMPTS
@@ -80,7 +80,6 @@ def test_where_the_model_fails_the_rules_decide(failure: Failure) -> None:
     assert not keeps(Desk(answer=ModelError(failure)).advise(attempt(finding(-1.0))))
 
 
-@settings(deadline=None)
 @given(st.text(max_size=60) | st.sampled_from(
     ["", "{}", "null", '{"route": "gate", "hint": ""}', '{"route": "action"}', '{"route": "action", "hint": 1}',
      '{"route": "action", "hint": "' + "x" * 300 + '"}']

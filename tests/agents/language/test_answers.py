@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.agents.checks import command_findings
@@ -194,7 +194,6 @@ def test_reasoning_has_an_end() -> None:
     unusable(kind, " " * (MOST_ANSWER + 1))
 
 
-@settings(deadline=None)
 @given(st.data())
 def test_any_answer_of_the_schema_is_accepted(data: st.DataObject) -> None:
     state = data.draw(st.sampled_from([s for s in STATES if s.open_setpoints]))

@@ -8,7 +8,7 @@ import string
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
@@ -52,14 +52,12 @@ def refused(kind: AnswerType, answer: str) -> None:
     assert isinstance(judged(kind, answer), Unusable), answer[:200]
 
 
-@settings(deadline=None)
 @given(st.text(st.characters()))
 def test_any_text(answer: str) -> None:
     for kind in KINDS:
         refused(kind, answer)
 
 
-@settings(deadline=None)
 @given(st.text('{}[]":,.-+eE0123456789 \n\tnulltrefasNIiy`\\u', max_size=60))
 def test_any_text_with_the_letters_of_json(answer: str) -> None:
     for kind in KINDS:
@@ -73,14 +71,12 @@ ANYTHING = st.recursive(
 )
 
 
-@settings(deadline=None)
 @given(ANYTHING)
 def test_any_json(value: object) -> None:
     for kind in KINDS:
         judged(kind, json.dumps(value))
 
 
-@settings(deadline=None)
 @given(st.dictionaries(KEYS, ANYTHING, max_size=3), st.sampled_from(["merge", "inside"]))
 def test_anything_beside_what_was_asked_for(extra: dict[str, object], where: str) -> None:
     answer: Any = json.loads(text(REDUCED))
@@ -111,7 +107,6 @@ def test_values_that_are_no_admissible_number(tag: str, value: str) -> None:
         refused(ACTION, answer)
 
 
-@settings(deadline=None)
 @given(st.floats() | st.integers() | st.fractions(max_denominator=10**6).map(float))
 def test_any_number(value: float) -> None:
     """Accepted is only what is a whole multiple inside the bounds, but for what rounding does to the last digits."""
@@ -208,7 +203,6 @@ def test_reasoning_may_be_anything_and_goes_nowhere(reasoning: str) -> None:
         assert reasoning not in repr(taken(found, REDUCED))
 
 
-@settings(deadline=None)
 @given(st.text(string.printable, max_size=5), st.integers(0, 200), st.integers(0, 5))
 def test_a_damaged_answer(inserted: str, at: int, removed: int) -> None:
     fine = text(REDUCED)

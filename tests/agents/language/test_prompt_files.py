@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.agents.grounding.context import GroundingKind
@@ -19,7 +19,6 @@ from homeostat.agents.language.prompt_files import PROMPTS, STAND_INS, fill, tem
 AGENTS = ("planning", "action", "reprompting")
 
 
-@settings(deadline=None)
 @given(st.text(st.characters(exclude_categories=["Cs"]), max_size=30))
 def test_what_is_filled_in_is_not_read_again(value: str) -> None:
     for name, place in (("reprompting.prompt", "situation"), ("reprompting.prompt", "feedback")):

@@ -81,7 +81,7 @@ def test_large_violations_are_looked_at_one_by_one() -> None:
     assert not cured([finding("COLD", -30.0), finding("HOT", -201.0)], *slopes)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 6))
 def test_the_ascent_finds_what_an_exhaustive_search_finds(seed: int, count: int) -> None:
     draw = np.random.default_rng(seed)

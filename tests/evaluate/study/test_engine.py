@@ -152,7 +152,7 @@ def silent() -> Iterator[str]:
 
 
 DASK = """
-import sys, time
+import sys
 from homeostat.evaluate.study import engine
 from homeostat.evaluate.study.error import CampaignError
 from homeostat.evaluate.study.measurement import Kept
@@ -162,12 +162,10 @@ if sys.argv[1] == "missing":
 else:
     from homeostat.evaluate.study import cluster
     cluster.WAIT_S = 1
-begin = time.monotonic()
 try:
     list(engine.carry_out(jobs(proposers=["do-nothing"], scenarios=[BATCH]), Kept(None), 2, sys.argv[2] or None))
 except CampaignError as error:
     print(error)
-assert time.monotonic() - begin < 30.0
 """
 
 

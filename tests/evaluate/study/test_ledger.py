@@ -46,7 +46,7 @@ def test_rows_come_back_as_they_were(tmp_path: Path) -> None:
         assert in_order(["print-3", "nobody", "print-0"], ledger) == [ROWS["print-3"], ROWS["print-0"]]
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(share=st.floats(0.0, 1.0))
 def test_a_cut_anywhere_loses_the_last_row_at_most(whole: bytes, tmp_path: Path, share: float) -> None:
     cut = round(share * len(whole))
@@ -59,7 +59,7 @@ def test_a_cut_anywhere_loses_the_last_row_at_most(whole: bytes, tmp_path: Path,
     assert list(read(tmp_path)) == [*list(ROWS)[:complete], "new"]
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(
     junk=st.binary(max_size=40) | st.from_regex(r"[\[\]{}0-9nul\",: ]{0,20}", fullmatch=True).map(str.encode),
     at=st.integers(0, 5),

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.plants.cstr.kernel import integrate
@@ -99,7 +99,6 @@ def test_a_draining_vessel_keeps_its_composition() -> None:
 FLOW = st.floats(0.0, 0.08)
 
 
-@settings(deadline=None)
 @given(st.floats(0.55, 11.0), FLOW, FLOW, st.floats(0.0, 0.5), st.floats(280.0, 370.0))
 def test_one_second_agrees_with_the_closed_form(v: float, f1: float, f2: float, c0: float, temp: float) -> None:
     """Equivalents, and temperature without heat exchange: y(t) = in + (y0 - in) (V0 / V(t))^(F1 / (F1 - Fo))."""

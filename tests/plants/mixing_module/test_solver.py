@@ -59,7 +59,7 @@ CASES = st.builds(
     Case, st.tuples(FEED, FEED, FEED, B204), st.tuples(OPENING, OPENING, OPENING), OPENING, st.tuples(SPEED, SPEED),
     st.one_of(st.sampled_from([0.0, 1.0]), st.floats(0.0, 1.0)), st.tuples(LEAK, LEAK),
 )  # fmt: skip
-OFTEN = settings(deadline=None, max_examples=300, derandomize=True)
+OFTEN = settings(max_examples=300, derandomize=True)
 
 
 @OFTEN

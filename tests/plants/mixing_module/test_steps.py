@@ -28,6 +28,8 @@ from homeostat.plants.error import CaseError
 from homeostat.plants.plant import Case, load_case
 from homeostat.record.result import Run, StepScores
 
+pytestmark = pytest.mark.slow
+
 PER_STEP = AskingProtocol.PER_STEP
 MAIN = (
     "filling_B201", "filling_B202", "filling_B203", "emptying_B201", "emptying_B202", "emptying_B203", "emptying_B204",
