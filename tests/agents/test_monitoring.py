@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
-from homeostat.agents.monitoring.monitoring import Monitoring, MonitoringSettings
+from homeostat.agents.monitoring.monitoring import Monitoring
+from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.domain.diagnosis import Diagnosis, Direction, FaultState, Feature, Hypothesis, SymptomRule
 from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.plant.rules import QualityRule

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from homeostat.domain.plant.limits import LimitKind
-from homeostat.journal.files import write_whole
 from homeostat.knowledge.build.build import GRAPH, build, refuse_incomplete
 from homeostat.knowledge.build.provenance import stale_tables
 from homeostat.knowledge.build.seal import is_sealed, sha256
@@ -88,6 +87,8 @@ def baseline_sources(case: Case) -> str:
 
 def _with(files: PlantFiles, name: str, content: bytes) -> PlantFiles:
     """``files`` with another ``content`` of ``name``, on disk as well where the folder can be written; that is said."""
+    from homeostat.journal.files import write_whole  # a journal that is seldom needed here loads much
+
     why = "its tables are newer" if name == GRAPH else "what it follows from has changed"
     try:
         write_whole(files.folder / name, content)

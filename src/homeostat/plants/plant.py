@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from homeostat.agents.bounds import InterventionBounds
-from homeostat.agents.monitoring.monitoring import MonitoringSettings
+from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.domain.mode import Side
 from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.plant.description import PlantDescription
@@ -32,7 +32,7 @@ from homeostat.process.model import ProcessModel
 from homeostat.process.seeds import Stream, generator
 from homeostat.process.types import Row
 from homeostat.stl.formula import Formula
-from homeostat.twin.twin import TwinSettings
+from homeostat.twin.settings import TwinSettings
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import os
+import sys
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 from typing import Any, Literal
 
 from lark import Lark, Token, Transformer, v_args
@@ -95,7 +98,13 @@ def _check(root: Node, tags: Mapping[str, Signal] | None) -> None:
 def _parser() -> Lark:
     grammar = files(__package__).joinpath("grammar.lark").read_text(encoding="utf-8")
     # The basic lexer keeps keywords reserved everywhere; the contextual one would read a misplaced `and` as a tag.
-    return Lark(grammar, parser="lalr", lexer="basic", start=["formula", "expression"], transformer=_Builder())
+    # Its tables are kept beside this module's byte code, where somebody may write there: making them takes longer than
+    # reading a plant's formulas.
+    beside = Path(__file__).parent / "__pycache__"
+    tables = str(beside / f"grammar.{sys.implementation.cache_tag}.lalr") if os.access(beside, os.W_OK) else False
+    return Lark(
+        grammar, parser="lalr", lexer="basic", start=["formula", "expression"], transformer=_Builder(), cache=tables
+    )
 
 
 def _float(token: Token) -> float:

@@ -54,8 +54,10 @@ class _Row:
     """Readings of one second."""
 
     at_s: float
-    values: Mapping[str, float]
-    unknown: frozenset[str]
+    values: Row
+    """In the order of the tags, shape (tags,)."""
+    unknown: Flags | None
+    """Which of them are the last that were known, shape (tags,); None for none."""
 
 
 class History:
@@ -67,8 +69,9 @@ class History:
         """``variables``: tag -> variable; ``inputs``: names of the process model's input columns."""
         self._settle_rows = settle_rows
         self._variables = dict(variables)
-        self._inputs = inputs
-        self._tag_of = {v: t for t, v in variables.items()}
+        self._may_be_nan = np.array([v in inputs for v in variables.values()])  # an input on automatic
+        names = list(variables.values())
+        self._input_columns = [names.index(name) if name in names else None for name in inputs]
         self._rows: deque[_Row] = deque(maxlen=capacity)
         self._windows: dict[int, Window] = {}
 
@@ -80,21 +83,22 @@ class History:
         last = self._rows[-1]
         if snapshot.at_s <= last.at_s:
             return
-        every = frozenset(self._variables)
+        every = np.ones(len(self._variables), dtype=bool)
         for k in range(1, min(round(snapshot.at_s - last.at_s), self._rows.maxlen or 1)):
             self._rows.append(_Row(last.at_s + k, last.values, every))
         self._add(snapshot)
 
     def _add(self, snapshot: Snapshot) -> None:
-        unknown = frozenset(t for t in self._variables if t in snapshot.bad or self._lacks(t, snapshot.values))
-        last = self._rows[-1].values if self._rows else {}
-        held = {t: last.get(t, math.nan) for t in unknown}
-        self._rows.append(_Row(snapshot.at_s, {**snapshot.values, **held} if held else snapshot.values, unknown))
+        given, bad = snapshot.values, snapshot.bad
+        values = np.array([given.get(t, math.nan) for t in self._variables])
+        lacking = ~(np.isfinite(values) | self._may_be_nan)
+        if bad or not self._variables.keys() <= given.keys():
+            lacking |= [t in bad or t not in given for t in self._variables]
+        unknown = lacking if lacking.any() else None
+        if unknown is not None:
+            values[unknown] = self._rows[-1].values[unknown] if self._rows else math.nan
+        self._rows.append(_Row(snapshot.at_s, values, unknown))
         self._windows.clear()
-
-    def _lacks(self, tag: str, values: Mapping[str, float]) -> bool:
-        """Whether ``values`` says nothing of ``tag``; an input that is not a number is on automatic."""
-        return tag not in values or (not math.isfinite(values[tag]) and self._variables[tag] not in self._inputs)
 
     def copy(self) -> History:
         """The same readings; what either takes from now on the other does not have."""
@@ -123,11 +127,15 @@ class History:
         rows = list(islice(reversed(self._rows), seconds))[::-1]
         if not rows:
             raise ValueError("the twin has no snapshot yet; observe the plant before asking")
-        readings = {v: np.array([r.values[t] for r in rows]) for t, v in self._variables.items()}
-        inputs = np.full((len(rows), len(self._inputs)), np.nan)
-        for k, name in enumerate(self._inputs):
-            if name in self._tag_of:
-                inputs[:, k] = readings[name]
-        unknown = frozenset[str]().union(*(r.unknown for r in rows))
-        held = {self._variables[t]: np.array([t in r.unknown for r in rows]) for t in unknown}
+        table = np.array([r.values for r in rows]).T.copy()
+        inputs = np.full((len(rows), len(self._input_columns)), np.nan)
+        for k, i in enumerate(self._input_columns):
+            if i is not None:
+                inputs[:, k] = table[i]
+        held = {}
+        if any(r.unknown is not None for r in rows):
+            none = np.zeros(len(self._variables), dtype=bool)
+            flags = np.array([none if r.unknown is None else r.unknown for r in rows]).T
+            held = {v: f for v, f in zip(self._variables.values(), flags, strict=True) if f.any()}
+        readings = dict(zip(self._variables.values(), table, strict=True))
         return Window(rows[0].at_s, readings, inputs, self._settle_rows, held)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.hypotheses import probabilities
 from homeostat.agents.monitoring.features import FeatureFilter
+from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.agents.monitoring.symptoms import SymptomWatch
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
 from homeostat.domain.plant.baseline import Baseline
@@ -17,28 +17,6 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import HandedOver, LeftAlone, Released, Resolution
 from homeostat.stl.formula import Formula
 from homeostat.twin.twin import Twin
-
-
-@dataclass(frozen=True, slots=True)
-class MonitoringSettings:
-    """How long monitoring waits before it speaks; all times in process seconds."""
-
-    settle_s: float = 500.0
-    """After the plant has reached normal operation, before features are judged [s]."""
-    centre_s: float = 600.0
-    """Healthy stretch from which this plant's own means and parameters are learned [s]."""
-    sure: float = 0.75
-    """Probability from which an explanation needs no more evidence [1]."""
-    evidence_s: float = 6.0
-    """How long to gather evidence while the explanation is unsure [s]."""
-    again_s: float = math.inf
-    """While evidence is gathered, how soon it is looked at again; infinite for not before the end [s]."""
-    transient_s: float = 120.0
-    """After a release, the time in which new symptoms are expected [s]."""
-    review_s: float = 600.0
-    """After a release or a decision to leave the plant alone, when the situation is judged again [s]."""
-    repeat_s: float = 30.0
-    """After symptoms that nothing explains, when they are looked at again [s]."""
 
 
 class Monitoring:

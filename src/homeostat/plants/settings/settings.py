@@ -8,7 +8,7 @@ from annotated_types import Len
 from pydantic import BaseModel, ConfigDict, StringConstraints, model_validator
 
 from homeostat.agents.bounds import InterventionBounds
-from homeostat.agents.monitoring.monitoring import MonitoringSettings
+from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.domain.plant.production import Production
 from homeostat.guard.settings import LEASE_WITHIN_S, LONGEST_LEASE_S
 from homeostat.plants.settings.bounds import (
@@ -25,7 +25,7 @@ from homeostat.plants.settings.bounds import (
     Stride,
     within,
 )
-from homeostat.twin.twin import TwinSettings
+from homeostat.twin.settings import TwinSettings
 
 MOST_STEPS: Final = 1_000_000
 """Simulated seconds of one hypothesis in one rollout, over all parameter draws [s]."""

@@ -1,0 +1,1 @@
+"""What the command line costs, beside an older commit on the same host."""
