@@ -34,7 +34,7 @@ def test_a_refusal_without_a_margin_is_told_in_its_own_words() -> None:
     story = Story(PLANT)
     blind = Finding("LIM-T-HIGH", Owner.ACTION, -math.inf, "K", 0.0, 0, "'T1 <= 313' cannot be judged")
     (line,) = story.tell(attempted(1, blind), 10.0)
-    assert line.text.endswith("; refused, 'T1 <= 313' cannot be judged (LIM-T-HIGH)") and "inf" not in line.text
+    assert line.text.endswith("; refused because 'T1 <= 313' cannot be judged (LIM-T-HIGH)") and "inf" not in line.text
 
 
 def test_attempts_that_repeat_others_are_counted_before_what_comes_next() -> None:
@@ -43,9 +43,9 @@ def test_attempts_that_repeat_others_are_counted_before_what_comes_next() -> Non
     events += [(attempted(number, again), 10.0) for number in range(2, 10)]
     events += [(attempted(1, HOT), 40.0), (attempted(2, again), 40.0), (GaveUp("search", "no path is open"), 41.0)]
     first, counted, last = told(*events)
-    assert first.endswith("refused, worst margin -1.5 K (LIM-T-HIGH)")
+    assert first.endswith("refused because worst margin -1.5 K (LIM-T-HIGH)")
     assert counted == (
-        "     40 s  attempt   10 more: 9 repeated one that was judged already (CHK-REPEATED), 1 refused as before"
+        "     40 s  proposed  10 more: 9 repeated one that was judged already (CHK-REPEATED), 1 refused as before"
     )
     assert last == "     41 s  gave up   no path is open"
 
@@ -62,12 +62,12 @@ FINE = (Owner.ACTION, 1.0, "K", 0.0, 0, "fine")
 def test_after_a_release_everything_is_told_again() -> None:
     released = ReleasedActions("search", (), "d9", "holding", 1.0)
     lines = told((attempted(1, HOT), 10.0), (released, 11.0), (attempted(1, HOT), 40.0))
-    assert [line.split()[2] for line in lines] == ["attempt", "released", "attempt"]
+    assert [line.split()[2] for line in lines] == ["proposed", "released", "proposed"]
 
 
 def test_a_review_that_believes_the_same_is_told_once() -> None:
     lines = told((STUCK, 10.0), (STUCK, 40.0), (STUCK, 70.0), (StateEntered("normal"), 80.0))
-    assert [line.split()[2] for line in lines] == ["believed", "review", "state"]
+    assert [line.split()[2] for line in lines] == ["diagnosed", "review", "state"]
 
 
 def test_what_becomes_known_later_stands_there_with_the_time_at_which_it_was() -> None:

@@ -50,7 +50,7 @@ def listed(folder: Path, *events: tuple[Event, float], known: bool = True) -> li
 def test_a_request_is_listed_with_all_that_a_person_decides_by(tmp_path: Path) -> None:
     assert listed(tmp_path, *ASKED) == [
         "r1  by search  --digest d1",
-        "  believed  90 % cool_stuck_closed 0.3; 10 % nothing is wrong",
+        "  diagnosed 90 % cool_stuck_closed 0.3; 10 % nothing is wrong",
         "  time      offered at 2008 s, void by 2608 s; the fallback 'shut_feed' acts at 2093 s unless something is "
         "released; the journal has come to 2008 s",
         "  leads to  held, by reduced > held",
@@ -66,7 +66,7 @@ def test_a_request_is_listed_with_all_that_a_person_decides_by(tmp_path: Path) -
 
 def test_a_plant_that_is_not_known_here_is_decided_on_by_names_and_margins(tmp_path: Path) -> None:
     lines = listed(tmp_path, *ASKED, known=False)
-    assert "  believed  90 % cool_stuck_closed; 10 % none" in lines
+    assert "  diagnosed 90 % cool_stuck_closed; 10 % none" in lines
     assert "  commands  F1.sp to 0.02 at 0.001 per s" in lines
 
 

@@ -127,8 +127,8 @@ def test_the_lines_of_a_run(recovered: Done) -> None:
     assert "\x1b" not in recovered.out and "\r" not in recovered.out
     lines, summary = recovered.out.split("\n\n")
     labels = [line.split()[2] for line in lines.splitlines()]
-    assert labels[:5] == ["run", "state", "onset", "asked", "noticed"] and labels[-1] == "end"
-    assert labels.index("noticed") < labels.index("attempt") < labels.index("released")
+    assert labels[:5] == ["run", "state", "onset", "asked", "detected"] and labels[-1] == "end"
+    assert labels.index("detected") < labels.index("proposed") < labels.index("released")
     assert "900 s  onset     Cooling valve stuck towards closed: cool_stuck_closed 0.7 (ground truth)" in lines
     assert "worst margin +" in lines and "L/s" in lines
     assert summary.startswith("Recovered") and "run/figure.png" in summary

@@ -69,8 +69,8 @@ def test_a_missing_closing_signature_is_said(tmp_path: Path, copy: Path) -> None
 def test_a_contradiction_is_said(tmp_path: Path, copy: Path) -> None:
     def fall_back(lines: list[dict[str, object]]) -> None:
         lines[-2] = {
-            "seq": 0, "prev": "", "at_s": lines[-2]["at_s"], "event": "fell-back", "strategy": "x", "commands": [],
-            "reason": "",
+            "seq": 0, "prev": "", "at_s": lines[-2]["at_s"], "event": "fallback-activated", "strategy": "x",
+            "commands": [], "reason": "",
         }  # fmt: skip
 
     change(copy, fall_back)

@@ -46,6 +46,6 @@ def test_a_departure_is_told_with_its_reason() -> None:
     event = Departed("filling_B201", "t1", 36.0, 40.0, "'B201.level >= 0.198' does not hold at 49 s, predicted by 40 s")
     (line,) = Story(load_case("mixing_module").description).tell(event, 49.0)
     assert str(line) == (
-        "     49 s  departed  from the prediction in 'filling_B201': "
+        "     49 s  deviates  from the prediction in 'filling_B201': "
         "'B201.level >= 0.198' does not hold at 49 s, predicted by 40 s"
     )

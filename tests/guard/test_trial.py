@@ -276,7 +276,7 @@ def test_who_acts_first_answers_what_is_violated_and_who_acts_next_what_it_was_c
     assert chosen.answered == {"LIM-FULL", "LIM-HOT"}
     assert trial(FULL, Latched("full")).answered == {"LIM-FULL"}, "nothing has passed its checks"
     assert trial(FULL, sent("drain"), HOT, Latched("full")).answered == {"LIM-FULL"}
-    before = [Line("fell-back", {"strategy": name, "reason": "hot"}) for name in ("drain", "close")]
+    before = [Line("fallback-activated", {"strategy": name, "reason": "hot"}) for name in ("drain", "close")]
     old = Memory.of((before[0], Line("tripped", {"limit": "A"}), before[1])).trial
     assert old.answered == {"A"}, "an older journal does not say it"
 

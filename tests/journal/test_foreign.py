@@ -180,7 +180,7 @@ def _other(data: st.DataObject, value: Any, name: str) -> Any:
 
 
 KINDS = (
-    "run-started", "run-finished", "noticed", "departed", "diagnosed", "fallback-armed", "model-called", "attempted",
-    "released", "state-entered", "fell-back", "write-intended", "write-ended", "read-back", "request-answered",
+    "run-started", "run-finished", "noticed", "deviated", "diagnosed", "fallback-armed", "model-called", "attempted",
+    "released", "state-entered", "fallback-activated", "write-intended", "write-ended", "read-back", "request-answered",
     "latched", "mode-entered", "guard-started", "signed", "nothing-known",
 )  # fmt: skip

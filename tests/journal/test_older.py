@@ -54,7 +54,7 @@ def test_every_event_of_it_is_recalled() -> None:
         (12, "at_s", -5.0, "its time is -5 s, outside the run"),
         (11, "event", "write-intended", "format 1 has no event like this"),
         (42, "outcome", "handed_over", "the run ended 'handed-over', by the manifest 'recovered'"),
-        (12, "event", "fell-back", "but a fallback acted in line 12"),
+        (12, "event", "fallback-activated", "but a fallback acted in line 12"),
     ],
 )
 def test_what_it_says_is_asked_too(tmp_path: Path, number: int, name: str, value: object, words: str) -> None:

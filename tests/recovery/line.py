@@ -260,7 +260,7 @@ class Stage:
 
 
 RECORDED = {
-    "state-entered", "noticed", "departed", "diagnosed", "fallback-armed", "attempted", "gave-up", "left-as-is",
+    "state-entered", "noticed", "deviated", "diagnosed", "fallback-armed", "attempted", "gave-up", "no-action",
     "released", "release-refused",
 }  # fmt: skip
 KEY = b"a key that proposers do not have"

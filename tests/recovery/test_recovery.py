@@ -332,7 +332,7 @@ def test_a_plant_that_is_fine_as_it_is_is_left_alone() -> None:
     stage = run(Stage(ScriptedAction(BAD), heating=0.0))
     (outcome,) = monitoring(stage).outcomes
     assert isinstance(outcome, LeftAlone) and outcome.min_margin >= 0.0
-    assert stage.plant.written == [] and "left-as-is" in stage.kinds
+    assert stage.plant.written == [] and "no-action" in stage.kinds
 
 
 def test_the_situation_is_fresh() -> None:

@@ -243,7 +243,7 @@ def test_a_fault_that_does_no_harm_is_left_alone_and_the_least_margin_is_said() 
     (outcome,) = done.monitoring.outcomes
     assert isinstance(outcome, LeftAlone) and outcome.at_s == 10.0
     assert left.state == "running" and left.min_margin == outcome.min_margin == pytest.approx(312.9 - 310.1)
-    assert done.released == [] and done.action.asked == [] and done.kinds[-1] == "left-as-is"
+    assert done.released == [] and done.action.asked == [] and done.kinds[-1] == "no-action"
 
 
 def test_what_is_released_is_followed_by_monitoring_and_nothing_stays_armed_by_time() -> None:
@@ -268,7 +268,7 @@ def standing(first: int, last: int, hot: float, by_s: float) -> tuple[Observatio
 
 def test_a_plant_that_is_left_alone_ends_a_time_that_an_earlier_thought_has_named() -> None:
     done = Recovery(standing(1, 20, FINE, 40.0), Watching(10.0)).run()
-    assert len(done.sent(NoAction)) == 1 and done.armed[-1].act_by_s is None and done.kinds[-1] == "left-as-is"
+    assert len(done.sent(NoAction)) == 1 and done.armed[-1].act_by_s is None and done.kinds[-1] == "no-action"
     assert Recovery(ticks(1, 20, FINE), Watching(10.0)).run().sent(NoAction) == [], "there is nothing to end"
 
 

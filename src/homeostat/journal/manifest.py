@@ -16,11 +16,11 @@ from homeostat.journal.signing.signing import Signer, signs_manifest
 
 UNSIGNED_FORMAT = 1
 """The format before signatures, which is still read."""
-FORMAT = 2
-"""Version of the run directory's format."""
+FORMAT = 3
+"""Version of the run directory's format; before 3, some events had other names (`homeostat.journal.reading.FORMER`)."""
 OLDER_KINDS: Final = frozenset(
-    {"run-started", "run-finished", "noticed", "departed", "retrieved", "diagnosed", "fallback-armed", "model-called"}
-    | {"attempted", "gave-up", "left-as-is", "released", "state-entered", "fell-back"}
+    {"run-started", "run-finished", "noticed", "deviated", "retrieved", "diagnosed", "fallback-armed", "model-called"}
+    | {"attempted", "gave-up", "no-action", "released", "state-entered", "fallback-activated"}
 )
 """Every kind of event that the format before signatures knew."""
 _SINCE_2 = ("configuration", "key", "signature")
@@ -97,7 +97,7 @@ def read_manifest(run_dir: Path) -> Manifest | None:
         return None
     try:
         content = json.loads(raw)
-        if content["format"] not in (UNSIGNED_FORMAT, FORMAT):
+        if content["format"] not in range(UNSIGNED_FORMAT, FORMAT + 1):
             raise BadManifest(f"{MANIFEST} has format {content['format']!r}, this version reads up to {FORMAT}")
         del content["sha256"]
         manifest = Manifest(**{**content, "files": tuple(StoredFile(**file) for file in content["files"])})

@@ -7,11 +7,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import cast
+from typing import Final, cast
 
 from homeostat.journal.chain import GENESIS, HAPPENED, HEADER, digest
 from homeostat.journal.encode import Json, canonical
 from homeostat.journal.files import JOURNAL
+
+FORMER: Final = {"departed": "deviated", "left-as-is": "no-action", "fell-back": "fallback-activated"}
+"""Name of an event before format 3 -> its name."""
 
 
 class BrokenChain(ValueError):
@@ -103,6 +106,7 @@ def _parts(line: bytes) -> tuple[Record, str]:
     if canonical(content).encode("ascii") != line:  # a key twice, a number that is none, blanks
         raise ValueError("a line must be written as a run writes it")
     seq, prev, at_s, kind = (content.pop(name) for name in HEADER)
+    kind = FORMER.get(kind, kind) if type(kind) is str else kind
     happened_s = content.pop(HAPPENED, at_s)
     if type(seq) is not int or type(prev) is not str or type(at_s) is not float or type(kind) is not str:
         raise ValueError(f"line {seq!r}: {', '.join(HEADER)} must be an integer, a text, a number and a text")

@@ -89,7 +89,7 @@ def test_a_row_says_what_the_kept_run_holds(root: Path, who: str, which: str) ->
     assert row.detection_s == (reports[0] - onset if reports else None)
     attempts = events(root, row, "attempted")
     assert (row.attempts, row.refused) == (len(attempts), sum(not e["approved"] for _, e in attempts))
-    released, fell = events(root, row, "released"), events(root, row, "fell-back")
+    released, fell = events(root, row, "released"), events(root, row, "fallback-activated")
     assert (row.releases, row.fallbacks) == (len(released), len(fell))
     assert row.released_s == (released[0][0] - onset if released else None)
     assert row.success == (row.outcome == "recovered") and row.acted == bool(released or fell)

@@ -11,9 +11,9 @@ from homeostat.cli.story.line import Line, Tone
 from homeostat.domain.events.recovery import Attempted
 from homeostat.journal import Event
 
-ATTEMPT: Final = "attempt"
+ATTEMPT: Final = "proposed"
 """Label of the line of an attempt."""
-SAID_ONCE: Final = frozenset({"review", "ready", "gave up", "kept"})
+SAID_ONCE: Final = frozenset({"review", "armed", "gave up", "no action"})
 """Labels of lines that are told again only where they say something else."""
 NEWS: Final = frozenset({"released", "fallback", "reset", "trip"})
 """Labels of lines after which everything is told again."""

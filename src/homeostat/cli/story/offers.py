@@ -1,4 +1,4 @@
-"""What a person decides by: the requests that wait, what is believed, how long there is, and the margins."""
+"""What a person decides by: the requests that wait, what is diagnosed, how long there is, and the margins."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Offers:
             yield f"no request waits for a person at {self.now_s:.0f} s"
         for request in self.waiting:
             yield f"{request.request}  by {request.proposer}  --digest {request.digest}"
-            yield _row("believed", _believed(self.believed, plant))
+            yield _row("diagnosed", _believed(self.believed, plant))
             yield _row("time", self._time(request))
             attempt = self.attempts.get(request.digest)
             if attempt is None:

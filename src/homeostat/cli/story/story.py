@@ -84,7 +84,7 @@ class Story:
                 about = ", ".join(event.about)
                 yield Line(at_s, "asked", f"the graph: {event.question} ({about}): {event.answer}", Tone.MUTED)
             case Departed():
-                yield Line(at_s, "departed", f"from the prediction in {event.state!r}: {event.reason}", Tone.WARNING)
+                yield Line(at_s, "deviates", f"from the prediction in {event.state!r}: {event.reason}", Tone.WARNING)
             case Diagnosed():
                 yield from self._report(event, at_s)
             case FallbackArmed() if not event.approved or self._reports == 1:
@@ -101,7 +101,7 @@ class Story:
                 text = f"{event.proposer}: the release check, because {printable(event.reason)}"
                 yield Line(at_s, "refused", text, Tone.WARNING)
             case LeftAsIs():
-                yield Line(at_s, "kept", f"as it is, in {event.state!r}", Tone.MUTED)
+                yield Line(at_s, "no action", f"needed in {event.state!r}", Tone.MUTED)
             case StateEntered():
                 self.state = event.state
                 label = self._plant.machine.state(event.state).label
@@ -131,22 +131,22 @@ class Story:
         seen = [(rules.get(s.rule, s.rule), s) for s in event.symptoms]
         if seen:
             told = (f"{text} ({s.rule}, {s.severity:.1f} times its threshold)" for text, s in seen)
-            yield Line(at_s, "noticed", "; ".join(told), Tone.WARNING)
-        yield Line(at_s, "believed", believed)
+            yield Line(at_s, "detected", "; ".join(told), Tone.WARNING)
+        yield Line(at_s, "diagnosed", believed)
 
     def _arm(self, event: FallbackArmed, at_s: float) -> Line:
         text = f"fallback {event.strategy!r}"
         if not event.approved:
             text += f" is the best there is, {worst(event.findings, self._scales)}"
         tone = Tone.MUTED if event.approved else Tone.WARNING
-        return Line(at_s, "ready", f"{text}; {event.deadline_s:.0f} s to find something better", tone)
+        return Line(at_s, "armed", f"{text}; {event.deadline_s:.0f} s to find something better", tone)
 
     def _attempt(self, event: Attempted, at_s: float) -> Line:
-        verdict = "approved" if event.approved else "refused"
+        verdict = "approved," if event.approved else "refused because"
         text = f"{event.number} by {event.proposer}, {' > '.join(event.path)}"
         if self.record.acted_s is None:  # a review's proposal is told in full only where it is released
             text += f": {commands(event.commands, self._plant)}"
-        text += f"; {verdict}, {worst(event.findings, self._scales)}"
+        text += f"; {verdict} {worst(event.findings, self._scales)}"
         return Line(at_s, ATTEMPT, text, Tone.PLAIN if event.approved else Tone.MUTED)
 
 

@@ -30,7 +30,7 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
     """The lines, the headline first. ``story`` has been told to its end; the run is kept in ``run_dir``."""
     yield HEADLINES[result.outcome]
     yield _row("Fault", "; ".join(_injected(fault, plant) for fault in story.record.faults) or "none")
-    yield _row("Noticed", _noticed(result, plant))
+    yield _row("Detected", _noticed(result, plant))
     yield _row("Done", _done(result, story.record.acted_s, plant))
     if reason := story.record.reason:
         yield _row("Why", reason)
@@ -64,7 +64,7 @@ def _noticed(result: Result, plant: PlantDescription) -> str:
     text = f"at {result.detected_s:.0f} s"
     if result.onset_s is not None:
         text += f", {result.detected_s - result.onset_s:.0f} s after the onset"
-    return f"{text}; believed {beliefs(result.hypotheses, plant)}"
+    return f"{text}; diagnosed {beliefs(result.hypotheses, plant)}"
 
 
 def _done(result: Result, acted_s: float | None, plant: PlantDescription) -> str:

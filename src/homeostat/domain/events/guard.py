@@ -97,7 +97,7 @@ class LatchReset:
 class FellBack:
     """The fallback acted."""
 
-    kind: ClassVar[str] = "fell-back"
+    kind: ClassVar[str] = "fallback-activated"
     strategy: str
     """Name of the strategy."""
     commands: tuple[Command, ...]

@@ -107,7 +107,7 @@ class ReleaseRefused:
 class LeftAsIs:
     """The plant meets every criterion without action, so none was taken."""
 
-    kind: ClassVar[str] = "left-as-is"
+    kind: ClassVar[str] = "no-action"
     state: str
     """State in which the plant was left."""
     min_margin: float
@@ -168,7 +168,7 @@ class Noticed:
 class Departed:
     """A batch does not go as predicted: a step is late, early or forbidden."""
 
-    kind: ClassVar[str] = "departed"
+    kind: ClassVar[str] = "deviated"
     state: str
     """State that the plant is in."""
     transition: str

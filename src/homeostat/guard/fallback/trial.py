@@ -131,7 +131,7 @@ _FOLDS: Mapping[str, Any] = {
     "tripped": _tripped,
     "alarm-returned": _returned,
     "write-intended": _intended,
-    "fell-back": _fell_back,
+    "fallback-activated": _fell_back,
     "fallback-skipped": lambda t, f: replace(t, tried=_turn(t, str(f["strategy"]))),
     "fallback-stands": _stands,
     "fallback-ineffective": lambda t, f: _without_effect(t, f) if f["acted"] else t,

@@ -303,7 +303,7 @@ _FOLDS: Mapping[str, Any] = {
     "mode-entered": _mode_entered,
     "armed": _armed,
     "latched": _latched,
-    "fell-back": _fell_back,
+    "fallback-activated": _fell_back,
     "fallback-stands": _stands,
     "fallback-ineffective": lambda m, f: replace(m, spent=m.spent | {str(f["strategy"])}) if f["acted"] else m,
     "latch-reset": _reset,
