@@ -23,10 +23,9 @@ if TYPE_CHECKING:
 def refuse_altered_graph(files: PlantFiles) -> None:
     """GraphError where there is a graph that is not as the build wrote it."""
     if GRAPH in files.contents and not is_sealed(files.contents[GRAPH]):
-        raise GraphError(
-            Code.ALTERED, f"{files.folder.name}/{GRAPH}", "does not match its own hash: it was changed after it was "
-            f"built; change the tables instead and run 'python -m homeostat.knowledge.build {files.folder}'",
-        )  # fmt: skip
+        remedy = f"change the tables instead and run 'python -m homeostat.knowledge.build {files.folder}'"
+        message = f"does not match its own hash: it was changed after it was built; {remedy}"
+        raise GraphError(Code.ALTERED, f"{files.folder.name}/{GRAPH}", message)
 
 
 def with_fresh_graph(files: PlantFiles) -> PlantFiles:
@@ -71,7 +70,7 @@ def baseline_sources(case: Case) -> str:
     starts and ends, and the code of the process model.
     """
     d = case.description
-    return digest_of({
+    sources = {
         "features": [[f.name, str(f.expression), str(f.accumulation), f.window_s, f.filter_s] for f in d.features],
         "parameters": [[p.symbol, p.value, p.sd] for p in d.parameters],
         "signals": [[s.tag.name, s.variable, s.tag.rate_limit] for s in d.signals],
@@ -82,7 +81,8 @@ def baseline_sources(case: Case) -> str:
         "permissives": [[p.name, str(p.formula)] for p in d.limits.of_kind(LimitKind.PERMISSIVE)],
         "run": [str(case.started), case.start.tolist(), case.end_s, case.monitoring.settle_s],
         "code": [[name, sha256(text)] for name, text in case.files.contents.items() if name.endswith(".py")],
-    })  # fmt: skip
+    }
+    return digest_of(sources)
 
 
 def _with(files: PlantFiles, name: str, content: bytes) -> PlantFiles:

@@ -1,4 +1,4 @@
-"""``homeostat graph check``: does a graph have blemishes, and does a plant's own fit shapes, tables and model?"""
+"""``homeostat graph check``: does a graph have lint, and does a plant's own fit shapes, tables and model?"""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def configure(commands: Commands) -> None:
     """Declare the command."""
     command = commands.add_parser(
         "check",
-        help="check a plant's graph against shapes, tables and process model, or any graph for blemishes",
+        help="check a plant's graph against shapes, tables and process model, or any graph for likely mistakes",
         description="Check a graph. The graph of a CASE: its shapes (SHACL), its consistency, its agreement with the "
         "engineering tables that it was built from and with the process model, and whether settings and reference "
         "values fit it. That and any other graph in FILE: "
@@ -68,19 +68,19 @@ def _refuse_altered(plant: Plant) -> None:
 
 def _warn(store: GraphStore) -> int:
     """Print every suspicious text; how many there are."""
-    from homeostat.knowledge.checks.injection_scan import suspicions
+    from homeostat.knowledge.checks.injection_scan import injection_findings
 
-    found = suspicions(store)
-    for suspicion in found:
-        print(f"warning: {suspicion}")
+    found = injection_findings(store)
+    for finding in found:
+        print(f"warning: {finding}")
     return len(found)
 
 
 def _problems(where: Place, store: GraphStore) -> Iterator[str]:
     from homeostat.knowledge.build.tables.check import mistakes
-    from homeostat.knowledge.checks.lint import blemishes
+    from homeostat.knowledge.checks.lint import lint
 
-    yield from map(str, blemishes(store))
+    yield from map(str, lint(store))
     if where.plant is not None:
         yield from _disagreements(where.plant, store)
         if where.own:
