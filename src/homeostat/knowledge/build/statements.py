@@ -7,6 +7,7 @@ statement. ``mapping.rml.ttl`` states the same in RML; ``make graph`` lets morph
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Final
 from urllib.parse import quote
@@ -22,12 +23,16 @@ SCRATCH: Final = "urn:homeostat:table#"
 MAPPED: Final = "urn:homeostat:plant#"
 """Where every plant's things live in the RML mapping."""
 _NAMESPACES: Final = {**dict(PREFIXES), "table": SCRATCH}
-_STATEMENTS: Final = read_rows(Path(__file__).with_name("statements.csv")).rows
+
+
+@cache
+def _statements() -> tuple[Mapping[str, str], ...]:
+    return read_rows(Path(__file__).with_name("statements.csv")).rows
 
 
 def table_files() -> tuple[str, ...]:
     """The tables that are read, relative to a plant's folder, sorted."""
-    return tuple(sorted({_file(statement["table"]) for statement in _STATEMENTS}))
+    return tuple(sorted({_file(statement["table"]) for statement in _statements()}))
 
 
 def stated(folder: Path, namespace: str) -> frozenset[Triple]:
@@ -37,7 +42,9 @@ def stated(folder: Path, namespace: str) -> frozenset[Triple]:
     """
     tables = {file: read_rows(folder / file).rows for file in table_files()}
     return frozenset(
-        triple for statement in _STATEMENTS for triple in _said(statement, tables[_file(statement["table"])], namespace)
+        triple
+        for statement in _statements()
+        for triple in _said(statement, tables[_file(statement["table"])], namespace)
     )
 
 
