@@ -29,7 +29,7 @@ from benchmarks.mixing_tables import WHOLE, needless, odd, summary
 from benchmarks.mixing_wrong_routes import wrong_routes
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import scenario
-from homeostat.knowledge.checks.lint import blemishes
+from homeostat.knowledge.checks.lint import lint
 from homeostat.knowledge.questions.questions import transitions
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.graph_file import load_file
@@ -83,9 +83,9 @@ def published_graph() -> str:
     store = EmbeddedStore()
     load_file(store, GRAPH)
     found = len(transitions(store, NamedNode("http://example.org/mixer#MixerStateMachine")))
-    codes = Counter(b.code.value for b in blemishes(store))
+    codes = Counter(b.code.value for b in lint(store))
     told = ", ".join(f"{n} {code}" for code, n in sorted(codes.items()))
-    return f"{found} transitions; {sum(codes.values())} blemishes: {told}."
+    return f"{found} transitions; {sum(codes.values())} lint findings: {told}."
 
 
 def replayed() -> str:

@@ -179,6 +179,7 @@ def test_no_table_and_no_column_is_left_out_silently(bench: Workbench) -> None:
         ("V9,Actuator,M_Feed", "row 2: needs 4 cells"),
         ("V9,Actuator,M_Feed,a,b", "row 2: needs 4 cells"),
         ("V9 ,Actuator,M_Feed,a", "column 'id' begins or ends with a space"),
+        (",Actuator,M_Feed,a", "column 'id' is empty, but names the row"),
         ('"V9,Actuator,M_Feed,a', "cannot be read"),
     ],
 )

@@ -86,7 +86,7 @@ def test_every_code_is_met_by_some_test() -> None:
         Code.BAD_MAPPING, Code.STALE_GRAPH, Code.MISSING_FAULT, Code.ALTERED, Code.BAD_BASELINE, Code.UNKNOWN_SYMPTOM,
         Code.NO_FALLBACK,
     }  # fmt: skip
-    # What only a graph that was not built from tables can have: `test_blemishes` and `test_reference_graphs`.
+    # What only a graph that was not built from tables can have: `test_lint` and `test_reference_graphs`.
     of_any_graph = {
         Code.DANGLING_REFERENCE, Code.UNKNOWN_TERM, Code.UNREACHED_COMPONENT, Code.TRANSITION_WITHOUT_CONDITION,
         Code.SWAPPED_PREFIX,

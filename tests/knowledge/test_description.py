@@ -10,14 +10,10 @@ from pyoxigraph import NamedNode, RdfFormat
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.state_machine import SetpointRange
 from homeostat.domain.recovery import Command
-from homeostat.knowledge.description.behaviour import state_machine
+from homeostat.knowledge.description.behaviour import fallback_strategies, limits, state_machine
 from homeostat.knowledge.description.diagnosis import faults, features, symptom_rules
-from homeostat.knowledge.description.fallback import fallback_strategies
-from homeostat.knowledge.description.limits import limits
-from homeostat.knowledge.description.parameters import model_parameters
 from homeostat.knowledge.description.plant import read_plant
-from homeostat.knowledge.description.signals import signals, tags
-from homeostat.knowledge.description.structure import components, equations, loops
+from homeostat.knowledge.description.structure import components, equations, loops, model_parameters, signals
 from homeostat.knowledge.store.endpoint import SparqlEndpoint
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.vocabulary.vocabulary import HS
@@ -179,9 +175,9 @@ def test_fallbacks_in_the_order_of_their_steps(plant: PlantDescription) -> None:
 
 def test_the_parts_are_the_whole(plant: PlantDescription) -> None:
     store = store_of(reactor())
-    known = tags(store, SYSTEM)
-    assert known == plant.tags
     assert signals(store, SYSTEM) == plant.signals
+    known = {signal.tag.name: signal.tag for signal in signals(store, SYSTEM)}
+    assert tuple(known.values()) == plant.tags
     assert components(store, SYSTEM) == plant.components
     assert loops(store, SYSTEM) == plant.loops
     assert equations(store, SYSTEM) == plant.equations

@@ -1,4 +1,4 @@
-"""Published plant graphs are read as they are: our question for transitions, and a check that names their blemishes.
+"""Published plant graphs are read as they are: our question for transitions, and lint that names what is likely wrong.
 
 The graphs lie outside this repository; without them these tests are skipped.
 """
@@ -12,10 +12,10 @@ from typing import Final
 import pytest
 from pyoxigraph import NamedNode, RdfFormat, Triple, serialize
 
-from homeostat.knowledge.checks.lint import Blemish, blemishes
+from homeostat.knowledge.checks.lint import lint
 from homeostat.knowledge.questions import questions
 from homeostat.knowledge.store.embedded import EmbeddedStore
-from homeostat.knowledge.store.error import Code
+from homeostat.knowledge.store.error import Code, Mistake
 from homeostat.knowledge.store.graph_file import load_file
 from homeostat.knowledge.vocabulary.tbox import bridge, declared_terms, load_ontology
 from homeostat.knowledge.vocabulary.vocabulary import RDF
@@ -57,8 +57,8 @@ def mixer() -> EmbeddedStore:
 
 
 @pytest.fixture(scope="module")
-def found(mixer: EmbeddedStore) -> dict[str, Blemish]:
-    return {blemish.thing: blemish for blemish in blemishes(mixer)}
+def found(mixer: EmbeddedStore) -> dict[str, Mistake]:
+    return {finding.thing: finding for finding in lint(mixer)}
 
 
 def named(node: NamedNode) -> str:
@@ -82,8 +82,8 @@ def test_the_bridges_leave_that_answer_as_it_is() -> None:
     assert questions.transitions(both, MACHINE) == questions.transitions(store.seeing(graph), MACHINE)
 
 
-def test_references_to_nothing_are_named(found: dict[str, Blemish]) -> None:
-    dangling = {thing for thing, blemish in found.items() if blemish.code is Code.DANGLING_REFERENCE}
+def test_references_to_nothing_are_named(found: dict[str, Mistake]) -> None:
+    dangling = {thing for thing, finding in found.items() if finding.code is Code.DANGLING_REFERENCE}
     tanks = ("B201", "B202", "B203")
     assert {f"individual 'DE_level_start_{tank}'" for tank in tanks} <= dangling
     assert {f"individual 'level_start_{tank}'" for tank in tanks} <= dangling
@@ -97,8 +97,8 @@ def test_references_to_nothing_are_named(found: dict[str, Blemish]) -> None:
     )
 
 
-def test_terms_that_nobody_declares_are_named(found: dict[str, Blemish]) -> None:
-    unknown = {thing: blemish.message for thing, blemish in found.items() if blemish.code is Code.UNKNOWN_TERM}
+def test_terms_that_nobody_declares_are_named(found: dict[str, Mistake]) -> None:
+    unknown = {thing: finding.message for thing, finding in found.items() if finding.code is Code.UNKNOWN_TERM}
     assert "write 'VDI3682:isAssignedTo', which differs in case only" in unknown["property 'VDI3682:isAssignedto'"]
     assert set(unknown) - {thing for thing in unknown if "hasMechanicalInterface:Interface12" in thing} == {
         "property 'CPSMod:IsCharacterizedByParameter'",
@@ -110,8 +110,8 @@ def test_terms_that_nobody_declares_are_named(found: dict[str, Blemish]) -> None
     assert len(unknown) == 6
 
 
-def test_swapped_prefixes_are_named(found: dict[str, Blemish]) -> None:
-    swapped = {thing for thing, blemish in found.items() if blemish.code is Code.SWAPPED_PREFIX}
+def test_swapped_prefixes_are_named(found: dict[str, Mistake]) -> None:
+    swapped = {thing for thing, finding in found.items() if finding.code is Code.SWAPPED_PREFIX}
     assert swapped == {
         "property 'http://example.org/mixer#hasInformationInterface'",
         "individual 'VDI2206:Interface28_pipe0_connectedwith_sensor_continuous_pressure_tank_B201'",
@@ -119,17 +119,17 @@ def test_swapped_prefixes_are_named(found: dict[str, Blemish]) -> None:
     }
 
 
-def test_behaviour_that_is_not_stated_is_named(found: dict[str, Blemish]) -> None:
-    bare = {thing for thing, blemish in found.items() if blemish.code is Code.TRANSITION_WITHOUT_CONDITION}
+def test_behaviour_that_is_not_stated_is_named(found: dict[str, Mistake]) -> None:
+    bare = {thing for thing, finding in found.items() if finding.code is Code.TRANSITION_WITHOUT_CONDITION}
     assert bare == {f"transition {name!r}" for name in WITHOUT_CONDITION}
     assert "marks no state as initial" in found["state machine 'MixerStateMachine'"].message
 
 
-def test_the_pump_that_was_left_out_is_named(found: dict[str, Blemish]) -> None:
-    blemish = found["actuator 'bypass_pump_P102'"]
-    assert blemish.code is Code.UNREACHED_COMPONENT
-    assert "no interface (9 of its 9 siblings have one)" in blemish.message
-    unreached = {thing for thing, blemish in found.items() if blemish.code is Code.UNREACHED_COMPONENT}
+def test_the_pump_that_was_left_out_is_named(found: dict[str, Mistake]) -> None:
+    finding = found["actuator 'bypass_pump_P102'"]
+    assert finding.code is Code.UNREACHED_COMPONENT
+    assert "no interface (9 of its 9 siblings have one)" in finding.message
+    unreached = {thing for thing, finding in found.items() if finding.code is Code.UNREACHED_COMPONENT}
     levels = {f"sensor 'sensor_continuous_level_tank_B20{n}'" for n in (1, 2, 3, 4)}
     assert unreached - levels == {
         "actuator 'bypass_pump_P102'",
@@ -142,7 +142,7 @@ def test_the_pump_that_was_left_out_is_named(found: dict[str, Blemish]) -> None:
 def test_the_reactor_graph_is_checked_by_the_same_rules() -> None:
     store = EmbeddedStore()
     load_file(store, REACTOR)
-    things = {blemish.thing for blemish in blemishes(store)}
+    things = {finding.thing for finding in lint(store)}
     assert {"property 'UML:source'", "individual 'information_dL_dt'", "sensor 'sensor_outlet_FT'"} <= things
     assert len(things) == 12
 
@@ -154,14 +154,14 @@ def test_no_published_term_is_taken_for_a_misspelling() -> None:
     triples = [Triple(NamedNode(f"urn:plant#a{n}"), term, RDF.nil) for n, term in enumerate(others)]
     store = EmbeddedStore()
     store.load(serialize(triples, format=RdfFormat.N_TRIPLES) or b"", RdfFormat.N_TRIPLES)
-    assert blemishes(store) == ()
+    assert lint(store) == ()
 
 
-def test_the_commands_take_the_graph(tmp_path: Path, found: dict[str, Blemish]) -> None:
+def test_the_commands_take_the_graph(tmp_path: Path, found: dict[str, Mistake]) -> None:
     checked = homeostat("graph", "check", "--graph", str(MIXER), cwd=tmp_path)
     *lines, last = checked.out.splitlines()
     assert (checked.status, checked.err, last) == (1, "", f"{MIXER}: 41 problems")
-    assert lines == [str(blemish) for blemish in found.values()]
+    assert lines == [str(finding) for finding in found.values()]
     asked = homeostat("graph", "query", "--graph", str(MIXER), "-e", QUERY, cwd=tmp_path)
     assert asked.status == 0 and len(asked.out.splitlines()) == 14
     exported = homeostat("graph", "export", "--graph", str(MIXER), "--format", "nt", cwd=tmp_path)

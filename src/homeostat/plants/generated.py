@@ -69,20 +69,19 @@ def baseline_sources(case: Case) -> str:
     starts and ends, and the code of the process model.
     """
     d = case.description
-    return digest_of(
-        {
-            "features": [[f.name, str(f.expression), str(f.accumulation), f.window_s, f.filter_s] for f in d.features],
-            "parameters": [[p.symbol, p.value, p.sd] for p in d.parameters],
-            "signals": [[s.tag.name, s.variable, s.tag.rate_limit] for s in d.signals],
-            "states": [[s.name, [[r.tag, r.low, r.high, r.design] for r in s.setpoints]] for s in d.machine.states],
-            "transitions": [
-                [t.name, t.source, t.target, t.event, str(t.guard), t.on_decision] for t in d.machine.transitions
-            ],
-            "permissives": [[p.name, str(p.formula)] for p in d.limits.of_kind(LimitKind.PERMISSIVE)],
-            "run": [str(case.started), case.start.tolist(), case.end_s, case.monitoring.settle_s],
-            "code": [[name, sha256(text)] for name, text in case.files.contents.items() if name.endswith(".py")],
-        }
-    )
+    sources = {
+        "features": [[f.name, str(f.expression), str(f.accumulation), f.window_s, f.filter_s] for f in d.features],
+        "parameters": [[p.symbol, p.value, p.sd] for p in d.parameters],
+        "signals": [[s.tag.name, s.variable, s.tag.rate_limit] for s in d.signals],
+        "states": [[s.name, [[r.tag, r.low, r.high, r.design] for r in s.setpoints]] for s in d.machine.states],
+        "transitions": [
+            [t.name, t.source, t.target, t.event, str(t.guard), t.on_decision] for t in d.machine.transitions
+        ],
+        "permissives": [[p.name, str(p.formula)] for p in d.limits.of_kind(LimitKind.PERMISSIVE)],
+        "run": [str(case.started), case.start.tolist(), case.end_s, case.monitoring.settle_s],
+        "code": [[name, sha256(text)] for name, text in case.files.contents.items() if name.endswith(".py")],
+    }
+    return digest_of(sources)
 
 
 def _with(files: PlantFiles, name: str, content: bytes) -> PlantFiles:

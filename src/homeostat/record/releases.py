@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from homeostat.domain.events.guard import RequestAnswered
-from homeostat.domain.events.recovery import Attempted
+from homeostat.domain.events.recovery import Attempted, ReleasedActions
 from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.domain.recovery import Command
 from homeostat.domain.request import RequestStatus
@@ -69,6 +69,8 @@ class Releases:
                 return True
             case RequestAnswered():
                 return self._answered(event, at_s)
+            case ReleasedActions() if all(release.digest != event.digest for release in self._made.values()):
+                return self._told(event, at_s)
         return False
 
     def _answered(self, event: RequestAnswered, at_s: float) -> bool:
@@ -80,6 +82,12 @@ class Releases:
             self._begin(event.request, event.digest, (), "", at_s)
         self._made[event.request] = replace(self._made[event.request], at_s=at_s)
         return begins
+
+    def _told(self, event: ReleasedActions, at_s: float) -> bool:
+        """By recovery's word alone: journals had no other before the guard wrote what it does."""
+        self._proposers[event.digest] = event.proposer
+        self._begin(event.digest, event.digest, event.commands, event.state or event.target, at_s)
+        return True
 
     def _begin(self, name: str, digest: str, commands: tuple[Command, ...], state: str, at_s: float) -> None:
         approved = self._approved.get(digest)

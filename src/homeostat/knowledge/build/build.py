@@ -23,7 +23,7 @@ from homeostat.knowledge.build.turtle import write_turtle
 from homeostat.knowledge.checks.conformance import check_shapes
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.embedded import EmbeddedStore
-from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.knowledge.store.error import Code, GraphError, Mistake, refuse
 from homeostat.knowledge.vocabulary.vocabulary import XSD, CPSMod
 
 GRAPH: Final = "plant.ttl"
@@ -66,9 +66,7 @@ def refuse_incomplete(graph: bytes) -> None:
     """GraphError where the graph breaks a shape or cannot be read into the domain's types."""
     store = EmbeddedStore()
     store.load(graph, RdfFormat.TURTLE)
-    if broken := check_shapes(store):
-        more = f" (and {len(broken) - 1} more)" if len(broken) > 1 else ""
-        raise GraphError(Code.BAD_SHAPE, broken[0].focus, broken[0].message + more)
+    refuse([Mistake(Code.BAD_SHAPE, broken.focus, broken.message) for broken in check_shapes(store)])
     plants = store.select(f"SELECT ?plant {{ ?plant a {CPSMod.SystemModel} }}")
     for row in plants:
         read_plant(store, row.iri("plant"))

@@ -7,6 +7,7 @@ statement. ``mapping.rml.ttl`` states the same in RML; ``make graph`` lets morph
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Final
 from urllib.parse import quote
@@ -14,6 +15,7 @@ from urllib.parse import quote
 from pyoxigraph import Literal, NamedNode, Triple
 
 from homeostat.knowledge.build.tables.reading import read_rows
+from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.vocabulary.vocabulary import PREFIXES, XSD
 
 SCRATCH: Final = "urn:homeostat:table#"
@@ -21,22 +23,28 @@ SCRATCH: Final = "urn:homeostat:table#"
 MAPPED: Final = "urn:homeostat:plant#"
 """Where every plant's things live in the RML mapping."""
 _NAMESPACES: Final = {**dict(PREFIXES), "table": SCRATCH}
-_STATEMENTS: Final = read_rows(Path(__file__).with_name("statements.csv")).rows
+
+
+@cache
+def _statements() -> tuple[Mapping[str, str], ...]:
+    return read_rows(Path(__file__).with_name("statements.csv")).rows
 
 
 def table_files() -> tuple[str, ...]:
     """The tables that are read, relative to a plant's folder, sorted."""
-    return tuple(sorted({_file(statement["table"]) for statement in _STATEMENTS}))
+    return tuple(sorted({_file(statement["table"]) for statement in _statements()}))
 
 
 def stated(folder: Path, namespace: str) -> frozenset[Triple]:
     """Everything that the tables of the plant in ``folder`` say, its things in ``namespace``.
 
-    Raises GraphError where a table cannot be read; what is wrong in its cells is left for others to find.
+    Raises GraphError where a table cannot be read or a row has no name; what else is wrong in it others find.
     """
     tables = {file: read_rows(folder / file).rows for file in table_files()}
     return frozenset(
-        triple for statement in _STATEMENTS for triple in _said(statement, tables[_file(statement["table"])], namespace)
+        triple
+        for statement in _statements()
+        for triple in _said(statement, tables[_file(statement["table"])], namespace)
     )
 
 
@@ -45,12 +53,17 @@ def _said(statement: Mapping[str, str], rows: tuple[Mapping[str, str], ...], nam
     subject, verb = (_iri(statement[part], namespace) for part in ("subject", "property"))
     kind, item = statement["kind"], statement["object"]
     thing = _iri(item, namespace) if kind == "thing" else None
-    for row in rows:
+    for line, row in enumerate(rows, start=2):
         cells = {column: cell for column, cell in row.items() if cell}
         names = {column: quote(cell, safe="") for column, cell in cells.items()}
         try:
+            about = NamedNode(subject.format_map(names))
+        except KeyError as empty:
+            message = f"column {empty} is empty, but names the row"
+            raise GraphError(Code.BAD_TABLE, f"{statement['table']}.csv row {line}", message) from None
+        try:
             value = NamedNode(thing.format_map(names)) if thing else _literal(item.format_map(cells), kind)
-            yield Triple(NamedNode(subject.format_map(names)), NamedNode(verb.format_map(names)), value)
+            yield Triple(about, NamedNode(verb.format_map(names)), value)
         except KeyError:  # the cell is empty
             continue
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.tag import Role
 from homeostat.knowledge.checks import consistency_bounds, consistency_commands, consistency_guard, consistency_rules
-from homeostat.knowledge.store.error import Code, Found, GraphError
+from homeostat.knowledge.store.error import Code, Found, Mistake, refuse
 from homeostat.stl.spelling import near_matches
 
 
@@ -25,23 +25,7 @@ class ModelInterface:
     """Length of a rollout [s]."""
 
 
-@dataclass(frozen=True, slots=True)
-class Inconsistency:
-    """One thing that does not fit."""
-
-    code: Code
-    """Which kind of mistake it is."""
-    thing: str
-    """What has the mistake, for example ``limit 'LIM-T-HIGH'``."""
-    message: str
-    """What is wrong, with value, limit and unit, and what to do."""
-
-    def __str__(self) -> str:
-        """One line."""
-        return f"[{self.code}] {self.thing}: {self.message}"
-
-
-def inconsistencies(plant: PlantDescription, model: ModelInterface) -> tuple[Inconsistency, ...]:
+def inconsistencies(plant: PlantDescription, model: ModelInterface) -> tuple[Mistake, ...]:
     """Everything that does not fit, in a fixed order; empty where all is well."""
     found = [
         *_components(plant),
@@ -68,15 +52,12 @@ def inconsistencies(plant: PlantDescription, model: ModelInterface) -> tuple[Inc
         *consistency_bounds.commands(plant),
         *consistency_bounds.symptoms(plant),
     ]
-    return tuple(Inconsistency(code, thing, message) for code, thing, message in found)
+    return tuple(map(Mistake._make, found))
 
 
 def refuse_inconsistent(plant: PlantDescription, model: ModelInterface) -> None:
     """GraphError with the first inconsistency, and the number of the others, where there is any."""
-    found = inconsistencies(plant, model)
-    if found:
-        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-        raise GraphError(found[0].code, found[0].thing, found[0].message + more)
+    refuse(inconsistencies(plant, model))
 
 
 def _components(plant: PlantDescription) -> Found:

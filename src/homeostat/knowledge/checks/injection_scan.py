@@ -1,9 +1,9 @@
-"""Suspicion: texts of a graph that read as if they were written for a language model and not for people.
+"""Injection scan: texts of a graph that read as if they were written for a language model and not for people.
 
 What such a text could do is limited elsewhere: it is quoted in prompts, and what a model makes of it is judged like
 anything else. This check is for the engineer who looks after the graph and wants to know that it is there. It finds
 what uses the common forms and disguises. Of orders in words of their own it finds about one in four, so a graph
-without suspicions is no graph that can be trusted.
+without findings is no graph that can be trusted.
 """
 
 from __future__ import annotations
@@ -25,13 +25,9 @@ LONGEST: Final = 1500
 """Longest text that an engineer writes; the longest comment in the published graphs has 1202 [characters]."""
 SHOWN: Final = 80
 """Characters of a text that are shown."""
-FORMAL: Final = frozenset(
-    term.value
-    for term in (
-        HS.formula, HS.settledWhen, HS.equationText, HS.featureExpression, HS.accumulationExpression,
-        HS.carrierFormula, HS.startUpFormula, HS.sha256, UML.transitionGuard,
-    )
-)  # fmt: skip
+_FORMULAS: Final = (HS.formula, HS.settledWhen, HS.equationText, HS.carrierFormula, HS.startUpFormula)
+_EXPRESSIONS: Final = (HS.featureExpression, HS.accumulationExpression, UML.transitionGuard)
+FORMAL: Final = frozenset(term.value for term in (*_FORMULAS, *_EXPRESSIONS, HS.sha256))
 """Properties whose values are formulas or digests: no prose, and whatever else stands there is a problem already."""
 MOST_MARKS: Final = 3
 """Most combining marks that a letter of any living script carries."""
@@ -52,7 +48,7 @@ class Reason(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Suspicion:
+class InjectionFinding:
     """One suspicious text."""
 
     thing: str
@@ -121,14 +117,14 @@ _PATTERNS: Final[dict[Reason, tuple[str, ...]]] = {
 _RULES: Final = tuple((reason, re.compile(p)) for reason, patterns in _PATTERNS.items() for p in patterns)
 
 
-def suspicions(store: GraphStore) -> tuple[Suspicion, ...]:
+def injection_findings(store: GraphStore) -> tuple[InjectionFinding, ...]:
     """Every suspicious text of the store's default graph, each with the first reason that applies."""
     found = []
     for row in template("plant_texts").select(store):
         thing, kind, text = row.term("thing"), row.iri("property"), row.term("text")
         reason = judge_text(text.value) if text is not None and kind.value not in FORMAL else None
         if text is not None and reason is not None:
-            found.append(Suspicion(_short(thing), _short(kind), quoted(text.value, SHOWN), reason))
+            found.append(InjectionFinding(_short(thing), _short(kind), quoted(text.value, SHOWN), reason))
     return tuple(found)
 
 

@@ -12,32 +12,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, TypeAlias, assert_never
 
-from homeostat.stl.tree import (
-    Always,
-    And,
-    Arithmetic,
-    Binary,
-    Call,
-    Comparison,
-    Eventually,
-    Implies,
-    Logic,
-    Negate,
-    Not,
-    Number,
-    Or,
-    TagValue,
-    Truth,
-    Until,
-    tags_of,
-    walk,
-)
+from homeostat.stl import tree
 
 Interval: TypeAlias = tuple[float, float]
 """Lower and upper end."""
 Intervals: TypeAlias = Mapping[str, Interval]
 """One interval per tag."""
-_Sum: TypeAlias = tuple[dict[Arithmetic, float], float]
+_Sum: TypeAlias = tuple[dict[tree.Arithmetic, float], float]
 """Factor of every term that is no sum itself, and a constant."""
 
 _LEAST: Final = math.ulp(0.0)
@@ -55,24 +36,24 @@ class Bound:
     """The number."""
 
 
-def can_hold(root: Logic, ranges: Intervals) -> bool:
+def can_hold(root: tree.Logic, ranges: Intervals) -> bool:
     """Whether the margin may be >= 0 for some values inside ``ranges``."""
     return margin(root, ranges)[1] >= 0.0
 
 
-def can_fail(root: Logic, ranges: Intervals) -> bool:
+def can_fail(root: tree.Logic, ranges: Intervals) -> bool:
     """Whether the margin may be < 0 for some values inside ``ranges``."""
     return margin(root, ranges)[0] < 0.0
 
 
-def bounds(root: Logic) -> Iterator[Bound]:
+def bounds(root: tree.Logic) -> Iterator[Bound]:
     """The comparisons of one tag with a number, in reading order."""
-    for node, _ in walk(root):
-        if isinstance(node, Comparison) and (bound := _bound(node)) is not None:
+    for node, _ in tree.walk(root):
+        if isinstance(node, tree.Comparison) and (bound := _bound(node)) is not None:
             yield bound
 
 
-def span(node: Arithmetic, ranges: Intervals) -> Interval:
+def span(node: tree.Arithmetic, ranges: Intervals) -> Interval:
     """Ends between which the term lies; what a tag adds and takes away again is nothing."""
     if not _repeats(node):
         return _span(node, ranges)
@@ -84,26 +65,26 @@ def span(node: Arithmetic, ranges: Intervals) -> Interval:
     return (low, high)
 
 
-def _repeats(node: Arithmetic) -> bool:
+def _repeats(node: tree.Arithmetic) -> bool:
     """Whether a tag occurs more than once."""
-    names = [part.tag for part, _ in walk(node) if isinstance(part, TagValue)]
+    names = [part.tag for part, _ in tree.walk(node) if isinstance(part, tree.TagValue)]
     return len(names) > len(set(names))
 
 
-def _sum(node: Arithmetic) -> _Sum:
+def _sum(node: tree.Arithmetic) -> _Sum:
     """The term as a sum in which each part occurs once."""
     match node:
-        case Number():
+        case tree.Number():
             return {}, node.value
-        case Negate():
+        case tree.Negate():
             return _times(-1.0, _sum(node.operand))
-        case Binary(operator="+"):
+        case tree.Binary(operator="+"):
             return _plus(_sum(node.left), _sum(node.right))
-        case Binary(operator="-"):
+        case tree.Binary(operator="-"):
             return _plus(_sum(node.left), _times(-1.0, _sum(node.right)))
-        case Binary(operator="/") if node.left == node.right:
+        case tree.Binary(operator="/") if node.left == node.right:
             return {}, 1.0  # where it has a value at all
-        case Binary():
+        case tree.Binary():
             (left, one), (right, other) = _sum(node.left), _sum(node.right)
             if node.operator == "*" and not left:
                 return _times(one, (right, other))
@@ -121,21 +102,21 @@ def _times(factor: float, of: _Sum) -> _Sum:
     return {part: factor * before for part, before in of[0].items() if factor != 0.0}, factor * of[1]
 
 
-def _span(node: Arithmetic, ranges: Intervals) -> Interval:
+def _span(node: tree.Arithmetic, ranges: Intervals) -> Interval:
     match node:
-        case Number():
+        case tree.Number():
             return (node.value, node.value)
-        case TagValue():
+        case tree.TagValue():
             return ranges[node.tag]
-        case Negate():
+        case tree.Negate():
             low, high = span(node.operand, ranges)
             return (-high, -low)
-        case Binary():
+        case tree.Binary():
             return _binary(node.operator, span(node.left, ranges), span(node.right, ranges))
-        case Call(function="abs"):
+        case tree.Call(function="abs"):
             low, high = span(node.arguments[0], ranges)
             return (max(low, -high, 0.0), max(-low, high))
-        case Call():
+        case tree.Call():
             choose = min if node.function == "min" else max
             lows, highs = zip(*(span(argument, ranges) for argument in node.arguments), strict=True)
             return (choose(lows), choose(highs))
@@ -158,32 +139,32 @@ def _binary(operator: str, left: Interval, right: Interval) -> Interval:
     return (min(products), max(products))
 
 
-def margin(node: Logic, ranges: Intervals) -> Interval:
+def margin(node: tree.Logic, ranges: Intervals) -> Interval:
     """Ends whose signs bound the sign of the formula's margin; temporal operators see the ranges at every moment."""
     match node:
-        case Truth():
+        case tree.Truth():
             return (math.inf, math.inf) if node.value else (-math.inf, -math.inf)
-        case Comparison():
-            return _compare(node.operator, span(Binary("-", node.left, node.right), ranges))
-        case Not():
+        case tree.Comparison():
+            return _compare(node.operator, span(tree.Binary("-", node.left, node.right), ranges))
+        case tree.Not():
             low, high = margin(node.operand, ranges)
             return (-high, -low)
-        case And():
+        case tree.And():
             return _all(node.operands, ranges)
-        case Or():
-            low, high = _all(tuple(Not(operand) for operand in node.operands), ranges)
+        case tree.Or():
+            low, high = _all(tuple(tree.Not(operand) for operand in node.operands), ranges)
             return (-high, -low)
-        case Implies():
-            return margin(Or((Not(node.premise), node.conclusion)), ranges)
-        case Always() | Eventually():
+        case tree.Implies():
+            return margin(tree.Or((tree.Not(node.premise), node.conclusion)), ranges)
+        case tree.Always() | tree.Eventually():
             return margin(node.operand, ranges)
-        case Until():
+        case tree.Until():
             return (-math.inf, margin(node.goal, ranges)[1])
         case _:
             assert_never(node)
 
 
-def _all(operands: tuple[Logic, ...], ranges: Intervals) -> Interval:
+def _all(operands: tuple[tree.Logic, ...], ranges: Intervals) -> Interval:
     """Margin of a conjunction: where it holds, so do the bounds that its operands put on single tags."""
     narrowed = _narrowed(operands, ranges)
     high = -math.inf if narrowed is None else min(margin(operand, narrowed)[1] for operand in operands)
@@ -192,7 +173,7 @@ def _all(operands: tuple[Logic, ...], ranges: Intervals) -> Interval:
     return (low, high if high >= 0.0 else -_LEAST)
 
 
-def _narrowed(operands: tuple[Logic, ...], ranges: Intervals) -> Intervals | None:
+def _narrowed(operands: tuple[tree.Logic, ...], ranges: Intervals) -> Intervals | None:
     """The ranges inside which the operands' bounds on single tags hold together; None where there is no such value."""
     narrowed = dict(ranges)
     for operand in operands:
@@ -210,10 +191,10 @@ def _narrowed(operands: tuple[Logic, ...], ranges: Intervals) -> Intervals | Non
     return narrowed
 
 
-def _operand_bound(node: Logic) -> Bound | None:
-    if isinstance(node, Comparison):
+def _operand_bound(node: tree.Logic) -> Bound | None:
+    if isinstance(node, tree.Comparison):
         return _bound(node)
-    if isinstance(node, Not) and isinstance(node.operand, Comparison):
+    if isinstance(node, tree.Not) and isinstance(node.operand, tree.Comparison):
         bound = _bound(node.operand)
         opposite = {"<=": ">=", "<": ">=", ">=": "<=", ">": "<="}
         if bound is not None and bound.operator in opposite:
@@ -221,10 +202,10 @@ def _operand_bound(node: Logic) -> Bound | None:
     return None
 
 
-def _bound(node: Comparison) -> Bound | None:
-    if isinstance(node.left, TagValue) and not tags_of(node.right):
+def _bound(node: tree.Comparison) -> Bound | None:
+    if isinstance(node.left, tree.TagValue) and not tree.tags_of(node.right):
         return Bound(node.left.tag, node.operator, span(node.right, {})[0])
-    if isinstance(node.right, TagValue) and not tags_of(node.left):
+    if isinstance(node.right, tree.TagValue) and not tree.tags_of(node.left):
         mirrored = {"<=": ">=", "<": ">", ">=": "<=", ">": "<"}
         return Bound(node.right.tag, mirrored.get(node.operator, node.operator), span(node.left, {})[0])
     return None

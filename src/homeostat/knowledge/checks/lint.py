@@ -1,4 +1,4 @@
-"""Blemishes: what is likely to be a mistake in any graph that uses the vocabularies, whatever plant it describes.
+"""Lint: what is likely to be a mistake in any graph that uses the vocabularies, whatever plant it describes.
 
 A graph from elsewhere has no tables and no process model to compare it with, and need not have our shapes. This check
 asks for less: that names mean something, that a state machine can be entered and says when it moves on, and that no
@@ -8,14 +8,13 @@ part of the plant was forgotten where its like are connected.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
 
 from pyoxigraph import Literal, NamedNode
 
-from homeostat.knowledge.checks import lint_names as blemish_names
+from homeostat.knowledge.checks import lint_names
 from homeostat.knowledge.checks.statements import Statements, Thing, local_name, read_statements
-from homeostat.knowledge.store.error import Code, Found
+from homeostat.knowledge.store.error import Code, Found, Mistake
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.knowledge.vocabulary.tbox import terms_below
 from homeostat.knowledge.vocabulary.vocabulary import HS, UML, VDI2206, VDI3682
@@ -27,32 +26,16 @@ LINKS: Final = {
 }
 """How a component can be tied to others: kind -> its properties, those below them included."""
 MOST: Final = 3 / 4
-"""Share of the others of its class that must have a link for one without it to be a blemish [1]."""
+"""Share of the others of its class that must have a link for one without it to be a finding [1]."""
 _INITIAL: Final = NamedNode(UML.iri + "initialState")
 """How published graphs name the first state; no vocabulary declares it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Blemish:
-    """One thing that is likely to be a mistake."""
-
-    code: Code
-    """Which kind of mistake it is."""
-    thing: str
-    """What has the mistake, for example ``transition 'tr_start'``."""
-    message: str
-    """What is wrong, and what to do."""
-
-    def __str__(self) -> str:
-        """One line."""
-        return f"[{self.code}] {self.thing}: {self.message}"
-
-
-def blemishes(store: GraphStore, graph: NamedNode | None = None) -> tuple[Blemish, ...]:
-    """Every blemish of ``graph``, or of the default graph, in a fixed order; empty where there is none."""
+def lint(store: GraphStore, graph: NamedNode | None = None) -> tuple[Mistake, ...]:
+    """The lint findings in ``graph``, or in the default graph, in a fixed order."""
     said = read_statements(store, graph)
-    found = [*blemish_names.names(said), *_transitions(said), *_machines(said), *_components(said)]
-    return tuple(Blemish(code, thing, message) for code, thing, message in found)
+    found = [*lint_names.names(said), *_transitions(said), *_machines(said), *_components(said)]
+    return tuple(map(Mistake._make, found))
 
 
 def _transitions(graph: Statements) -> Found:

@@ -1,10 +1,10 @@
-"""Blemishes of names: what refers to nothing, what no vocabulary declares, what stands in a wrong namespace."""
+"""Lint of names: what refers to nothing, what no vocabulary declares, what stands in a wrong namespace."""
 
 from __future__ import annotations
 
 import difflib
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Final, TypeAlias
 
 from pyoxigraph import NamedNode, Triple
@@ -23,7 +23,7 @@ Names: TypeAlias = Mapping[str, tuple[NamedNode, ...]]
 
 
 def names(graph: Statements) -> Found:
-    """Every blemish of a name, terms before individuals."""
+    """Every finding about a name, terms before individuals."""
     described = {split(thing)[0] for thing in graph.individuals}
     vocabularies = {split(term)[0] for term in graph.declared}
     known = frozenset((described | vocabularies) - {""})
@@ -37,8 +37,10 @@ def _terms(graph: Statements, known: frozenset[str]) -> Found:
     One that is like no other is left alone: of some vocabularies our T-Box has a part only.
     """
     by_name = _by_name(graph.declared)
-    for kind, uses in (("property", _uses_of_properties(graph)), ("class", _uses_of_classes(graph))):
-        for term, users in sorted(uses.items(), key=lambda item: item[0].value):
+    properties = _uses(graph, lambda fact: None if _is_basic(fact) else fact.predicate)
+    classes = _uses(graph, lambda fact: fact.object if fact.predicate == RDF.type else None)
+    for kind, uses in (("property", properties), ("class", classes)):
+        for term, users in uses.items():
             if term in graph.declared or split(term)[0] not in known:
                 continue
             meant = meant_terms().get(term) or _likely(term, by_name)
@@ -51,11 +53,7 @@ def _terms(graph: Statements, known: frozenset[str]) -> Found:
 def _references(graph: Statements, known: frozenset[str]) -> Found:
     """Individuals that are referred to and not described."""
     by_name = _by_name(graph.individuals)
-    uses = defaultdict(list)
-    for fact in graph.facts:
-        if isinstance(fact.object, NamedNode) and not fact.predicate.value.startswith(BASIC):
-            uses[fact.object].append(fact)
-    for thing, users in sorted(uses.items(), key=lambda item: item[0].value):
+    for thing, users in _uses(graph, lambda fact: None if _is_basic(fact) else fact.object).items():
         space, local = split(thing)
         if thing in graph.individuals or thing in graph.declared or space not in known or not local:
             continue
@@ -98,20 +96,17 @@ def _instead(term: NamedNode, meant: NamedNode) -> str:
     return repr(full_name(meant)) + (", which differs in case only" if only_case else "")
 
 
-def _uses_of_properties(graph: Statements) -> dict[NamedNode, list[Triple]]:
+def _uses(graph: Statements, name: Callable[[Triple], object]) -> dict[NamedNode, list[Triple]]:
+    """What ``name`` makes of a fact -> the facts, sorted by it."""
     uses = defaultdict(list)
     for fact in graph.facts:
-        if not fact.predicate.value.startswith(BASIC):
-            uses[fact.predicate].append(fact)
-    return uses
+        if isinstance(term := name(fact), NamedNode):
+            uses[term].append(fact)
+    return dict(sorted(uses.items(), key=lambda item: item[0].value))
 
 
-def _uses_of_classes(graph: Statements) -> dict[NamedNode, list[Triple]]:
-    uses = defaultdict(list)
-    for fact in graph.facts:
-        if fact.predicate == RDF.type and isinstance(fact.object, NamedNode):
-            uses[fact.object].append(fact)
-    return uses
+def _is_basic(fact: Triple) -> bool:
+    return fact.predicate.value.startswith(BASIC)
 
 
 def _users(facts: list[Triple], verb: str) -> str:

@@ -20,13 +20,8 @@ from homeostat.knowledge.context.context import PLAIN, TEXT_LIMIT
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.knowledge.vocabulary.vocabulary import DINEN61360, HS, RDF, RDFS, M
 
-_UNTOLD: Final = frozenset(
-    {
-        HS.SourceTable, DINEN61360.Type_Description, DINEN61360.Instance_Description,
-        HS.QualityRule, HS.TripRule, HS.WriteRule, HS.StartUpLimit, HS.Waiver,
-        HS.FallbackEffect,
-    }
-)  # fmt: skip
+_GUARD: Final = {HS.QualityRule, HS.TripRule, HS.WriteRule, HS.StartUpLimit, HS.Waiver, HS.FallbackEffect}
+_UNTOLD: Final = _GUARD | {HS.SourceTable, DINEN61360.Type_Description, DINEN61360.Instance_Description}
 """Types of things without a document."""
 _HEADING: Final = frozenset({RDF.type, RDFS.label, HS.belongsTo})
 """Said by the first words of a document; that everything belongs to the one plant is not said."""

@@ -12,11 +12,12 @@ EXTRA: Final = "retrieving documents needs 'bm25s': pip install 'homeostat[campa
 """Said where the library is not installed."""
 _WORD: Final = re.compile(r"\w+(?:[.-]\w+)*")
 _JOINTS: Final = re.compile(r"[_.-]")
-_COMMON: Final = frozenset({
-    "a", "an", "and", "are", "as", "at", "be", "by", "every", "for", "from", "has", "if", "in", "into", "is", "it",
-    "its", "no", "not", "of", "on", "or", "that", "the", "their", "them", "then", "these", "they", "this", "to",
-    "was", "with",
-})  # fmt: skip
+_COMMON: Final = frozenset(
+    _WORD.findall(
+        "a an and are as at be by every for from has if in into is it its no not of on or that the their them then "
+        "these they this to was with"
+    )
+)
 """English words that are in too many documents to tell them apart."""
 
 

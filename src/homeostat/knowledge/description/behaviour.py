@@ -1,30 +1,35 @@
-"""How the plant behaves: its supervisory state machine."""
+"""How the plant behaves and must not behave: its state machine, limits and criteria, and the ways to the safe state."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
+from enum import StrEnum
+from itertools import groupby
 
 from pyoxigraph import NamedNode
 
+from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits, Owner
 from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine, Transition
 from homeostat.domain.plant.tag import Tag
+from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy
 from homeostat.knowledge.description.entry import Entry, entries, unique
+from homeostat.knowledge.description.guarding import bounded_number
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.store.store import GraphStore
 
 
-def state_machine(store: GraphStore, system: NamedNode, tags: Iterable[Tag]) -> StateMachine:
+def state_machine(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag]) -> StateMachine:
     """The machine with its states and transitions, sorted by name; formulas are read over ``tags``."""
-    known = {tag.name: tag for tag in tags}
     found = unique(entries(store, "plant_machine", "state machine", system))
     if len(found) != 1:
         raise GraphError(Code.MISSING_VALUE, "plant", f"needs one state machine, has {len(found)}")
-    states = _states(store, system, known)
+    states = _states(store, system, tags)
     if sum(state.initial for state in states) != 1:
         marked = ", ".join(repr(state.name) for state in states if state.initial) or "none"
         raise GraphError(Code.BAD_INITIAL_STATE, found[0].thing, f"needs one initial state, {marked} is marked")
     transitions = tuple(
-        _transition(entry, known) for entry in unique(entries(store, "plant_transitions", "transition", system))
+        _transition(entry, tags) for entry in unique(entries(store, "plant_transitions", "transition", system))
     )
     return found[0].made(lambda: StateMachine(found[0].name, states, transitions), Code.UNKNOWN_STATE)
 
@@ -72,3 +77,94 @@ def _transition(entry: Entry, tags: Mapping[str, Tag]) -> Transition:
         guard=entry.formula("guard", tags),
         on_decision=entry.flag("decision"),
     )
+
+
+class _Kind(StrEnum):
+    INTERLOCK = "interlock"
+    PERMISSIVE = "permissive"
+    ENVELOPE = "envelope"
+    CRITERION = "criterion"
+
+
+def limits(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag]) -> Limits:
+    """The limits and criteria, each sorted by name; formulas are read over ``tags``."""
+    found = unique(entries(store, "plant_limits", "limit", system))
+    kinds = [(entry, entry.word("kind", _Kind)) for entry in found]
+    return Limits(
+        limits=tuple(_limit(entry, LimitKind(kind), tags) for entry, kind in kinds if kind is not _Kind.CRITERION),
+        criteria=tuple(_criterion(entry, tags) for entry, kind in kinds if kind is _Kind.CRITERION),
+    )
+
+
+def _limit(entry: Entry, kind: LimitKind, tags: Mapping[str, Tag]) -> Limit:
+    return Limit(
+        name=entry.name,
+        kind=kind,
+        formula=entry.formula("formula", tags),
+        hard=entry.flag("hard"),
+        source=entry.text("source"),
+        description=entry.words("description"),
+    )
+
+
+def _criterion(entry: Entry, tags: Mapping[str, Tag]) -> Criterion:
+    return Criterion(
+        name=entry.name,
+        owner=entry.word("owner", Owner),
+        formula=entry.formula("formula", tags),
+        hard=entry.flag("hard"),
+        source=entry.text("source"),
+        description=entry.words("description"),
+    )
+
+
+def fallback_strategies(store: GraphStore, system: NamedNode) -> tuple[FallbackStrategy, ...]:
+    """The strategies, sorted by name, their commands in the order of their steps, and the permissives they set aside.
+
+    A command ramps at the rate limit of its tag. One without a value hands a manual output back to automatic.
+    """
+    rows = entries(store, "plant_fallbacks", "fallback", system)
+    waived, served = _waivers(store, system), _effects(store, system)
+    found = (_strategy(tuple(group), waived) for _, group in groupby(rows, key=lambda entry: entry.name))
+    return tuple(replace(strategy, serves=served.get(strategy.name, {})) for strategy in found)
+
+
+def _waivers(store: GraphStore, system: NamedNode) -> dict[str, dict[str, str]]:
+    """Strategy -> permissive -> why it is set aside."""
+    found: dict[str, dict[str, str]] = {}
+    for row in entries(store, "plant_waivers", "waiver of fallback", system):
+        strategy = row.reference("strategy", Code.UNKNOWN_FALLBACK)
+        permissive = row.reference("permissive", Code.UNKNOWN_LIMIT)
+        if permissive in found.setdefault(strategy, {}):
+            raise GraphError(Code.DUPLICATE_ID, row.thing, f"sets {permissive!r} aside more than once; keep one row")
+        found[strategy][permissive] = row.text("reason")
+    return found
+
+
+def _effects(store: GraphStore, system: NamedNode) -> dict[str, dict[str, Effect]]:
+    """Strategy -> hard limit -> what it does about it."""
+    found: dict[str, dict[str, Effect]] = {}
+    for row in entries(store, "plant_fallback_limits", "limit of fallback", system):
+        strategy = row.reference("strategy", Code.UNKNOWN_FALLBACK)
+        limit = row.reference("limit", Code.UNKNOWN_LIMIT)
+        if limit in found.setdefault(strategy, {}):
+            raise GraphError(Code.DUPLICATE_ID, row.thing, f"serves {limit!r} more than once; keep one row")
+        found[strategy][limit] = Effect(bounded_number(row, "acts_within_s"), bounded_number(row, "rest"))
+    return found
+
+
+def _strategy(rows: tuple[Entry, ...], waived: Mapping[str, Mapping[str, str]]) -> FallbackStrategy:
+    first = rows[0]
+    steps = [row.whole("order") for row in rows]
+    if len(set(steps)) < len(steps):
+        raise GraphError(Code.DUPLICATE_ID, first.thing, f"steps {steps} are not all different")
+    commands = tuple(_command(row) for row in sorted(rows, key=lambda row: row.whole("order")))
+    target = first.reference("target", Code.UNKNOWN_STATE)
+    actions = first.made(lambda: ActionSet(commands, target), Code.DUPLICATE_ID)
+    forced = frozenset(row.reference("tag", Code.UNKNOWN_TAG) for row in rows if row.flag("out_of_service"))
+    return FallbackStrategy(first.name, actions, waived.get(first.name, {}), forced)
+
+
+def _command(row: Entry) -> Command:
+    tag, value, rate = row.reference("tag", Code.UNKNOWN_TAG), row.optional_number("value"), row.optional_number("rate")
+    return row.made(lambda: Command(tag, value, rate), Code.BAD_NUMBER)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 
 from pyoxigraph import NamedNode
 
@@ -31,14 +31,13 @@ def faults(store: GraphStore, system: NamedNode) -> tuple[Fault, ...]:
     )
 
 
-def features(store: GraphStore, system: NamedNode, tags: Iterable[Tag]) -> tuple[Feature, ...]:
+def features(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag]) -> tuple[Feature, ...]:
     """The features, sorted by name; expressions are read over ``tags``."""
-    known = {tag.name: tag for tag in tags}
     return tuple(
         Feature(
             name=entry.name,
-            expression=entry.expression("expression", known),
-            accumulation=entry.optional_expression("accumulation", known),
+            expression=entry.expression("expression", tags),
+            accumulation=entry.optional_expression("accumulation", tags),
             window_s=entry.number("window"),
             filter_s=entry.number("filter"),
             unit=entry.text("unit"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -18,9 +18,14 @@ from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.store.store import GraphStore
 
 TIMES_S: Final[Mapping[str, tuple[float, float]]] = {
-    "stale_s": (1.0, 60.0), "frozen_s": (3.0, 60.0), "grace_s": (0.0, 60.0), "confirm_s": (1.0, 60.0),
-    "lift_s": (0.0, 600.0), "start_up_s": (1.0, 86_400.0), "acts_within_s": (3.0, 600.0),
-}  # fmt: skip
+    "stale_s": (1.0, 60.0),
+    "frozen_s": (3.0, 60.0),
+    "grace_s": (0.0, 60.0),
+    "confirm_s": (1.0, 60.0),
+    "lift_s": (0.0, 600.0),
+    "start_up_s": (1.0, 86_400.0),
+    "acts_within_s": (3.0, 600.0),
+}
 """Column -> shortest and longest time that can be meant, of a plant that is sampled once per second [s]."""
 _MAY_BE_ZERO: Final = frozenset({"grace_s", "cusum", "lift", "lift_s", "tolerance", "rest"})
 
@@ -31,24 +36,23 @@ def qualities(store: GraphStore, system: NamedNode) -> Mapping[str, QualityRule]
         (tag := entry.reference("tag", Code.UNKNOWN_TAG)): QualityRule(
             tag=tag,
             stale_s=bounded_number(entry, "stale_s"),
-            noise=_optionalbounded_number(entry, "noise"),
-            frozen_s=_optionalbounded_number(entry, "frozen_s"),
-            fastest=_optionalbounded_number(entry, "fastest"),
+            noise=_optional_bounded(entry, "noise"),
+            frozen_s=_optional_bounded(entry, "frozen_s"),
+            fastest=_optional_bounded(entry, "fastest"),
             grace_s=bounded_number(entry, "grace_s"),
         )
         for entry in unique(entries(store, "plant_qualities", "quality of tag", system))
     }
 
 
-def trips(store: GraphStore, system: NamedNode, tags: Iterable[Tag]) -> Mapping[str, TripRule]:
+def trips(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag]) -> Mapping[str, TripRule]:
     """Name of a hard limit -> how it is watched; carriers are read over ``tags``."""
-    known = {tag.name: tag for tag in tags}
     return {
         (limit := entry.reference("limit", Code.UNKNOWN_LIMIT)): TripRule(
             limit=limit,
             cusum=bounded_number(entry, "cusum"),
             grace_s=bounded_number(entry, "grace_s"),
-            carrier=entry.optional_formula("carrier", known),
+            carrier=entry.optional_formula("carrier", tags),
             lift=bounded_number(entry, "lift"),
             lift_s=bounded_number(entry, "lift_s"),
         )
@@ -70,9 +74,8 @@ def writables(store: GraphStore, system: NamedNode) -> Mapping[str, WriteRule]:
     }
 
 
-def start_up(store: GraphStore, system: NamedNode, tags: Iterable[Tag], limits: Limits) -> StartUp:
+def start_up(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag], limits: Limits) -> StartUp:
     """The states of start-up, what holds in them instead of some of ``limits``, and for how long."""
-    known = {tag.name: tag for tag in tags}
     stated = {limit.name: limit for limit in limits.limits}
     states = entries(store, "plant_start_up_states", "state", system)
     replaced = {}
@@ -80,10 +83,8 @@ def start_up(store: GraphStore, system: NamedNode, tags: Iterable[Tag], limits: 
         name = entry.reference("limit", Code.UNKNOWN_LIMIT)
         if name not in stated:
             raise GraphError(Code.UNKNOWN_LIMIT, entry.thing, "is a criterion; start-up replaces limits only")
-        replaced[name] = replace(
-            stated[name], formula=entry.formula("formula", known), source=entry.text("source"),
-            description=entry.words("description"),
-        )  # fmt: skip
+        formula, source = entry.formula("formula", tags), entry.text("source")
+        replaced[name] = replace(stated[name], formula=formula, source=source, description=entry.words("description"))
     longest_s = {entry.name: bounded_number(entry, "start_up_s") for entry in states if entry.flag("start_up")}
     return StartUp(frozenset(longest_s), replaced, longest_s)
 
@@ -93,7 +94,7 @@ def bounded_number(entry: Entry, column: str) -> float:
     return _bounded(entry, column, entry.number(column))
 
 
-def _optionalbounded_number(entry: Entry, column: str) -> float | None:
+def _optional_bounded(entry: Entry, column: str) -> float | None:
     """A number inside its bounds, or None."""
     value = entry.optional_number(column)
     return None if value is None else _bounded(entry, column, value)

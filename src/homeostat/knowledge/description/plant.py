@@ -5,14 +5,10 @@ from __future__ import annotations
 from pyoxigraph import NamedNode
 
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.knowledge.description.behaviour import state_machine
+from homeostat.knowledge.description.behaviour import fallback_strategies, limits, state_machine
 from homeostat.knowledge.description.diagnosis import faults, features, symptom_rules
-from homeostat.knowledge.description.fallback import fallback_strategies
 from homeostat.knowledge.description.guarding import qualities, start_up, trips, writables
-from homeostat.knowledge.description.limits import limits
-from homeostat.knowledge.description.parameters import model_parameters
-from homeostat.knowledge.description.signals import signals
-from homeostat.knowledge.description.structure import components, equations, loops, root
+from homeostat.knowledge.description.structure import components, equations, loops, model_parameters, root, signals
 from homeostat.knowledge.store.store import GraphStore
 
 
@@ -23,7 +19,7 @@ def read_plant(store: GraphStore, system: NamedNode) -> PlantDescription:
     """
     name, label = root(store, system)
     found = signals(store, system)
-    tags = tuple(signal.tag for signal in found)
+    tags = {signal.tag.name: signal.tag for signal in found}
     stated = limits(store, system, tags)
     return PlantDescription(
         name=name,

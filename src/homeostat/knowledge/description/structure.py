@@ -1,10 +1,14 @@
-"""What the plant is made of: its parts, control loops and equations."""
+"""What the plant is made of: its parts, tags, control loops, equations and parameters."""
 
 from __future__ import annotations
 
+from itertools import groupby
+
 from pyoxigraph import NamedNode
 
-from homeostat.domain.plant.description import Component, ComponentKind, ControlLoop, Equation
+from homeostat.domain.plant.description import Component, ComponentKind, ControlLoop, Equation, Relation, Signal
+from homeostat.domain.plant.parameter import ModelParameter
+from homeostat.domain.plant.tag import Role, Tag
 from homeostat.knowledge.description.entry import Entry, entries, unique
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.store.store import GraphStore
@@ -31,6 +35,34 @@ def components(store: GraphStore, system: NamedNode) -> tuple[Component, ...]:
             label=entry.words("label"),
         )
         for entry in unique(entries(store, "plant_components", "component", system))
+    )
+
+
+def signals(store: GraphStore, system: NamedNode) -> tuple[Signal, ...]:
+    """The tags with their places, sorted by name."""
+    return tuple(_signal(entry) for entry in unique(entries(store, "plant_signals", "tag", system)))
+
+
+def _signal(entry: Entry) -> Signal:
+    relation = entry.word("relation", Relation)
+    return Signal(
+        tag=entry.made(lambda: _tag(entry), Code.BAD_NUMBER),
+        component=entry.reference("component", Code.UNKNOWN_COMPONENT),
+        relation=relation,
+        variable=entry.text("variable"),
+    )
+
+
+def _tag(entry: Entry) -> Tag:
+    return Tag(
+        name=entry.name,
+        role=entry.word("role", Role),
+        unit=entry.text("unit"),
+        range=entry.range("low", "high"),
+        scale=entry.number("scale"),
+        description=entry.words("description"),
+        rate_limit=entry.optional_number("rate_limit"),
+        increment=entry.optional_number("increment"),
     )
 
 
@@ -65,3 +97,41 @@ def _equation(entry: Entry) -> Equation:
         expression=entry.made(lambda: parse_expression(right), Code.BAD_FORMULA),
         label=entry.words("label"),
     )
+
+
+def model_parameters(store: GraphStore, system: NamedNode) -> tuple[ModelParameter, ...]:
+    """The parameters, sorted by symbol; relative uncertainties are converted to the parameter's unit.
+
+    A parameter that several components share is listed once, under the first of them.
+    """
+    rows = entries(store, "plant_parameters", "parameter", system)
+    return tuple(_parameter(tuple(group)) for _, group in groupby(rows, key=lambda entry: entry.name))
+
+
+def _parameter(rows: tuple[Entry, ...]) -> ModelParameter:
+    made = {
+        ModelParameter(
+            symbol=entry.name,
+            value=entry.number("value"),
+            unit=entry.text("unit"),
+            sd=_standard_deviation(entry),
+            component=min(row.reference("component", Code.UNKNOWN_COMPONENT) for row in rows),
+            description=entry.words("description"),
+        )
+        for entry in rows
+    }
+    if len(made) > 1:
+        raise GraphError(Code.DUPLICATE_ID, rows[0].thing, "is stated more than once with different values")
+    return made.pop()
+
+
+def _standard_deviation(entry: Entry) -> float:
+    absolute, relative = entry.optional_number("sd"), entry.optional_number("relative")
+    if absolute is not None and relative is not None:
+        raise GraphError(Code.DUPLICATE_ID, entry.thing, "has an absolute and a relative uncertainty; state one")
+    if absolute is None and relative is None:
+        raise GraphError(Code.MISSING_VALUE, entry.thing, "has no uncertainty; give sd and spread absolute or relative")
+    sd = absolute if absolute is not None else abs(entry.number("value")) * (relative or 0.0)
+    if sd < 0:
+        raise GraphError(Code.BAD_NUMBER, entry.thing, f"standard deviation {sd:g} must be >= 0 {entry.text('unit')}")
+    return sd

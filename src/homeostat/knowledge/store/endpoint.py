@@ -6,13 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 from urllib.parse import quote, urlencode, urlsplit
 
-from pyoxigraph import (
-    NamedNode,
-    QueryResultsFormat,
-    RdfFormat,
-    Triple,
-    parse,
-)
+from pyoxigraph import NamedNode, QueryResultsFormat, RdfFormat, Triple, parse
 
 from homeostat.knowledge.store import answers
 from homeostat.knowledge.store.store import QueryRejected, Row, StoreUnavailable, check_target
@@ -21,17 +15,8 @@ from homeostat.knowledge.store.transport import Reply, Transport, plain
 _RESULTS: Final = QueryResultsFormat.JSON.media_type
 _TRIPLES: Final = RdfFormat.N_TRIPLES.media_type
 _FORM: Final = "application/x-www-form-urlencoded; charset=utf-8"
-_ANSWERS: Final = frozenset(
-    kind.media_type
-    for kind in (
-        QueryResultsFormat.JSON,
-        QueryResultsFormat.XML,
-        RdfFormat.N_TRIPLES,
-        RdfFormat.N_QUADS,
-        RdfFormat.TURTLE,
-        RdfFormat.RDF_XML,
-    )
-)
+_GRAPHS: Final = (RdfFormat.N_TRIPLES, RdfFormat.N_QUADS, RdfFormat.TURTLE, RdfFormat.RDF_XML)
+_ANSWERS: Final = frozenset(kind.media_type for kind in (QueryResultsFormat.JSON, QueryResultsFormat.XML, *_GRAPHS))
 """Media types of answers to some form of query."""
 _REQUEST_IS_WRONG: Final = frozenset({400, 406, 411, 413, 414, 415, 422, 431})
 

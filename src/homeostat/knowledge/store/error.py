@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from enum import StrEnum
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 
 class Code(StrEnum):
@@ -13,7 +13,7 @@ class Code(StrEnum):
     BAD_TABLE = "bad-table"
     """A table cannot be read, or a row lacks what its name is made of."""
     BAD_MAPPING = "bad-mapping"
-    """The mapping uses something that is not supported, or a column that the table does not have."""
+    """A table is none that the mapping reads, or the mapping and the statements differ."""
     BAD_SHAPE = "bad-shape"
     """The graph breaks one of the shapes that the system relies on."""
     BAD_NUMBER = "bad-number"
@@ -139,5 +139,27 @@ class GraphError(ValueError):
         self.message = message
 
 
+class Mistake(NamedTuple):
+    """What a check finds."""
+
+    code: Code
+    """Which kind of mistake it is."""
+    thing: str
+    """What has the mistake, for example ``limit 'LIM-T-HIGH'``."""
+    message: str
+    """What is wrong, with value, limit and unit, and what to do."""
+
+    def __str__(self) -> str:
+        """One line."""
+        return f"[{self.code}] {self.thing}: {self.message}"
+
+
 Found: TypeAlias = Iterator[tuple[Code, str, str]]
-"""Mistakes as a check finds them: code, thing, message."""
+"""Mistakes as the parts of a check yield them."""
+
+
+def refuse(found: Sequence[Mistake | GraphError]) -> None:
+    """GraphError with the first of ``found`` and the number of the others, where there is any."""
+    if found:
+        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+        raise GraphError(found[0].code, found[0].thing, found[0].message + more)

@@ -1,4 +1,4 @@
-"""``homeostat graph check``: does a graph have blemishes, and does a plant's own fit shapes, tables and model?"""
+"""``homeostat graph check``: does a graph have lint, and does a plant's own fit shapes, tables and model?"""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from homeostat.knowledge.build.provenance import stale_tables
 from homeostat.knowledge.build.tables.check import mistakes
 from homeostat.knowledge.checks.conformance import check_shapes
 from homeostat.knowledge.checks.consistency import inconsistencies
-from homeostat.knowledge.checks.injection_scan import suspicions
-from homeostat.knowledge.checks.lint import blemishes
+from homeostat.knowledge.checks.injection_scan import injection_findings
+from homeostat.knowledge.checks.lint import lint
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.store.store import GraphStore
@@ -54,14 +54,14 @@ def _refuse_altered(plant: Plant) -> None:
 
 def _warn(store: GraphStore) -> int:
     """Print every suspicious text; how many there are."""
-    found = suspicions(store)
-    for suspicion in found:
-        print(f"warning: {suspicion}")
+    found = injection_findings(store)
+    for finding in found:
+        print(f"warning: {finding}")
     return len(found)
 
 
 def _problems(where: Place, store: GraphStore) -> Iterator[str]:
-    yield from map(str, blemishes(store))
+    yield from map(str, lint(store))
     if where.plant is not None:
         yield from _disagreements(where.plant, store)
         if where.own:

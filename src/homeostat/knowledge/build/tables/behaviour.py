@@ -7,44 +7,24 @@ from typing import Annotated
 from pydantic import model_validator
 
 from homeostat.domain.plant.limits import LimitKind, Owner
-from homeostat.knowledge.build.tables.cells import (
-    CellError,
-    Component,
-    Condition,
-    LimitName,
-    Name,
-    OptionalValue,
-    Refers,
-    Row,
-    Size,
-    State,
-    Tag,
-    Text,
-    Value,
-    YesNo,
-    in_order,
-    number,
-    whole,
-    words_of,
-)
-from homeostat.knowledge.description.guarding import TIMES_S
+from homeostat.knowledge.build.tables import cells
 from homeostat.knowledge.store.error import Code
 
 
-class OperatingState(Row):
+class OperatingState(cells.Row):
     """A state of the sequence."""
 
-    id: Name
-    label: Text
-    initial: YesNo
-    recovery_target: YesNo
-    risk: Annotated[int, whole(0, 1000, "a rank, 0 for the least risk")]
-    start_up: YesNo
-    start_up_s: Annotated[
-        float | None, number(*TIMES_S["start_up_s"], "s", "a start-up takes a sample and at most a day")
-    ] = None
-    settled_when: Condition
-    description: Text | None = None
+    id: cells.Name
+    label: cells.Text
+    initial: cells.YesNo
+    recovery_target: cells.YesNo
+    risk: Annotated[int, cells.whole(0, 1000, "a rank, 0 for the least risk")]
+    start_up: cells.YesNo
+    start_up_s: Annotated[float | None, cells.seconds("start_up_s", "a start-up takes a sample and at most a day")] = (
+        None
+    )
+    settled_when: cells.Condition
+    description: cells.Text | None = None
 
     @model_validator(mode="after")
     def _fits(self) -> OperatingState:
@@ -52,102 +32,100 @@ class OperatingState(Row):
             needed = (
                 "must be stated: limits of start-up cannot hold for ever" if self.start_up == "yes" else "must be empty"
             )
-            raise CellError(Code.MISSING_VALUE, f"start_up is {self.start_up}, so start_up_s {needed}")
+            raise cells.CellError(Code.MISSING_VALUE, f"start_up is {self.start_up}, so start_up_s {needed}")
         return self
 
 
-class StateRequirement(Row):
+class StateRequirement(cells.Row):
     """What must work in a state."""
 
-    state: State
-    component: Component
-    description: Text | None = None
+    state: cells.State
+    component: cells.Component
+    description: cells.Text | None = None
 
 
-class Setpoint(Row):
+class Setpoint(cells.Row):
     """What a state admits of a commanded tag."""
 
-    state: State
-    tag: Tag
-    low: Value
-    high: Value
-    design: OptionalValue = None
+    state: cells.State
+    tag: cells.Tag
+    low: cells.Value
+    high: cells.Value
+    design: cells.OptionalValue = None
 
     @model_validator(mode="after")
     def _fits(self) -> Setpoint:
-        in_order(self.low, self.high, "low and high", equal=True)
+        cells.in_order(self.low, self.high, "low and high", equal=True)
         if self.design is not None and not self.low <= self.design <= self.high:
             message = f"design {self.design:g} is outside {self.low:g} to {self.high:g}, what the state admits"
-            raise CellError(Code.SETPOINT_OUTSIDE_RANGE, f"{message}; correct one of them")
+            raise cells.CellError(Code.SETPOINT_OUTSIDE_RANGE, f"{message}; correct one of them")
         return self
 
 
-class Transition(Row):
+class Transition(cells.Row):
     """A way from a state to another."""
 
-    id: Name
-    source: State
-    target: State
-    event: Name
-    guard: Condition
-    decision: YesNo
-    description: Text | None = None
+    id: cells.Name
+    source: cells.State
+    target: cells.State
+    event: cells.Name
+    guard: cells.Condition
+    decision: cells.YesNo
+    description: cells.Text | None = None
 
 
-class Limit(Row):
+class Limit(cells.Row):
     """What must hold at every moment."""
 
-    id: Name
-    kind: Annotated[str, words_of(LimitKind)]
-    hard: YesNo
-    formula: Condition
-    source: Text
-    description: Text | None = None
+    id: cells.Name
+    kind: Annotated[str, cells.words_of(LimitKind)]
+    hard: cells.YesNo
+    formula: cells.Condition
+    source: cells.Text
+    description: cells.Text | None = None
 
 
-class Criterion(Row):
+class Criterion(cells.Row):
     """What a proposal must keep on the twin."""
 
-    id: Name
-    owner: Annotated[str, words_of(Owner)]
-    hard: YesNo
-    formula: Condition
-    source: Text
-    description: Text | None = None
+    id: cells.Name
+    owner: Annotated[str, cells.words_of(Owner)]
+    hard: cells.YesNo
+    formula: cells.Condition
+    source: cells.Text
+    description: cells.Text | None = None
 
 
-class FallbackStep(Row):
+class FallbackStep(cells.Row):
     """A command of a way to the safe state."""
 
-    strategy: Name
-    target: State
-    step: Annotated[int, whole(1, 1000, "its place in the order")]
-    tag: Tag
-    value: OptionalValue = None
-    out_of_service: YesNo
-    description: Text | None = None
+    strategy: cells.Name
+    target: cells.State
+    step: Annotated[int, cells.whole(1, 1000, "its place in the order")]
+    tag: cells.Tag
+    value: cells.OptionalValue = None
+    out_of_service: cells.YesNo
+    description: cells.Text | None = None
 
 
-class Waiver(Row):
+class Waiver(cells.Row):
     """A permissive that a fallback sets aside."""
 
-    strategy: Annotated[str, Refers("strategy")]
-    permissive: Annotated[str, Refers("limit")]
-    reason: Text
+    strategy: Annotated[str, cells.Refers("strategy")]
+    permissive: Annotated[str, cells.Refers("limit")]
+    reason: cells.Text
 
 
-class FallbackLimit(Row):
+class FallbackLimit(cells.Row):
     """What a fallback does about a hard limit."""
 
-    strategy: Annotated[str, Refers("strategy")]
-    limit: LimitName
+    strategy: Annotated[str, cells.Refers("strategy")]
+    limit: cells.LimitName
     acts_within_s: Annotated[
         float,
-        number(
-            *TIMES_S["acts_within_s"],
-            "s",
-            "it takes three readings to see whether it helps, and what helps later does not help",
+        cells.seconds(
+            "acts_within_s", "it takes three readings to see whether it helps, and what helps later does not help"
         ),
     ]
-    rest: Size
-    description: Text
+    rest: cells.Size
+    description: cells.Text

@@ -11,6 +11,7 @@ from typing import Annotated, Final, TypeAlias
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
 
+from homeostat.knowledge.description.guarding import TIMES_S
 from homeostat.knowledge.store.error import Code
 from homeostat.stl.formula import FormulaError, parse, parse_expression
 from homeostat.stl.spelling import near_matches
@@ -84,6 +85,11 @@ def number(low: float, high: float, unit: str, why: str) -> BeforeValidator:
         return float(cell)
 
     return BeforeValidator(check)
+
+
+def seconds(column: str, why: str) -> BeforeValidator:
+    """A time inside the bounds of ``column`` [s]; ``why`` says where they come from."""
+    return number(*TIMES_S[column], "s", why)
 
 
 def whole(low: int, high: int, what: str) -> BeforeValidator:

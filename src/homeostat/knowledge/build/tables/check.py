@@ -12,7 +12,7 @@ from homeostat.knowledge.build.tables import behaviour, diagnosis, guarding, str
 from homeostat.knowledge.build.tables.cells import CellError, Row, shown
 from homeostat.knowledge.build.tables.reading import Rows, read_rows
 from homeostat.knowledge.build.tables.references import unknown_names
-from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.knowledge.store.error import Code, GraphError, refuse
 from homeostat.stl.spelling import near_matches
 
 FOLDER: Final = "engineering"
@@ -49,10 +49,7 @@ SCHEMAS: Final[Mapping[str, tuple[type[Row], tuple[str, ...]]]] = {
 
 def refuse_bad_tables(folder: Path) -> None:
     """GraphError with the first mistake in the tables of the plant in ``folder``, and the number of the others."""
-    found = list(mistakes(folder))
-    if found:
-        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-        raise GraphError(found[0].code, found[0].thing, found[0].message + more)
+    refuse(list(mistakes(folder)))
 
 
 def mistakes(folder: Path) -> Iterator[GraphError]:

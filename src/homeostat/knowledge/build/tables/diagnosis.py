@@ -7,62 +7,45 @@ from typing import Annotated
 from pydantic import model_validator
 
 from homeostat.domain.diagnosis import Direction
-from homeostat.knowledge.build.tables.cells import (
-    SMALL,
-    CellError,
-    Component,
-    Name,
-    OptionalComponent,
-    OptionalTerm,
-    Refers,
-    Row,
-    Size,
-    Term,
-    Text,
-    Value,
-    Wait,
-    in_order,
-    number,
-    words_of,
-)
+from homeostat.knowledge.build.tables import cells
 from homeostat.knowledge.store.error import Code
 
 
-class Fault(Row):
+class Fault(cells.Row):
     """A fault mode."""
 
-    id: Name
-    label: Text
-    component: Component
-    severity_unit: Text
-    nominal: Value
-    low: Value
-    high: Value
-    prior: Annotated[float, number(SMALL, 1.0, "(probability)", "what cannot happen is no fault")]
-    disables: OptionalComponent = None
-    description: Text | None = None
+    id: cells.Name
+    label: cells.Text
+    component: cells.Component
+    severity_unit: cells.Text
+    nominal: cells.Value
+    low: cells.Value
+    high: cells.Value
+    prior: Annotated[float, cells.number(cells.SMALL, 1.0, "(probability)", "what cannot happen is no fault")]
+    disables: cells.OptionalComponent = None
+    description: cells.Text | None = None
 
     @model_validator(mode="after")
     def _fits(self) -> Fault:
-        in_order(self.low, self.high, "low and high")
+        cells.in_order(self.low, self.high, "low and high")
         if not self.low <= self.nominal <= self.high:
             allowed = f"{self.low:g} to {self.high:g} {self.severity_unit}, its low and high"
             message = f"nominal {self.nominal:g} is outside {allowed}; correct one of them"
-            raise CellError(Code.SEVERITY_OUTSIDE_RANGE, message)
+            raise cells.CellError(Code.SEVERITY_OUTSIDE_RANGE, message)
         return self
 
 
-class Feature(Row):
+class Feature(cells.Row):
     """What monitoring computes."""
 
-    id: Name
-    accumulation: OptionalTerm = None
-    expression: Term
-    window_s: Wait
-    filter_s: Wait
-    unit: Text
-    component: Component
-    description: Text
+    id: cells.Name
+    accumulation: cells.OptionalTerm = None
+    expression: cells.Term
+    window_s: cells.Wait
+    filter_s: cells.Wait
+    unit: cells.Text
+    component: cells.Component
+    description: cells.Text
 
     @model_validator(mode="after")
     def _fits(self) -> Feature:
@@ -70,24 +53,24 @@ class Feature(Row):
             message = (
                 f"window_s is {self.window_s:g} s; a balance has an accumulation and a window, others have neither"
             )
-            raise CellError(Code.BAD_TABLE, message)
+            raise cells.CellError(Code.BAD_TABLE, message)
         return self
 
 
-class Symptom(Row):
+class Symptom(cells.Row):
     """When a feature counts as a symptom."""
 
-    id: Name
-    feature: Annotated[str, Refers("feature")]
-    direction: Annotated[str, words_of(Direction)]
-    sigma: Annotated[float, number(SMALL, 100.0, "standard deviations", "more is never seen")]
-    deadband: Size
-    on_delay_s: Wait
-    description: Text
+    id: cells.Name
+    feature: Annotated[str, cells.Refers("feature")]
+    direction: Annotated[str, cells.words_of(Direction)]
+    sigma: Annotated[float, cells.number(cells.SMALL, 100.0, "standard deviations", "more is never seen")]
+    deadband: cells.Size
+    on_delay_s: cells.Wait
+    description: cells.Text
 
 
-class SymptomFault(Row):
+class SymptomFault(cells.Row):
     """A fault that a symptom indicates."""
 
-    symptom: Annotated[str, Refers("symptom")]
-    fault: Annotated[str, Refers("fault")]
+    symptom: Annotated[str, cells.Refers("symptom")]
+    fault: Annotated[str, cells.Refers("fault")]

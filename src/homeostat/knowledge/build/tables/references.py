@@ -10,31 +10,20 @@ from homeostat.knowledge.build.tables.reading import Rows
 from homeostat.knowledge.store.error import Code
 from homeostat.stl.spelling import near_matches
 
-_STATED: Final[Mapping[str, tuple[tuple[str, str], ...]]] = {
-    "component": (("equipment", "id"),),
-    "tag": (("signals", "tag"),),
-    "operator": (("operators", "id"),),
-    "parameter": (("parameters", "symbol"), ("sensors", "parameter_bias"), ("sensors", "parameter_noise")),
-    "state": (("states", "id"),),
-    "limit": (("limits", "id"),),
-    "strategy": (("fallbacks", "strategy"),),
-    "feature": (("features", "id"),),
-    "symptom": (("symptoms", "id"),),
-    "fault": (("faults", "id"),),
+_PARAMETERS: Final = (("parameters", "symbol"), ("sensors", "parameter_bias"), ("sensors", "parameter_noise"))
+_STATED: Final[Mapping[str, tuple[Code, tuple[tuple[str, str], ...]]]] = {
+    "component": (Code.UNKNOWN_COMPONENT, (("equipment", "id"),)),
+    "tag": (Code.UNKNOWN_TAG, (("signals", "tag"),)),
+    "operator": (Code.UNKNOWN_OPERATOR, (("operators", "id"),)),
+    "parameter": (Code.UNKNOWN_PARAMETER, _PARAMETERS),
+    "state": (Code.UNKNOWN_STATE, (("states", "id"),)),
+    "limit": (Code.UNKNOWN_LIMIT, (("limits", "id"),)),
+    "strategy": (Code.UNKNOWN_FALLBACK, (("fallbacks", "strategy"),)),
+    "feature": (Code.UNKNOWN_FEATURE, (("features", "id"),)),
+    "symptom": (Code.UNKNOWN_SYMPTOM, (("symptoms", "id"),)),
+    "fault": (Code.UNKNOWN_FAULT, (("faults", "id"),)),
 }
-"""What a name can be of -> tables and columns that state it."""
-_CODES: Final = {
-    "component": Code.UNKNOWN_COMPONENT,
-    "tag": Code.UNKNOWN_TAG,
-    "operator": Code.UNKNOWN_OPERATOR,
-    "parameter": Code.UNKNOWN_PARAMETER,
-    "state": Code.UNKNOWN_STATE,
-    "limit": Code.UNKNOWN_LIMIT,
-    "strategy": Code.UNKNOWN_FALLBACK,
-    "feature": Code.UNKNOWN_FEATURE,
-    "symptom": Code.UNKNOWN_SYMPTOM,
-    "fault": Code.UNKNOWN_FAULT,
-}
+"""What a name can be of -> the mistake where nothing is called so, and tables and columns that state it."""
 _LONGEST: Final = 120
 
 Unknown: TypeAlias = tuple[str, int, str, Code, str]
@@ -48,7 +37,7 @@ def unknown_names(tables: Mapping[str, Rows], models: Mapping[str, type[Row]]) -
     """
     known = {
         kind: _stated(tables, places)
-        for kind, places in _STATED.items()
+        for kind, (_, places) in _STATED.items()
         if all(name in tables and column in tables[name].columns for name, column in places)
     }
     for name, model in models.items():
@@ -66,20 +55,15 @@ def _unknown_in(
     name: str, column: str, table: Rows, mark: Refers | Reads, known: Mapping[str, frozenset[str]]
 ) -> Iterator[Unknown]:
     kinds = sorted(_kinds(mark), reverse=True)
-    code = _CODES[mark.kind] if isinstance(mark, Refers) else mark.code
+    code = _STATED[mark.kind][0] if isinstance(mark, Refers) else mark.code
     names = frozenset().union(*(known[kind] for kind in kinds))
     what = " or ".join(kinds)
-    where = " or ".join(dict.fromkeys(f"{place}.csv" for kind in kinds for place, _ in _STATED[kind]))
+    where = " or ".join(dict.fromkeys(f"{place}.csv" for kind in kinds for place, _ in _STATED[kind][1]))
     for line, row in enumerate(table.rows, start=2):
         for used in sorted(_used(row[column], mark) - names):
             hint = near_matches(used[:_LONGEST], sorted(names))
-            yield (
-                name,
-                line,
-                column,
-                code,
-                f"there is no {what} {shown(used)} in {where}{hint}; correct it or add its row",
-            )
+            message = f"there is no {what} {shown(used)} in {where}{hint}; correct it or add its row"
+            yield name, line, column, code, message
 
 
 def _kinds(mark: Refers | Reads) -> frozenset[str]:

@@ -1,14 +1,14 @@
-"""Blemishes of small graphs written for the purpose: each kind is found by name, and its sound neighbour is not."""
+"""Lint of small graphs written for the purpose: each kind is found by name, and its sound neighbour is not."""
 
 from __future__ import annotations
 
 import pytest
 from pyoxigraph import NamedNode, RdfFormat
 
-from homeostat.knowledge.checks.lint import Blemish, blemishes
+from homeostat.knowledge.checks.lint import lint
 from homeostat.knowledge.checks.statements import SHOWN
 from homeostat.knowledge.store.embedded import EmbeddedStore
-from homeostat.knowledge.store.error import Code
+from homeostat.knowledge.store.error import Code, Mistake
 from homeostat.knowledge.vocabulary.vocabulary import PREFIXES
 from homeostat.plants.folder import case_folder
 from homeostat.plants.graph import open_graph
@@ -24,19 +24,19 @@ MACHINE = """
 """
 
 
-def found(text: str) -> tuple[Blemish, ...]:
+def found(text: str) -> tuple[Mistake, ...]:
     store = EmbeddedStore()
     store.load((HEAD + text).encode(), RdfFormat.TURTLE)
-    return blemishes(store)
+    return lint(store)
 
 
-def only(text: str) -> Blemish:
-    (blemish,) = found(text)
-    return blemish
+def only(text: str) -> Mistake:
+    (finding,) = found(text)
+    return finding
 
 
 def test_our_own_graph_has_none() -> None:
-    assert blemishes(open_graph((case_folder("cstr") / "plant.ttl").read_bytes())) == ()
+    assert lint(open_graph((case_folder("cstr") / "plant.ttl").read_bytes())) == ()
 
 
 def test_a_sound_graph_has_none() -> None:
@@ -48,7 +48,7 @@ def test_one_graph_of_several_is_looked_at() -> None:
     store = EmbeddedStore()
     graph = NamedNode("urn:graph")
     store.load((HEAD + ":a hs:feeds :b .").encode(), RdfFormat.TURTLE, graph)
-    assert len(blemishes(store, graph)) == 1 and blemishes(store) == ()
+    assert len(lint(store, graph)) == 1 and lint(store) == ()
 
 
 def test_a_reference_to_nothing() -> None:
@@ -96,9 +96,9 @@ def test_what_is_no_reference_to_nothing(text: str) -> None:
     ids=["case", "misspelt", "glued", "bridged", "renamed"],
 )
 def test_a_property_that_no_vocabulary_declares(term: str, instead: str) -> None:
-    blemish = only(f":a {term} 1 .")
-    assert blemish.code is Code.UNKNOWN_TERM
-    assert blemish.message == f"no vocabulary declares it, but 'a' uses it; write {instead}"
+    finding = only(f":a {term} 1 .")
+    assert finding.code is Code.UNKNOWN_TERM
+    assert finding.message == f"no vocabulary declares it, but 'a' uses it; write {instead}"
 
 
 def test_a_class_that_no_vocabulary_declares() -> None:
@@ -124,7 +124,7 @@ def test_what_is_no_unknown_term(text: str) -> None:
 
 def test_swapped_prefixes() -> None:
     text = ":s1 :hasInformationInterface VDI2206:Interface28 . :Interface28 a VDI2206:InformationInterface ."
-    assert [str(blemish) for blemish in found(text)] == [
+    assert [str(finding) for finding in found(text)] == [
         "[swapped-prefix] property 'urn:plant#hasInformationInterface': no vocabulary declares it, but 's1' uses it; "
         "write 'VDI2206:hasInformationInterface', which has the same name in another namespace",
         "[swapped-prefix] individual 'VDI2206:Interface28': nothing is said about it, but 's1' refers to it by "
@@ -193,5 +193,5 @@ def test_things_without_a_name_are_looked_at_too() -> None:
 
 
 def test_a_name_cannot_disturb_the_line_it_is_shown_in() -> None:
-    (blemish,) = found(f":a hs:feeds <urn:plant#{'x' * 500}\\u202E> .")
-    assert len(blemish.thing) <= SHOWN + 20 and str(blemish).isprintable()
+    (finding,) = found(f":a hs:feeds <urn:plant#{'x' * 500}\\u202E> .")
+    assert len(finding.thing) <= SHOWN + 20 and str(finding).isprintable()
