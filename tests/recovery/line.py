@@ -141,7 +141,7 @@ def slope(heating: float, feed: float) -> float:
 
 
 class LineTwin:
-    """What a twin offers to simulation and rehearsal, over the same straight line; two members, equal weights."""
+    """What a twin offers to simulation and release check, over the same straight line; two members, equal weights."""
 
     def __init__(self, heating: float = 0.1) -> None:
         self.heating = heating

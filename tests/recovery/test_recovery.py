@@ -100,7 +100,7 @@ class Bug(Exception):
 
 
 def broken(role: str, error: Callable[[str], BaseException] = Bug, times: int = 1) -> Stage:
-    """A stage on which one role has a bug: it raises ``error``; rehearsals of what was approved do so ``times``."""
+    """A stage on which one role has a bug: it raises ``error``; release checks of what was approved do so ``times``."""
     stage = Stage(ScriptedAction(BAD, GOOD), start=305.0)
     match role:
         case "monitoring":
@@ -121,7 +121,7 @@ def broken(role: str, error: Callable[[str], BaseException] = Bug, times: int = 
             stage.validation = ScriptedValidation(fail)
         case "reprompting":
             stage.reprompting = ScriptedReprompting(error(role))
-        case "rehearsal":
+        case "release check":
             stage.action = ScriptedAction(GOOD)
             tried: list[object] = []
 
@@ -135,7 +135,7 @@ def broken(role: str, error: Callable[[str], BaseException] = Bug, times: int = 
 
 ROLES = (
     "monitoring", "planning", "action", "simulation", "simulation of the proposal", "validation", "reprompting",
-    "rehearsal",
+    "release check",
 )  # fmt: skip
 
 
@@ -162,7 +162,7 @@ class Ends(BaseException):
 
 
 @pytest.mark.parametrize("error", [asyncio.CancelledError, SystemExit, StopIteration, KeyboardInterrupt, Ends])
-@pytest.mark.parametrize("role", ["planning", "action", "simulation of the proposal", "validation", "rehearsal"])
+@pytest.mark.parametrize("role", ["planning", "action", "simulation of the proposal", "validation", "release check"])
 def test_whatever_does_not_go_away_the_fallback_acts_at_the_first_time_that_was_armed(
     role: str, error: Callable[[str], BaseException]
 ) -> None:

@@ -22,7 +22,7 @@ SCALE = 2.0
 IDLE = ActionSet((), "running")
 
 
-def restraint(limits: Limits = LIMITS) -> InterventionPolicy:
+def policy(limits: Limits = LIMITS) -> InterventionPolicy:
     return InterventionPolicy(limits, Production("F", 0.03), {"K": SCALE, "1": SCALE})
 
 
@@ -38,36 +38,36 @@ KEPT = {"ACC_CALM": 1.0, "LIM_HOT": 1.0, "ACC_SOFT": 1.0, "LIM_COLD": 1.0, "PRM_
 
 
 def test_what_is_approved_is_fine() -> None:
-    assert restraint().fine(Approve("x", ()), recovered=False) and restraint().fine(Approve("x", ()), recovered=True)
+    assert policy().fine(Approve("x", ()), recovered=False) and policy().fine(Approve("x", ()), recovered=True)
 
 
 @pytest.mark.parametrize("margin", [-1e-300, -1e-9, -0.5, math.nextafter(-TOLERANCE * SCALE, 0.0)])
 def test_a_recovered_plant_may_miss_a_soft_criterion_by_a_little(margin: float) -> None:
     missed = revise(**KEPT | {"ACC_SOFT": margin})
-    assert restraint().fine(missed, recovered=True)
-    assert not restraint().fine(missed, recovered=False)
+    assert policy().fine(missed, recovered=True)
+    assert not policy().fine(missed, recovered=False)
 
 
 @pytest.mark.parametrize(
     "margin", [-TOLERANCE * SCALE, math.nextafter(-TOLERANCE * SCALE, -1.0), -1.0, -1e308, -math.inf, math.nan]
 )
 def test_not_by_much(margin: float) -> None:
-    assert not restraint().fine(revise(**KEPT | {"ACC_SOFT": margin}), recovered=True)
+    assert not policy().fine(revise(**KEPT | {"ACC_SOFT": margin}), recovered=True)
 
 
 def test_one_criterion_that_is_missed_by_much_is_enough() -> None:
     limits = Limits((HOT,), (SOFT, criterion("ACC-OTHER", "always (T >= 200)")))
-    assert restraint(limits).fine(revise(LIM_HOT=1.0, ACC_SOFT=-0.1, ACC_OTHER=-0.2), recovered=True)
+    assert policy(limits).fine(revise(LIM_HOT=1.0, ACC_SOFT=-0.1, ACC_OTHER=-0.2), recovered=True)
     for margins in ((-0.1, -5.0), (-5.0, -0.1)):
         missed = revise(LIM_HOT=1.0, ACC_SOFT=margins[0], ACC_OTHER=margins[1])
-        assert not restraint(limits).fine(missed, recovered=True)
+        assert not policy(limits).fine(missed, recovered=True)
 
 
 @pytest.mark.parametrize("name", ["ACC_CALM", "LIM_HOT", "LIM_COLD", "PRM_FEED", "TARGET_running", "CHK_RANGE"])
 @pytest.mark.parametrize("margin", [-5e-324, -1e-9, -1.0, -math.inf, math.nan])
 def test_nothing_else_may_be_missed_by_anything(name: str, margin: float) -> None:
-    assert not restraint().fine(revise(**KEPT | {name: margin}), recovered=True)
-    assert not restraint().fine(revise(**KEPT | {name: margin, "ACC_SOFT": -0.1}), recovered=True)
+    assert not policy().fine(revise(**KEPT | {name: margin}), recovered=True)
+    assert not policy().fine(revise(**KEPT | {name: margin, "ACC_SOFT": -0.1}), recovered=True)
 
 
 @pytest.mark.parametrize("name", ["ACC_CALM", "LIM_HOT"])
@@ -76,8 +76,8 @@ def test_nothing_else_may_be_missed_by_anything(name: str, margin: float) -> Non
     [(0.0, True), (-0.0, True), (5e-324, True), (-5e-324, False), (-1.0, False), (math.nan, False)],
 )
 def test_harm_is_what_a_protecting_rule_says(name: str, margin: float, harmless: bool) -> None:
-    assert restraint().harmless(revise(**KEPT | {name: margin})) is harmless
-    assert restraint().harmless(revise(**KEPT | {name: margin, "ACC_SOFT": -5.0, "LIM_COLD": -5.0})) is harmless
+    assert policy().harmless(revise(**KEPT | {name: margin})) is harmless
+    assert policy().harmless(revise(**KEPT | {name: margin, "ACC_SOFT": -5.0, "LIM_COLD": -5.0})) is harmless
 
 
 @pytest.mark.parametrize(
@@ -95,25 +95,25 @@ def test_harm_is_what_a_protecting_rule_says(name: str, margin: float, harmless:
     ids=["nothing", "refused", "broken down", "not finite", "another set", "only soft", "no criterion", "no limit"],
 )
 def test_what_was_not_judged_is_not_harmless(verdict: Verdict) -> None:
-    assert restraint().harmless(verdict) is False
+    assert policy().harmless(verdict) is False
 
 
 def test_a_judged_rollout_is_harmless_where_only_soft_rules_fail() -> None:
     tight = Limits((HOT,), (CALM, criterion("ACC-SOFT", "always (T <= 300)")))
     verdict = judge(IDLE, rollout(IDLE), tight, RUNNING, TAGS)
-    assert isinstance(verdict, Revise) and restraint(tight).harmless(verdict)
+    assert isinstance(verdict, Revise) and policy(tight).harmless(verdict)
     hot = judge(IDLE, rollout(IDLE, T=313.5), tight, RUNNING, TAGS)
-    assert not restraint(tight).harmless(hot)
+    assert not policy(tight).harmless(hot)
 
 
 def test_where_no_rule_protects_nothing_is_known_to_be_harmless() -> None:
-    assert not restraint(Limits((COLD,), (SOFT,))).harmless(revise(LIM_COLD=1.0, ACC_SOFT=1.0))
+    assert not policy(Limits((COLD,), (SOFT,))).harmless(revise(LIM_COLD=1.0, ACC_SOFT=1.0))
 
 
 def test_a_soft_interlock_does_not_protect() -> None:
     mild = rule("LIM-MILD", LimitKind.INTERLOCK, "T <= 300")
     limits = Limits((HOT, mild), (CALM,))
-    assert restraint(limits).harmless(judge(IDLE, rollout(IDLE), limits, RUNNING, TAGS))
+    assert policy(limits).harmless(judge(IDLE, rollout(IDLE), limits, RUNNING, TAGS))
 
 
 def producing(rate: float) -> Rollout:
@@ -126,14 +126,14 @@ def producing(rate: float) -> Rollout:
     ("rate", "worthwhile"), [(0.0, True), (0.0296, True), (0.0298, False), (0.03, False), (0.06, False)]
 )
 def test_a_plant_that_makes_what_it_can_is_not_touched(rate: float, worthwhile: bool) -> None:
-    assert restraint().worthwhile(producing(rate)) is worthwhile
+    assert policy().worthwhile(producing(rate)) is worthwhile
 
 
 @pytest.mark.parametrize(
     ("better", "gains"), [(0.02, False), (0.0202, False), (0.0204, True), (0.03, True), (0.01, False)]
 )
 def test_an_action_must_produce_clearly_more(better: float, gains: bool) -> None:
-    assert restraint().gains(producing(0.02), producing(better)) is gains
+    assert policy().gains(producing(0.02), producing(better)) is gains
 
 
 def constant(rate: float) -> Rollout:
@@ -158,7 +158,7 @@ def test_a_riskier_action_must_produce_more_and_a_safer_one_may_produce_less(ris
 
 
 def test_what_protects_is_enough() -> None:
-    assert restraint().harmless(revise(ACC_CALM=1.0, LIM_HOT=1.0))
+    assert policy().harmless(revise(ACC_CALM=1.0, LIM_HOT=1.0))
 
 
 def test_clearly_means_a_hundredth_of_the_design_rate() -> None:
