@@ -18,10 +18,10 @@ from homeostat.evaluate.study.row import Row
 RUN: Final = "those run"
 """Name of the last row where some of the published rows were not run."""
 TOKENS: Final = tuple(score for score in EFFORT if score.column.name.startswith("tokens"))
+SAID: Final = words()["success"].columns
 MEANINGS: Final = {
-    "figures": words()["success"]
-    .columns["figures"]
-    .replace(", or reference policy", ", reference policy, or published"),
+    **SAID,
+    "figures": SAID["figures"].replace(", or reference policy", ", reference policy, or published"),
     "tokens in [k]": "tokens of all questions of a run, mean over the runs in which a model was asked; "
     "95 % bootstrap interval",
     "tokens out [k]": "tokens of all answers of a run, likewise",
