@@ -10,7 +10,7 @@ from benchmarks.paper.names import file_name
 from benchmarks.paper.published import Published, published_lines, published_rows
 from homeostat.evaluate.report.groups import ALL, Group, cases, grouped, in_order, overall
 from homeostat.evaluate.report.statistics import Estimate, Rate, wilson
-from homeostat.evaluate.report.tables.score import RUNS, WHO, Score, mean, table, words
+from homeostat.evaluate.report.tables.score import RUNS, WHO, Score, Words, mean, table, words
 from homeostat.evaluate.report.tables.scores import EFFORT, SUCCESS
 from homeostat.evaluate.report.tables.table import Cell, Column, Kind, Percent, Table, compact
 from homeostat.evaluate.study.row import Row
@@ -18,15 +18,17 @@ from homeostat.evaluate.study.row import Row
 RUN: Final = "those run"
 """Name of the last row where some of the published rows were not run."""
 TOKENS: Final = tuple(score for score in EFFORT if score.column.name.startswith("tokens"))
+SAID: Final = words()["success"].columns
 MEANINGS: Final = {
-    "figures": words()["columns"]["figures"].replace(", or reference policy", ", reference policy, or published"),
+    **SAID,
+    "figures": SAID["figures"].replace(", or reference policy", ", reference policy, or published"),
     "tokens in [k]": "tokens of all questions of a run, mean over the runs in which a model was asked; "
     "95 % bootstrap interval",
     "tokens out [k]": "tokens of all answers of a run, likewise",
     "mean call [s]": "mean time of a model's answer",
     "mean run [s]": "wall-clock time of a whole run, simulation included; ours on this machine, theirs on another",
 }
-"""Of the columns, where they differ from those of a study's own report."""
+"""Of the columns; a study's own report says some of them otherwise."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,7 @@ def paper_latency(rows: Sequence[Row]) -> list[Table]:
 
 
 def _table(name: str, case: str, title: str, note: str, scores: Sequence[Score[Line]], lines: Sequence[Line]) -> Table:
-    said = {"title": title, "note": note, "columns": {**words()["success"]["columns"], **MEANINGS}}
+    said = Words(title, note, MEANINGS)
     return compact(table(file_name(name, case), scores, lines, said))
 
 

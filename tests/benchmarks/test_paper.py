@@ -75,6 +75,14 @@ def test_rows_that_stand_for_nothing_published_are_left_out() -> None:
     assert {line[2] for line in table.lines} == {"measured"}
 
 
+def test_what_the_columns_mean_is_said() -> None:
+    rows = campaign(range(1, 3))
+    for table in (*paper_tables(rows), *paper_latency(rows)):
+        silent = {column.name for column in table.columns if not column.meaning}
+        assert silent <= {"fault", "proposer", "runs"}
+        assert "or published" in next(column.meaning for column in table.columns if column.name == "figures")
+
+
 def test_times_stand_in_tables_of_their_own() -> None:
     assert not any("[s]" in name for table in paper_tables(campaign(range(1, 3))) for name in table.header)
     assert all("mean run [s]" in table.header for table in paper_latency(campaign(range(1, 3))))

@@ -11,7 +11,7 @@ from homeostat.evaluate.report.measures.diagnosis import reliability
 from homeostat.evaluate.report.measures.references import References
 from homeostat.evaluate.report.measures.usage import tokens_of
 from homeostat.evaluate.report.statistics import Rate, Spread
-from homeostat.evaluate.report.tables.score import RUNS, mean
+from homeostat.evaluate.report.tables.score import RUNS, mean, words
 from homeostat.evaluate.report.tables.scores import DIAGNOSIS, EFFORT, LATENCY, SAFETY, SUCCESS, Scores, beside
 from homeostat.evaluate.report.tables.table import Cell
 from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, Row
@@ -162,6 +162,13 @@ def test_comparisons_are_made_pair_by_pair() -> None:
     (turned,) = comparisons([*ours, *other], reference="m")
     assert (turned.group.name, turned.ended(True, False), turned.ended(False, True)) == ("search", 2, 1)
     assert comparisons([*ours, *other], reference="nobody") == []
+
+
+def test_what_is_said_of_a_column_is_said_of_one_that_is_there() -> None:
+    shown = {table.name: table for table in contents(campaign(range(1, 3))).tables}
+    for name, said in words().items():
+        assert set(said.columns) - {"figures"} <= set(shown[name].header)
+        assert all(column.meaning == said.columns.get(column.name, "") for column in shown[name].columns)
 
 
 def test_groups_are_in_order_whatever_the_order_of_the_rows() -> None:

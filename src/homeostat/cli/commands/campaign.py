@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib.util
 import os
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
 
 from homeostat.cli import language
 from homeostat.cli.options.arguments import UsageError
@@ -49,9 +54,10 @@ def carry_out(options: argparse.Namespace) -> int:
 def _run(plan: Plan, jobs: Sequence[Job], options: argparse.Namespace) -> int:
     folder: Path = options.out or FOLDER / options.file.stem
     workers = Workers(options.workers or _usual_workers(), options.cluster)
-    show = _shown(sys.stderr.isatty())
+    rerun = rerun_command(options.file, _given(options))
     try:
-        ended = run_campaign(plan.title, jobs, folder, workers, show, rerun_command(options.file, _given(options)))
+        with _shown(sys.stderr.isatty()) as show:
+            ended = run_campaign(plan.title, jobs, folder, workers, show, rerun)
     except KeyboardInterrupt:
         print(f"\nstopped; the same command goes on from what is in {folder}", file=sys.stderr)
         raise
@@ -121,17 +127,19 @@ def _given(options: argparse.Namespace) -> list[str]:
     return [*given, *(part for name, value in numbers.items() if value is not None for part in (name, str(value)))]
 
 
-def _shown(live: bool) -> Callable[[Progress], None]:
+@contextlib.contextmanager
+def _shown(live: bool) -> Iterator[Callable[[Progress], None]]:
     """Shows progress: in one line that is written anew where somebody looks on, else in a line now and then."""
+    if live:
+        with Live(console=Console(stderr=True), auto_refresh=False) as line:
+            yield lambda progress: line.update(Text(progress.line), refresh=True)
+        return
     last = -PACE_S
 
     def show(progress: Progress) -> None:
         nonlocal last
-        ended = progress.done == progress.total
-        if live:
-            print(f"\r{progress.line:<78}", end="\n" if ended else "", file=sys.stderr, flush=True)
-        elif ended or time.monotonic() - last >= PACE_S:
+        if progress.done == progress.total or time.monotonic() - last >= PACE_S:
             last = time.monotonic()
             print(progress.line, file=sys.stderr, flush=True)
 
-    return show
+    yield show

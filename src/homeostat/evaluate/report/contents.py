@@ -154,7 +154,7 @@ def _scored(rows: Sequence[Row], groups: Sequence[Group], who: Scores, end: str,
         ("effort", EFFORT, asking),
     ):
         said = words()[name]
-        titled = {**said, "title": said["title"].format(scope=scope)}
+        titled = replace(said, title=said.title.format(scope=scope))
         made.append(table(f"{name}{end}", (*who, RUNS, *scores), shown, titled))
     return made
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
-from typing import Any, Final, Generic, TypeVar
+from typing import Final, Generic, TypeVar
 
 from homeostat.evaluate.report.groups import Group
 from homeostat.evaluate.report.statistics import estimate, pooled, rate, spread
@@ -16,10 +16,20 @@ from homeostat.evaluate.study.row import Row
 
 T = TypeVar("T")
 
-Words = Mapping[str, Any]
-"""Of a table: ``title``, ``note``, and ``columns`` (heading -> what it means)."""
 Value = Callable[[Row], float | None]
 """A value of a run; None where it has none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """What a table says."""
+
+    title: str
+    """What it shows."""
+    note: str
+    """How to read it."""
+    columns: Mapping[str, str]
+    """Heading -> what it means, where the heading does not say it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,16 +91,17 @@ def each(scores: Iterable[Score[Group]], group_of: Callable[[T], Group]) -> tupl
 @cache
 def words() -> Mapping[str, Words]:
     """What the tables of a report say: name of the table -> its words."""
-    return tomllib.loads(files(__package__).joinpath("words.toml").read_text(encoding="utf-8"))
+    said = tomllib.loads(files(__package__).joinpath("words.toml").read_text(encoding="utf-8"))
+    common = said.pop("columns")
+    return {name: Words(one["title"], one["note"], {**common, **one["columns"]}) for name, one in said.items()}
 
 
 def table(name: str, scores: Sequence[Score[T]], items: Iterable[T], said: Words | None = None) -> Table:
     """One line per item; ``said`` are its words, by default those of the report's table of that name."""
     said = said or words()[name]
-    meanings = {**words()["columns"], **said.get("columns", {})}
-    columns = tuple(replace(score.column, meaning=meanings.get(score.column.name, "")) for score in scores)
+    columns = tuple(replace(score.column, meaning=said.columns.get(score.column.name, "")) for score in scores)
     lines = tuple(tuple(score.of(item) for score in scores) for item in items)
-    return Table(name, said["title"], said["note"], columns, lines)
+    return Table(name, said.title, said.note, columns, lines)
 
 
 def _values(group: Group, of: Value) -> list[float]:
