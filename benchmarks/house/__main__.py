@@ -18,6 +18,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 from benchmarks.host import ROOT, measured_on
@@ -53,6 +54,21 @@ def measured(tree: Path, arguments: tuple[str, ...]) -> Cost:
         subprocess.run(command, cwd=tree, env=environment, check=True, capture_output=True)
         after, wall_s = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic() - began
     return Cost(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, wall_s)
+
+
+def installed_mb() -> dict[str, float]:
+    """Library of the base installation -> what it takes on the disk [MB], the largest first; what is missing is 0."""
+    names = [line.split("==")[0] for line in (ROOT / "requirements" / "base.txt").read_text().splitlines()]
+    found = {name: _size_mb(name) for name in names if name and name[0].isalnum()}
+    return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+
+def _size_mb(library: str) -> float:
+    try:
+        files = [Path(str(file.locate())) for file in distribution(library).files or ()]
+    except PackageNotFoundError:  # needed by another version of Python
+        return 0.0
+    return sum(file.stat().st_blocks * 512e-6 for file in files if file.exists())
 
 
 @contextmanager
@@ -96,6 +112,9 @@ def main() -> None:
     with checked_out(chosen.against) as before:
         for line in table(before, ROOT, chosen.times, chosen.warm):
             print(line, flush=True)
+    sizes = installed_mb()
+    largest = ", ".join(f"{name} {mb:.0f}" for name, mb in list(sizes.items())[:8])
+    print(f"\nThe libraries of a base installation take {sum(sizes.values()):.0f} MB on the disk: {largest}.")
     print(f"\n{measured_on()} Load {os.getloadavg()[0]:.1f}.")
 
 

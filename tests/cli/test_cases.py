@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 from homeostat.plants.folder import case_names
@@ -18,3 +20,11 @@ def test_every_case_and_fault_is_listed(tmp_path: Path) -> None:
             low, high = fault.severity_range.low, fault.severity_range.high
             unit = "-" if fault.severity_unit == "1" else fault.severity_unit
             assert line.split()[1:6] == [f"{fault.severity_nominal:g}", f"{low:g}", "to", f"{high:g}", unit]
+
+
+def test_describing_a_plant_loads_neither_the_compiler_nor_the_twin() -> None:
+    """Whoever only wants to know what there is does not wait for what simulates it."""
+    ask = "import sys; from homeostat.cli.main import main; main(['cases']); print(*sys.modules, file=sys.stderr)"
+    here = Path(__file__).parents[2]
+    done = subprocess.run([sys.executable, "-c", ask], cwd=here, capture_output=True, text=True, check=True)
+    assert not {"numba", "llvmlite", "homeostat.twin.twin", "homeostat.journal"} & set(done.stderr.split())

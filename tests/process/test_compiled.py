@@ -100,3 +100,14 @@ def test_compiling_leaves_numbas_settings_alone() -> None:
     after = numba.config.CACHE_DIR
     assert after == before
     assert double(1.5) == 3.0
+
+
+def test_the_first_compilation_is_said_and_later_runs_are_silent(tmp_path: Path) -> None:
+    ask = "from homeostat.process.equipment import clip, approach; print(clip(2.0, 0.0, 1.0), approach(0.0, 1.0, 0.5))"
+    clean = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")}
+    environment = clean | {"PYTHONPATH": str(ROOT / "src"), "NUMBA_CACHE_DIR": str(tmp_path)}
+    said = [
+        subprocess.run([sys.executable, "-c", ask], env=environment, capture_output=True, text=True, check=True).stderr
+        for _ in range(2)
+    ]
+    assert said == ["compiling, once\n", ""]

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,6 +14,18 @@ from homeostat.process.types import Cube, Indices, Row, Table
 
 MOST_THREADS = 16
 """Most threads that one call uses."""
+PER_MEMBER = (
+    "state",
+    "parameters",
+    "severity",
+    "onset_s",
+    "input_of",
+    "seeds",
+    "process_noise",
+    "sensor_noise",
+    "begin",
+)
+"""Fields of a batch that have one row for each member."""
 _threads = 0
 
 
@@ -83,6 +95,11 @@ class Batch:
     begin: Indices | None = None
     """Seconds after start_s at which each member has its initial state, shape (M,); None for 0."""
 
+    def members(self, rows: Indices) -> Batch:
+        """The batch of these members alone."""
+        given = {name: v[rows] for name in PER_MEMBER if (v := getattr(self, name)) is not None}
+        return replace(self, **given)
+
 
 @dataclass(frozen=True, slots=True)
 class BatchResult:
@@ -131,15 +148,12 @@ class BatchRun:
         if np.isinf(self.inputs[:, self._reached : until]).any():
             when = f"at t = {self._batch.start_s + self._reached:.0f} s"
             raise ProcessError(f"input schedules contain an infinite value {when}; NaN stands for automatic")
-        members, broken = len(self.state), np.full(len(self.state), np.nan)
+        members, broken, b = len(self.state), np.full(len(self.state), np.nan), self._batch
+        given = (self.state, b.parameters, b.severity, b.onset_s, self.inputs, b.input_of, float(b.start_s))
+        noise = (b.seeds, b.process_noise, b.sensor_noise)
 
         def run(first: int, last: int) -> None:
-            b = self._batch
-            self._kernel(
-                first, last, self.state, b.parameters, b.severity, b.onset_s, self.inputs, b.input_of,
-                float(b.start_s), self._begin, until, b.stride, b.seeds, b.process_noise, b.sensor_noise,
-                self._picks, self.record, broken,
-            )  # fmt: skip
+            self._kernel(first, last, *given, self._begin, until, b.stride, *noise, self._picks, self.record, broken)
 
         workers = min(_threads or os.cpu_count() or 1, MOST_THREADS)
         if members * (until - self._reached) < 20_000 or workers == 1 or members == 1:
@@ -166,19 +180,11 @@ class BatchRun:
 
 def _packed(batch: Batch) -> Batch:
     """The same in one memory layout, so that one compiled version serves every caller; the state is a copy."""
-
-    def pack(values: Row | Table | Cube) -> Row | Table | Cube:
-        return np.require(values, np.float64, ("C", "W"))
-
-    def whole(values: Indices) -> Indices:
-        return np.require(values, np.int64, ("C", "W"))
-
-    return replace(
-        batch, state=np.array(batch.state, dtype=np.float64, order="C"), parameters=pack(batch.parameters),
-        severity=pack(batch.severity), onset_s=pack(batch.onset_s), inputs=pack(batch.inputs),
-        input_of=whole(batch.input_of), seeds=whole(batch.seeds), process_noise=pack(batch.process_noise),
-        sensor_noise=pack(batch.sensor_noise), begin=None if batch.begin is None else whole(batch.begin),
-    )  # fmt: skip
+    whole = {name: v for name in ("input_of", "seeds", "begin") if (v := getattr(batch, name)) is not None}
+    numbers = ("parameters", "severity", "onset_s", "inputs", "process_noise", "sensor_noise")
+    packed: dict[str, Any] = {name: np.require(v, np.int64, ("C", "W")) for name, v in whole.items()}
+    packed |= {name: np.require(getattr(batch, name), np.float64, ("C", "W")) for name in numbers}
+    return replace(batch, state=np.array(batch.state, dtype=np.float64, order="C"), **packed)
 
 
 def _check_shapes(batch: Batch) -> None:
@@ -188,23 +194,17 @@ def _check_shapes(batch: Batch) -> None:
     if batch.inputs.ndim != 3 or batch.inputs.shape[1] < batch.steps:
         raise ProcessError(f"input schedules of shape {batch.inputs.shape} do not cover {batch.steps} s")
     members, states = batch.state.shape
-    for name, array in (
-        ("parameters", batch.parameters), ("severity", batch.severity), ("onset_s", batch.onset_s),
-        ("input_of", batch.input_of), ("seeds", batch.seeds),
-        ("process_noise", batch.process_noise), ("sensor_noise", batch.sensor_noise), ("begin", batch.begin),
-    ):  # fmt: skip
+    for name in PER_MEMBER:
+        array = getattr(batch, name)
         if array is not None and len(array) != members:
             raise ProcessError(f"{name} has {len(array)} rows for {members} members; must be one each")
     if batch.onset_s.shape != batch.severity.shape:
         raise ProcessError(f"onset_s of shape {batch.onset_s.shape} must be like severity, {batch.severity.shape}")
-    begin = () if batch.begin is None else batch.begin
-    for name, chosen, limit in (
-        ("input_of", batch.input_of, len(batch.inputs)), ("record", batch.record, states),
-        ("begin", begin, batch.steps + 1),
-    ):  # fmt: skip
-        used = sorted({int(i) for i in chosen})
-        if used and not 0 <= used[0] <= used[-1] < limit:
-            raise ProcessError(f"{name} {used} must be within 0 and {limit - 1}")
+    for name, limit in {"input_of": len(batch.inputs), "record": states, "begin": batch.steps + 1}.items():
+        chosen = getattr(batch, name)
+        used = np.asarray(() if chosen is None else chosen)
+        if used.size and not 0 <= used.min() <= used.max() < limit:
+            raise ProcessError(f"{name} {sorted(set(used.tolist()))} must be within 0 and {limit - 1}")
 
 
 def _check_values(batch: Batch, describe: Callable[[int], str]) -> None:

@@ -63,10 +63,8 @@ def run_sequences(
     members, seconds = len(batch.state), batch.steps
     followed = np.empty((members, seconds), dtype=np.int64)
     walk = Walk(model, sequences, batch.input_of, present)
-    own = replace(
-        batch, stride=1, input_of=np.arange(members), inputs=np.zeros((members, seconds, len(model.inputs))),
-        record=tuple(range(len(model.states))),
-    )  # fmt: skip
+    inputs, every = np.zeros((members, seconds, len(model.inputs))), tuple(range(len(model.states)))
+    own = replace(batch, stride=1, input_of=np.arange(members), inputs=inputs, record=every)
     run = BatchRun(model.kernel, own, model.states.__getitem__)
     for k in range(seconds):
         followed[:, k] = walk.step

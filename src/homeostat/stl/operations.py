@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final, NoReturn, TypeAlias
 
@@ -96,10 +96,8 @@ def _known_columns(difference: Program, unknown: float) -> Program:
     return lambda columns: bound(difference(columns), unknown)
 
 
-COLUMNS: Final = Operations(
-    _column_of, _quotients, np.minimum, np.maximum, _known_columns, _same, np.minimum, np.maximum, _looks_ahead,
-    _looks_ahead,
-)  # fmt: skip
+_ARRAYS: Final = replace(POINT, quotient=_quotients, smaller=np.minimum, larger=np.maximum)
+COLUMNS: Final = replace(_ARRAYS, read=_column_of, known=_known_columns, lowest=np.minimum, highest=np.maximum)
 """One array of shape (members,) per tag; all tags are there."""
 
 
@@ -124,8 +122,12 @@ def _constant_signal(value: float) -> Program:
     return lambda view: constant(value, view.width, view.timed)
 
 
-SIGNALS: Final = Operations(
-    _signal_of, _quotients, np.minimum, np.maximum, _known_signals, _constant_signal, partial(better, LOWEST),
-    partial(better, HIGHEST), temporal.window, temporal.until,
-)  # fmt: skip
+_MARGINS: Final = replace(_ARRAYS, constant=_constant_signal, window=temporal.window, until=temporal.until)
+SIGNALS: Final = replace(
+    _MARGINS,
+    read=_signal_of,
+    known=_known_signals,
+    lowest=partial(better, LOWEST),
+    highest=partial(better, HIGHEST),
+)
 """A `View` of signals; margins are `Decided`."""

@@ -68,10 +68,5 @@ def _families(batch: Batch, before: _Before) -> list[list[int]]:
 
 def _leader(batch: Batch, before: _Before, member: int, seconds: int) -> Batch:
     """``member`` alone for ``seconds``, without its newest fault, every state recorded."""
-    one = slice(member, member + 1)
-    return replace(
-        batch, state=batch.state[one], parameters=batch.parameters[one], severity=before.severity[one],
-        onset_s=before.onset_s[one], input_of=batch.input_of[one], steps=seconds, seeds=batch.seeds[one],
-        record=tuple(range(batch.state.shape[1])), process_noise=batch.process_noise[one],
-        sensor_noise=batch.sensor_noise[one],
-    )  # fmt: skip
+    without = replace(batch, severity=before.severity, onset_s=before.onset_s, steps=seconds)
+    return replace(without.members(np.array([member])), record=tuple(range(batch.state.shape[1])))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -86,16 +86,15 @@ class Twin:
 
     def calibrate(self, seconds: int) -> None:
         """Learn the parameters from the last ``seconds``, in which the plant was healthy."""
-        self._belief = calibrate(
-            self._model, self._history.window(seconds), prior(self._model, self._parameters),
-            dict(self.settings.errors), dict(self.settings.initial),
-        )  # fmt: skip
+        self._belief = self._learned(prior(self._model, self._parameters), seconds, ())
 
     def recalibrate(self, seconds: int, faults: Sequence[FaultState]) -> None:
         """Sharpen what is believed about the parameters by the last ``seconds``, in which ``faults`` were present."""
-        window = self._history.window(seconds)
-        errors, initial = dict(self.settings.errors), dict(self.settings.initial)
-        self._belief = calibrate(self._model, window, self._belief, errors, initial, tuple(faults))
+        self._belief = self._learned(self._belief, seconds, tuple(faults))
+
+    def _learned(self, belief: Belief, seconds: int, faults: tuple[FaultState, ...]) -> Belief:
+        window, errors, initial = self._history.window(seconds), dict(self.settings.errors), dict(self.settings.initial)
+        return calibrate(self._model, window, belief, errors, initial, faults)
 
     def explain(
         self, candidates: Sequence[str], known: Sequence[FaultState], dense: bool = False
@@ -115,9 +114,8 @@ class Twin:
 
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[dict[str, float], ...]:
         """What each hypothesis says the instruments show beyond the truth: tag -> error in the tag's unit."""
-        ensemble = self.ensemble(hypotheses, draws=1)
-        shown, true = self._model.shown_and_true(ensemble.states, ensemble.parameters, ensemble.severity,
-                                                 ensemble.onset_s, ensemble.start_s)  # fmt: skip
+        e = self.ensemble(hypotheses, draws=1)
+        shown, true = self._model.shown_and_true(e.states, e.parameters, e.severity, e.onset_s, e.start_s)
         found = []
         for m in range(len(hypotheses)):
             errors = {t: float(shown[v][m] - true[v][m]) for t, v in self._description.variables.items() if v in shown}
@@ -143,10 +141,9 @@ class Twin:
 
     def _draw(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose) -> Ensemble:
         parameters = self._belief.draws(draws, generator(self._seed, purpose))
-        return synchronise(
-            self._model, self._history.window(self.settings.synchronise_s), parameters, hypotheses,
-            self.settings.corrected, generator(self._seed, Stream.TWIN_NOISE, purpose), self._history.whole,
-        )  # fmt: skip
+        noise = generator(self._seed, Stream.TWIN_NOISE, purpose)
+        window, corrected = self._history.window(self.settings.synchronise_s), self.settings.corrected
+        return synchronise(self._model, window, parameters, hypotheses, corrected, noise, self._history.whole)
 
     def schedule(self, actions: ActionSet, steps: int) -> Table:
         """The inputs of the next ``steps`` seconds if ``actions`` were released now, shape (steps, inputs)."""
@@ -185,11 +182,9 @@ class Twin:
             empty = Trajectory(self._history.window(1).end_s, 1.0, {})
             return Rollout(actions.digest, empty, tuple(hypotheses), (), RolloutResult.BROKE_DOWN, str(broke))
         trajectory = Trajectory(ensemble.start_s + 1.0, 1.0, self.tag_signals(result.values))
-        weights = tuple(ensemble.weights.tolist())
-        return Rollout(
-            actions.digest, trajectory, tuple(hypotheses), weights, RolloutResult.COMPLETED,
-            steps_left=result.steps_left, bands=_bands(result),
-        )  # fmt: skip
+        weights, left = tuple(ensemble.weights.tolist()), result.steps_left
+        told = Rollout(actions.digest, trajectory, tuple(hypotheses), weights, RolloutResult.COMPLETED)
+        return replace(told, steps_left=left, bands=_bands(result))
 
     def _forecast(self, ensemble: Ensemble, actions: ActionSet) -> Forecast:
         """Second by second, with sensor noise: along a schedule, or step by step where there is more than one."""
