@@ -30,7 +30,7 @@ from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.evaluate.score.scoring import exposures
 from homeostat.links.clock import DeclaredClock, ThinkingClock
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "cstr.md"
@@ -80,32 +80,32 @@ class Row:
 
 
 @cache
-def the_case() -> Case:
+def the_case() -> Plant:
     """The reactor, loaded once per process."""
-    return load_case("cstr")
+    return load_plant("cstr")
 
 
 def measure(job: tuple[str, int, bool]) -> Row:
     """Run one scenario; with the yardstick where asked for."""
     fault, seed, yardstick = job
-    case = the_case()
-    s = scenario(case, fault, seed)
-    result = run(case, s, clock=DeclaredClock(1.0))
-    alone = run_unattended(case, s)
+    plant = the_case()
+    s = scenario(plant, fault, seed)
+    result = run(plant, s, clock=DeclaredClock(1.0))
+    alone = run_unattended(plant, s)
     started = 600.0
-    unattended = exposures(alone, LimitsInForce.after(case.description, started), None)
+    unsupervised = exposures(alone, LimitsInForce.after(plant.description, started), None)
     onset = s.onset_s or 0.0
     best = None
     if yardstick and result.released_s is not None:
-        healthy = run_unattended(case, Scenario(case.name, (), seed, s.end_s)).signals
-        made = sum(float(healthy[d][0, -1] - healthy[d][0, int(onset) - 1]) for d in case.delivered)
-        best = best_constant(case, s, result.released_s, GRID[fault], made).production_loss
+        healthy = run_unattended(plant, Scenario(plant.name, (), seed, s.end_s)).signals
+        made = sum(float(healthy[d][0, -1] - healthy[d][0, int(onset) - 1]) for d in plant.delivered)
+        best = best_constant(plant, s, result.released_s, GRID[fault], made).production_loss
     top = float(result.truth.signals["T1"][0, int(started) :].max())
     return Row(
         fault, seed, result.outcome.value, result.actor,
         None if result.detected_s is None else result.detected_s - onset, result.released_s, result.attempts,
         result.production_loss, best, {e.limit: e.total_s for e in result.exposures},
-        {e.limit: e.total_s for e in unattended}, top, result.reason,
+        {e.limit: e.total_s for e in unsupervised}, top, result.reason,
     )  # fmt: skip
 
 
@@ -169,12 +169,12 @@ def other_line(name: str, rows: list[Row]) -> Sequence[object]:
 def thinking() -> list[Sequence[object]]:
     """Thinking time until the first release, with the plant running on, one run at a time."""
     found = []
-    case = the_case()
-    run(case, scenario(case, "cool_stuck_closed", 999, end_s=2100.0))
+    plant = the_case()
+    run(plant, scenario(plant, "cool_stuck_closed", 999, end_s=2100.0))
     for fault in MAIN:
         end_s = 6000.0 if fault == "fouling" else 2200.0
         times = [
-            run(case, scenario(case, fault, s, end_s=end_s), clock=ThinkingClock()).thinking_s for s in range(1, 6)
+            run(plant, scenario(plant, fault, s, end_s=end_s), clock=ThinkingClock()).thinking_s for s in range(1, 6)
         ]
         found.append((fault, f"{median(times):.2f}", f"{max(times):.2f}"))
     return found

@@ -95,10 +95,10 @@ def against_published() -> Iterator[tuple[str, str]]:
         yield "published reference", "not here"
         return
     worst = dict.fromkeys(published.COLUMNS, 0.0)
-    for case in ("normal", *published.FAULTS):
-        off, times = published.differences(case)
+    for plant in ("normal", *published.FAULTS):
+        off, times = published.differences(plant)
         for column, name in enumerate(published.COLUMNS):
-            keep = np.array([(case, name, int(t)) != published.EXCEPTION for t in times])
+            keep = np.array([(plant, name, int(t)) != published.EXCEPTION for t in times])
             worst[name] = max(worst[name], float(off[keep, column].max()))
     yield from deviations("published reference (seven decimals)", worst)
 

@@ -44,7 +44,7 @@ def _wire(plant: str) -> Measure:
     """Every fault of ``plant``, each kept as soon as it is measured."""
 
     def measure(sizes: Sizes) -> dict[str, Any]:
-        at, names = commit(), wire_log.faults(wire_log.load_case(plant), sizes)
+        at, names = commit(), wire_log.faults(wire_log.load_plant(plant), sizes)
         name = f"wire-{plant}-runs" if sizes == FULL else f"wire-{plant}-runs-quick"
         done = (read(name, at) or {"runs": []})["runs"]
         for fault in names:

@@ -24,7 +24,7 @@ from benchmarks.language_runs import LanguageRun, reactor, run_with
 from benchmarks.prompt_tokens import PUBLISHED, Count, counts
 from homeostat.agents.bounds import Budget
 from homeostat.agents.language.scripts import SCRIPTS
-from homeostat.domain.events.guard import FellBack
+from homeostat.domain.events.guard import FallbackActivated
 from homeostat.domain.events.recovery import FallbackArmed
 from homeostat.links.clock import ThinkingClock
 from homeostat.llm.address import parse_address
@@ -101,7 +101,7 @@ def exhausted(url: str) -> list[tuple[str, int, float, float]]:
             armed, deadline_s = next(
                 (e.at_s, e.event.deadline_s) for e in trace.entries if isinstance(e.event, FallbackArmed)
             )
-            fell_s = next(e.at_s for e in trace.entries if isinstance(e.event, FellBack))
+            fell_s = next(e.at_s for e in trace.entries if isinstance(e.event, FallbackActivated))
             rows.append((name, seed, deadline_s, max(fell_s - armed - deadline_s, 0.0)))
     return rows
 

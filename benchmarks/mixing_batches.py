@@ -9,14 +9,14 @@ import numpy as np
 
 from homeostat.domain.diagnosis import Fault, FaultState
 from homeostat.domain.events.guard import StateEntered
-from homeostat.domain.events.recovery import Departed
+from homeostat.domain.events.recovery import Deviated
 from homeostat.evaluate.reference.best_route import best_route
 from homeostat.evaluate.reference.latest_fallback import latest_fallback
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from homeostat.process.seeds import generator as draws
 
 PUBLISHED = {
@@ -73,22 +73,22 @@ class Row:
 
 
 @cache
-def module() -> Case:
+def module() -> Plant:
     """The Mixing Module, loaded once per process."""
-    return load_case("mixing_module")
+    return load_plant("mixing_module")
 
 
 def drawn(family: str, seed: int) -> Scenario:
     """The scenario of one batch: place, severity and onset drawn for ``seed``."""
-    case = module()
+    plant = module()
     if family == "none":
-        return scenario(case, "none", seed, end_s=END_S)
+        return scenario(plant, "none", seed, end_s=END_S)
     if family != PAIR:
         generator = draws(seed, "study/mixing batches", family)
-        return Scenario(case.name, (_fault(family, generator),), seed, END_S)
+        return Scenario(plant.name, (_fault(family, generator),), seed, END_S)
     generator = draws(seed, "study/mixing batches", PAIR)
     families = generator.choice(list(PUBLISHED), size=2, replace=False)
-    return Scenario(case.name, tuple(_fault(str(f), generator) for f in families), seed, END_S)
+    return Scenario(plant.name, tuple(_fault(str(f), generator) for f in families), seed, END_S)
 
 
 def _fault(family: str, generator: np.random.Generator) -> FaultState:
@@ -105,20 +105,20 @@ def _severity(fault: Fault, generator: np.random.Generator) -> float:
 def measure(job: tuple[str, int]) -> Row:
     """Run one batch, and find out what was possible."""
     family, seed = job
-    case, chosen = module(), drawn(*job)
+    plant, chosen = module(), drawn(*job)
     trace = MemoryTrace()
-    result = run(case, chosen, trace, DeclaredClock(1.0))
+    result = run(plant, chosen, trace, DeclaredClock(1.0))
     states = [e.state for e in trace.of(StateEntered)]
-    best = best_route(case, chosen)
-    hard = {limit.name for limit in case.description.limits.hard}
+    best = best_route(plant, chosen)
+    hard = {limit.name for limit in plant.description.limits.hard}
     row = Row(
         family, chosen.fault, seed, tuple(f.severity for f in chosen.faults), tuple(f.onset_s for f in chosen.faults),
         result.outcome.value, result.actor, result.state, result.complete_s, result.nominal_s, dict(result.totals),
         max(e.total_s for e in result.exposures if e.limit in hard), result.detected_s, result.thinking_s,
         result.attempts, any(s.startswith("bypass") for s in states), best.complete_s if best else None,
-        bool(best and any(s.startswith("bypass") for s in best.states)), None, len(trace.of(Departed)), result.wall_s,
+        bool(best and any(s.startswith("bypass") for s in best.states)), None, len(trace.of(Deviated)), result.wall_s,
     )  # fmt: skip
-    return row if safe(row) else replace(row, latest_s=latest_fallback(case, chosen))
+    return row if safe(row) else replace(row, latest_s=latest_fallback(plant, chosen))
 
 
 def safe(row: Row) -> bool:

@@ -66,10 +66,10 @@ def measured(
 
 def nominal_ms() -> float:
     """Time that one nominal batch takes on the simulated plant with its sequencer, best of five [ms]."""
-    case, best = module(), float("inf")
-    chosen = scenario(case, "none", 1, end_s=250.0)
+    plant, best = module(), float("inf")
+    chosen = scenario(plant, "none", 1, end_s=250.0)
     for _ in range(5):
-        process, recipe = open_process(case, chosen), new_sequencer(case)
+        process, recipe = open_process(plant, chosen), new_sequencer(plant)
         begin = time.perf_counter()
         watch(process, recipe)
         best = min(best, time.perf_counter() - begin)

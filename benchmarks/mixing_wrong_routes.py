@@ -27,16 +27,16 @@ LOOK_S = (20.0, 115.0)
 
 def forced(chosen: Scenario) -> Verdict:
     """The verdict on the main route from the end of ``chosen`` on, with the fault known and nobody else's proposal."""
-    case, sequencer = module(), new_sequencer(module())
-    machine, tags = case.description.machine, case.description.tags_by_name
-    twin = Twin(case.model, case.description, case.twin, chosen.seed)
-    watch(open_process(case, chosen), sequencer, twin.observe)
+    plant, sequencer = module(), new_sequencer(module())
+    machine, tags = plant.description.machine, plant.description.tags_by_name
+    twin = Twin(plant.model, plant.description, plant.twin, chosen.seed)
+    watch(open_process(plant, chosen), sequencer, twin.observe)
     path = RecoveryPath(machine, machine.paths(sequencer.state, {}, machine.recovery_event, (), longest=0)[0])
     assert not any(state.startswith("bypass") for state in path.states)
     actions = ActionSet.along(path, lambda state: design_commands(state, tags))
     known = Diagnosis(chosen.end_s, (), (Hypothesis(chosen.faults, 1.0),))
     rollout = twin.roll_out(actions, plausible(known))
-    return judge(actions, rollout, case.description.limits, machine.state(path.target), tags, path)
+    return judge(actions, rollout, plant.description.limits, machine.state(path.target), tags, path)
 
 
 def wrong_routes(seeds: int) -> str:

@@ -13,7 +13,7 @@ from homeostat.domain.plant.state_machine import State
 from homeostat.llm.calls import Call
 from homeostat.llm.model import Question
 from homeostat.llm.replay import ReplayModel
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 
 TARGETS = ("compensated", "reduced_load")
 """States whose commands the recorded setpoints could be; planning chooses between them."""
@@ -31,22 +31,22 @@ def as_call(recorded: RecordedCall, target: State) -> Call:
     )  # fmt: skip
 
 
-def answer_rows(case: Case, calls: Sequence[RecordedCall]) -> list[tuple[object, ...]]:
+def answer_rows(plant: Plant, calls: Sequence[RecordedCall]) -> list[tuple[object, ...]]:
     """Fault, state, answers, usable ones, and why the others are not."""
     rows: list[tuple[object, ...]] = []
     for fault in sorted({c.fault for c in calls}):
         for name in TARGETS:
-            target = case.description.machine.state(name)
+            target = plant.description.machine.state(name)
             group = [c for c in calls if c.fault == fault]
-            said = asyncio.run(_read_all(case, target, group))
+            said = asyncio.run(_read_all(plant, target, group))
             reasons = Counter(f.message for found in said if isinstance(found, Unusable) for f in found.findings)
             why = "; ".join(f"{text} ({n})" for text, n in reasons.most_common())
             rows.append((fault, name, len(said), sum(not isinstance(f, Unusable) for f in said), why or "-"))
     return rows
 
 
-async def _read_all(case: Case, target: State, group: Sequence[RecordedCall]) -> list[object]:
-    kind = action_type(target.open_setpoints, case.description.tags_by_name)
+async def _read_all(plant: Plant, target: State, group: Sequence[RecordedCall]) -> list[object]:
+    kind = action_type(target.open_setpoints, plant.description.tags_by_name)
     model = ReplayModel("recorded", [as_call(c, target) for c in group])
     said: list[object] = []
     for call in group:

@@ -17,13 +17,13 @@ from homeostat.agents.simulation import plausible
 from homeostat.domain.diagnosis import Diagnosis, FaultState
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Finding, LeftAlone
+from homeostat.domain.verdict import Finding, NoActionNeeded
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import scenario
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.true_process import TrueProcess
 from homeostat.plants.assembly import new_sequencer
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from homeostat.process.types import Row
 from homeostat.twin.twin import Twin
 
@@ -87,21 +87,21 @@ def watch(link: SimulatedLink, monitoring: Monitoring, until_s: int) -> tuple[Sn
             diagnosis = monitoring.diagnose()
             if diagnosis.faulty:
                 known = next(h.faults for h in diagnosis.hypotheses if h.faults)
-                monitoring.follow(LeftAlone(snapshot.at_s, 0.0))
+                monitoring.follow(NoActionNeeded(snapshot.at_s, 0.0))
         if snapshot.at_s >= until_s:
             return snapshot, known
     raise ValueError(f"the plant ended before {until_s} s")
 
 
-def situation(case: Case, call: RecordedCall) -> Situation:
+def situation(plant: Plant, call: RecordedCall) -> Situation:
     """The situation of a recorded run: same fault, same onset, same second; the run's number is the seed."""
-    d = case.description
-    setting = scenario(case, call.fault, call.run, onset_s=call.onset_s, end_s=float(ENDS_S))
-    process = open_process(case, setting)
-    link = SimulatedLink(process, recipe=new_sequencer(case).sample)
-    twin = Twin(case.model, d, case.twin, call.run)
+    d = plant.description
+    setting = scenario(plant, call.fault, call.run, onset_s=call.onset_s, end_s=float(ENDS_S))
+    process = open_process(plant, setting)
+    link = SimulatedLink(process, recipe=new_sequencer(plant).sample)
+    twin = Twin(plant.model, d, plant.twin, call.run)
     monitoring = Monitoring(
-        twin, Grounding(case.graph, case.namespace), d, case.baselines, case.started, case.monitoring
+        twin, Grounding(plant.graph, plant.namespace), d, plant.baselines, plant.started, plant.monitoring
     )
     snapshot, known = watch(link, monitoring, call.time_s)
     every = [f.name for f in d.faults]
@@ -109,9 +109,9 @@ def situation(case: Case, call: RecordedCall) -> Situation:
     return Situation(link, process, twin, snapshot, diagnosis, twin.explain(every, ())[0].name)
 
 
-def typed(case: Case, snapshot: Snapshot, wanted: Setpoints) -> ActionSet:
+def typed(plant: Plant, snapshot: Snapshot, wanted: Setpoints) -> ActionSet:
     """``wanted`` for the first reachable recovery target that admits it, or else for the first one."""
-    d, tags = case.description, case.description.tags_by_name
+    d, tags = plant.description, plant.description.tags_by_name
     values = {"T1.sp": wanted.temperature, "L1.sp": wanted.level, "F1.sp": wanted.feed}
     commands = tuple(Command(tag, value, tags[tag].rate_limit) for tag, value in values.items())
     targets = dict.fromkeys(
@@ -126,15 +126,15 @@ def idle() -> ActionSet:
     return ActionSet((), START)
 
 
-def ours(case: Case, where: Situation, actions: ActionSet) -> Ours:
+def ours(plant: Plant, where: Situation, actions: ActionSet) -> Ours:
     """Roll ``actions`` out on the twin and judge them; and see what they do on the plant itself."""
-    d = case.description
+    d = plant.description
     rollout = where.twin.roll_out(actions, plausible(where.diagnosis))
     verdict = judge(actions, rollout, d.limits, d.machine.state(actions.target), d.tags_by_name)
     worst = min(verdict.findings, key=lambda f: f.relative(d.scales))
     start = round(where.snapshot.at_s)
     truth = execute(*copy.deepcopy((where.link, where.process)), actions, start)
-    soon, late = truth.until(case.twin.horizon_s), truth.until(ENDS_S - start)
+    soon, late = truth.until(plant.twin.horizon_s), truth.until(ENDS_S - start)
     return Ours(actions.target, tuple(f for f in verdict.findings if not f.satisfied), worst, soon, late)
 
 

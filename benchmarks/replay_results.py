@@ -21,7 +21,7 @@ from benchmarks.recorded_calls import FILE, Reason, Setpoints, by_run, read_call
 from benchmarks.replay_answers import answer_rows
 from benchmarks.replay_ours import ENDS_S, Course, Ours, idle, ours, situation, typed
 from homeostat.domain.verdict import Finding
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 
 PAGE = ROOT / "docs" / "results" / "replay.md"
 REASONS = {
@@ -225,21 +225,21 @@ def disagreement_lines(replayed: Sequence[Replayed], found: Found) -> str:
 
 def page(replayed: Sequence[Replayed], found: Found, diagnosed: Mapping[str, tuple[str, str]]) -> str:
     """The results page; ``diagnosed``: run -> most probable fault, and the same without the earlier diagnoses."""
-    case = load_case("cstr")
-    d, truth = case.description, {r.call.run_id: r.call.fault for r in replayed}
+    plant = load_plant("cstr")
+    d, truth = plant.description, {r.call.run_id: r.call.fault for r in replayed}
     asks = {c.name: c.description for c in d.limits.criteria} | {x.name: x.description for x in d.limits.limits}
     faults, criteria = cause_lines(replayed, found, asks)
     lost = Counter((fault, diagnosed[name][1]) for name, fault in truth.items() if diagnosed[name][1] != fault)
     return TEXT.format(
         measured=measured_on(),
         calls=len(replayed), runs=len(truth), campaigns=" and ".join(sorted({r.call.experiment for r in replayed})),
-        end=ENDS_S, horizon=case.twin.horizon_s, draws=case.twin.judged_draws, replay=case.twin.replay_s,
+        end=ENDS_S, horizon=plant.twin.horizon_s, draws=plant.twin.judged_draws, replay=plant.twin.replay_s,
         off=max(abs(r.shown.temperature - r.call.shown.temperature) for r in replayed),
         published=published_lines(replayed), repeated=repeat_lines(replayed), faults=faults, criteria=criteria,
         right=sum(diagnosed[name][0] == fault for name, fault in truth.items()),
         setpoints=setpoint_lines(replayed, found, d.scales), disagreements=disagreement_lines(replayed, found),
         same=sum(r.call.accepted != bool(found[r.call.run_id, r.call.evaluated].violated) for r in replayed),
-        answers=lines(answer_rows(case, [r.call for r in replayed])),
+        answers=lines(answer_rows(plant, [r.call for r in replayed])),
         mistaken=", ".join(f"{fault} for {taken} in {n} runs" for (fault, taken), n in lost.items()) or "nothing amiss",
     )  # fmt: skip
 
@@ -249,16 +249,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--records", type=Path, default=FILE, help="file of recorded calls")
     runs = by_run(read_calls(parser.parse_args().records))
-    case = load_case("cstr")
+    plant = load_plant("cstr")
     found: dict[tuple[str, Setpoints | None], Ours] = {}
     diagnosed: dict[str, tuple[str, str]] = {}
     for name, calls in runs.items():
-        where = situation(case, calls[0])
+        where = situation(plant, calls[0])
         diagnosed[name] = where.diagnosis.hypotheses[0].name, where.unprepared
-        found[name, None] = ours(case, where, idle())
+        found[name, None] = ours(plant, where, idle())
         answers = [s for c in calls for s in (c.proposed, c.evaluated)]
         for wanted in dict.fromkeys((*answers, *OTHERS.get(calls[0].fault, ()))):
-            found[name, wanted] = ours(case, where, typed(case, where.snapshot, wanted))
+            found[name, wanted] = ours(plant, where, typed(plant, where.snapshot, wanted))
         print(name, diagnosed[name], flush=True)
     PAGE.write_text(page([r for calls in runs.values() for r in replay(calls)], found, diagnosed), encoding="utf-8")
 

@@ -11,7 +11,7 @@ from benchmarks.guard.scripted_plants import SHAPES, written_at_start
 from benchmarks.guard.store import Sizes
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.plants.assembly import guard_rules
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from tests.guard.adversary import attack
 
 STATES = {"cstr": "normal", "mixing_module": "emptying_B201"}
@@ -35,7 +35,7 @@ EDGES: Mapping[str, tuple[Mapping[str, float], ...]] = {
 
 def measure(plant: str, sizes: Sizes) -> dict[str, Any]:
     """What became of the requests to ``plant``."""
-    case = load_case(plant)
+    case = load_plant(plant)
     rules = guard_rules(case)
     state, accepted = STATES[plant], _accepted(case, rules)
     report = attack(rules, _readings(rules, 11), state, accepted, sizes.requests, seed=11)
@@ -45,7 +45,7 @@ def measure(plant: str, sizes: Sizes) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _accepted(case: Case, rules: GuardRules) -> dict[str, float | None]:
+def _accepted(case: Plant, rules: GuardRules) -> dict[str, float | None]:
     """The plant's targets in the state in which it is asked."""
     design = {r.tag: r.design for r in rules.machine.state(STATES[rules.plant]).setpoints}
     return {**written_at_start(case, rules), **design}

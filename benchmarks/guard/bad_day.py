@@ -13,7 +13,7 @@ from benchmarks.guard.day_script import EVERY_S, KINDS, DayScript, Incident
 from benchmarks.guard.scripted_plants import SHAPES, script_of, written_at_start
 from benchmarks.guard.store import FAST, Sizes
 from benchmarks.guard.timed import Memory, Timed
-from homeostat.domain.events.guard import FellBack
+from homeostat.domain.events.guard import FallbackActivated
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import Observation
@@ -27,7 +27,7 @@ from homeostat.journal import Journal
 from homeostat.links.errors import LinkError
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.assembly import guard_rules
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from tests.equipment.links.misbehaving.link import Misbehaving
 from tests.equipment.links.scripted import ScriptedPlant
 
@@ -88,7 +88,7 @@ class Person:
 
 def measure(plant: str, sizes: Sizes) -> dict[str, Any]:
     """The day of ``plant``."""
-    case = load_case(plant)
+    case = load_plant(plant)
     rules, began = guard_rules(case), time.monotonic()
     plain = script_of(case, rules, sizes.days_s, SEED)
     rest = {t.tag: t.start for t in plain.tags}
@@ -111,7 +111,7 @@ def measure(plant: str, sizes: Sizes) -> dict[str, Any]:
         "expected": sum(len(i.expected) for i in incidents), "missed": missed, "unexpected": unexpected,
         "not_back": day.not_back, "orders": day.person.orders, "decision": timed.summary(),
         "memory": memory.samples, "growth": memory.growth(), "raised": day.raised,
-        "fallbacks": sum(isinstance(e, FellBack) for _, e in events),
+        "fallbacks": sum(isinstance(e, FallbackActivated) for _, e in events),
         "attempts": sum(isinstance(e, WriteIntended) for _, e in events),
     }  # fmt: skip
 
@@ -158,7 +158,7 @@ def judge(
                 later = next((f"{at_s:.0f} s" for at_s, e in during if at_s >= x.from_s and x.match(e)), "never")
                 missed.append(f"{about}: {x.text} by {x.by_s:.0f} s, came {later}")
         if not i.trips:
-            unexpected += [f"{about}: {e.reason}" for _, e in during if isinstance(e, FellBack)]
+            unexpected += [f"{about}: {e.reason}" for _, e in during if isinstance(e, FallbackActivated)]
     return missed, unexpected
 
 

@@ -25,7 +25,7 @@ from homeostat.guard.requests.seal import Sealer
 from homeostat.guard.sequence.sequencer import nominal_commands, what_follows
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.assembly import guard_rules
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 
 Act = Callable[[Life, float], None]
 
@@ -94,9 +94,9 @@ SCENES: dict[str, tuple[Scene, ...]] = {
 
 
 @cache
-def the_case(plant: str) -> Case:
+def the_case(plant: str) -> Plant:
     """The plant, loaded once per process."""
-    return load_case(plant)
+    return load_plant(plant)
 
 
 def measure(plant: str, sizes: Sizes) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks.guard.store import Sizes
 from benchmarks.guard.timed import Memory, Timed
-from homeostat.domain.events.guard import AlarmRaised, FellBack
+from homeostat.domain.events.guard import AlarmRaised, FallbackActivated
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.journal import Journal
 from homeostat.journal.events import Event
@@ -18,7 +18,7 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.true_process import PlantConfiguration, TrueProcess
 from homeostat.plants.assembly import wire
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from homeostat.process.seeds import Stream, noise_seed
 
 SEED = 1
@@ -39,7 +39,7 @@ class Counted:
 
 def measure(plant: str, sizes: Sizes) -> dict[str, Any]:
     """The day of ``plant``."""
-    case = load_case(plant)
+    case = load_plant(plant)
     configuration = PlantConfiguration(
         case.true_parameters(SEED), case.start, (), sizes.days_s, noise_seed(SEED, Stream.TRUTH_NOISE)
     )
@@ -55,6 +55,6 @@ def measure(plant: str, sizes: Sizes) -> dict[str, Any]:
         "plant": plant, "length_s": sizes.days_s, "wall_s": time.monotonic() - began,
         "ticks": len(timed.wall_s), "dropped": assembly.exchange.dropped, "decision": timed.summary(),
         "memory": memory.samples, "growth": memory.growth(), "journal_mb": size_mb,
-        "fallbacks": counted.kinds.get(FellBack.kind, 0), "writes": counted.kinds.get(WriteIntended.kind, 0),
+        "fallbacks": counted.kinds.get(FallbackActivated.kind, 0), "writes": counted.kinds.get(WriteIntended.kind, 0),
         "kinds": counted.kinds, "alarms": counted.alarms,
     }  # fmt: skip

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from homeostat.domain.plant.rules import GuardRules
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from tests.equipment.links.scripted import PlantScript, Push, ScriptedTag
 
 
@@ -56,7 +56,7 @@ LAG_S = 5.0
 
 
 def script_of(
-    case: Case, rules: GuardRules, end_s: float, seed: int, pushes: tuple[Push, ...] = (), lag_s: float = LAG_S
+    plant: Plant, rules: GuardRules, end_s: float, seed: int, pushes: tuple[Push, ...] = (), lag_s: float = LAG_S
 ) -> PlantScript:
     """A script of ``case``: its tags with their stated noise, its writable tags at the start of a run."""
     shape = SHAPES[rules.plant]
@@ -65,11 +65,11 @@ def script_of(
         for tag, rule in rules.qualities.items()
         if tag not in rules.writables
     )
-    return PlantScript(tags, written_at_start(case, rules), end_s, pushes, seed=seed)
+    return PlantScript(tags, written_at_start(plant, rules), end_s, pushes, seed=seed)
 
 
-def written_at_start(case: Case, rules: GuardRules) -> dict[str, float | None]:
+def written_at_start(plant: Plant, rules: GuardRules) -> dict[str, float | None]:
     """Writable tag -> its value at the start of a run; None for automatic."""
-    index = {tag: case.model.inputs.index(case.description.variables[tag]) for tag in rules.writables}
-    values = {tag: float(case.start[i]) for tag, i in index.items()}
+    index = {tag: plant.model.inputs.index(plant.description.variables[tag]) for tag in rules.writables}
+    values = {tag: float(plant.start[i]) for tag, i in index.items()}
     return {tag: None if math.isnan(v) else v for tag, v in values.items()}

@@ -15,7 +15,7 @@ from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.assembly import guard_rules
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from tests.equipment.links.scripted import PlantScript, Push, ScriptedPlant
 
 BASES_K = (306.0, 310.0, 312.5)
@@ -44,12 +44,12 @@ class Kept:
 
 def measure(sizes: Sizes) -> dict[str, Any]:
     """Both figures."""
-    case = load_case("cstr")
-    rules = guard_rules(case)
+    plant = load_plant("cstr")
+    rules = guard_rules(plant)
     steps = []
     for base_k in BASES_K:
         for over_k in STEPS_K:
-            delays = [_delay_s(case, rules, base_k, over_k, seed) for seed in range(sizes.trips)]
+            delays = [_delay_s(plant, rules, base_k, over_k, seed) for seed in range(sizes.trips)]
             steps.append(
                 {
                     "base_k": base_k, "over_k": over_k, "runs": len(delays), "early": sum(map(math.isnan, delays)),
@@ -57,22 +57,22 @@ def measure(sizes: Sizes) -> dict[str, Any]:
                     "max_s": max((d for d in delays if not math.isnan(d)), default=math.nan),
                 }
             )  # fmt: skip
-    tripped = [seed for seed in range(sizes.quiet) if _trips(case, rules, seed)]
+    tripped = [seed for seed in range(sizes.quiet) if _trips(plant, rules, seed)]
     return {"steps": steps, "quiet": {"runs": sizes.quiet, "length_s": QUIET_S, "tripped": tripped}}
 
 
-def _delay_s(case: Case, rules: GuardRules, base_k: float, over_k: float, seed: int) -> float:
+def _delay_s(plant: Plant, rules: GuardRules, base_k: float, over_k: float, seed: int) -> float:
     """From the first reading of the step to the first command of a fallback [s]; infinite where none, NaN if early."""
     step = Push("T1", LIMIT_K + over_k - base_k, STEP_S)
-    record = _run(script_of(case, rules, STEP_S + 120.0, seed, (_to(base_k), step), lag_s=1e-3), rules)
+    record = _run(script_of(plant, rules, STEP_S + 120.0, seed, (_to(base_k), step), lag_s=1e-3), rules)
     sent = [at_s for at_s, e in record.events if isinstance(e, WriteIntended) and e.cause is Cause.FALLBACK]
     if sent and sent[0] < STEP_S:
         return math.nan
     return sent[0] - STEP_S if sent else math.inf
 
 
-def _trips(case: Case, rules: GuardRules, seed: int) -> bool:
-    record = _run(script_of(case, rules, QUIET_S, 10_000 + seed, (_to(QUIET_K),), lag_s=1e-3), rules)
+def _trips(plant: Plant, rules: GuardRules, seed: int) -> bool:
+    record = _run(script_of(plant, rules, QUIET_S, 10_000 + seed, (_to(QUIET_K),), lag_s=1e-3), rules)
     return any(isinstance(e, Tripped) for _, e in record.events)
 
 

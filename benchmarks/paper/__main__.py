@@ -26,9 +26,9 @@ def write_paper(folder: Path, rows: Sequence[Row]) -> tuple[Path, ...]:
     """Write the tables and heat maps of ``rows`` into ``folder``; paths of the files."""
     written = [*write_tables(folder, distinct([*paper_tables(rows), *paper_latency(rows)]))]
     ordered = in_order(rows)
-    for case in cases(ordered):
-        path = folder / f"{file_name('success', case)}.svg"
-        path.write_bytes(heat_map(case, [row for row in ordered if row.case == case]).svg)
+    for plant in cases(ordered):
+        path = folder / f"{file_name('success', plant)}.svg"
+        path.write_bytes(heat_map(plant, [row for row in ordered if row.case == plant]).svg)
         written.append(path)
     return tuple(written)
 

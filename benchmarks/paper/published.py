@@ -66,20 +66,20 @@ class Published:
 def published() -> tuple[Published, ...]:
     """All published lines, in the order of the tables."""
     return tuple(
-        Published(case=case, row=row, model=model, source=source, **figures)
-        for case, sources in tomllib.loads(FILE.read_text(encoding="utf-8")).items()
+        Published(case=plant, row=row, model=model, source=source, **figures)
+        for plant, sources in tomllib.loads(FILE.read_text(encoding="utf-8")).items()
         for source, rows in sources.items()
         for row, models in rows.items()
         for model, figures in models.items()
     )
 
 
-def published_rows(case: str) -> tuple[str, ...]:
+def published_rows(plant: str) -> tuple[str, ...]:
     """Rows of the case's published table without the last one, in its order; empty where there is none."""
-    return tuple(dict.fromkeys(line.row for line in published() if line.case == case and line.row != ALL))
+    return tuple(dict.fromkeys(line.row for line in published() if line.case == plant and line.row != ALL))
 
 
-def published_lines(case: str, row: str) -> tuple[Published, ...]:
+def published_lines(plant: str, row: str) -> tuple[Published, ...]:
     """Lines of one row of the case's published table: the paper's, then the later runs'."""
-    lines = [line for line in published() if (line.case, line.row) == (case, row)]
+    lines = [line for line in published() if (line.case, line.row) == (plant, row)]
     return tuple(sorted(lines, key=lambda line: line.source))

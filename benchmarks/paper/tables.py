@@ -98,8 +98,8 @@ TIMES: Final = (
 def paper_tables(rows: Sequence[Row]) -> list[Table]:
     """One table per case with rows that stand for published ones."""
     return [
-        _table("paper", case, f"{case}: the paper's table", _note(case, lines), (*WHOSE, *SCORES), lines)
-        for case, lines in _cases(rows)
+        _table("paper", plant, f"{plant}: the paper's table", _note(plant, lines), (*WHOSE, *SCORES), lines)
+        for plant, lines in _cases(rows)
     ]
 
 
@@ -107,34 +107,34 @@ def paper_latency(rows: Sequence[Row]) -> list[Table]:
     """The same with the times; they depend on the machine."""
     note = "Means with 95 % bootstrap intervals. The paper's times are those of its machines and providers."
     return [
-        _table("latency", case, f"{case}: times beside the paper's", note, (*WHOSE, *TIMES), lines)
-        for case, lines in _cases(rows)
+        _table("latency", plant, f"{plant}: times beside the paper's", note, (*WHOSE, *TIMES), lines)
+        for plant, lines in _cases(rows)
     ]
 
 
-def _table(name: str, case: str, title: str, note: str, scores: Sequence[Score[Line]], lines: Sequence[Line]) -> Table:
+def _table(name: str, plant: str, title: str, note: str, scores: Sequence[Score[Line]], lines: Sequence[Line]) -> Table:
     said = Words(title, note, MEANINGS)
-    return compact(table(file_name(name, case), scores, lines, said))
+    return compact(table(file_name(name, plant), scores, lines, said))
 
 
 def _cases(rows: Sequence[Row]) -> Iterator[tuple[str, list[Line]]]:
     """The cases with rows that stand for published ones, with the lines of their tables."""
     ordered = in_order(row for row in rows if row.published)
-    for case in cases(ordered):
-        yield case, list(_listed(case, [row for row in ordered if row.case == case]))
+    for plant in cases(ordered):
+        yield plant, list(_listed(plant, [row for row in ordered if row.case == plant]))
 
 
-def _listed(case: str, rows: Sequence[Row]) -> Iterator[Line]:
+def _listed(plant: str, rows: Sequence[Row]) -> Iterator[Line]:
     """Our groups and the published lines of one case, in the order of the published table."""
-    groups, known = by_published(rows), published_rows(case)
+    groups, known = by_published(rows), published_rows(plant)
     run = {group.scenario for group in groups}
     for name in (*(row for row in known if row in run), *sorted(run - set(known))):
         yield from (Line(name, group) for group in groups if group.scenario == name)
-        yield from (Line(name, line) for line in published_lines(case, name))
+        yield from (Line(name, line) for line in published_lines(plant, name))
     whole = run >= set(known)
     yield from (Line(ALL if whole else RUN, group) for group in overall(rows))
     if whole:
-        yield from (Line(ALL, line) for line in published_lines(case, ALL))
+        yield from (Line(ALL, line) for line in published_lines(plant, ALL))
 
 
 def by_published(rows: Sequence[Row]) -> list[Group]:
@@ -142,12 +142,12 @@ def by_published(rows: Sequence[Row]) -> list[Group]:
     return grouped((row for row in rows if row.published), lambda row: row.published)
 
 
-def _note(case: str, listed: Sequence[Line]) -> str:
+def _note(plant: str, listed: Sequence[Line]) -> str:
     remarks: dict[str, list[str]] = {}
     for line in listed:
         if isinstance(line.of, Published) and line.of.remark:
             remarks.setdefault(f"{line.of.model} ({line.of.origin}), {{}}: {line.of.remark}.", []).append(line.fault)
     lead = "Rates with 95 % Wilson intervals, means with 95 % bootstrap intervals; published means have none."
-    if missing := [row for row in published_rows(case) if row not in {line.fault for line in listed}]:
+    if missing := [row for row in published_rows(plant) if row not in {line.fault for line in listed}]:
         lead += f" Of the published rows {', '.join(missing)} were not run."
     return " ".join([lead, *(text.format(", ".join(names)) for text, names in remarks.items())])

@@ -38,7 +38,7 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Failure
 from homeostat.llm.situated import SUPPLIED, SituatedReplay
 from homeostat.plants.assembly import Language
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 
 LANGUAGE = "language"
 
@@ -87,13 +87,13 @@ class Replayed:
 def replayed(published: PublishedRun, label_given: bool = True) -> Replayed:
     """Run it; the number of the run is the seed."""
     batch = published.case == CASE
-    case = module() if batch else load_case(published.case)
+    plant = module() if batch else load_plant(published.case)
     chosen = published_scenario(published.scenario, published.number) if batch else scenario(
-        case, published.scenario, published.number
+        plant, published.scenario, published.number
     )  # fmt: skip
     protocol = AskingProtocol.PER_STEP if batch else AskingProtocol.ROUTE
     trace, model = MemoryTrace(), SituatedReplay(str(published.path), published.calls)
-    result = run(case, chosen, trace, DeclaredClock(1.0), language=Language(model),
+    result = run(plant, chosen, trace, DeclaredClock(1.0), language=Language(model),
                  conditions=Conditions(protocol, label_given))  # fmt: skip
     return _replayed(published, result, trace)
 

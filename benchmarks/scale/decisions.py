@@ -11,7 +11,7 @@ from benchmarks.scale.module_case import TimedStore, module_case
 from benchmarks.scale.plant_graph import KINDS, kind_of
 from benchmarks.scale.prompts import Declining, first_question, left_out, tokens
 from benchmarks.scale.site import Site
-from homeostat.domain.events.guard import FellBack
+from homeostat.domain.events.guard import FallbackActivated
 from homeostat.domain.events.recovery import Noticed, ReleasedActions
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import scenario
@@ -25,7 +25,7 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.plants.assembly import Arrangement, Language, wire
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from homeostat.record.run_record import RunRecord
 
 END_S = {"cstr": 2600.0, "mixing_module": 600.0}
@@ -46,7 +46,7 @@ class Decision:
     module: int
     """Where the fault is."""
     kind: str
-    """Case of the module."""
+    """Plant of the module."""
     fault: str
     """What went wrong."""
     seed: int
@@ -96,7 +96,7 @@ class Stopwatch:
         """Take one event."""
         if isinstance(event, Noticed):
             self._wall_s, self._cpu_s = self._mark()
-        elif isinstance(event, ReleasedActions | FellBack) and math.isnan(self.latency_s):
+        elif isinstance(event, ReleasedActions | FallbackActivated) and math.isnan(self.latency_s):
             wall_s, cpu_s = self._mark()
             self.latency_s, self.cpu_s = wall_s - self._wall_s, cpu_s - self._cpu_s
 
@@ -105,7 +105,7 @@ class Stopwatch:
 
 
 def decide(
-    cases: Mapping[str, Case], store: GraphStore, modules: int, module: int, fault: str, seed: int,
+    cases: Mapping[str, Plant], store: GraphStore, modules: int, module: int, fault: str, seed: int,
     first: str = KINDS[0], end_s: float | None = None,
 ) -> Decision:  # fmt: skip
     """What comes of ``fault`` in ``module`` of a site of ``modules``; its other modules are what their numbers say.
@@ -115,26 +115,26 @@ def decide(
     kinds = [kind_of(k, first) for k in range(1, modules + 1)]
     seeds = [seed if k == module else 100_000 + k for k in range(1, modules + 1)]
     site, timed = Site(cases, kinds, seeds, module), TimedStore(store)
-    case = module_case(cases[kinds[module - 1]], timed, module)
+    plant = module_case(cases[kinds[module - 1]], timed, module)
     timed.took_ms.clear()
-    chosen = scenario(case, fault, seed, end_s=END_S[case.name] if end_s is None else end_s)
+    chosen = scenario(plant, fault, seed, end_s=END_S[plant.name] if end_s is None else end_s)
     clock, trace = DeclaredClock(1.0), MemoryTrace()
     record, stopwatch = RunRecord(lambda: clock.total_s), Stopwatch(site)
     trace.subscribe(record)
     trace.subscribe(stopwatch)
-    process = open_process(replace(case, model=site.join(case.model)), chosen)
+    process = open_process(replace(plant, model=site.join(plant.model)), chosen)
     link = SimulatedLink(process)
     model = ScriptedModel("scripted:declining", Declining())
-    wire(case, link, clock, trace, seed, Arrangement(language=Language(model))).run(link.source)
+    wire(plant, link, clock, trace, seed, Arrangement(language=Language(model))).run(link.source)
     truth = process.truth()
-    inside = inside_at_end(truth, limits_of(case, record, truth))
+    inside = inside_at_end(truth, limits_of(plant, record, truth))
     # On a site no alternative is tried: what was released is taken to be needed.
     kind = outcome(Facts(
         avoidable=False, inside_at_end=inside, fell_back=bool(record.fallbacks), missed=not record.diagnosed,
         released=bool(record.released), needless=False, produces=True,
     ))  # fmt: skip
     return Decision(
-        modules, module, case.name, fault, seed, kind.value, record.actor, stopwatch.latency_s, stopwatch.cpu_s,
+        modules, module, plant.name, fault, seed, kind.value, record.actor, stopwatch.latency_s, stopwatch.cpu_s,
         tokens(first_question(model, "planning")), tokens(first_question(model, "action")), left_out(model),
         len(timed.took_ms), timed.median_ms, max(timed.took_ms), site.spent_s, chosen.end_s,
     )  # fmt: skip

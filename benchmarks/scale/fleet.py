@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.plants.assembly import new_sequencer
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.model import column
 from homeostat.process.seeds import Stream, noise_seed
@@ -28,7 +28,7 @@ BATCHES = 40
 class Fleet:
     """Fault-free modules of one case, which run as by design."""
 
-    case: Case
+    case: Plant
     """What they are copies of."""
     modules: tuple[int, ...]
     """Their numbers on the site."""
@@ -106,13 +106,13 @@ class Fleet:
 
 
 def fleets(
-    cases: Mapping[str, Case], kinds: Sequence[str], seeds: Sequence[int], group: int, live: int | None
+    cases: Mapping[str, Plant], kinds: Sequence[str], seeds: Sequence[int], group: int, live: int | None
 ) -> list[Fleet]:
     """One fleet per case that occurs, of all modules but ``live``; modules are counted from 1."""
     found = []
-    for kind, case in cases.items():
+    for kind, plant in cases.items():
         mine = tuple(k for k, other in enumerate(kinds, start=1) if other == kind and k != live)
         if mine:
             starts = np.array([STAGGER_S * ((k - 1) % group) for k in mine])
-            found.append(Fleet(case, mine, tuple(seeds[k - 1] for k in mine), starts))
+            found.append(Fleet(plant, mine, tuple(seeds[k - 1] for k in mine), starts))
     return found

@@ -28,11 +28,11 @@ class Header:
     equation: str
     """What it does, with ``{0}`` for the number of the group; empty where it does not act back on the modules."""
     users: dict[str, tuple[str, ...]]
-    """Case -> process operators that take from the header."""
+    """Plant -> process operators that take from the header."""
     givers: dict[str, tuple[str, ...]]
-    """Case -> process operators that give to the header."""
+    """Plant -> process operators that give to the header."""
     given: dict[str, str]
-    """Case -> flow of the module that is given; one flow of the header where a case is missing."""
+    """Plant -> flow of the module that is given; one flow of the header where a case is missing."""
 
 
 HEADERS: Final = (

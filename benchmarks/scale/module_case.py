@@ -13,7 +13,7 @@ from pyoxigraph import NamedNode, RdfFormat, Triple
 from benchmarks.scale.plant_graph import namespace
 from homeostat.knowledge.store.store import GraphStore, Row
 from homeostat.plants.graph import read_description
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 
 _T = TypeVar("_T")
 
@@ -63,8 +63,8 @@ class TimedStore:
             self.took_ms.append(1000.0 * (time.perf_counter() - began))
 
 
-def module_case(case: Case, store: GraphStore, module: int) -> Case:
+def module_case(plant: Plant, store: GraphStore, module: int) -> Plant:
     """``case`` as number ``module`` of the site in ``store``; its description is read from there."""
     own = namespace(module)
-    description = read_description(store, f"{own}system", case.model, case.twin.horizon_s)
-    return replace(case, graph=store, namespace=own, description=description)
+    description = read_description(store, f"{own}system", plant.model, plant.twin.horizon_s)
+    return replace(plant, graph=store, namespace=own, description=description)

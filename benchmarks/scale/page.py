@@ -14,7 +14,7 @@ from benchmarks.scale.fits import CONTEXTS, fits, table
 from benchmarks.scale.plant_graph import KINDS
 from benchmarks.scale.retrieval import REPEAT, Retrieval
 from benchmarks.scale.study import ASKED, SIMULATED_S, Study
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 
 TEXT = Path(__file__).parents[1] / "scale_results.md"
 """The page without its numbers."""
@@ -26,7 +26,7 @@ MOST_GROWTH = 0.2
 
 def page(studies: Sequence[Study], alone: Sequence[Retrieval], measured: str) -> str:
     """The whole page; ``alone``: the same questions to the cases without a site."""
-    effect = colder_neighbours({kind: load_case(kind) for kind in KINDS})
+    effect = colder_neighbours({kind: load_plant(kind) for kind in KINDS})
     return TEXT.read_text(encoding="utf-8").format(
         measured=measured, cores=os.cpu_count(), asked=ASKED, minutes=SIMULATED_S // 60, result=_result(studies, alone),
         footprints=_footprints(studies), retrievals=_retrievals(studies),

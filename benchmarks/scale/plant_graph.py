@@ -29,7 +29,7 @@ GROUP: Final = 10
 
 
 def kind_of(module: int, first: str = KINDS[0]) -> str:
-    """Case that a module, counted from 1, is a copy of; ``first``: that of module 1."""
+    """Plant that a module, counted from 1, is a copy of; ``first``: that of module 1."""
     return KINDS[(KINDS.index(first) + module - 1) % len(KINDS)]
 
 

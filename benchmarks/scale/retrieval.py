@@ -11,7 +11,7 @@ from benchmarks.scale.decisions import FAULTS
 from benchmarks.scale.prompts import tokens
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.knowledge.context.context import Excerpt
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 
 UNLIMITED = 1_000_000
 """Budget in which everything that was retrieved fits [tokens]."""
@@ -24,7 +24,7 @@ class Retrieval:
     """One question about one module."""
 
     kind: str
-    """Case of the module."""
+    """Plant of the module."""
     question: str
     """Method of :class:`homeostat.agents.grounding.grounding.Grounding`."""
     median_ms: float
@@ -39,42 +39,42 @@ class Retrieval:
     """Tokens of everything that was retrieved; 0 for what is no context."""
 
 
-def retrievals(case: Case) -> Iterator[Retrieval]:
+def retrievals(plant: Plant) -> Iterator[Retrieval]:
     """Every question once per :data:`REPEAT` about ``case``, a module with the store of its site."""
-    for name, ask in _questions(case).items():
+    for name, ask in _questions(plant).items():
         times: list[float] = []
         worked: list[float] = []
         for _ in range(REPEAT):
-            grounding = Grounding(case.graph, case.namespace)
+            grounding = Grounding(plant.graph, plant.namespace)
             began, busy = time.perf_counter(), time.process_time()
             answer = ask(grounding)
             worked.append(1000.0 * (time.process_time() - busy))
             times.append(1000.0 * (time.perf_counter() - began))
         yield Retrieval(
-            case.name, name, statistics.median(times), max(times), statistics.median(worked), max(worked),
+            plant.name, name, statistics.median(times), max(times), statistics.median(worked), max(worked),
             tokens(answer.text) if isinstance(answer, Excerpt) else 0,
         )  # fmt: skip
 
 
-def context(case: Case) -> tuple[Excerpt, ...]:
+def context(plant: Plant) -> tuple[Excerpt, ...]:
     """What planning and action are shown of ``case`` where nothing has to be left out."""
-    grounding = Grounding(case.graph, case.namespace)
-    found = (ask(grounding) for ask in _questions(case).values())
+    grounding = Grounding(plant.graph, plant.namespace)
+    found = (ask(grounding) for ask in _questions(plant).values())
     return tuple(shown for shown in found if isinstance(shown, Excerpt))
 
 
-def _questions(case: Case) -> dict[str, Callable[[Grounding], object]]:
+def _questions(plant: Plant) -> dict[str, Callable[[Grounding], object]]:
     """Name -> question as it is asked when the first of the study's faults was diagnosed."""
-    machine, fault = case.description.machine, FAULTS[case.name][0]
+    machine, fault = plant.description.machine, FAULTS[plant.name][0]
     event = machine.recovery_event
-    symptoms = [rule.name for rule in case.description.symptom_rules if fault in rule.faults]
+    symptoms = [rule.name for rule in plant.description.symptom_rules if fault in rule.faults]
     faults = (fault,)
     ends = [s.name for s in machine.states if s.recovery_target]
     planned = {t.target for t in machine.transitions if t.event == event}
     acting = [s for s in machine.states if s.open_setpoints and s.name in planned][:3]
     here = next(t.source for t in machine.transitions if t.event == event and t.target == acting[0].name)
     tags = sorted({r.tag for s in acting for r in s.open_setpoints})
-    hard = [limit.name for limit in case.description.limits.hard]
+    hard = [limit.name for limit in plant.description.limits.hard]
     states = [s.name for s in acting]
     return {
         "candidate_faults": lambda g: g.candidate_faults(symptoms),

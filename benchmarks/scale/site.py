@@ -19,7 +19,7 @@ from benchmarks.scale.coupling import draw, heat, impose
 from benchmarks.scale.fleet import fleets
 from benchmarks.scale.headers import DESIGN_DRAW, DESIGN_T, flow_factor, supply_temperature
 from benchmarks.scale.plant_graph import GROUP, group_of
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Row, Table
 
@@ -31,7 +31,7 @@ class Site:
     """Fault-free modules with their headers, and a place for one live module among them."""
 
     def __init__(
-        self, cases: Mapping[str, Case], kinds: Sequence[str], seeds: Sequence[int], live: int | None = None,
+        self, cases: Mapping[str, Plant], kinds: Sequence[str], seeds: Sequence[int], live: int | None = None,
         coupled: bool = True,
     ) -> None:  # fmt: skip
         """Start every module: ``kinds`` and ``seeds`` of each, counted from 1; not ``coupled``: headers never change.

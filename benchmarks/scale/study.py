@@ -16,7 +16,7 @@ from benchmarks.scale.plant_graph import KINDS, kind_of, load_site
 from benchmarks.scale.retrieval import Retrieval, retrievals
 from benchmarks.scale.site import BLOCK_S, Site
 from homeostat.knowledge.store.store import GraphStore
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from homeostat.process.seeds import generator as draws
 
 SIZES = (1, 3, 10, 30, 100, 300, 1000)
@@ -63,7 +63,7 @@ class Study:
 
 def study(modules: int) -> Study:
     """Measure a site of ``modules``; one module is measured as each of the cases."""
-    cases = {kind: load_case(kind) for kind in KINDS}
+    cases = {kind: load_plant(kind) for kind in KINDS}
     firsts = KINDS if modules == 1 else KINDS[:1]
     found = [_study(cases, modules, first) for first in firsts]
     return Study(
@@ -74,10 +74,10 @@ def study(modules: int) -> Study:
 
 def alone() -> tuple[Retrieval, ...]:
     """The same questions to the cases' own graphs, without any site."""
-    return tuple(r for kind in KINDS for r in retrievals(load_case(kind)))
+    return tuple(r for kind in KINDS for r in retrievals(load_plant(kind)))
 
 
-def _study(cases: Mapping[str, Case], modules: int, first: str) -> Study:
+def _study(cases: Mapping[str, Plant], modules: int, first: str) -> Study:
     programs = os.getloadavg()[0]
     before, began = _memory_mb(), time.perf_counter()
     store = load_site(modules, first)
@@ -88,9 +88,9 @@ def _study(cases: Mapping[str, Case], modules: int, first: str) -> Study:
     for kind, numbers in asked.items():
         for number in numbers:
             began = time.perf_counter()
-            case = module_case(cases[kind], store, number)
+            plant = module_case(cases[kind], store, number)
             times.append(1000.0 * (time.perf_counter() - began))
-            found += retrievals(case)
+            found += retrievals(plant)
     kinds = [kind_of(k, first) for k in range(1, modules + 1)]
     Site(cases, KINDS, (1, 2)).run(BLOCK_S)  # whatever is compiled or read from the disk once
     site, began, busy = Site(cases, kinds, range(1, modules + 1)), time.perf_counter(), time.process_time()

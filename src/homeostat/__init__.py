@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from homeostat.evaluate.study.from_file import Study
     from homeostat.evaluate.thinking import declared
     from homeostat.llm.model import LanguageModel
-    from homeostat.plants.plant import load_case as load_plant
+    from homeostat.plants.plant import load_plant as load_plant
     from homeostat.plants.supervisor import Supervisor
     from homeostat.record import events
     from homeostat.stl.formula import parse as formula
@@ -77,7 +77,7 @@ _HOMES = {
     "declared": "evaluate.thinking:declared",
     "events": "record.events:",
     "formula": "stl.formula:parse",
-    "load_plant": "plants.plant:load_case",
+    "load_plant": "plants.plant:load_plant",
     "run": "evaluate.simulation:run",
 }
 """Name -> where it lives; it is loaded when it is asked for, so that importing the package costs nothing."""

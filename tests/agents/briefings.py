@@ -7,12 +7,16 @@ from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import Simulation
 from homeostat.llm.model import LanguageModel
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 
 
 def briefing(
-    model: LanguageModel, case: Case, simulation: Simulation, notes: tuple[str, ...] = (), shown: Excerpts | None = None
+    model: LanguageModel,
+    plant: Plant,
+    simulation: Simulation,
+    notes: tuple[str, ...] = (),
+    shown: Excerpts | None = None,
 ) -> Briefing:
     """A briefing on ``case``; ``shown`` finds its excerpts, those of the graph where not given."""
-    grounding = Grounding(case.graph, case.namespace)
-    return Briefing(model, case.description, case.production, grounding, shown or grounding, simulation, notes)
+    grounding = Grounding(plant.graph, plant.namespace)
+    return Briefing(model, plant.description, plant.production, grounding, shown or grounding, simulation, notes)

@@ -24,8 +24,8 @@ def stuck() -> tuple[Snapshot, ...]:
 
 @functools.cache
 def grounding() -> Grounding:
-    case = reactor()
-    return Grounding(case.graph, case.namespace)
+    plant = reactor()
+    return Grounding(plant.graph, plant.namespace)
 
 
 def now() -> Situation:
@@ -37,5 +37,5 @@ QUICK = SearchSettings(coarse=(0.1,), finalists=3, fine=(0.05,))
 
 def search(settings: SearchSettings | None = None) -> SearchAction:
     """A search on a twin that has followed the stuck valve up to now."""
-    d, case = reactor().description, reactor()
-    return SearchAction(follow(stuck()[:NOW_S]), d.limits, d.tags_by_name, case.production, d.scales, settings)
+    d, plant = reactor().description, reactor()
+    return SearchAction(follow(stuck()[:NOW_S]), d.limits, d.tags_by_name, plant.production, d.scales, settings)

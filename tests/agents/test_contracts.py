@@ -223,9 +223,9 @@ class TestTwinMonitoring(MonitoringContract):
 
     @pytest.fixture
     def monitoring(self) -> Monitoring:
-        case = reactor()
+        plant = reactor()
         twin = follow(())
-        return TwinMonitoring(twin, grounding(), case.description, case.baselines, case.started, case.monitoring)
+        return TwinMonitoring(twin, grounding(), plant.description, plant.baselines, plant.started, plant.monitoring)
 
 
 class TestScriptedMonitoring(MonitoringContract):

@@ -12,7 +12,7 @@ from homeostat.agents.grounding.documents import DocumentExcerpts, excerpts
 from homeostat.agents.grounding.grounding import TEXT, Grounding
 from homeostat.knowledge.context.context import Excerpt
 from homeostat.llm.tokens import estimate
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from homeostat.record.directory import RunDirectory
 
 PLANTS = ["cstr", "mixing_module"]
@@ -20,7 +20,7 @@ PLANTS = ["cstr", "mixing_module"]
 
 def asked(kind: GroundingKind, plant: str, budget: int, grounding: Grounding | None = None) -> list[Excerpt]:
     """One excerpt for each of the three questions."""
-    case = load_case(plant)
+    case = load_plant(plant)
     d = case.description
     grounding = grounding or Grounding(case.graph, case.namespace)
     shown: Excerpts = excerpts(kind, grounding, case.graph, case.namespace)
@@ -60,7 +60,7 @@ def test_the_same_question_finds_the_same_documents(plant: str) -> None:
 
 @pytest.mark.parametrize("plant", PLANTS)
 def test_none_shows_nothing_and_leaves_nothing_out(plant: str) -> None:
-    case = load_case(plant)
+    case = load_plant(plant)
     grounding = Grounding(case.graph, case.namespace)
     for found in asked(GroundingKind.NONE, plant, 900, grounding):
         assert (found.text, found.tokens, found.shown, found.omission) == ("", 0, 0, "")
@@ -68,7 +68,7 @@ def test_none_shows_nothing_and_leaves_nothing_out(plant: str) -> None:
 
 
 def test_what_was_looked_for_and_found_is_recorded() -> None:
-    case = load_case("cstr")
+    case = load_plant("cstr")
     grounding = Grounding(case.graph, case.namespace)
     found = asked(GroundingKind.DOCUMENTS, "cstr", 900, grounding)
     events = grounding.drain()
@@ -79,7 +79,7 @@ def test_what_was_looked_for_and_found_is_recorded() -> None:
 
 
 def test_the_documents_that_were_shown_are_kept_in_the_run_directory(tmp_path: Path) -> None:
-    case = load_case("cstr")
+    case = load_plant("cstr")
     with RunDirectory(tmp_path / "run") as directory:
         grounding = Grounding(case.graph, case.namespace, directory)
         found = asked(GroundingKind.DOCUMENTS, "cstr", 900, grounding)
@@ -90,7 +90,7 @@ def test_the_documents_that_were_shown_are_kept_in_the_run_directory(tmp_path: P
 
 
 def test_without_the_library_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    case = load_case("cstr")
+    case = load_plant("cstr")
     grounding = Grounding(case.graph, case.namespace)
     monkeypatch.setitem(sys.modules, "bm25s", None)
     with pytest.raises(ImportError) as caught:

@@ -43,9 +43,9 @@ class Interrupted:
 
 def followed() -> tuple[Twin, Interrupted]:
     """A twin that has seen the valve stick, and its model."""
-    case = reactor()
-    model = Interrupted(case.model)
-    twin = Twin(model, case.description, case.twin, 0)  # type: ignore[arg-type]
+    plant = reactor()
+    model = Interrupted(plant.model)
+    twin = Twin(model, plant.description, plant.twin, 0)  # type: ignore[arg-type]
     for snapshot in stuck()[:NOW_S]:
         twin.observe(snapshot)
     return twin, model
@@ -83,9 +83,9 @@ def test_what_was_learned_meanwhile_does_not_reach_a_rollout_either() -> None:
 
 
 def search(twin: Twin) -> SearchAction:
-    case = reactor()
-    d = case.description
-    return SearchAction(twin, d.limits, d.tags_by_name, case.production, d.scales, QUICK)
+    plant = reactor()
+    d = plant.description
+    return SearchAction(twin, d.limits, d.tags_by_name, plant.production, d.scales, QUICK)
 
 
 def act(subject: SearchAction) -> ActionSet:

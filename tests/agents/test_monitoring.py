@@ -14,7 +14,7 @@ from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.plant.rules import QualityRule
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import HandedOver, LeftAlone, Released
+from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released
 from homeostat.stl.formula import parse, parse_expression
 from tests.agents.scripted import NoGraph
 from tests.twin.followed import reactor
@@ -256,13 +256,13 @@ def test_what_was_left_alone_is_reviewed() -> None:
     at_s = scene.until_attention(10, x=2.0)
     assert at_s is not None
     scene.monitoring.diagnose()
-    scene.monitoring.follow(LeftAlone(at_s, 1.0))
+    scene.monitoring.follow(NoActionNeeded(at_s, 1.0))
     assert scene.until_attention(250, x=2.0) == at_s + SETTINGS.review_s
 
 
 def test_after_a_hand_over_there_is_nothing_to_ask_for() -> None:
     scene, _ = recovered()
-    scene.monitoring.follow(HandedOver("no plan", scene.at_s))
+    scene.monitoring.follow(FallbackNeeded("no plan", scene.at_s))
     assert scene.watch(500, x=9.0, y=9.0) == []
     assert {s.rule for s in scene.monitoring.symptoms} == {"S-X", "S-Y"}, "it still sees"
 

@@ -11,7 +11,7 @@ from benchmarks.scale.decisions import decide
 from benchmarks.scale.growth import growth
 from benchmarks.scale.plant_graph import KINDS, load_site
 from benchmarks.scale.study import chosen
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 
 pytestmark = pytest.mark.filterwarnings("ignore:open_binary is deprecated:DeprecationWarning")  # on counting tokens
 
@@ -50,7 +50,7 @@ def test_modules_are_drawn_from_those_of_the_case() -> None:
 
 
 def test_a_fault_on_a_site_is_recovered_by_the_module_s_own_supervisor() -> None:
-    cases = {kind: load_case(kind) for kind in KINDS}
+    cases = {kind: load_plant(kind) for kind in KINDS}
     found = decide(cases, load_site(2), 2, 1, "pump_failure", 1, end_s=150.0)
     assert found.good and found.actor == "search" and found.kind == "mixing_module"
     assert found.planning_tokens > 500 and found.action_tokens > 500

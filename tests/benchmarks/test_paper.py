@@ -19,11 +19,11 @@ from tests.evaluate.study.fake_rows import campaign, plain
 
 
 @pytest.mark.parametrize(("case", "rows"), [("mixing_module", 7), ("cstr", 4)])
-def test_every_row_has_both_models_and_both_campaigns(case: str, rows: int) -> None:
-    names = (*published_rows(case), ALL)
+def test_every_row_has_both_models_and_both_campaigns(plant: str, rows: int) -> None:
+    names = (*published_rows(plant), ALL)
     assert len(names) == rows
     for name in names:
-        lines = published_lines(case, name)
+        lines = published_lines(plant, name)
         assert {(line.model, line.origin) for line in lines} == {
             (model, origin) for model in ("GPT-4.1-mini", "GPT-4o-mini") for origin in ORIGINS.values()
         }

@@ -26,7 +26,7 @@ from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.knowledge.checks.conformance import check_shapes
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary.vocabulary import M
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 
 MODULES = 12
 """Two groups of headers, the second with two modules."""
@@ -39,8 +39,8 @@ def site() -> EmbeddedStore:
 
 
 @pytest.fixture(scope="module")
-def cases() -> dict[str, Case]:
-    return {kind: load_case(kind) for kind in KINDS}
+def cases() -> dict[str, Plant]:
+    return {kind: load_plant(kind) for kind in KINDS}
 
 
 def triples(store: EmbeddedStore) -> int:
@@ -65,14 +65,14 @@ def test_a_site_keeps_every_shape() -> None:
 
 
 @pytest.mark.parametrize("module", [1, 2, 11, 12])
-def test_a_module_describes_itself_as_its_case_does(site: EmbeddedStore, cases: dict[str, Case], module: int) -> None:
-    case = cases[kind_of(module)]
-    assert module_case(case, site, module).description == case.description
+def test_a_module_describes_itself_as_its_case_does(site: EmbeddedStore, cases: dict[str, Plant], module: int) -> None:
+    plant = cases[kind_of(module)]
+    assert module_case(plant, site, module).description == plant.description
 
 
 @pytest.mark.parametrize("module", [5, 6, 12])
 def test_a_context_shows_headers_and_of_neighbours_their_product_streams_only(
-    site: EmbeddedStore, cases: dict[str, Case], module: int
+    site: EmbeddedStore, cases: dict[str, Plant], module: int
 ) -> None:
     texts = [shown.text for shown in context(module_case(cases[kind_of(module)], site, module))]
     assert any(SITE in text for text in texts), "no header in any context"
@@ -83,13 +83,13 @@ def test_a_context_shows_headers_and_of_neighbours_their_product_streams_only(
     assert {name for _, name in others} <= {"flow_product", "flow_product_stream"}
 
 
-def test_headers_of_other_groups_are_not_shown(site: EmbeddedStore, cases: dict[str, Case]) -> None:
+def test_headers_of_other_groups_are_not_shown(site: EmbeddedStore, cases: dict[str, Plant]) -> None:
     shown = "\n".join(s.text for s in context(module_case(cases[kind_of(12)], site, 12)))
     assert "CW002" in shown and "CW001" not in shown
 
 
-def test_without_headers_a_context_is_that_of_the_case(site: EmbeddedStore, cases: dict[str, Case]) -> None:
-    alone, within = (context(case) for case in (cases["cstr"], module_case(cases["cstr"], site, 4)))
+def test_without_headers_a_context_is_that_of_the_case(site: EmbeddedStore, cases: dict[str, Plant]) -> None:
+    alone, within = (context(plant) for plant in (cases["cstr"], module_case(cases["cstr"], site, 4)))
     for bare, coupled in zip(alone, within, strict=True):
         lines = coupled.text.splitlines()
         assert set(bare.text.splitlines()) - set(lines) == {
@@ -98,22 +98,22 @@ def test_without_headers_a_context_is_that_of_the_case(site: EmbeddedStore, case
         assert {line.split(" ")[0] for line in bare.text.splitlines()} <= {line.split(" ")[0] for line in lines}
 
 
-def test_a_context_does_not_depend_on_the_rest_of_the_plant(cases: dict[str, Case], site: EmbeddedStore) -> None:
+def test_a_context_does_not_depend_on_the_rest_of_the_plant(cases: dict[str, Plant], site: EmbeddedStore) -> None:
     full = load_site(GROUP)
     for module in (3, 4):
-        case = cases[kind_of(module)]
-        assert context(module_case(case, site, module)) == context(module_case(case, full, module))
+        plant = cases[kind_of(module)]
+        assert context(module_case(plant, site, module)) == context(module_case(plant, full, module))
 
 
-def test_faults_and_paths_are_answered_as_for_the_case(site: EmbeddedStore, cases: dict[str, Case]) -> None:
-    case = cases["cstr"]
-    machine: StateMachine = case.description.machine
-    asked = [Grounding(case.graph, case.namespace), Grounding(site, namespace(8))]
-    for rule in case.description.symptom_rules:
+def test_faults_and_paths_are_answered_as_for_the_case(site: EmbeddedStore, cases: dict[str, Plant]) -> None:
+    plant = cases["cstr"]
+    machine: StateMachine = plant.description.machine
+    asked = [Grounding(plant.graph, plant.namespace), Grounding(site, namespace(8))]
+    for rule in plant.description.symptom_rules:
         alone, within = (g.candidate_faults([rule.name]) for g in asked)
         assert alone == within
     for transition in machine.transitions:
-        for fault in case.description.faults:
+        for fault in plant.description.faults:
             path = (transition.source, transition.target)
             alone, within = (g.allows(path, [fault.name]) for g in asked)
             assert alone == within

@@ -18,29 +18,29 @@ from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.cstr.layout import P, S
 from homeostat.plants.mixing_module.layout import P as MIXER
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 
 
 @pytest.fixture(scope="module")
-def cases() -> dict[str, Case]:
-    return {kind: load_case(kind) for kind in KINDS}
+def cases() -> dict[str, Plant]:
+    return {kind: load_plant(kind) for kind in KINDS}
 
 
-def alone(case: Case, chosen: Scenario, site: Site | None = None) -> Trajectory:
+def alone(plant: Plant, chosen: Scenario, site: Site | None = None) -> Trajectory:
     """True values of a scenario in which nobody acts, within ``site`` where one is given."""
-    around = case if site is None else replace(case, model=site.join(case.model))
-    return watch(open_process(around, chosen), new_sequencer(case)).truth()
+    around = plant if site is None else replace(plant, model=site.join(plant.model))
+    return watch(open_process(around, chosen), new_sequencer(plant)).truth()
 
 
 @pytest.mark.parametrize(("kind", "end_s", "column", "variable"), [
     ("cstr", 800, S.T, "T1"), ("cstr", 800, S.V, "L1"), ("mixing_module", 225, 4, "L_B201"),
 ])  # fmt: skip
 def test_an_uncoupled_site_of_one_module_is_the_case(
-    cases: dict[str, Case], kind: str, end_s: int, column: int, variable: str
+    cases: dict[str, Plant], kind: str, end_s: int, column: int, variable: str
 ) -> None:
-    case = cases[kind]
-    truth = alone(case, scenario(case, "none", 7, end_s=float(end_s)))
-    signal = truth.signals[variable] if variable in truth.signals else truth.signals[_tag(case, variable)]
+    plant = cases[kind]
+    truth = alone(plant, scenario(plant, "none", 7, end_s=float(end_s)))
+    signal = truth.signals[variable] if variable in truth.signals else truth.signals[_tag(plant, variable)]
     site, found = Site(cases, [kind], [7], coupled=False), []
     for _ in range(end_s // BLOCK_S):
         site.run(BLOCK_S)
@@ -48,24 +48,24 @@ def test_an_uncoupled_site_of_one_module_is_the_case(
     np.testing.assert_array_equal(found, signal[0, BLOCK_S - 1 :: BLOCK_S])
 
 
-def _tag(case: Case, variable: str) -> str:
-    return next(tag for tag, name in case.description.variables.items() if name == variable)
+def _tag(plant: Plant, variable: str) -> str:
+    return next(tag for tag, name in plant.description.variables.items() if name == variable)
 
 
 @pytest.mark.parametrize("coupled", [False, True])
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_live_module_is_simulated_as_its_neighbours_are(cases: dict[str, Case], kind: str, coupled: bool) -> None:
+def test_the_live_module_is_simulated_as_its_neighbours_are(cases: dict[str, Plant], kind: str, coupled: bool) -> None:
     """A module under its own plant goes the way that it goes as a member of the batch."""
     kinds, seeds, end_s = list(KINDS), (1, 2), 200
     number = kinds.index(kind) + 1
-    case, site = cases[kind], Site(cases, kinds, seeds, number, coupled)
-    truth = alone(case, scenario(case, "none", seeds[number - 1], end_s=float(end_s)), site)
+    plant, site = cases[kind], Site(cases, kinds, seeds, number, coupled)
+    truth = alone(plant, scenario(plant, "none", seeds[number - 1], end_s=float(end_s)), site)
     whole = Site(cases, kinds, seeds, coupled=coupled)
     whole.run(end_s)
     fleet = next(f for f in whole.fleets if f.case.name == kind)
     column, variable = (S.T, "T1") if kind == "cstr" else (4, "L_B201")
     assert site.now_s == end_s - BLOCK_S
-    assert truth.signals[_tag(case, variable)][0, -1] == pytest.approx(fleet.state[0, column], abs=1e-9)
+    assert truth.signals[_tag(plant, variable)][0, -1] == pytest.approx(fleet.state[0, column], abs=1e-9)
 
 
 def test_a_circuit_follows_its_heat() -> None:
@@ -86,7 +86,7 @@ def test_a_main_gives_less_the_more_is_drawn() -> None:
     np.testing.assert_allclose(factor, np.sqrt([1.0, 0.99, 0.96, 0.84]))
 
 
-def test_more_heat_on_a_header_warms_the_neighbours_supply(cases: dict[str, Case]) -> None:
+def test_more_heat_on_a_header_warms_the_neighbours_supply(cases: dict[str, Plant]) -> None:
     """A reactor with a hotter feed heats the water of its neighbours, and of no reactor elsewhere."""
     kinds = [kind_of(k) for k in range(1, 13)]
     calm, busy = (Site(cases, kinds, range(1, 13)) for _ in range(2))
@@ -104,7 +104,7 @@ def test_more_heat_on_a_header_warms_the_neighbours_supply(cases: dict[str, Case
     assert (warmer[:5] > 0.1).all() and warmer[5] == 0.0
 
 
-def test_what_others_draw_slows_a_filling_down(cases: dict[str, Case]) -> None:
+def test_what_others_draw_slows_a_filling_down(cases: dict[str, Plant]) -> None:
     one, many = Site(cases, KINDS[:1], [1]), Site(cases, [KINDS[0]] * 10, [1] * 10)
     for site in (one, many):
         site.run(20)
@@ -114,7 +114,7 @@ def test_what_others_draw_slows_a_filling_down(cases: dict[str, Case]) -> None:
     assert parameters[0, MIXER.fill_rate] == 0.98 and np.delete(parameters[0], MIXER.fill_rate).all() == 1.0
 
 
-def test_loads_are_those_of_the_states(cases: dict[str, Case]) -> None:
+def test_loads_are_those_of_the_states(cases: dict[str, Plant]) -> None:
     model = cases["cstr"].model
     states, parameters = np.zeros((1, len(S))), np.zeros((1, len(model.parameters)))
     states[0, [S.UA, S.V2_pos, S.T, S.F1_true]] = 500.0, 0.5, 310.0, 1 / 30
@@ -123,7 +123,7 @@ def test_loads_are_those_of_the_states(cases: dict[str, Case]) -> None:
     assert heat("mixing_module", states, parameters) == [0.0]
 
 
-def test_a_site_runs_the_same_way_twice(cases: dict[str, Case]) -> None:
+def test_a_site_runs_the_same_way_twice(cases: dict[str, Plant]) -> None:
     kinds = [kind_of(k) for k in range(1, 6)]
     first, second = (Site(cases, kinds, range(1, 6)) for _ in range(2))
     for site in (first, second):
@@ -132,7 +132,7 @@ def test_a_site_runs_the_same_way_twice(cases: dict[str, Case]) -> None:
         np.testing.assert_array_equal(one.state, other.state)
 
 
-def test_batches_follow_each_other(cases: dict[str, Case]) -> None:
+def test_batches_follow_each_other(cases: dict[str, Plant]) -> None:
     site = Site(cases, KINDS[:1], [1])
     site.run(600)
     delivered = cases["mixing_module"].model.states.index("delivered")

@@ -4,18 +4,18 @@ import subprocess
 import sys
 from pathlib import Path
 
-from homeostat.plants.folder import case_names
-from homeostat.plants.plant import load_case
+from homeostat.plants.folder import plant_names
+from homeostat.plants.plant import load_plant
 from tests.cli.command import environment, homeostat
 
 
 def test_every_case_and_fault_is_listed(tmp_path: Path) -> None:
     done = homeostat("cases", cwd=tmp_path)
     assert (done.status, done.err) == (0, "")
-    for name in case_names():
-        case = load_case(name)
-        assert f"{name}: {case.title}\n" in done.out
-        for fault in case.description.faults:
+    for name in plant_names():
+        plant = load_plant(name)
+        assert f"{name}: {plant.title}\n" in done.out
+        for fault in plant.description.faults:
             (line,) = (line for line in done.out.splitlines() if line.split()[:1] == [fault.name])
             low, high = fault.severity_range.low, fault.severity_range.high
             unit = "-" if fault.severity_unit == "1" else fault.severity_unit

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from tests.cli.command import Done, homeostat, refused
 from tests.plants.copies import Copy
 
@@ -104,7 +104,7 @@ def test_a_plant_that_has_changed_is_refused_by_both_configurations(own: Done, c
     changed = copy / "changed"
     shutil.copytree(own.cwd / "mycstr", changed)
     renamed(changed, OWN, "Another valve")
-    load_case(str(changed))  # what follows from the tables is made again, and said, once
+    load_plant(str(changed))  # what follows from the tables is made again, and said, once
     first = json.loads((copy / "run/events.jsonl").read_text().splitlines()[0])
     digest = next(s["value"] for s in first["configuration"] if s["name"] == "configuration")
     refused(homeostat("replay", "run", "--case", "changed", cwd=copy), str(changed), digest[:12], "--case")

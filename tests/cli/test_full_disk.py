@@ -13,7 +13,7 @@ from homeostat.evaluate.conditions.conditions import Conditions
 from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.scenario import scenario
 from homeostat.evaluate.thinking import Thinking
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from homeostat.record.directory import RunDirectory
 from tests.cli.command import COMMAND, LIMIT_S, Done, environment, homeostat, refused
 from tests.cli.conftest import RECOVERY
@@ -61,11 +61,11 @@ def test_a_run_that_cannot_begin_its_record_does_not_begin(tmp_path: Path) -> No
 def test_a_result_that_cannot_be_stored_is_printed_and_has_a_status_of_its_own(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    case, directory = load_case("cstr"), RunDirectory(tmp_path / "run")
+    plant, directory = load_plant("cstr"), RunDirectory(tmp_path / "run")
     (tmp_path / "run" / "result.json").mkdir()  # no file finds room here
-    chosen = scenario(case, "none", 1, None, None, 30.0)
+    chosen = scenario(plant, "none", 1, None, None, 30.0)
     status = carry(
-        Going(case, chosen, directory, Thinking(declared_s=1.0), "search", None, Conditions(), Operation()), False
+        Going(plant, chosen, directory, Thinking(declared_s=1.0), "search", None, Conditions(), Operation()), False
     )
     said = capsys.readouterr()
     assert status == 1 and "No action" in said.out

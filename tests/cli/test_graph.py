@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from pyoxigraph import RdfFormat, Triple, parse
 
-from homeostat.plants.folder import case_folder
+from homeostat.plants.folder import plant_folder
 from tests.cli.command import homeostat, refused
 from tests.knowledge.servers import free_port, oxigraph_server
 
-PLANT = case_folder("cstr") / "plant.ttl"
+PLANT = plant_folder("cstr") / "plant.ttl"
 FAULTS = "SELECT ?fault ?label { ?fault a DIN17359:Fault ; rdfs:label ?label } ORDER BY ?fault"
 
 

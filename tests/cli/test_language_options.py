@@ -48,7 +48,7 @@ def no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.delenv(name, raising=False)
 
 
-@pytest.mark.parametrize(("arguments", "words"), [case[1:] for case in REFUSED], ids=[case[0] for case in REFUSED])
+@pytest.mark.parametrize(("arguments", "words"), [plant[1:] for plant in REFUSED], ids=[plant[0] for plant in REFUSED])
 def test_refused_and_nothing_written(tmp_path: Path, arguments: tuple[str, ...], words: tuple[str, ...]) -> None:
     refused(homeostat("run", "cstr", "--fault", "fouling", *arguments, cwd=tmp_path), *words)
     assert list(tmp_path.iterdir()) == []

@@ -88,7 +88,7 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("arguments", "words"), [case[1:] for case in REFUSED], ids=[case[0] for case in REFUSED])
+@pytest.mark.parametrize(("arguments", "words"), [plant[1:] for plant in REFUSED], ids=[plant[0] for plant in REFUSED])
 def test_refused_in_one_line(tmp_path: Path, arguments: tuple[str, ...], words: tuple[str, ...]) -> None:
     refused(homeostat("prompt", *arguments, cwd=tmp_path), *words)
     assert list(tmp_path.iterdir()) == []

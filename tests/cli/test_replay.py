@@ -11,7 +11,7 @@ import pytest
 
 from homeostat.domain.events import recovery as decision_events
 from homeostat.journal import read_events
-from homeostat.record.decode import EVENTS, recall
+from homeostat.record.decode import EVENTS, decode
 from tests.cli.command import Done, homeostat, refused
 
 
@@ -103,7 +103,7 @@ def test_every_event_of_a_run_is_recalled(record: Path) -> None:
     known = {event.kind for event in EVENTS}
     records = list(read_events(record))
     assert {r.kind for r in records} <= known
-    events = [recall(r) for r in records]
+    events = [decode(r) for r in records]
     assert [e.kind for e in events if e is not None] == [r.kind for r in records]
 
 

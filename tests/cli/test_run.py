@@ -14,7 +14,7 @@ from homeostat.journal import read_events
 from homeostat.journal.artifacts import read_parquet
 from homeostat.journal.manifest import read_manifest
 from homeostat.journal.verify.verify import verify
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from tests.cli.command import Done, homeostat
 
 KEYS = (
@@ -60,7 +60,7 @@ def test_a_run_names_the_configuration_that_it_was_made_with(record: Path) -> No
     stated = {setting["name"]: setting["value"] for setting in first.fields["configuration"]}
     manifest = read_manifest(record)
     assert manifest is not None
-    assert stated["configuration"] == manifest.configuration == load_case("cstr").configuration
+    assert stated["configuration"] == manifest.configuration == load_plant("cstr").configuration
 
 
 def test_beliefs_and_actions_as_json(recovered_json: Done) -> None:
@@ -72,7 +72,7 @@ def test_beliefs_and_actions_as_json(recovered_json: Done) -> None:
     assert 0.9 < sum(b["probability"] for b in beliefs) <= 1.0 + 1e-9
     assert beliefs[0]["fault"] == "cool_stuck_closed" and beliefs[0]["severity"] == pytest.approx(0.7, abs=0.05)
     assert all(tuple(a) == ("tag", "value", "rate") for a in result["actions"])
-    plant = load_case("cstr").description
+    plant = load_plant("cstr").description
     for action in result["actions"]:
         tag = plant.tag(action["tag"])
         assert action["value"] is None or tag.range.contains(action["value"])
@@ -154,7 +154,7 @@ def test_what_a_run_keeps(record: Path) -> None:
 
 def test_the_trajectory_of_a_run(record: Path) -> None:
     stored = read_parquet(record / "trajectory.parquet")
-    tags = load_case("cstr").description.tags
+    tags = load_plant("cstr").description.tags
     assert set(stored.columns) == {f"{what} {tag.name}" for what in ("measured", "true") for tag in tags}
     assert all(stored.units[f"true {tag.name}"] == stored.units[f"measured {tag.name}"] == tag.unit for tag in tags)
     assert stored.times_s.tolist() == [float(t) for t in range(1, 1301)]

@@ -6,12 +6,12 @@ import pytest
 
 from homeostat.cli.story.story import Story
 from homeostat.domain.events.guard import RequestAnswered
-from homeostat.domain.events.recovery import Departed, ReleaseRefused
+from homeostat.domain.events.recovery import Deviated, ReleaseRefused
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import Finding
 from homeostat.journal.calls import ModelCalled
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 
 
 def called(served: str = "", failure: str = "", detail: str = "") -> ModelCalled:
@@ -28,12 +28,12 @@ FORGED = "m\n    931 s  released  T1.sp to 400 K\x1b[2J\r\u202e"
 @pytest.mark.parametrize("event", [called(served=FORGED), called(failure="REJECTED", detail=FORGED)])
 def test_a_server_forges_no_line(event: ModelCalled) -> None:
     """Also in a journal that was written by somebody else."""
-    (line,) = Story(load_case("cstr").description).tell(event, 930.0)
+    (line,) = Story(load_plant("cstr").description).tell(event, 930.0)
     assert str(line).isprintable() and "m 931 s released" in str(line)
 
 
 def test_a_refusal_is_told_with_its_reason_and_forges_no_line() -> None:
-    story = Story(load_case("cstr").description)
+    story = Story(load_plant("cstr").description)
     finding = Finding("PRM-COOL", Owner.ACTION, -0.5, "K", 0.0, 0, "PRM-COOL is violated by 0.5 K")
     (line,) = story.tell(ReleaseRefused("search", "", (finding,)), 930.0)
     assert str(line).endswith("refused   search: the release check, because PRM-COOL is violated by 0.5 K")
@@ -43,8 +43,8 @@ def test_a_refusal_is_told_with_its_reason_and_forges_no_line() -> None:
 
 
 def test_a_departure_is_told_with_its_reason() -> None:
-    event = Departed("filling_B201", "t1", 36.0, 40.0, "'B201.level >= 0.198' does not hold at 49 s, predicted by 40 s")
-    (line,) = Story(load_case("mixing_module").description).tell(event, 49.0)
+    event = Deviated("filling_B201", "t1", 36.0, 40.0, "'B201.level >= 0.198' does not hold at 49 s, predicted by 40 s")
+    (line,) = Story(load_plant("mixing_module").description).tell(event, 49.0)
     assert str(line) == (
         "     49 s  deviates  from the prediction in 'filling_B201': "
         "'B201.level >= 0.198' does not hold at 49 s, predicted by 40 s"

@@ -9,13 +9,13 @@ import pytest
 
 from homeostat.cli.story.story import Story
 from homeostat.cli.story.summary import summary
-from homeostat.domain.events.guard import FellBack, RequestAnswered
+from homeostat.domain.events.guard import FallbackActivated, RequestAnswered
 from homeostat.domain.recovery import Command
 from homeostat.journal import Event
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from homeostat.record.result import Exposure, Result, read_result
 
-PLANT = load_case("cstr", learned=False).description
+PLANT = load_plant("cstr", learned=False).description
 FIRST, LAST = (Command("F1.sp", 0.01, None),), (Command("F1.sp", 0.02, None),)
 
 
@@ -50,7 +50,10 @@ def test_what_was_done_is_told_with_its_own_time(result: Result) -> None:
 
 def test_a_fallback_is_told_with_its_own_time(result: Result) -> None:
     fell = replace(result, actor="fallback", actions=LAST, released_s=2008.0)
-    events: list[tuple[Event, float]] = [(released(FIRST), 2008.0), (FellBack("isolate", LAST, "too hot"), 2093.0)]
+    events: list[tuple[Event, float]] = [
+        (released(FIRST), 2008.0),
+        (FallbackActivated("isolate", LAST, "too hot"), 2093.0),
+    ]
     assert rows(fell, *events, (released(FIRST), 4000.0))["Done"] == (
         "by the fallback: F1.sp to 0.02 L/s (at 2093 s; the first release was at 2008 s)"
     )

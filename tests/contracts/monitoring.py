@@ -9,9 +9,13 @@ import pytest
 from homeostat.agents.roles import Monitoring
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import HandedOver, LeftAlone, Released, Resolution
+from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released, Resolution
 
-OUTCOMES: list[Resolution] = [Released(ActionSet((), "x"), 100.0), LeftAlone(100.0, 0.5), HandedOver("no plan", 100.0)]
+OUTCOMES: list[Resolution] = [
+    Released(ActionSet((), "x"), 100.0),
+    NoActionNeeded(100.0, 0.5),
+    FallbackNeeded("no plan", 100.0),
+]
 
 
 class MonitoringContract:

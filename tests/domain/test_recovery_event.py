@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from homeostat.domain.plant.state_machine import State, StateMachine, Transition
-from homeostat.plants.folder import case_names
-from homeostat.plants.plant import load_case
+from homeostat.plants.folder import plant_names
+from homeostat.plants.plant import load_plant
 from homeostat.stl.formula import parse
 
 TRUE = parse("true")
@@ -25,9 +25,9 @@ def machine(*transitions: Transition, safe_is_target: bool = False) -> StateMach
     return StateMachine("m", (*states, state("safe", 9, target=safe_is_target)), transitions)
 
 
-@pytest.mark.parametrize("plant", case_names())
+@pytest.mark.parametrize("plant", plant_names())
 def test_the_plants_decide_on_a_diagnosed_fault(plant: str) -> None:
-    assert load_case(plant, learned=False).description.machine.recovery_event == "fault_diagnosed"
+    assert load_plant(plant, learned=False).description.machine.recovery_event == "fault_diagnosed"
 
 
 def test_it_is_that_of_decisions_that_lead_to_a_recovery_target_at_once_or_by_themselves() -> None:

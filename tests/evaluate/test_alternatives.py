@@ -16,7 +16,7 @@ from homeostat.domain.recovery import ActionSet, Command
 from homeostat.evaluate.conditions.conditions import Conditions
 from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.reference.alternatives import as_usual, avoidable, diverted, needless, released_set
-from homeostat.evaluate.reference.unsupervised import run_unattended, unattended
+from homeostat.evaluate.reference.unsupervised import run_unattended, unsupervised
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run, run_steered
 from homeostat.evaluate.scenario import Scenario, scenario
@@ -26,7 +26,7 @@ from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.plants.assembly import Language, fallbacks, new_sequencer
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.releases import Releases
 from tests.twin.followed import reactor
 
@@ -38,8 +38,8 @@ FORCE = LimitsInForce.after(reactor().description, STARTED_S)
 
 
 @functools.cache
-def mixing() -> Case:
-    return load_case("mixing_module")
+def mixing() -> Plant:
+    return load_plant("mixing_module")
 
 
 @functools.cache
@@ -110,7 +110,7 @@ def test_a_release_is_found_again_with_its_later_steps() -> None:
 
 
 def test_steps_as_usual_are_told_from_others() -> None:
-    usual = [state for state, _ in unattended(mixing(), scenario(mixing(), "none", 3)).states]
+    usual = [state for state, _ in unsupervised(mixing(), scenario(mixing(), "none", 3)).states]
     assert usual[-1] == "complete"
     assert all(as_usual(mixing(), usual[:k]) for k in range(len(usual) + 1))
     assert not as_usual(mixing(), [*usual[:4], "bypass_emptying_B201"]) and not as_usual(mixing(), usual[1:])
@@ -178,11 +178,11 @@ def test_a_limit_of_start_up_is_violated_although_a_fallback_would_have_kept_it(
     assert force.starting(truth).all() and avoidable(reactor(), chosen, truth, force, 20.0, None)
 
 
-@pytest.mark.parametrize("case", [reactor(), mixing()], ids=lambda case: case.name)
+@pytest.mark.parametrize("case", [reactor(), mixing()], ids=lambda plant: plant.name)
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_a_start_without_a_fault_keeps_the_limits_of_start_up(case: Case, seed: int) -> None:
-    alone = unattended(case, scenario(case, "none", seed, None, None, 600.0))
-    force = in_force(case.description, alone.states, alone.truth.start_s)
+def test_a_start_without_a_fault_keeps_the_limits_of_start_up(plant: Plant, seed: int) -> None:
+    alone = unsupervised(plant, scenario(plant, "none", seed, None, None, 600.0))
+    force = in_force(plant.description, alone.states, alone.truth.start_s)
     assert force.spans and outside_after(alone.truth, force) == {}
 
 

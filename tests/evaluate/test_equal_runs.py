@@ -10,7 +10,7 @@ from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import Event, MemoryTrace
 from homeostat.links.clock import DeclaredClock
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 
 RUNS = {
     "cstr": ("cool_stuck_closed", 900.0, 1010.0),
@@ -20,8 +20,8 @@ RUNS = {
 
 
 @cache
-def plant(name: str) -> Case:
-    return load_case(name)
+def plant(name: str) -> Plant:
+    return load_plant(name)
 
 
 def events(name: str, seed: int) -> list[tuple[float, Event]]:

@@ -24,7 +24,7 @@ from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from homeostat.plants.settings.figure_panel import StripPanel
 from homeostat.stl.formula import parse
 
@@ -58,21 +58,21 @@ def test_a_limit_is_not_in_force_while_an_alternative_holds() -> None:
 
 
 @pytest.fixture(scope="module")
-def case() -> Case:
-    return load_case("cstr")
+def plant() -> Plant:
+    return load_plant("cstr")
 
 
-def leaking(case: Case) -> Run:
+def leaking(plant: Plant) -> Run:
     trace = MemoryTrace()
-    return run(case, scenario(case, "leak", 1, 700.0, end_s=900.0), trace, DeclaredClock(1.0))
+    return run(plant, scenario(plant, "leak", 1, 700.0, end_s=900.0), trace, DeclaredClock(1.0))
 
 
-def test_moments_in_their_order_and_equal_runs_equal_pictures(case: Case) -> None:
-    done = leaking(case)
-    marks = explained(done, case.description.machine)
+def test_moments_in_their_order_and_equal_runs_equal_pictures(plant: Plant) -> None:
+    done = leaking(plant)
+    marks = explained(done, plant.description.machine)
     assert [m.at_s for m in marks] == sorted(m.at_s for m in marks) and marks[0].at_s == 700.0
     assert [m.words.split()[0] for m in marks] == ["leak", "noticed", "fallback"]
-    assert draw(done) == draw(leaking(case))
+    assert draw(done) == draw(leaking(plant))
 
 
 @pytest.mark.parametrize(
@@ -89,12 +89,12 @@ def test_limits_of_one_value_share_their_words(descriptions: list[str], words: s
 
 
 @pytest.fixture(scope="module")
-def batch() -> Case:
-    return load_case("mixing_module")
+def batch() -> Plant:
+    return load_plant("mixing_module")
 
 
 @pytest.fixture(scope="module")
-def clogged(batch: Case) -> Run:
+def clogged(batch: Plant) -> Run:
     trace = MemoryTrace()
     what = scenario(batch, "clogging_main", 3, 100.0, severity=0.98, end_s=500.0)
     return run(batch, what, trace, DeclaredClock(1.0))
@@ -105,7 +105,7 @@ def crossing(texts: Sequence[Text]) -> list[tuple[str, str]]:
     return [(a, b) for (a, first), (b, second) in combinations(boxes, 2) if first.overlaps(second)]
 
 
-def test_words_of_moments_and_names_of_states_can_be_read(batch: Case, clogged: Run) -> None:
+def test_words_of_moments_and_names_of_states_can_be_read(batch: Plant, clogged: Run) -> None:
     figure = compose(clogged)
     moments, states = figure.axes[0].texts, figure.axes[-1].texts
     labels = {state.name: state.label for state in batch.description.machine.states}
@@ -128,7 +128,7 @@ def test_a_name_is_never_on_a_bar_that_is_too_short_for_it() -> None:
     assert short.x0 > 5.0 and short.x1 < 60.0
 
 
-def test_every_axis_gives_its_unit_and_every_strip_its_tag(batch: Case, clogged: Run) -> None:
+def test_every_axis_gives_its_unit_and_every_strip_its_tag(batch: Plant, clogged: Run) -> None:
     axes = compose(clogged).axes[1:-1]
     for panel, axis in zip(batch.panels, axes, strict=True):
         assert {batch.description.tag(tag).unit for tag in panel.tags} == {panel.unit}

@@ -30,7 +30,7 @@ from homeostat.journal import Event, MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink, SimulatedWire
 from homeostat.plants.assembly import Arrangement, new_sequencer, wire
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from tests.equipment.links.misbehaving.link import LostHeartbeat, Misbehaving, NoLease
 
 FAULT, OFFERED_S = "stuck_closed_VI202", 90.0
@@ -77,15 +77,15 @@ class Person:
         return [e.status for e in self.of(RequestAnswered) if e.request == first]
 
 
-def case() -> Case:
-    return load_case("mixing_module")
+def plant() -> Plant:
+    return load_plant("mixing_module")
 
 
 def operated(mode: Mode, person: Person, fault: str = "none", end_s: float = 130.0, persons: int = 1) -> Run:
     trace = MemoryTrace()
     trace.subscribe(person)
     operation = Operation(mode, orders=person.orders, persons=persons)
-    return run(case(), scenario(case(), fault, 1, end_s=end_s), trace, DeclaredClock(1.0), operation=operation)
+    return run(plant(), scenario(plant(), fault, 1, end_s=end_s), trace, DeclaredClock(1.0), operation=operation)
 
 
 def test_what_is_offered_is_written_after_a_yes_to_its_digest() -> None:
@@ -171,39 +171,39 @@ def test_the_plant_runs_its_own_recipe_and_the_guard_is_in_the_same_states() -> 
     person = Person()
     result = operated(Mode.OBSERVE, person, end_s=130.0)
     entered = tuple((e.state, at_s) for e, at_s in person.seen if isinstance(e, StateEntered))
-    alone = fault_free(case(), 1, 130.0)
+    alone = fault_free(plant(), 1, 130.0)
     assert entered == alone.states and len(entered) == 4
     assert all((result.truth.signals[name] == alone.truth.signals[name]).all() for name in ("B201.level", "B202.level"))
 
 
 def test_what_only_observes_has_no_way_to_write() -> None:
     """Nothing that the guard holds leads to the plant's wire, its lease, or the plant."""
-    process = open_process(case(), scenario(case(), "none", 1, end_s=30.0))
-    link = SimulatedLink(process, LinkConfiguration(recipe_by=Side.PLANT), new_sequencer(case()).sample)
-    observing = wire(case(), None, DeclaredClock(0.0), MemoryTrace(), 1, Arrangement(mode=Mode.OBSERVE))
+    process = open_process(plant(), scenario(plant(), "none", 1, end_s=30.0))
+    link = SimulatedLink(process, LinkConfiguration(recipe_by=Side.PLANT), new_sequencer(plant()).sample)
+    observing = wire(plant(), None, DeclaredClock(0.0), MemoryTrace(), 1, Arrangement(mode=Mode.OBSERVE))
     observing.run(link.source)
     assert link.ended and link.wire_log == ()
     assert link.now_s == 30.0 and process.accepted["VI201.cmd"] == 1.0
     assert not [
         thing for thing in reached(observing) if isinstance(thing, SimulatedLink | SimulatedWire) or thing is process
     ]
-    writing = wire(case(), link, DeclaredClock(0.0), MemoryTrace(), 1)
+    writing = wire(plant(), link, DeclaredClock(0.0), MemoryTrace(), 1)
     assert [thing for thing in reached(writing) if thing is link]
 
 
 @pytest.mark.parametrize("refused", [(), (NoLease(28.0, 80.0),)], ids=["at once", "later"])
 def test_a_batch_goes_on_where_the_plant_stands_after_the_lease_was_lost(refused: tuple[NoLease, ...]) -> None:
     """The plant's own recipe takes the step that is due meanwhile; the guard takes the ones that follow."""
-    process = open_process(case(), scenario(case(), "none", 1, end_s=300.0))
-    beneath = SimulatedLink(process, recipe=new_sequencer(case()).sample)
+    process = open_process(plant(), scenario(plant(), "none", 1, end_s=300.0))
+    beneath = SimulatedLink(process, recipe=new_sequencer(plant()).sample)
     link = Misbehaving(beneath, (LostHeartbeat(23.0, 29.0), *refused))
     person, trace = Person(), MemoryTrace()
     trace.subscribe(person)
-    batch = wire(case(), link, DeclaredClock(0.0), trace, 1)
+    batch = wire(plant(), link, DeclaredClock(0.0), trace, 1)
     batch.run(link.source)
     assert len(person.of(LeaseLost)) == 1 and person.of(LeaseTried)[-1].given
     assert [e for e in person.of(ServiceChanged) if not e.in_service] == [] and person.of(Tripped) == []
-    alone = [state for state, _ in fault_free(case(), 1, 300.0).states]
+    alone = [state for state, _ in fault_free(plant(), 1, 300.0).states]
     entered = [e.state for e in person.of(StateEntered)]
     assert entered == [state for state in alone if state in entered] and entered[-1] == alone[-1]
     assert len(entered) == (len(alone) if not refused else len(alone) - 1)

@@ -11,7 +11,7 @@ from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.local_control import LocalControl, Told
 from homeostat.evaluate.operation import Operation
-from homeostat.evaluate.reference.unsupervised import Unattended, fault_free, open_process
+from homeostat.evaluate.reference.unsupervised import Unsupervised, fault_free, open_process
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
@@ -19,7 +19,7 @@ from homeostat.guard.sequence.recognition import Evidence, followed
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from tests.evaluate.test_operation import FAULT, Person
 
 END_S = 350.0
@@ -27,8 +27,8 @@ END_S = 350.0
 
 
 @cache
-def case(recipe: Side = Side.GUARD) -> Case:
-    return replace(load_case("mixing_module"), recipe=recipe)
+def case(recipe: Side = Side.GUARD) -> Plant:
+    return replace(load_plant("mixing_module"), recipe=recipe)
 
 
 def operated(
@@ -49,7 +49,7 @@ def causes(person: Person) -> list[str]:
     return [w.cause.value for w in person.of(WriteIntended)]
 
 
-def alone() -> Unattended:
+def alone() -> Unsupervised:
     return fault_free(case(), 1, END_S)
 
 

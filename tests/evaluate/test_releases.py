@@ -26,7 +26,7 @@ from homeostat.journal import Event, MemoryTrace
 from homeostat.journal.verify.verify import verify
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.assembly import Workbench, in_operation
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from homeostat.record.directory import RunDirectory
 from homeostat.record.releases import Release, Releases
 from homeostat.record.result import read_result
@@ -148,10 +148,10 @@ class Overtaking:
 
 
 def overtaken(person: Overtaking) -> Run:
-    case, trace = load_case("mixing_module"), MemoryTrace()
+    plant, trace = load_plant("mixing_module"), MemoryTrace()
     trace.subscribe(person)
-    chosen = scenario(case, FAULT, 1, end_s=END_S)
-    return run(case, chosen, trace, DeclaredClock(1.0), operation=Operation(orders=person.orders))
+    chosen = scenario(plant, FAULT, 1, end_s=END_S)
+    return run(plant, chosen, trace, DeclaredClock(1.0), operation=Operation(orders=person.orders))
 
 
 def test_a_release_that_recovery_had_no_time_to_record_is_scored_all_the_same() -> None:
@@ -183,11 +183,11 @@ def test_a_proposer_that_ends_the_process_ends_no_run(raised: type[BaseException
     def propose(bench: Workbench) -> Any:
         return tuple(replace(p, planning=Leaving(raised)) for p in in_operation(bench))
 
-    case, seen = load_case("mixing_module"), []
-    chosen = scenario(case, FAULT, 1, end_s=END_S)
+    plant, seen = load_plant("mixing_module"), []
+    chosen = scenario(plant, FAULT, 1, end_s=END_S)
     with RunDirectory(tmp_path / "run") as directory:
         done = record_run(
-            case, chosen, directory, Thinking(declared_s=1.0), "leaving", lambda event, at_s: seen.append(event),
+            plant, chosen, directory, Thinking(declared_s=1.0), "leaving", lambda event, at_s: seen.append(event),
             lambda snapshot: None, propose=propose,
         )  # fmt: skip
     assert (result := read_result(tmp_path / "run")) is not None and result.outcome is done.outcome

@@ -16,7 +16,7 @@ from homeostat.evaluate.scenario import scenario
 from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.directory import RunDirectory
 
 pytestmark = pytest.mark.slow
@@ -25,23 +25,23 @@ END_S, ONSET_S = 2300.0, 2000.0
 
 
 @pytest.fixture(scope="module")
-def case() -> Case:
-    return load_case("cstr")
+def plant() -> Plant:
+    return load_plant("cstr")
 
 
-def recorded(case: Case, directory: RunDirectory, operation: Operation | None = None) -> Run:
-    chosen = scenario(case, "cool_stuck_closed", 1, end_s=END_S)
+def recorded(plant: Plant, directory: RunDirectory, operation: Operation | None = None) -> Run:
+    chosen = scenario(plant, "cool_stuck_closed", 1, end_s=END_S)
     with directory:
         return record_run(
-            case, chosen, directory, Thinking(declared_s=1.0), "search", lambda event, at_s: None,
+            plant, chosen, directory, Thinking(declared_s=1.0), "search", lambda event, at_s: None,
             lambda snapshot: None, kept=lambda run: False, operation=operation,
         )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
-def whole(case: Case, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Run]:
+def whole(plant: Plant, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Run]:
     run = tmp_path_factory.mktemp("whole") / "run"
-    return run, recorded(case, RunDirectory(run))
+    return run, recorded(plant, RunDirectory(run))
 
 
 def killed(run: Path, into: Path, dies: str) -> Past:
@@ -57,11 +57,11 @@ def killed(run: Path, into: Path, dies: str) -> Past:
     "dies", ["noticed", "diagnosed", "attempted", "write-intended", "write-ended", "state-entered", "released"]
 )
 def test_killed_at_any_step_of_its_recovery_the_reactor_is_recovered(
-    case: Case, whole: tuple[Path, Run], tmp_path: Path, dies: str
+    plant: Plant, whole: tuple[Path, Run], tmp_path: Path, dies: str
 ) -> None:
     run, first = whole
     past = killed(run, tmp_path / "run", dies)
-    again = recorded(case, RunDirectory.resume(tmp_path / "run"), Operation(past=past))
+    again = recorded(plant, RunDirectory.resume(tmp_path / "run"), Operation(past=past))
     assert again.outcome is first.outcome is Outcome.RECOVERED
     assert again.actor == "search" and again.detected_s is not None
     assert again.detected_s <= ONSET_S + 10.0, "what it had seen before is seen again"

@@ -18,7 +18,7 @@ from homeostat.evaluate.scenario import scenario
 from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.directory import RunDirectory, RunDirectoryError
 
 pytestmark = pytest.mark.slow
@@ -26,15 +26,15 @@ pytestmark = pytest.mark.slow
 END_S, FAULT = 130.0, "stuck_closed_VI202"
 
 
-def case() -> Case:
-    return load_case("mixing_module")
+def plant() -> Plant:
+    return load_plant("mixing_module")
 
 
 def recorded(directory: RunDirectory, operation: Operation | None = None, fault: str = FAULT) -> Run:
-    chosen = scenario(case(), fault, 1, end_s=END_S)
+    chosen = scenario(plant(), fault, 1, end_s=END_S)
     with directory:
         return record_run(
-            case(), chosen, directory, Thinking(declared_s=1.0), "search", lambda event, at_s: None,
+            plant(), chosen, directory, Thinking(declared_s=1.0), "search", lambda event, at_s: None,
             lambda snapshot: None, kept=lambda run: False, operation=operation,
         )  # fmt: skip
 
@@ -136,4 +136,4 @@ def test_what_cannot_go_on_says_why(folder: Path, tmp_path: Path) -> None:
         Past.of(tuple(read_events(folder))[1:3])
     past = killed(folder, tmp_path / "run", "step-taken", 37.0)
     with pytest.raises(ResumptionError, match="configuration"):
-        past.scenario(load_case("cstr"))
+        past.scenario(load_plant("cstr"))

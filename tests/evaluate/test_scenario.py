@@ -8,20 +8,20 @@ import pytest
 
 from homeostat.domain.diagnosis import FaultState
 from homeostat.evaluate.scenario import ScenarioError, scenario
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from tests.twin.followed import reactor
 
 
 def test_defaults_come_from_the_case_and_the_fault() -> None:
-    case = reactor()
-    made = scenario(case, "fouling", 3)
-    assert made.faults == (FaultState("fouling", case.description.fault("fouling").severity_nominal, case.onset_s),)
+    plant = reactor()
+    made = scenario(plant, "fouling", 3)
+    assert made.faults == (FaultState("fouling", plant.description.fault("fouling").severity_nominal, plant.onset_s),)
     assert (made.case, made.seed, made.end_s, made.fault, made.onset_s) == (
         "cstr",
         3,
-        case.end_s,
+        plant.end_s,
         "fouling",
-        case.onset_s,
+        plant.onset_s,
     )
 
 
@@ -37,9 +37,9 @@ def test_faults_can_be_combined() -> None:
 
 
 def test_a_fault_with_several_places_is_named_with_its_place() -> None:
-    case = load_case("mixing_module")
-    assert scenario(case, "clogging", 0, location="B202").faults == scenario(case, "clogging_B202", 0).faults
-    assert scenario(case, "clogging", 0, location="B202").fault == "clogging_B202"
+    plant = load_plant("mixing_module")
+    assert scenario(plant, "clogging", 0, location="B202").faults == scenario(plant, "clogging_B202", 0).faults
+    assert scenario(plant, "clogging", 0, location="B202").fault == "clogging_B202"
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_a_fault_with_several_places_is_named_with_its_place() -> None:
 )
 def test_a_place_that_there_is_not_is_refused(fault: str, location: str, message: str) -> None:
     with pytest.raises(ScenarioError, match=message):
-        scenario(load_case("mixing_module"), fault, 0, location=location)
+        scenario(load_plant("mixing_module"), fault, 0, location=location)
 
 
 @pytest.mark.parametrize(

@@ -10,35 +10,35 @@ import pytest
 
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import HandedOver, LeftAlone
+from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded
 from homeostat.evaluate.conditions.label_given import LabelGiven
-from homeostat.evaluate.conditions.transcript import ListeningModel, Said
+from homeostat.evaluate.conditions.transcript import TranscribedModel, TranscriptEntry
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.score.step_scores import score_steps
 from homeostat.llm.model import Failure, ModelError, Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.situated import SUPPLIED
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.result import StepScores
 from tests.agents.scripted import ScriptedMonitoring
 
 
 @functools.cache
-def case() -> Case:
-    return load_case("mixing_module")
+def plant() -> Plant:
+    return load_plant("mixing_module")
 
 
-def plan(state: str, named: str) -> Said:
-    return Said("planning", state, json.dumps({"path": named}))
+def plan(state: str, named: str) -> TranscriptEntry:
+    return TranscriptEntry("planning", state, json.dumps({"path": named}))
 
 
-def act(state: str, *on: str) -> Said:
+def act(state: str, *on: str) -> TranscriptEntry:
     tags = ("VI201", "VI202", "VO201", "VI204", "VO204", "P101", "P102")
-    return Said("action", state, json.dumps({"commands": {f"{tag}.cmd": float(tag in on) for tag in tags}}))
+    return TranscriptEntry("action", state, json.dumps({"commands": {f"{tag}.cmd": float(tag in on) for tag in tags}}))
 
 
 def failed(severity: float = 1.0) -> Scenario:
-    return scenario(case(), "pump_failure", 3, 0.0, severity, 400.0)
+    return scenario(plant(), "pump_failure", 3, 0.0, severity, 400.0)
 
 
 def test_answers_are_counted_against_the_route_that_works() -> None:
@@ -46,38 +46,38 @@ def test_answers_are_counted_against_the_route_that_works() -> None:
     said = [
         plan("idle", "filling_B201"), act("idle", "VI201"),
         plan("filling_B203", "emptying_B201"),
-        Said("reprompting", "filling_B203", "{}"),
+        TranscriptEntry("reprompting", "filling_B203", "{}"),
         plan("filling_B203", "bypass_emptying_B201"), act("filling_B203", "VO201", "P102", "P101", "VO204"),
     ]  # fmt: skip
-    scores = score_steps(case(), failed(), said)
+    scores = score_steps(plant(), failed(), said)
     assert scores == StepScores(3, 2, 2, 1, on_right=3, on_wrong=2, on_missed=1)
     assert scores.plan_correctness == pytest.approx(2 / 3) and scores.action_correctness == 0.5
     assert scores.precision == pytest.approx(3 / 5) and scores.recall == pytest.approx(3 / 4)
 
 
 def test_without_the_fault_the_main_line_is_right() -> None:
-    healthy = scenario(case(), "none", 3, end_s=400.0)
-    scores = score_steps(case(), healthy, [plan("filling_B203", "emptying_B201"), plan("filling_B203", "holding")])
+    healthy = scenario(plant(), "none", 3, end_s=400.0)
+    scores = score_steps(plant(), healthy, [plan("filling_B203", "emptying_B201"), plan("filling_B203", "holding")])
     assert scores is not None and (scores.plans, scores.plans_right) == (2, 1)
     assert scores.precision is None and scores.recall is None and scores.action_correctness is None
 
 
 @pytest.mark.parametrize("answer", ["", "no JSON", "[]", "3", '{"path": 3}', '{"commands": null}'])
 def test_an_answer_that_is_none_is_a_wrong_one(answer: str) -> None:
-    scores = score_steps(case(), failed(), [Said("planning", "idle", answer), plan("idle", "filling_B201"),
-                                            Said("action", "idle", answer)])  # fmt: skip
+    scores = score_steps(plant(), failed(), [TranscriptEntry("planning", "idle", answer), plan("idle", "filling_B201"),
+                                            TranscriptEntry("action", "idle", answer)])  # fmt: skip
     assert scores == StepScores(2, 1, 1, 0, on_right=0, on_wrong=0, on_missed=1)
 
 
 def test_an_answer_in_a_code_fence_is_read_as_the_agents_read_it() -> None:
     said = plan("idle", "filling_B201")
-    fenced = Said(said.agent, said.state, f"```json\n{said.answer}\n```")
-    assert score_steps(case(), failed(), [fenced]) == score_steps(case(), failed(), [said])
+    fenced = TranscriptEntry(said.agent, said.state, f"```json\n{said.answer}\n```")
+    assert score_steps(plant(), failed(), [fenced]) == score_steps(plant(), failed(), [said])
 
 
 def test_where_nothing_completes_there_is_no_key() -> None:
-    plugged = scenario(case(), "clogging_common", 3, 0.0, 1.0, 400.0)
-    assert score_steps(case(), plugged, [plan("idle", "filling_B201")]) is None
+    plugged = scenario(plant(), "clogging_common", 3, 0.0, 1.0, 400.0)
+    assert score_steps(plant(), plugged, [plan("idle", "filling_B201")]) is None
 
 
 def test_what_is_said_is_kept_with_the_state_also_where_nothing_was() -> None:
@@ -86,7 +86,7 @@ def test_what_is_said_is_kept_with_the_state_also_where_nothing_was() -> None:
             raise ModelError(Failure.TIMEOUT, "late")
         return "yes"
 
-    listening = ListeningModel(ScriptedModel("m", answer), lambda: "idle")
+    listening = TranscribedModel(ScriptedModel("m", answer), lambda: "idle")
     assert listening.name == "m" and listening.settings == {}
     question = Question("planning", 1.0, "", "", {}, "")
     assert asyncio.run(listening.ask(question, 1.0)).answer == "yes"
@@ -105,7 +105,7 @@ def test_the_label_is_told_once_at_each_onset_and_is_the_truth() -> None:
     for at_s in range(5, 30):
         if given.notices(Snapshot(float(at_s), {})):
             told.append((at_s, given.diagnose().hypotheses))
-            given.follow(LeftAlone(float(at_s), 0.0))
+            given.follow(NoActionNeeded(float(at_s), 0.0))
     assert told == [(10, (Hypothesis(faults[:1], 1.0),)), (20, (Hypothesis(faults, 1.0),))]
     assert given.diagnose().faulty and given.symptoms == behind.symptoms
 
@@ -122,11 +122,14 @@ def test_what_is_told_is_looked_at_again_until_the_fallback_has_acted() -> None:
         if given.notices(Snapshot(float(at_s), {})):
             looked.append(at_s)
             assert given.diagnose().hypotheses[0].probability == 1.0
-            given.follow(HandedOver("late", float(at_s)) if at_s >= 70 else LeftAlone(float(at_s), 0.0))
+            given.follow(FallbackNeeded("late", float(at_s)) if at_s >= 70 else NoActionNeeded(float(at_s), 0.0))
     assert looked == [10, 40, 70]
 
 
 def test_answers_that_a_loop_supplied_are_nobodys() -> None:
-    said = [Said("planning", "idle", '{"path": "filling_B201"}'), Said("planning", "idle", "{}", served=SUPPLIED)]
-    scores = score_steps(case(), scenario(case(), "none", 3, end_s=400.0), said)
+    said = [
+        TranscriptEntry("planning", "idle", '{"path": "filling_B201"}'),
+        TranscriptEntry("planning", "idle", "{}", served=SUPPLIED),
+    ]
+    scores = score_steps(plant(), scenario(plant(), "none", 3, end_s=400.0), said)
     assert scores is not None and (scores.plans, scores.plans_right) == (1, 1)

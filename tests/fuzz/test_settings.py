@@ -8,7 +8,7 @@ from pathlib import Path
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from homeostat.plants.error import CaseError
+from homeostat.plants.error import PlantError
 from homeostat.plants.folder import CASES, SETTINGS, PlantFiles
 from homeostat.plants.settings.file import read_settings
 
@@ -30,7 +30,7 @@ def judged(text: str) -> None:
     files = PlantFiles(Path("plant"), {SETTINGS: text.encode("utf-8", "surrogatepass")})
     try:
         read = read_settings(files)
-    except CaseError as error:
+    except PlantError as error:
         assert str(error).isprintable() and len(str(error)) < 1200 and SETTINGS in str(error), str(error)
     else:
         assert 0.0 < read.run.end_s <= 604_800.0 and 1 <= read.twin.settings.horizon_s <= 86_400

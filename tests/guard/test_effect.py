@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from homeostat.domain.events.guard import FallbackIneffective, FallbackStands, FellBack, LatchReset, Shed
+from homeostat.domain.events.guard import FallbackActivated, FallbackIneffective, FallbackStands, LatchReset, Shed
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy
@@ -33,7 +33,7 @@ BOTH = serving(TIMES)
 
 
 def acted(world: World) -> list[str]:
-    return [e.strategy for e in world.journal.of(FellBack)]
+    return [e.strategy for e in world.journal.of(FallbackActivated)]
 
 
 def full(level: float = 14.0, rules: GuardRules = BOTH) -> World:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import FallbackStands, FellBack, SequenceLoaded, Shed, StepTaken, Tripped
+from homeostat.domain.events.guard import FallbackActivated, FallbackStands, SequenceLoaded, Shed, StepTaken, Tripped
 from homeostat.domain.events.writes import WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.plant.rules import TripRule
@@ -61,7 +61,7 @@ def test_a_later_step_that_is_owed_is_sent_again_after_a_death(ticks: int) -> No
     world = killed(world, RULES_2)
     world.tick(25)
     assert world.vessel.accepted["V.man"] == 0.5 and STEP.commands in world.sent
-    assert world.seen[-1].state == "emptying" and len(world.journal.of(FellBack)) == 1
+    assert world.seen[-1].state == "emptying" and len(world.journal.of(FallbackActivated)) == 1
     sent = len(world.sent)
     world.tick(25)
     assert len(world.sent) == sent, "what stands is not sent again"
@@ -90,7 +90,7 @@ def test_a_step_of_a_strategy_that_was_given_up_is_not_sent_again() -> None:
     while not world.journal.of(StepTaken)[1:]:
         world.tick()
     world.tick(1, L=14.0)
-    while [e.strategy for e in world.journal.of(FellBack)] != ["close", "drain"]:
+    while [e.strategy for e in world.journal.of(FallbackActivated)] != ["close", "drain"]:
         world.tick()
     vessel.deaf = frozenset()
     vessel.wire.clear()
@@ -113,9 +113,9 @@ def test_after_one_that_is_not_obeyed_one_that_serves_the_violated_limit_acts_th
     world.tick(1, L=14.0)
     while "shed" not in world.alarms:
         world.tick()
-        if before and len(world.journal.of(FellBack)) == 2:
+        if before and len(world.journal.of(FallbackActivated)) == 2:
             world, before = killed(world, rules), ()
-    found = [e.strategy for e in world.journal.of(FellBack)]
+    found = [e.strategy for e in world.journal.of(FallbackActivated)]
     assert list(dict.fromkeys(found)) == ["first", "full", "hot", "none"]
 
 
@@ -124,7 +124,7 @@ def test_one_that_fails_its_checks_is_followed_by_one_that_serves_the_violated_l
     serving = replace(CLOSE, name="full", serves={"LIM-FULL": Effect(50.0)})
     world = running(rules=replace(RULES, fallbacks=(void, DRAIN, serving)))
     world.tick(1, L=14.0)
-    assert [e.strategy for e in world.journal.of(FellBack)] == ["full"]
+    assert [e.strategy for e in world.journal.of(FallbackActivated)] == ["full"]
 
 
 @pytest.mark.parametrize("how", ["silent", "hangs"])
@@ -135,7 +135,7 @@ def test_the_later_steps_of_a_fallback_follow_also_where_its_answer_comes_late(h
     world.tick(1, L=14.0)
     while not world.sent:
         world.tick()
-    assert world.journal.of(FellBack) and not world.journal.of(SequenceLoaded)
+    assert world.journal.of(FallbackActivated) and not world.journal.of(SequenceLoaded)
     setattr(world.vessel, how, False)
     while not world.journal.of(FallbackStands):
         world.tick()
@@ -160,11 +160,11 @@ def test_what_answers_the_limit_that_nothing_answers_yet_comes_before_what_would
     )  # fmt: skip
     world = running(rules=rules)
     world.tick(6, L=13.5, Tx=340.0)
-    assert [e.strategy for e in world.journal.of(FellBack)] == ["both"] and world.journal.of(FallbackStands)
+    assert [e.strategy for e in world.journal.of(FallbackActivated)] == ["both"] and world.journal.of(FallbackStands)
     assert {e.limit for e in world.journal.of(Tripped)} == {"LIM-FULL", "LIM-WARM"}
-    while not world.journal.of(FellBack)[1:]:
+    while not world.journal.of(FallbackActivated)[1:]:
         world.tick(1, T=340.0)
-    assert [(e.strategy, e.answers) for e in world.journal.of(FellBack)[1:]] == [("hot", ("LIM-HOT",))]
+    assert [(e.strategy, e.answers) for e in world.journal.of(FallbackActivated)[1:]] == [("hot", ("LIM-HOT",))]
 
 
 def test_a_step_that_hangs_is_given_up_when_the_plant_is_left_to_its_own_control() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from homeostat.domain.events.guard import FallbackStands, FellBack, Latched, Tripped
+from homeostat.domain.events.guard import FallbackActivated, FallbackStands, Latched, Tripped
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import Command
@@ -49,7 +49,7 @@ def test_a_violated_limit_trips_at_that_tick_and_the_fallback_stands() -> None:
     assert world.seen[-1].latched is None
     world.tick(4)
     assert world.sent[0] == DRAIN.actions.commands
-    assert [e.strategy for e in world.journal.of(FellBack)] == ["drain"]
+    assert [e.strategy for e in world.journal.of(FallbackActivated)] == ["drain"]
     assert len(world.journal.of(Latched)) == 1 and len(world.journal.of(FallbackStands)) == 1
     assert world.journal.of(Tripped)[0].limit == "LIM-HOT" and world.journal.of(Tripped)[0].acted
 
@@ -81,7 +81,7 @@ def test_a_fallback_that_is_not_obeyed_is_tried_again_then_the_next_one_then_the
     world = running()
     world.vessel.ignores = True
     world.tick(40, L=14.0)
-    assert [e.strategy for e in world.journal.of(FellBack)][:2] == ["drain", "close"]
+    assert [e.strategy for e in world.journal.of(FallbackActivated)][:2] == ["drain", "close"]
     attempts = [(e.source, e.attempt) for e in world.journal.of(WriteIntended) if e.cause.value == "fallback"]
     assert attempts[:6] == [("drain", 1), ("drain", 2), ("drain", 3), ("close", 1), ("close", 2), ("close", 3)]
     assert world.vessel.given_back >= 1 and "shed" in world.alarms

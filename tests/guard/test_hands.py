@@ -9,9 +9,9 @@ import pytest
 
 from homeostat.domain.events.guard import (
     AlarmRaised,
+    FallbackActivated,
     FallbackSkipped,
     FallbackStands,
-    FellBack,
     GuardStarted,
     ServiceChanged,
     StateEntered,
@@ -57,7 +57,7 @@ def test_a_hand_that_leaves_what_was_confirmed_is_respected_while_the_rest_is_st
     world.vessel.send = Vessel.send.__get__(world.vessel)  # type: ignore[method-assign]
     world.tick(8)
     assert world.vessel.accepted == {"T.sp": 310.0, "F.sp": 0.0, "V.man": 0.3, "X.cmd": 0.0}
-    assert [e.strategy for e in world.journal.of(FellBack)] == ["drain"] and world.guard._latch.standing
+    assert [e.strategy for e in world.journal.of(FallbackActivated)] == ["drain"] and world.guard._latch.standing
     assert world.sent[-1] == DRAIN.actions.commands[:2]
 
 
@@ -99,7 +99,7 @@ def test_while_a_limit_is_violated_a_strategy_that_lost_a_tag_has_failed_and_the
     world.tick(3, L=14.0)
     world.vessel.accepted["V.man"] = 0.5
     world.tick(2)
-    assert [e.strategy for e in world.journal.of(FellBack)] == ["drain", "close"]
+    assert [e.strategy for e in world.journal.of(FallbackActivated)] == ["drain", "close"]
     assert [e.strategy for e in world.journal.of(FallbackSkipped)] == ["drain"] and "fallback:drain" in world.alarms
     world.vessel.send = Vessel.send.__get__(world.vessel)  # type: ignore[method-assign]
     world.tick(8)
@@ -124,7 +124,10 @@ def test_a_strategy_of_which_everything_was_taken_has_failed() -> None:
     world.tick()
     world.vessel.accepted["V.man"] = 0.1
     world.tick(3)
-    assert [e.strategy for e in world.journal.of(FellBack)] == ["open", "close"] and world.guard._latch.standing
+    assert [e.strategy for e in world.journal.of(FallbackActivated)] == [
+        "open",
+        "close",
+    ] and world.guard._latch.standing
     world = falling("V.man", rules=replace(RULES, fallbacks=(open_,)))
     world.order(Verb.FALL_BACK, reason="smoke")
     world.tick()

@@ -9,8 +9,8 @@ import pytest
 
 from homeostat.domain.events.guard import (
     AlarmRaised,
+    FallbackActivated,
     FallbackStands,
-    FellBack,
     ModeEntered,
     PersonHeard,
     SequenceLoaded,
@@ -185,7 +185,7 @@ def test_a_fallback_in_flight_is_sent_again_on_the_new_wire(tells: bool) -> None
     assert vessel.accepted["V.man"] == 1.0 and world.guard._latch.standing
     assert world.guard.out_of_service == frozenset()
     if tells:
-        assert [e.strategy for e in world.journal.of(FellBack)] == ["drain"], "it was not given up"
+        assert [e.strategy for e in world.journal.of(FallbackActivated)] == ["drain"], "it was not given up"
 
 
 @pytest.mark.parametrize("tells", [True, False])

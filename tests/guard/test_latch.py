@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, FallbackSkipped, FallbackStands, FellBack, Shed, Tripped
+from homeostat.domain.events.guard import AlarmRaised, FallbackActivated, FallbackSkipped, FallbackStands, Shed, Tripped
 from homeostat.domain.plant.rules import TripRule
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
 from homeostat.guard.settings import GuardSettings
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.quick
 
 
 def acted(world: World) -> list[str]:
-    return [e.strategy for e in world.journal.of(FellBack)]
+    return [e.strategy for e in world.journal.of(FallbackActivated)]
 
 
 def with_fallbacks(*strategies: FallbackStrategy) -> Any:

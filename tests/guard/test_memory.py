@@ -9,9 +9,9 @@ import pytest
 
 from homeostat.domain.events.guard import (
     AlarmRaised,
+    FallbackActivated,
     FallbackIneffective,
     FallbackStands,
-    FellBack,
     Latched,
     LatchReset,
     ModeEntered,
@@ -125,9 +125,11 @@ def test_a_step_that_counts_as_taken_and_is_not_held_is_owed() -> None:
 
 
 def test_a_reset_ends_everything_that_a_fallback_began() -> None:
-    memory = remembered(FALLBACK, FellBack("drain", (), "hot"), Latched("hot"))
+    memory = remembered(FALLBACK, FallbackActivated("drain", (), "hot"), Latched("hot"))
     assert memory.latched == "hot"
-    memory = remembered(FALLBACK, FellBack("drain", (), "hot"), Latched("hot"), LatchReset(("Ada",), "seen", "shut"))
+    memory = remembered(
+        FALLBACK, FallbackActivated("drain", (), "hot"), Latched("hot"), LatchReset(("Ada",), "seen", "shut")
+    )
     assert (memory.latched, memory.strategy, memory.acted, memory.state, memory.waiting) == (None, "", "", "shut", ())
 
 
@@ -277,7 +279,7 @@ def test_a_latch_ends_what_waited_before_it_though_no_fallback_could_be_sent() -
 def test_why_it_latched_is_remembered_however_often_the_fallback_is_sent() -> None:
     again = intended(4, Cause.FALLBACK, "drain", attempt=2)
     assert remembered(FALLBACK, Latched("hot"), again).latched == "hot"
-    assert remembered(FALLBACK, FellBack("drain", (), "hot"), again).latched == "hot"
+    assert remembered(FALLBACK, FallbackActivated("drain", (), "hot"), again).latched == "hot"
 
 
 def test_a_fallback_stands_by_its_own_write_only() -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.events.guard import FallbackSkipped, FallbackStands, FellBack, Tripped
+from homeostat.domain.events.guard import FallbackActivated, FallbackSkipped, FallbackStands, Tripped
 from homeostat.domain.mode import Side
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
@@ -126,7 +126,7 @@ def test_where_the_plant_does_not_follow_the_ramp_of_a_fallback_the_next_strateg
     tripped = next(at_s for e, at_s in world.journal.events if isinstance(e, Tripped))
     skipped = [(e.strategy, at_s) for e, at_s in world.journal.events if isinstance(e, FallbackSkipped)]
     assert skipped[0][0] == "drain" and skipped[0][1] <= tripped + 15.0, "its ramp takes 60 s"
-    assert [e.strategy for e in world.journal.of(FellBack)][:2] == ["drain", "close"]
+    assert [e.strategy for e in world.journal.of(FallbackActivated)][:2] == ["drain", "close"]
 
 
 def test_the_ramp_of_a_fallback_goes_past_a_write_that_hangs_in_the_link() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, FallbackStands, FellBack
+from homeostat.domain.events.guard import AlarmRaised, FallbackActivated, FallbackStands
 from homeostat.domain.events.writes import Cause, LeaseLost, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.observation import FallBack
 from homeostat.domain.recovery import ActionSet, Command
@@ -49,7 +49,7 @@ def test_the_ramp_of_a_fallback_goes_on_from_where_it_is_when_the_lease_is_lost_
     assert feeds[-1] == 0.0 and max(abs(a - b) for a, b in itertools.pairwise(feeds)) <= 0.002 + 1e-9
     assert [e.strategy for e in world.journal.of(FallbackStands)] == ["drain"]
     assert len(world.journal.of(LeaseLost)) == 1 and world.guard.out_of_service == frozenset()
-    assert [e.strategy for e in world.journal.of(FellBack)] == ["drain"]
+    assert [e.strategy for e in world.journal.of(FallbackActivated)] == ["drain"]
     assert WriteResult.GIVEN_UP not in [e.result for e in world.journal.of(WriteEnded)], "the link had taken it"
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import FellBack, PersonHeard, StartUpBegan, StartUpEnded, Tripped
+from homeostat.domain.events.guard import FallbackActivated, PersonHeard, StartUpBegan, StartUpEnded, Tripped
 from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.domain.mode import Mode, Verb
 from homeostat.guard.restart.memory import Memory
@@ -47,7 +47,7 @@ def test_start_up_that_never_comes_to_its_end_has_ordinary_limits_after_its_long
     assert ended(world) == [("start-up is not over after 20 s; every limit counts from now on", 22.0)]
     assert "start-up" in world.alarms
     world.tick(1)
-    assert [e.limit for e in world.journal.of(Tripped)] == ["LIM-HOT"] and world.journal.of(FellBack)
+    assert [e.limit for e in world.journal.of(Tripped)] == ["LIM-HOT"] and world.journal.of(FallbackActivated)
 
 
 def test_a_start_up_that_is_left_in_time_raises_nothing_and_its_alarm_returns_with_it() -> None:

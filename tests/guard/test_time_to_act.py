@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, Armed, FellBack, Latched
+from homeostat.domain.events.guard import AlarmRaised, Armed, FallbackActivated, Latched
 from homeostat.domain.events.writes import Cause, ReadBack
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, FallBack, NoAction
@@ -57,7 +57,7 @@ def test_the_ranking_is_the_last_one_whatever_the_time() -> None:
     world = armed(20.0)
     world.guard.mailbox.put(Arm(("close",), 30.0))
     world.tick(20)
-    assert [e.strategy for e in world.journal.of(FellBack)] == ["close"] and acted_s(world) == [20.0]
+    assert [e.strategy for e in world.journal.of(FallbackActivated)] == ["close"] and acted_s(world) == [20.0]
 
 
 def test_a_decision_that_nothing_is_to_be_done_ends_it_and_is_journalled_once() -> None:

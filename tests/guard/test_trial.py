@@ -11,10 +11,10 @@ from homeostat.domain.events.guard import (
     AlarmReturned,
     Armed,
     EffectFollowed,
+    FallbackActivated,
     FallbackIneffective,
     FallbackSkipped,
     FallbackStands,
-    FellBack,
     Latched,
     LatchReset,
     Shed,
@@ -47,7 +47,7 @@ def killed(world: World, rules: GuardRules = BOTH, dead_s: float = 0.0, **rest: 
 
 
 def acted(world: World) -> list[str]:
-    return [e.strategy for e in world.journal.of(FellBack)]
+    return [e.strategy for e in world.journal.of(FallbackActivated)]
 
 
 def given_up_s(world: World) -> list[float]:
@@ -246,8 +246,8 @@ def test_ranks_tries_and_times_are_read_from_the_journal_as_they_were_written() 
     assert trial.effects["LIM-FULL"].passed_s >= 2.0
     world.vessel.accepted["X.cmd"] = 1.0
     skipped = remembered(
-        FellBack("drain", (Command("X.cmd", 0.0, None),), "hot"), FallbackSkipped("drain", "not obeyed"),
-        FallbackSkipped("close", "void"), FellBack("third", (), "hot"), FallbackStands("third"),
+        FallbackActivated("drain", (Command("X.cmd", 0.0, None),), "hot"), FallbackSkipped("drain", "not obeyed"),
+        FallbackSkipped("close", "void"), FallbackActivated("third", (), "hot"), FallbackStands("third"),
     ).trial  # fmt: skip
     assert skipped.tried == {"drain", "close", "third"} and skipped.stands
     assert TIMES["LIM-FULL"].acts_within_s == 20.0
@@ -272,7 +272,7 @@ def test_who_acts_first_answers_what_is_violated_and_who_acts_next_what_it_was_c
     assert first.violated == first.answered == {"LIM-FULL"} and first.acted == "drain"
     second = trial(FULL, sent("drain"), HOT, sent("close", 5))
     assert second.answered == {"LIM-FULL"} and second.violated == {"LIM-FULL", "LIM-HOT"}
-    chosen = trial(FULL, sent("drain"), HOT, sent("close", 5), FellBack("close", (), "hot", ("LIM-HOT",)))
+    chosen = trial(FULL, sent("drain"), HOT, sent("close", 5), FallbackActivated("close", (), "hot", ("LIM-HOT",)))
     assert chosen.answered == {"LIM-FULL", "LIM-HOT"}
     assert trial(FULL, Latched("full")).answered == {"LIM-FULL"}, "nothing has passed its checks"
     assert trial(FULL, sent("drain"), HOT, Latched("full")).answered == {"LIM-FULL"}

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.events.guard import FellBack, StepTaken
+from homeostat.domain.events.guard import FallbackActivated, StepTaken
 from homeostat.domain.events.writes import Cause, ReadBack, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command
@@ -271,7 +271,7 @@ def test_a_late_write_that_cannot_be_put_right_has_the_fallback_act_again() -> N
     world.tick(14)
     world.vessel.ignores = False
     world.tick(8)
-    assert [e.strategy for e in world.journal.of(FellBack)] == ["drain", "drain", "close"]
+    assert [e.strategy for e in world.journal.of(FallbackActivated)] == ["drain", "drain", "close"]
     assert world.vessel.accepted["F.sp"] == 0.0 and world.guard._latch.standing
 
 

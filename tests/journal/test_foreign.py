@@ -56,8 +56,8 @@ def test_a_hostile_line_commands_no_terminal(copy: Path, number: int) -> None:
     lines = lines_of(copy)
     line = lines[number - 1]
     kept = {name: line[name] for name in ("seq", "prev", "at_s", "event")}
-    case = {"case": line["case"]} if "case" in line else {}
-    lines[number - 1] = {**everywhere(line), **kept, **case}
+    plant = {"case": line["case"]} if "case" in line else {}
+    lines[number - 1] = {**everywhere(line), **kept, **plant}
     rewrite(copy, lines)
     for command in (("replay",), ("trace", "verify")):
         _, out, err = shown(*command, str(copy))

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from homeostat.domain.events.guard import (
+    FallbackActivated,
     FallbackStands,
-    FellBack,
     GuardStarted,
     Latched,
     LatchReset,
@@ -55,7 +55,7 @@ DONE = Summary(1, "done")
 STARTED = GuardStarted("cstr", "c0ffee", "closed-loop", "plant", False)
 ACCEPTED = tuple(map(answered, ("received", "authorised", "verified", "accepted")))
 READ = ReadBack(1, ("V2.man", "F1.sp"))
-FELL = FellBack("close", CLOSE, "too hot")
+FELL = FallbackActivated("close", CLOSE, "too hot")
 LATCHED = Latched("too hot")
 FALLBACK = intended(2, cause=Cause.FALLBACK, source="close")
 SEQUENCE = intended(3, cause=Cause.SEQUENCE, source="t1")

@@ -10,7 +10,7 @@ import pytest
 from homeostat.journal import Signature, read_events
 from homeostat.journal.signing.keys import VARIABLE, installation_key
 from homeostat.journal.verify.verify import verify
-from homeostat.record.decode import recall
+from homeostat.record.decode import decode
 from tests.cli.command import homeostat
 from tests.journal.forgery import lines_of, rewrite
 
@@ -44,7 +44,7 @@ def test_it_is_told_as_it_was() -> None:
 
 
 def test_every_event_of_it_is_recalled() -> None:
-    assert all(recall(record) is not None for record in read_events(RUN))
+    assert all(decode(record) is not None for record in read_events(RUN))
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from homeostat.knowledge.checks.consistency import inconsistencies
 from homeostat.knowledge.checks.reach import deepest
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import Code, GraphError
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from homeostat.stl.formula import parse
 from tests.knowledge.absurd import ABSURD
 from tests.knowledge.mistakes import Change, cell, where
@@ -87,7 +87,7 @@ def test_no_such_plant_is_loaded(tmp_path: Path, name: str, old: str, new: str) 
 
 @pytest.mark.parametrize("name", ["cstr", "mixing_module"])
 def test_the_installed_plants_need_no_new_graph(name: str) -> None:
-    assert load_case(name).remade == ()
+    assert load_plant(name).remade == ()
 
 
 @pytest.mark.parametrize(

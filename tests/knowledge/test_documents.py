@@ -14,7 +14,7 @@ from homeostat.knowledge.context.documents import Document, documents
 from homeostat.knowledge.context.lexical import LexicalIndex, words
 from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.vocabulary.vocabulary import PREFIXES, RDF
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from tests.safety.injections import CORPUS, Injection
 from tests.safety.poisoned_plant import poisoned
 
@@ -24,41 +24,41 @@ TURTLE = re.compile(rf"\b(?:{'|'.join(prefix for prefix, _ in PREFIXES)}):\w|(?:
 
 
 @pytest.fixture(scope="module", params=PLANTS)
-def case(request: pytest.FixtureRequest) -> Case:
-    return load_case(request.param)
+def plant(request: pytest.FixtureRequest) -> Plant:
+    return load_plant(request.param)
 
 
 @pytest.fixture(scope="module")
-def told(case: Case) -> dict[str, Document]:
-    return {document.name: document for document in documents(case.graph, case.namespace)}
+def told(plant: Plant) -> dict[str, Document]:
+    return {document.name: document for document in documents(plant.graph, plant.namespace)}
 
 
-def shown_as_turtle(case: Case) -> set[Triple]:
+def shown_as_turtle(plant: Plant) -> set[Triple]:
     """Everything that planning, acting and acting in one step can be shown, with every fault and in every state."""
-    machine, ns = case.description.machine, case.namespace
-    faults = tuple(NamedNode(f"{ns}fault_{fault.name}") for fault in case.description.faults)
+    machine, ns = plant.description.machine, plant.namespace
+    faults = tuple(NamedNode(f"{ns}fault_{fault.name}") for fault in plant.description.faults)
     states = tuple(NamedNode(f"{ns}state_{state.name}") for state in machine.states)
     event = NamedNode(f"{ns}event_{machine.recovery_event}")
-    found = set(template("planning_fragment").construct(case.graph, states=states, event=event, faults=faults))
-    found |= set(template("action_fragment").construct(case.graph, states=states, faults=faults))
+    found = set(template("planning_fragment").construct(plant.graph, states=states, event=event, faults=faults))
+    found |= set(template("action_fragment").construct(plant.graph, states=states, faults=faults))
     for state in states:
-        found |= set(template("step_fragment").construct(case.graph, state=state, faults=faults))
+        found |= set(template("step_fragment").construct(plant.graph, state=state, faults=faults))
     return found
 
 
-def test_every_fact_of_the_turtle_is_in_the_document_of_the_same_thing(case: Case, told: dict[str, Document]) -> None:
-    facts = shown_as_turtle(case)
+def test_every_fact_of_the_turtle_is_in_the_document_of_the_same_thing(plant: Plant, told: dict[str, Document]) -> None:
+    facts = shown_as_turtle(plant)
     assert len(facts) > 300
     for fact in facts:
         assert isinstance(fact.subject, NamedNode)
         if fact.predicate.value.endswith("#isBlockedBy"):
             continue  # what the query concludes: the state says what it requires, the fault what it disables
-        text = told[fact.subject.value.removeprefix(case.namespace)].text
+        text = told[fact.subject.value.removeprefix(plant.namespace)].text
         if isinstance(fact.object, Literal):
             assert quoted(fact.object.value, TEXT_LIMIT) in text, fact
         elif fact.predicate != RDF.type:
             assert isinstance(fact.object, NamedNode)
-            name = fact.object.value.removeprefix(case.namespace)
+            name = fact.object.value.removeprefix(plant.namespace)
             assert name.partition("_")[2] in text, fact
 
 
@@ -69,8 +69,8 @@ def test_a_document_is_one_line_of_plain_words(told: dict[str, Document]) -> Non
         assert not TURTLE.search(document.text), document.text
 
 
-def test_every_thing_that_is_named_has_a_document(case: Case, told: dict[str, Document]) -> None:
-    d = case.description
+def test_every_thing_that_is_named_has_a_document(plant: Plant, told: dict[str, Document]) -> None:
+    d = plant.description
     expected = {f"state_{s.name}" for s in d.machine.states} | {f"fault_{f.name}" for f in d.faults}
     expected |= {f"tag_{tag}" for tag in d.tags_by_name} | {f"limit_{limit.name}" for limit in d.limits.hard}
     assert expected <= told.keys()
@@ -78,8 +78,8 @@ def test_every_thing_that_is_named_has_a_document(case: Case, told: dict[str, Do
 
 
 def test_how_a_document_reads() -> None:
-    case = load_case("cstr")
-    told = {document.name: document.text for document in documents(case.graph, case.namespace)}
+    plant = load_plant("cstr")
+    told = {document.name: document.text for document in documents(plant.graph, plant.namespace)}
     assert told["limit_LIM-T-HIGH"] == (
         "Interlock and limit LIM-T-HIGH. «Highest reactor temperature». Constrains T1. Formula «T1 <= 313». "
         "Hard true. Source «Operating envelope OE-1»."
@@ -93,8 +93,8 @@ def test_how_a_document_reads() -> None:
 @functools.cache
 def saying(text: str) -> tuple[Document, ...]:
     """The documents of the reactor that says ``text`` everywhere."""
-    case = poisoned(load_case("cstr"), text)
-    return documents(case.graph, case.namespace)
+    plant = poisoned(load_plant("cstr"), text)
+    return documents(plant.graph, plant.namespace)
 
 
 @pytest.mark.parametrize("injection", CORPUS, ids=lambda i: i.name)
@@ -119,9 +119,9 @@ def test_the_best_document_comes_first_and_equals_by_name() -> None:
     assert index.matching("nothing of this") == ()
 
 
-def test_a_name_is_found_as_a_whole_before_its_parts(told: dict[str, Document], case: Case) -> None:
+def test_a_name_is_found_as_a_whole_before_its_parts(told: dict[str, Document], plant: Plant) -> None:
     index = LexicalIndex(tuple(told.values()))
-    for fault in case.description.faults:
+    for fault in plant.description.faults:
         assert fault.name in index.matching(f"fault {fault.name} {fault.label}")[0].text
     assert words("Level_bias, T1.sp and S-HOT.") == [
         "level_bias", "level", "bias", "t1.sp", "t1", "sp", "s-hot", "s", "hot",

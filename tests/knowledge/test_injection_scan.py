@@ -13,7 +13,7 @@ from homeostat.knowledge.questions.query import parse as parse_template
 from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary.vocabulary import HS, RDFS, XSD
-from homeostat.plants.folder import case_folder
+from homeostat.plants.folder import plant_folder
 from tests.safety.injections import CORPUS, TEXTS, Injection
 
 PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "reference" / "knowledge_graphs"
@@ -122,7 +122,7 @@ def test_no_type_and_no_missing_name_hides_a_text() -> None:
 
 def shipped() -> EmbeddedStore:
     store = EmbeddedStore()
-    store.load((case_folder("cstr") / "plant.ttl").read_bytes(), RdfFormat.TURTLE)
+    store.load((plant_folder("cstr") / "plant.ttl").read_bytes(), RdfFormat.TURTLE)
     return store
 
 

@@ -10,7 +10,7 @@ from homeostat.knowledge.checks.statements import SHOWN
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.error import Code, Mistake
 from homeostat.knowledge.vocabulary.vocabulary import PREFIXES
-from homeostat.plants.folder import case_folder
+from homeostat.plants.folder import plant_folder
 from homeostat.plants.graph import open_graph
 
 HEAD = "".join(f"@prefix {name}: <{iri}> .\n" for name, iri in PREFIXES) + (
@@ -36,7 +36,7 @@ def only(text: str) -> Mistake:
 
 
 def test_our_own_graph_has_none() -> None:
-    assert lint(open_graph((case_folder("cstr") / "plant.ttl").read_bytes())) == ()
+    assert lint(open_graph((plant_folder("cstr") / "plant.ttl").read_bytes())) == ()
 
 
 def test_a_sound_graph_has_none() -> None:

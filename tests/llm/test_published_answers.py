@@ -18,7 +18,7 @@ from homeostat.agents.language.answers import MOST_REASONING
 from homeostat.llm.calls import Call, read_calls
 from homeostat.llm.model import Failure
 from homeostat.llm.situated import SUPPLIED, SituatedReplay
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from tests.llm.asking import ask, question
 
 RECORDED = pytest.mark.reference("the recorded answers of others' models", FOLDER)
@@ -86,7 +86,7 @@ def test_refused_attempts_follow_each_other(runs: list[PublishedRun]) -> None:
 
 @RECORDED
 def test_answers_have_our_names_and_are_within_what_may_be_said(runs: list[PublishedRun]) -> None:
-    machines = {case: load_case(case).description.machine for case in (CASE, "cstr")}
+    machines = {plant: load_plant(plant).description.machine for plant in (CASE, "cstr")}
     for run in runs:
         states = {s.name for s in machines[run.case].states}
         tags = {r.tag for s in machines[run.case].states for r in s.setpoints}

@@ -111,12 +111,12 @@ def test_a_failure_is_not_cut_before_every_key_is_known(before: int) -> None:
 @pytest.mark.parametrize("before", range(260, 310, 5))
 def test_half_a_key_is_not_left_where_a_prompt_cuts_a_note(monkeypatch: pytest.MonkeyPatch, before: int) -> None:
     monkeypatch.setenv("HOMEOSTAT_LLM_KEY", KEY)
-    fault, case = "cool_stuck_closed", reactor()
+    fault, plant = "cool_stuck_closed", reactor()
     model = ScriptedModel("scripted:reasonable", reasonable)
     language = Language(model, (f"{'x' * before}{KEY}",))
-    twin = Twin(case.model, case.description, case.twin, seed=1)
+    twin = Twin(plant.model, plant.description, plant.twin, seed=1)
     sides = grounding(), simulation(fault), MemoryTrace(), MemoryArchive()
-    proposer = Workbench(case, twin, *sides, AskingProtocol.ROUTE, language).speaking()
+    proposer = Workbench(plant, twin, *sides, AskingProtocol.ROUTE, language).speaking()
     asyncio.run(proposer.planning.plan(situation(fault), Advice()))
     assert "x" * 200 in model.asked[0].prompt and KEY[:4] not in model.asked[0].prompt
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from homeostat.knowledge.build.seal import seal
 from homeostat.plants.folder import CASES
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,8 @@ class Copy:
         shutil.copytree(CASES / name, where / name, ignore=shutil.ignore_patterns("__pycache__"))
         return cls(where / name)
 
-    def load(self) -> Case:
-        return load_case(str(self.folder))
+    def load(self) -> Plant:
+        return load_plant(str(self.folder))
 
     def text(self, name: str) -> str:
         return (self.folder / name).read_text(encoding="utf-8")

@@ -16,11 +16,11 @@ from homeostat.knowledge.build.build import GRAPH
 from homeostat.knowledge.build.seal import is_sealed, seal, with_one_line_end
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.plants.baselines import read_baselines
-from homeostat.plants.error import CaseError
+from homeostat.plants.error import PlantError
 from homeostat.plants.folder import BASELINES, CASES, read_files
 from homeostat.plants.generated import baseline_sources
 from homeostat.plants.learn_baselines import main as learn
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from tests.cli.command import homeostat, refused
 from tests.plants.copies import Copy
 
@@ -149,12 +149,12 @@ def test_what_is_made_again_is_said_to_the_person_and_in_the_first_event(reactor
 def test_a_changed_table_takes_effect_at_the_next_load(reactor: Copy) -> None:
     configuration = reactor.load().configuration
     reactor.replace(LIMITS, "T1 <= 313", "T1 <= 312.9")
-    case = reactor.load()
-    assert case.remade == (GRAPH,) and case.configuration != configuration
-    assert "T1 <= 312.9" in {str(limit.formula) for limit in case.description.limits.limits}
+    plant = reactor.load()
+    assert plant.remade == (GRAPH,) and plant.configuration != configuration
+    assert "T1 <= 312.9" in {str(limit.formula) for limit in plant.description.limits.limits}
     assert '"T1 <= 312.9"' in reactor.text(GRAPH) and is_sealed(reactor.text(GRAPH).encode())
     again = reactor.load()
-    assert (again.remade, again.configuration) == ((), case.configuration)
+    assert (again.remade, again.configuration) == ((), plant.configuration)
 
 
 def test_a_folder_that_cannot_be_written_is_loaded_as_its_tables_say(
@@ -163,11 +163,11 @@ def test_a_folder_that_cannot_be_written_is_loaded_as_its_tables_say(
     before = module.text(GRAPH)
     module.replace("engineering/faults.csv", "Clogging of the main line", "Clogged main line")
     (module.folder / f".{GRAPH}.{os.getpid()}.partial").mkdir()  # stands where the new graph is to be written first
-    case = module.load()
-    assert case.remade == (GRAPH,) and module.text(GRAPH) == before
+    plant = module.load()
+    assert plant.remade == (GRAPH,) and module.text(GRAPH) == before
     assert "it is not kept, because" in caplog.text
-    assert case.description.fault("clogging_main").label == "Clogged main line"
-    assert is_sealed(case.files.contents[GRAPH])
+    assert plant.description.fault("clogging_main").label == "Clogged main line"
+    assert is_sealed(plant.files.contents[GRAPH])
 
 
 def test_a_table_that_makes_no_plant_is_refused(reactor: Copy) -> None:
@@ -181,28 +181,28 @@ def test_a_table_that_makes_no_plant_is_refused(reactor: Copy) -> None:
 def test_reference_values_follow_what_they_were_learned_from(module: Copy) -> None:
     sources = baseline_sources(module.load())
     module.replace("case.toml", "end_s = 600.0", "end_s = 580.0")
-    case = module.load()
-    assert case.remade == (BASELINES,) and baseline_sources(case) != sources
-    assert case.baselines != load_case("mixing_module").baselines
+    plant = module.load()
+    assert plant.remade == (BASELINES,) and baseline_sources(plant) != sources
+    assert plant.baselines != load_plant("mixing_module").baselines
     assert module.load().remade == ()
 
 
 def test_what_was_never_learned_says_how(module: Copy) -> None:
     (module.folder / BASELINES).unlink()
-    with pytest.raises(CaseError, match=r"no reference values yet; learn them: .* mixing_module"):
+    with pytest.raises(PlantError, match=r"no reference values yet; learn them: .* mixing_module"):
         module.load()
     assert learn([str(module.folder)]) == 0
     assert (module.folder / BASELINES).read_bytes() == (CASES / "mixing_module" / BASELINES).read_bytes()
 
 
 def test_the_digest_knows_every_file_and_no_place(reactor: Copy, tmp_path: Path) -> None:
-    digest = load_case("cstr").configuration
+    digest = load_plant("cstr").configuration
     assert re.fullmatch("[0-9a-f]{64}", digest) and reactor.load().configuration == digest
     for name in read_files(reactor.folder).contents:  # as a checkout on another system has it
         path = reactor.folder / name
         path.write_bytes(with_one_line_end(path.read_bytes()).replace(b"\n", b"\r\n"))
-    case = reactor.load()
-    assert case.configuration == digest and case.remade == ()
+    plant = reactor.load()
+    assert plant.configuration == digest and plant.remade == ()
     reactor.replace("case.toml", "onset_s = 2000.0", "onset_s = 2000.1")
     assert reactor.load().configuration != digest
 
@@ -218,7 +218,7 @@ def test_a_seal_sees_every_changed_byte(content: bytes, at: int, byte: int) -> N
         assert not is_sealed(other)
 
 
-CSTR = load_case("cstr")
+CSTR = load_plant("cstr")
 FILE = CSTR.files.contents[BASELINES].decode()
 
 

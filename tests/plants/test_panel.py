@@ -8,14 +8,14 @@ import pytest
 
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.tag import Range
-from homeostat.plants.error import CaseError
-from homeostat.plants.plant import load_case
+from homeostat.plants.error import PlantError
+from homeostat.plants.plant import load_plant
 from homeostat.plants.settings.figure_panel import LinePanel, StripPanel, read_panel
 
 
 @pytest.fixture(scope="module")
 def plant() -> PlantDescription:
-    return load_case("cstr").description
+    return load_plant("cstr").description
 
 
 def table(**settings: Any) -> dict[str, Any]:
@@ -40,5 +40,5 @@ def test_lines_and_strips(plant: PlantDescription) -> None:
     ],
 )
 def test_what_cannot_be_drawn_is_refused(plant: PlantDescription, settings: dict[str, Any], words: str) -> None:
-    with pytest.raises(CaseError, match=words):
+    with pytest.raises(PlantError, match=words):
         read_panel(table(**settings), plant)

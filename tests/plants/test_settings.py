@@ -20,9 +20,9 @@ from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants import assembly as wiring
 from homeostat.plants.assembly import wire
-from homeostat.plants.error import CaseError
+from homeostat.plants.error import PlantError
 from homeostat.plants.folder import CASES, PlantFiles
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from homeostat.plants.settings.file import read_settings
 from homeostat.plants.settings.settings import Settings
 from tests.plants.copies import Copy
@@ -96,21 +96,21 @@ ABSURD = [
 
 @pytest.mark.parametrize(("key", "value", "words"), ABSURD, ids=lambda x: x if "." in x else "")
 def test_an_absurd_value_is_one_line(key: str, value: str, words: str) -> None:
-    with pytest.raises(CaseError) as caught:
+    with pytest.raises(PlantError) as caught:
         read(changed(key, value))
     message = str(caught.value)
     assert words in message and message.startswith("some/case.toml: ") and "\n" not in message
 
 
 def test_a_misspelt_key_comes_before_the_one_that_is_missing_by_it() -> None:
-    with pytest.raises(CaseError, match=r"there is no key 'startedby'; did you mean 'started_by'.*\(and 1 more\)$"):
+    with pytest.raises(PlantError, match=r"there is no key 'startedby'; did you mean 'started_by'.*\(and 1 more\)$"):
         read(TEXT.replace("started_by", "startedby", 1))
 
 
 @pytest.mark.parametrize("table", ["errors", "initial"])
 def test_a_table_that_names_nothing_is_one_line(table: str) -> None:
     start = TEXT.index(f"[twin.{table}]")
-    with pytest.raises(CaseError, match=rf"^some/case\.toml: twin, {table}: at least 1 items are needed"):
+    with pytest.raises(PlantError, match=rf"^some/case\.toml: twin, {table}: at least 1 items are needed"):
         read(f"{TEXT[:start]}[twin.{table}]{TEXT[TEXT.index(chr(10) + '[', start) :]}")
 
 
@@ -119,7 +119,7 @@ def test_a_table_that_names_nothing_is_one_line(table: str) -> None:
     ["[twin", "twin = 3", "", "title = '\x00'", "a = " + "9" * 5000, "a = " + "[" * 5000, "twin = [[1]]", "\ud800"],
 )
 def test_what_are_no_settings(text: str) -> None:
-    with pytest.raises(CaseError, match=r"^some/case\.toml") as caught:
+    with pytest.raises(PlantError, match=r"^some/case\.toml") as caught:
         read(text)
     assert len(str(caught.value)) < 500
 
@@ -151,7 +151,7 @@ MISFITS = [
 @pytest.mark.parametrize(("old", "new", "words"), MISFITS, ids=[new for _, new, _ in MISFITS])
 def test_a_setting_that_does_not_fit_the_plant(reactor: Copy, old: str, new: str, words: str) -> None:
     reactor.replace("case.toml", old, new)
-    with pytest.raises(CaseError) as caught:
+    with pytest.raises(PlantError) as caught:
         reactor.load()
     assert words in str(caught.value) and "\n" not in str(caught.value)
 
@@ -168,7 +168,7 @@ def test_a_setting_that_does_not_fit_the_plant(reactor: Copy, old: str, new: str
 def test_only_what_an_installed_plant_provides_is_imported(reactor: Copy, model: str) -> None:
     before = set(sys.modules)
     reactor.replace("case.toml", "homeostat.plants.cstr.process:CstrModel", model)
-    with pytest.raises(CaseError, match=r"no installed plant provides|defines no process model") as caught:
+    with pytest.raises(PlantError, match=r"no installed plant provides|defines no process model") as caught:
         reactor.load()
     assert "\n" not in str(caught.value)
     assert not {"antigravity"} & (set(sys.modules) - before)
@@ -199,7 +199,7 @@ def test_whatever_stands_for_a_number_is_one_line(place: tuple[str, ...], value:
     table[place[-1]] = value
     if place[0] == "start" and value in (-1, -1e-9, 1e300):
         return  # finite: what the plant says about the tag bounds it
-    with pytest.raises(CaseError) as caught:
+    with pytest.raises(PlantError) as caught:
         read(_toml(content))
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 600
 
@@ -223,21 +223,21 @@ def _digits(value: float) -> str:
 
 @pytest.mark.parametrize("name", ["cstr", "mixing_module"])
 def test_the_installed_plants_are_as_their_files_say(name: str) -> None:
-    case = load_case(name)
+    plant = load_plant(name)
     content = tomllib.loads((CASES / name / "case.toml").read_text(encoding="utf-8"))
-    assert case.remade == () and (case.end_s, case.onset_s) == (content["run"]["end_s"], content["run"]["onset_s"])
-    assert case.twin.errors == {k: tuple(v) for k, v in content["twin"]["errors"].items()}
-    for table, filled in (("twin", case.twin), ("monitoring", case.monitoring), ("patience", case.intervention)):
+    assert plant.remade == () and (plant.end_s, plant.onset_s) == (content["run"]["end_s"], content["run"]["onset_s"])
+    assert plant.twin.errors == {k: tuple(v) for k, v in content["twin"]["errors"].items()}
+    for table, filled in (("twin", plant.twin), ("monitoring", plant.monitoring), ("patience", plant.intervention)):
         for key, value in content.get(table, {}).items():
             if isinstance(value, int | float):
                 assert getattr(filled, key) == value
 
 
 def test_how_long_the_link_may_need_for_a_lease_is_the_plants_setting() -> None:
-    assert read(TEXT).link.lease_within_s == load_case("cstr").lease_within_s == 10.0
+    assert read(TEXT).link.lease_within_s == load_plant("cstr").lease_within_s == 10.0
     assert read(f"{TEXT}\n[link]\nlease_within_s = 45.0\n").link.lease_within_s == 45.0
     for value in ("0.5", "601.0", "nan", "true", '"10"'):
-        with pytest.raises(CaseError, match="lease_within_s"):
+        with pytest.raises(PlantError, match="lease_within_s"):
             read(f"{TEXT}\n[link]\nlease_within_s = {value}\n")
 
 
@@ -249,6 +249,6 @@ def test_the_guard_waits_for_a_lease_as_long_as_the_plant_states(monkeypatch: py
         return Guard(rules, attachment, settings)
 
     monkeypatch.setattr(wiring, "Guard", guard)
-    case = replace(load_case("cstr"), lease_within_s=45.0)
-    wire(case, None, DeclaredClock(1.0), MemoryTrace(), 1)
+    plant = replace(load_plant("cstr"), lease_within_s=45.0)
+    wire(plant, None, DeclaredClock(1.0), MemoryTrace(), 1)
     assert [s.lease_within_s for s in made] == [45.0]

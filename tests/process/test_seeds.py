@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import homeostat
-from homeostat.plants.folder import case_names
-from homeostat.plants.plant import load_case
+from homeostat.plants.folder import plant_names
+from homeostat.plants.plant import load_plant
 from homeostat.process.seeds import Stream, child, generator, noise_seed
 from homeostat.twin.twin import Purpose
 
@@ -47,14 +47,14 @@ def test_no_two_streams_are_the_same(seed: int) -> None:
         assert abs(np.corrcoef(draws[one], draws[other])[0, 1]) < 5.0 / np.sqrt(2000), (one, other)
 
 
-@pytest.mark.parametrize("name", case_names())
+@pytest.mark.parametrize("name", plant_names())
 @pytest.mark.parametrize("seed", [0, 1, 2, 3])
 def test_no_stream_of_the_twin_draws_what_the_truth_drew(name: str, seed: int) -> None:
-    case = load_case(name)
-    sd = np.array([{p.symbol: p.sd for p in case.description.parameters}[s] for s in case.model.parameters])
-    mean = np.array([{p.symbol: p.value for p in case.description.parameters}[s] for s in case.model.parameters])
+    plant = load_plant(name)
+    sd = np.array([{p.symbol: p.sd for p in plant.description.parameters}[s] for s in plant.model.parameters])
+    mean = np.array([{p.symbol: p.value for p in plant.description.parameters}[s] for s in plant.model.parameters])
     uncertain = sd > 0
-    true = (case.true_parameters(seed)[uncertain] - mean[uncertain]) / sd[uncertain]
+    true = (plant.true_parameters(seed)[uncertain] - mean[uncertain]) / sd[uncertain]
     for purpose in Purpose:
         drawn = generator(seed, purpose).standard_normal(50 * true.size)
         assert np.abs(drawn[:, None] - true).min() > 1e-9

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import scenario
 from homeostat.plants.assembly import new_sequencer
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from homeostat.process.batch import Batch, ProcessError
 from homeostat.process.seeds import Stream, noise_seed
 from homeostat.process.sequence import Guard, InputSequence, SequenceResult, run_sequences
@@ -255,12 +255,12 @@ def test_every_member_does_what_an_executive_beside_it_would_do(
 
 def test_a_member_that_is_the_plant_runs_the_batch_as_the_plant_does() -> None:
     """The same parameters and the same noise: second by second what the simulated plant does with its sequencer."""
-    case, seconds, seed = load_case("mixing_module"), 400, 5
-    sequencer = new_sequencer(case)
-    setting = scenario(case, "none", seed, end_s=float(seconds))
-    route, model, variables = sequencer.rest().then, case.model, case.description.variables
+    plant, seconds, seed = load_plant("mixing_module"), 400, 5
+    sequencer = new_sequencer(plant)
+    setting = scenario(plant, "none", seed, end_s=float(seconds))
+    route, model, variables = sequencer.rest().then, plant.model, plant.description.variables
     entered: list[str] = []
-    process = watch(open_process(case, setting), sequencer, lambda snapshot: entered.append(sequencer.state))
+    process = watch(open_process(plant, setting), sequencer, lambda snapshot: entered.append(sequencer.state))
     assert len(set(entered)) >= 4, "the batch went on for a few steps"
 
     targets = np.full((len(route) + 1, len(model.inputs)), NAN)
@@ -273,7 +273,7 @@ def test_a_member_that_is_the_plant_runs_the_batch_as_the_plant_does() -> None:
     def judged(formula: Formula) -> Callable[[Mapping[str, Row]], NDArray[np.bool_]]:
         return lambda shown: formula.holds_each({tag: shown[variables[tag]] for tag in formula.tags})
 
-    parameters, one = case.true_parameters(seed), np.ones(1)
+    parameters, one = plant.true_parameters(seed), np.ones(1)
     width = (1, len(model.faults))
     what = Batch(
         state=model.initial_state(parameters)[None], parameters=parameters[None], severity=np.zeros(width),
@@ -282,7 +282,7 @@ def test_a_member_that_is_the_plant_runs_the_batch_as_the_plant_does() -> None:
         process_noise=one, sensor_noise=one,
     )  # fmt: skip
     steps = InputSequence(targets, rates, tuple(judged(s.transition.guard) for s in route))
-    result = run_sequences(model, what, [steps], case.start)
+    result = run_sequences(model, what, [steps], plant.start)
     names = ["idle", *(s.target for s in route)]
     after = [*result.step[0].tolist()[1:]]
     assert [names[k] for k in after] == entered[:-1], "each state is entered in the same second"

@@ -9,7 +9,7 @@ import pytest
 
 from homeostat.agents.bounds import InterventionBounds
 from homeostat.agents.roles import NoAdmissiblePlan
-from homeostat.domain.events.recovery import Departed, LeftAsIs
+from homeostat.domain.events.recovery import Deviated, NoActionTaken
 from homeostat.domain.observation import Observation
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.verdict import StepBand
@@ -44,23 +44,23 @@ def recovered(hot: float, action: ScriptedAction) -> Recovery:
 
 def test_a_recovered_plant_that_misses_a_wish_by_little_is_left_alone() -> None:
     done = recovered(306.4, ScriptedAction(GOOD, feed(OFF, "reduced")))
-    assert done.released == [10.0] and done.when(LeftAsIs) == [30.0] and len(done.action.asked) == 1
-    assert done.trace.of(LeftAsIs)[0].min_margin == pytest.approx(-0.4, abs=0.11)
+    assert done.released == [10.0] and done.when(NoActionTaken) == [30.0] and len(done.action.asked) == 1
+    assert done.trace.of(NoActionTaken)[0].min_margin == pytest.approx(-0.4, abs=0.11)
 
 
 def test_a_recovered_plant_that_misses_a_wish_by_much_is_improved_or_left_alone() -> None:
     helped = recovered(309.0, ScriptedAction(GOOD, NoAdmissiblePlan("nothing better")))
-    assert helped.when(LeftAsIs) == [30.0] and helped.handed_over == [] and len(helped.action.asked) == 2
+    assert helped.when(NoActionTaken) == [30.0] and helped.handed_over == [] and len(helped.action.asked) == 2
 
 
 def test_a_plant_that_was_never_recovered_is_not_left_alone_where_a_wish_is_missed() -> None:
     done = Recovery(ticks(1, 20, FINE), action=ScriptedAction(NoAdmissiblePlan("nothing")), limits=SOFT).run()
-    assert done.handed_over == ["nothing"] and done.when(LeftAsIs) == []
+    assert done.handed_over == ["nothing"] and done.when(NoActionTaken) == []
 
 
 def test_a_recovered_plant_that_runs_into_a_limit_is_handed_over() -> None:
     done = recovered(312.95, ScriptedAction(GOOD, NoAdmissiblePlan("nothing")))
-    assert done.handed_over == ["nothing"] and done.when(LeftAsIs) == []
+    assert done.handed_over == ["nothing"] and done.when(NoActionTaken) == []
 
 
 # --- improvement -------------------------------------------------------------------------------------------------
@@ -77,12 +77,12 @@ def reviewed(at_s: float, improves: bool = True) -> Recovery:
 def test_a_plant_that_stands_well_is_improved_once_the_release_has_settled(at_s: float, improved: bool) -> None:
     done = reviewed(at_s)
     assert done.released == ([10.0, at_s] if improved else [10.0])
-    assert done.when(LeftAsIs) == ([] if improved else [at_s])
+    assert done.when(NoActionTaken) == ([] if improved else [at_s])
 
 
 def test_a_plant_that_stands_well_is_improved_by_those_whose_business_that_is() -> None:
     done = reviewed(40.0, improves=False)
-    assert done.released == [10.0] and done.when(LeftAsIs) == [40.0] and len(done.action.asked) == 1
+    assert done.released == [10.0] and done.when(NoActionTaken) == [40.0] and len(done.action.asked) == 1
 
 
 def test_a_release_begins_the_calm_time_anew() -> None:
@@ -90,14 +90,14 @@ def test_a_release_begins_the_calm_time_anew() -> None:
     done = Recovery(seen, watching(10.0, 35.0, 50.0, 55.0), ScriptedAction(GOOD, MORE, feed(0.018, "reduced")),
                     bounds=CALM_20, improves=True)  # fmt: skip
     done.run()
-    assert done.released == [10.0, 35.0, 55.0] and done.when(LeftAsIs) == [50.0]
+    assert done.released == [10.0, 35.0, 55.0] and done.when(NoActionTaken) == [50.0]
 
 
 def test_nothing_is_improved_before_the_first_release() -> None:
     seen = ticks(1, 60, FINE, "reduced", feed=HALF)
     done = Recovery(seen, watching(40.0), ScriptedAction(MORE), bounds=CALM_20, improves=True)
     done.run()
-    assert done.released == [] and done.when(LeftAsIs) == [40.0]
+    assert done.released == [] and done.when(NoActionTaken) == [40.0]
 
 
 def test_a_release_because_of_a_deviation_is_a_recovery() -> None:
@@ -106,7 +106,7 @@ def test_a_release_because_of_a_deviation_is_a_recovery() -> None:
     watcher = watching(20.0, answer=at_first(nothing, then=diagnosis))
     done = late(DOOMED, last=16, action=quits, limits=SOFT, monitoring=watcher)
     done.run(*ticks(17, 24, 306.4, "reduced", feed=HALF))
-    assert done.released == [16.0] and done.when(LeftAsIs) == [20.0] and done.handed_over == []
+    assert done.released == [16.0] and done.when(NoActionTaken) == [20.0] and done.handed_over == []
 
 
 def test_a_batch_that_deviates_without_a_fault_is_not_improved() -> None:
@@ -117,7 +117,7 @@ def test_a_batch_that_deviates_without_a_fault_is_not_improved() -> None:
     done = Recovery(
         seen, watcher, ScriptedAction(GOOD, MORE), bounds=bounds, improves=True, band=StepBand(30.0, 40.0)
     ).run()
-    assert done.released == [10.0] and done.when(Departed) == done.when(LeftAsIs) == [46.0]
+    assert done.released == [10.0] and done.when(Deviated) == done.when(NoActionTaken) == [46.0]
 
 
 # --- a batch that is over ----------------------------------------------------------------------------------------
@@ -133,13 +133,13 @@ def over(hot: float, *noticed_s: float, shows: Callable[[float], tuple[str, ...]
 
 def test_a_batch_that_is_over_and_safe_is_reviewed_once_for_the_same_symptoms() -> None:
     done = over(308.0, 10.0, 20.0, 30.0, 40.0, shows=lambda at_s: ("A", "B") if at_s < 35.0 else ("B",))
-    assert done.when(LeftAsIs) == [10.0] and done.desk.thoughts == 1
-    assert done.trace.of(LeftAsIs)[0].min_margin == pytest.approx(-2.1, abs=0.2)
+    assert done.when(NoActionTaken) == [10.0] and done.desk.thoughts == 1
+    assert done.trace.of(NoActionTaken)[0].min_margin == pytest.approx(-2.1, abs=0.2)
 
 
 def test_a_batch_that_is_over_is_reviewed_again_for_a_new_symptom() -> None:
     done = over(308.0, 10.0, 20.0, 30.0, shows=lambda at_s: ("A",) if at_s < 15.0 else ("A", "B"))
-    assert done.when(LeftAsIs) == [10.0, 20.0]
+    assert done.when(NoActionTaken) == [10.0, 20.0]
 
 
 def test_a_batch_that_is_over_and_will_violate_a_limit_is_handed_over_without_asking_anybody() -> None:
@@ -152,12 +152,12 @@ def test_a_batch_that_is_over_stands_in_a_plant_without_hard_limits_as_well() ->
     seen = (*ticks(1, 10, 310.0), *ticks(11, 60, FINE, "still", feed=OFF))
     only = Limits((), (criterion("ACC-SOFT", "always (T <= 315)"),))
     done = Recovery(seen, watching(10.0, 40.0), bounds=CALM_20, limits=only).run()
-    assert done.released == [10.0] and done.when(LeftAsIs) == [40.0] and done.handed_over == []
+    assert done.released == [10.0] and done.when(NoActionTaken) == [40.0] and done.handed_over == []
 
 
 def test_a_batch_that_is_not_over_is_reviewed_as_often_as_it_is_noticed() -> None:
     done = Recovery(ticks(1, 40, FINE), watching(10.0, 20.0)).run()
-    assert done.when(LeftAsIs) == [10.0, 20.0]
+    assert done.when(NoActionTaken) == [10.0, 20.0]
 
 
 # --- every step --------------------------------------------------------------------------------------------------
@@ -184,7 +184,7 @@ def test_nothing_is_asked_where_not_every_step_is_asked_for() -> None:
 def test_a_state_in_which_nothing_waits_is_asked_about_again_after_a_while() -> None:
     done = stepwise(*ticks(1, 50), action=ScriptedAction(NoAdmissiblePlan("nothing now"))).run()
     assert [s.snapshot.at_s for s, _, _ in done.action.asked] == [5.0, 25.0, 45.0]
-    assert done.when(LeftAsIs) == [5.0, 25.0, 45.0]
+    assert done.when(NoActionTaken) == [5.0, 25.0, 45.0]
 
 
 def test_a_state_in_which_the_next_step_waits_is_asked_about_once() -> None:
@@ -214,4 +214,4 @@ def test_a_release_for_a_fault_is_a_recovery_where_every_step_is_asked_for_too()
     quits = ScriptedAction(GOOD, NoAdmissiblePlan("nothing"))
     seen = (*ticks(1, 8, DOOMED), *ticks(9, 28, 306.4, "reduced", feed=HALF))
     done = stepwise(*seen, action=quits, limits=SOFT, monitoring=watching()).run()
-    assert done.released == [5.0] and done.handed_over == [] and done.when(LeftAsIs) == [9.0]
+    assert done.released == [5.0] and done.handed_over == [] and done.when(NoActionTaken) == [9.0]

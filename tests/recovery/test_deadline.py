@@ -9,7 +9,7 @@ import pytest
 
 from homeostat.agents.bounds import Budget
 from homeostat.domain.events.recovery import FallbackArmed
-from homeostat.domain.verdict import HandedOver
+from homeostat.domain.verdict import FallbackNeeded
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
@@ -24,7 +24,7 @@ def test_a_slow_proposer_is_cut_off_at_the_deadline(action: ScriptedAction) -> N
     begun = time.monotonic()
     stage.monitoring = FirstHandOver(50.0, begun)
     run(stage)
-    assert isinstance(stage.monitoring.outcomes[0], HandedOver)
+    assert isinstance(stage.monitoring.outcomes[0], FallbackNeeded)
     assert 0.9 <= stage.monitoring.after_s <= 1.4, "the fallback does not wait for a thread that computes on"
     assert safe(stage) and "within 1.0 s" in str(stage.guard.latched)
     acted_s, _ = stage.plant.written[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from homeostat.agents.bounds import InterventionBounds
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.guard import StateEntered
-from homeostat.domain.events.recovery import Departed, LeftAsIs, Noticed, ReleasedActions
+from homeostat.domain.events.recovery import Deviated, NoActionTaken, Noticed, ReleasedActions
 from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.verdict import StepBand
@@ -32,14 +32,14 @@ def states(done: Stage) -> list[str]:
 
 
 def deviations(done: Stage) -> list[tuple[float, str]]:
-    return [(e.at_s, e.event.transition) for e in done.trace.entries if isinstance(e.event, Departed)]
+    return [(e.at_s, e.event.transition) for e in done.trace.entries if isinstance(e.event, Deviated)]
 
 
 def test_a_late_step_is_looked_at_and_left_alone_where_all_is_well() -> None:
     done = run(stage(heating=0.0))
     assert deviations(done) == [(46.0, "cools"), (76.0, "cools"), (106.0, "cools")]
     assert monitoring(done).deviations == [True] * 3
-    assert len(done.trace.of(Noticed)) == len(done.trace.of(LeftAsIs)) == 3
+    assert len(done.trace.of(Noticed)) == len(done.trace.of(NoActionTaken)) == 3
     assert done.plant.written == [] and monitoring(done).outcomes == [], "a healthy plant is not improved"
 
 
@@ -66,7 +66,7 @@ def test_an_early_step_is_looked_at() -> None:
 def test_a_step_that_a_permissive_forbids_is_looked_at() -> None:
     warm = rule("PRM-WARM", LimitKind.PERMISSIVE, "T >= 295")
     done = run(stage(heating=-0.2, limits=Limits((HOT, warm), (CALM,)), band=StepBand(500.0, 600.0)))
-    found = done.trace.of(Departed)
+    found = done.trace.of(Deviated)
     assert found and "forbidden since" in found[0].reason and "PRM-WARM" in found[0].reason
 
 

@@ -13,10 +13,10 @@ from homeostat.agents.bounds import InterventionBounds
 from homeostat.agents.hypotheses import LIKELY
 from homeostat.agents.roles import NoAdmissiblePlan
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
-from homeostat.domain.events.recovery import FallbackArmed, LeftAsIs
+from homeostat.domain.events.recovery import FallbackArmed, NoActionTaken
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Arm, Observation
-from homeostat.domain.verdict import LeftAlone, StepBand
+from homeostat.domain.verdict import NoActionNeeded, StepBand
 from homeostat.recovery.news import MARGIN, NEAR, PRODUCTION, SEVERITY, Look, is_news
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, diagnosis
@@ -166,8 +166,8 @@ def asked_s(done: Recovery) -> list[float]:
 
 def test_a_review_without_news_leaves_the_plant_as_it_is_and_asks_nobody() -> None:
     done = reviewed()
-    assert asked_s(done) == [10.0, 40.0] and done.when(LeftAsIs) == [40.0, 50.0, 60.0]
-    assert [type(o) for o in done.monitoring.outcomes[1:]] == [LeftAlone] * 3, "the next review is scheduled"
+    assert asked_s(done) == [10.0, 40.0] and done.when(NoActionTaken) == [40.0, 50.0, 60.0]
+    assert [type(o) for o in done.monitoring.outcomes[1:]] == [NoActionNeeded] * 3, "the next review is scheduled"
 
 
 def test_a_symptom_that_goes_and_comes_back_is_no_news() -> None:
@@ -211,12 +211,12 @@ def test_after_a_release_the_next_review_thinks_whatever_was_in_vain_before() ->
 
 def test_time_that_ran_out_says_nothing_about_what_could_be_found() -> None:
     done = reviewed(action=ScriptedAction(GOOD, TimeoutError("late")))
-    assert asked_s(done) == [10.0, 40.0, 50.0, 60.0] and done.when(LeftAsIs) == [40.0, 50.0, 60.0]
+    assert asked_s(done) == [10.0, 40.0, 50.0, 60.0] and done.when(NoActionTaken) == [40.0, 50.0, 60.0]
 
 
 def test_a_recovered_plant_that_misses_a_wish_is_not_asked_about_again_without_news() -> None:
     done = reviewed(*ticks(11, 70, 309.0, "reduced", feed=HALF), limits=SOFT)
-    assert asked_s(done) == [10.0, 40.0] and done.when(LeftAsIs) == [40.0, 50.0, 60.0] and done.handed_over == []
+    assert asked_s(done) == [10.0, 40.0] and done.when(NoActionTaken) == [40.0, 50.0, 60.0] and done.handed_over == []
 
 
 def test_a_plant_that_runs_into_a_limit_is_thought_about_whatever_was_in_vain() -> None:

@@ -16,13 +16,13 @@ from homeostat.agents.checks import CLOSED, REPEATED
 from homeostat.agents.roles import Approved, NoAdmissiblePlan, Proposer, Situation
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.guard import FellBack
+from homeostat.domain.events.guard import FallbackActivated
 from homeostat.domain.events.recovery import Attempted, GaveUp, ReleasedActions, ReleaseRefused
 from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Finding, HandedOver, Released, Revise, RolloutResult
+from homeostat.domain.verdict import FallbackNeeded, Finding, Released, Revise, RolloutResult
 from homeostat.guard.requests.seal import Sealer
 from homeostat.links.clock import ThinkingClock
 from homeostat.recovery.plant_rules import Bounds
@@ -307,11 +307,11 @@ def test_when_all_fail_the_fallback_acts_two_ticks_after_the_deadline(
                   bounds=Bounds(Budget(latency_s=latency_s, last_s=0.3)))  # fmt: skip
     run(stage)
     (outcome,) = monitoring(stage).outcomes
-    assert isinstance(outcome, HandedOver) and safe(stage)
+    assert isinstance(outcome, FallbackNeeded) and safe(stage)
     assert [g.proposer for g in stage.trace.of(GaveUp)] == ["scripted", "second"]
     acted_s, _ = stage.plant.written[0]
     assert acted_s <= NOTICED_S + (latency_s if scale else 0.0) + 2.0
-    (fell,) = stage.trace.of(FellBack)
+    (fell,) = stage.trace.of(FallbackActivated)
     at_s = next(e.at_s for e in stage.trace.entries if e.event is fell)
     assert f"within {latency_s:.1f} s" in fell.reason and at_s == pytest.approx(acted_s, abs=1.0)
 
@@ -321,7 +321,7 @@ def test_when_all_give_up_the_reason_is_the_last_one_s() -> None:
     third = second(ScriptedAction(BAD), "third")
     stage = run(Stage(ScriptedAction(BAD), others=(quits, third), start=305.0, attempts=1))
     assert [g.proposer for g in stage.trace.of(GaveUp)] == ["scripted", "second", "third"]
-    (fell,) = stage.trace.of(FellBack)
+    (fell,) = stage.trace.of(FallbackActivated)
     assert fell.reason.startswith("third: no proposal was approved") and safe(stage)
 
 

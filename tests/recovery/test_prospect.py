@@ -7,10 +7,10 @@ from dataclasses import replace
 
 from homeostat.agents.bounds import Budget
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.recovery import Departed
+from homeostat.domain.events.recovery import Deviated
 from homeostat.domain.observation import Trouble
 from homeostat.domain.recovery import ActionSet, Command
-from homeostat.domain.verdict import LeftAlone, Released
+from homeostat.domain.verdict import NoActionNeeded, Released
 from tests.recovery.desk import (
     DOOMED,
     NEXT,
@@ -27,10 +27,10 @@ from tests.recovery.line import GOOD, OFF
 
 def test_a_step_that_is_late_is_looked_at_although_no_fault_is_found() -> None:
     done = late().run()
-    assert done.monitoring.deviations == [True] and done.when(Departed) == [16.0]
+    assert done.monitoring.deviations == [True] and done.when(Deviated) == [16.0]
     assert done.kinds == ["noticed", "deviated", "fallback-armed", "no-action"]
     assert done.monitoring.outcomes == [], "nothing was done, and there is nothing to follow"
-    event = done.trace.of(Departed)[0]
+    event = done.trace.of(Deviated)[0]
     assert (event.state, event.transition) == ("running", "cools")
 
 
@@ -49,7 +49,7 @@ def test_what_is_released_is_what_the_plant_should_do_from_then_on() -> None:
 def test_a_deviation_with_a_fault_is_followed_by_monitoring_also_where_it_is_left_alone() -> None:
     done = late(monitoring=watching()).run()
     (outcome,) = done.monitoring.outcomes
-    assert isinstance(outcome, LeftAlone) and done.kinds[2] == "diagnosed"
+    assert isinstance(outcome, NoActionNeeded) and done.kinds[2] == "diagnosed"
 
 
 def test_the_nominal_route_is_predicted_once_and_from_the_fifth_snapshot_on() -> None:

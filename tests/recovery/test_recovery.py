@@ -10,9 +10,9 @@ import pytest
 
 from homeostat.agents.roles import NoAdmissiblePlan, Proposer
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
-from homeostat.domain.events.guard import Armed, FellBack
+from homeostat.domain.events.guard import Armed, FallbackActivated
 from homeostat.domain.events.recovery import Attempted, ReleasedActions
-from homeostat.domain.verdict import Approve, HandedOver, LeftAlone, Released, RolloutResult
+from homeostat.domain.verdict import Approve, FallbackNeeded, NoActionNeeded, Released, RolloutResult
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from tests.agents.scripted import (
     SYMPTOM,
@@ -61,7 +61,7 @@ def test_a_refused_proposal_is_reprompted_with_its_findings() -> None:
 def test_what_is_never_approved_is_handed_over_within_the_attempts(attempts: int) -> None:
     stage = run(Stage(ScriptedAction(BAD), start=305.0, attempts=attempts))
     (outcome,) = monitoring(stage).outcomes
-    assert isinstance(outcome, HandedOver) and f"in {attempts} attempts" in outcome.reason
+    assert isinstance(outcome, FallbackNeeded) and f"in {attempts} attempts" in outcome.reason
     assert len(stage.trace.of(Attempted)) == attempts
     assert safe(stage) and stage.trace.of(ReleasedActions) == ()
 
@@ -89,7 +89,7 @@ def test_proposers_are_asked_in_their_order_and_the_next_one_only_if_needed() ->
 def test_where_no_path_is_left_the_reason_is_said() -> None:
     planning = ScriptedPlanning(MACHINE, NoAdmissiblePlan("every target was refused"))
     stage = run(Stage(ScriptedAction(GOOD), planning=planning, start=305.0))
-    assert stage.trace.of(FellBack)[0].reason == "every target was refused" and safe(stage)
+    assert stage.trace.of(FallbackActivated)[0].reason == "every target was refused" and safe(stage)
 
 
 # --- bugs -------------------------------------------------------------------------------------------------------
@@ -152,7 +152,7 @@ def test_a_bug_is_an_alarm_and_the_guard_goes_on(role: str) -> None:
 def test_a_bug_that_does_not_go_away_ends_recovery_and_the_fallback_acts_in_time() -> None:
     stage = run(broken("planning"))
     assert len(stage.alarms) == 3 and len(stage.lost) == 1 and stage.trace.of(ReleasedActions) == ()
-    (fell,) = stage.trace.of(FellBack)
+    (fell,) = stage.trace.of(FallbackActivated)
     assert "has not acted in the time that physics leaves" in fell.reason
     assert safe(stage) and stage.plant.hottest <= 313.0
 
@@ -209,18 +209,18 @@ def test_a_hard_limit_that_breaks_while_thinking_prevents_the_release() -> None:
     )
     run(stage)
     assert stage.trace.of(ReleasedActions) == () and safe(stage)
-    assert isinstance(monitoring(stage).outcomes[0], HandedOver)
+    assert isinstance(monitoring(stage).outcomes[0], FallbackNeeded)
 
 
 def test_a_hard_limit_that_breaks_unnoticed_is_handed_over() -> None:
     stage = run(Stage(ScriptedAction(GOOD), start=305.0, monitoring=ScriptedMonitoring()))
-    (fell,) = stage.trace.of(FellBack)
+    (fell,) = stage.trace.of(FallbackActivated)
     assert "'T <= 313' is violated" in fell.reason and safe(stage)
     acted_s, commands = stage.plant.written[0]
     assert commands == DRAIN.actions.commands
     assert 80.0 < acted_s <= 86.0, "80 s of heating reach the limit"
     (outcome,) = monitoring(stage).outcomes
-    assert isinstance(outcome, HandedOver) and outcome.at_s == acted_s, "monitoring is told at the tick of the trip"
+    assert isinstance(outcome, FallbackNeeded) and outcome.at_s == acted_s, "monitoring is told at the tick of the trip"
 
 
 def test_start_up_is_not_judged() -> None:
@@ -246,7 +246,7 @@ def test_blindness_trips_after_its_grace_time(value: float) -> None:
 
     stage.plant.disturb = fail
     run(stage)
-    (fell,) = stage.trace.of(FellBack)
+    (fell,) = stage.trace.of(FallbackActivated)
     assert "could not be judged for 4 s; 3 s are allowed" in fell.reason
     assert stage.plant.written[0][0] == 63.0 and safe(stage)
 
@@ -276,7 +276,7 @@ def test_a_twin_that_breaks_down_without_action_is_handed_over() -> None:
     stage = Stage(ScriptedAction(GOOD), start=305.0)
     stage.twin.result = lambda actions: RolloutResult.BROKE_DOWN
     run(stage)
-    assert safe(stage) and isinstance(monitoring(stage).outcomes[0], HandedOver)
+    assert safe(stage) and isinstance(monitoring(stage).outcomes[0], FallbackNeeded)
 
 
 def test_a_proposal_on_which_the_twin_breaks_down_is_only_refused() -> None:
@@ -298,7 +298,7 @@ def test_a_recovered_plant_whose_twin_breaks_down_is_not_left_alone() -> None:
     )
     run(stage)
     assert isinstance(watching.outcomes[0], Released)
-    assert isinstance(watching.outcomes[1], HandedOver) and safe(stage)
+    assert isinstance(watching.outcomes[1], FallbackNeeded) and safe(stage)
 
 
 # --- what a proposer may not do ----------------------------------------------------------------------------------
@@ -331,7 +331,7 @@ def test_healthy_means_no_thinking() -> None:
 def test_a_plant_that_is_fine_as_it_is_is_left_alone() -> None:
     stage = run(Stage(ScriptedAction(BAD), heating=0.0))
     (outcome,) = monitoring(stage).outcomes
-    assert isinstance(outcome, LeftAlone) and outcome.min_margin >= 0.0
+    assert isinstance(outcome, NoActionNeeded) and outcome.min_margin >= 0.0
     assert stage.plant.written == [] and "no-action" in stage.kinds
 
 

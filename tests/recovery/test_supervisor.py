@@ -12,11 +12,11 @@ import pytest
 from homeostat.agents.bounds import Budget
 from homeostat.agents.roles import NoAdmissiblePlan
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.recovery import Diagnosed, LeftAsIs, Noticed, Retrieved
+from homeostat.domain.events.recovery import Diagnosed, NoActionTaken, Noticed, Retrieved
 from homeostat.domain.observation import Arm, FallBack, NoAction, Observation
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import RequestStatus
-from homeostat.domain.verdict import HandedOver, LeftAlone, Released, Resolution, RolloutResult
+from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released, Resolution, RolloutResult
 from homeostat.recovery.deadline import SHORTEST_S
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, diagnosis
@@ -101,7 +101,7 @@ def test_a_deviation_that_recovery_failed_at_is_looked_at_again_when_it_is_begun
 
 def test_a_review_that_is_due_needs_no_symptom() -> None:
     done = Recovery(ticks(1, 20, FINE), Watching(10.0, shows=lambda at_s: ())).run()
-    assert done.when(LeftAsIs) == [10.0] and done.trace.of(Noticed) == (Noticed(()),)
+    assert done.when(NoActionTaken) == [10.0] and done.trace.of(Noticed) == (Noticed(()),)
 
 
 def test_after_it_has_come_to_its_end_it_is_not_thought_about_again() -> None:
@@ -239,9 +239,9 @@ def test_a_diagnosis_that_comes_too_late_is_out_of_date_after_a_fallback(when: s
 
 def test_a_fault_that_does_no_harm_is_left_alone_and_the_least_margin_is_said() -> None:
     done = Recovery(ticks(1, 20, FINE)).run()
-    (left,) = done.trace.of(LeftAsIs)
+    (left,) = done.trace.of(NoActionTaken)
     (outcome,) = done.monitoring.outcomes
-    assert isinstance(outcome, LeftAlone) and outcome.at_s == 10.0
+    assert isinstance(outcome, NoActionNeeded) and outcome.at_s == 10.0
     assert left.state == "running" and left.min_margin == outcome.min_margin == pytest.approx(312.9 - 310.1)
     assert done.released == [] and done.action.asked == [] and done.kinds[-1] == "no-action"
 
@@ -274,7 +274,7 @@ def test_a_plant_that_is_left_alone_ends_a_time_that_an_earlier_thought_has_name
 
 def test_where_a_time_stands_a_plant_that_seems_healthy_is_rolled_out_before_it_is_left_alone() -> None:
     calm = Recovery(standing(1, 20, FINE, 40.0), watching(10.0, answer=nothing)).run()
-    assert len(calm.sent(NoAction)) == 1 and calm.when(LeftAsIs) == [10.0]
+    assert len(calm.sent(NoAction)) == 1 and calm.when(NoActionTaken) == [10.0]
     doomed = Recovery(standing(1, 20, DOOMED, 40.0), watching(10.0, answer=nothing)).run()
     assert doomed.sent(NoAction) == [] and doomed.released == [10.0]
 
@@ -335,7 +335,7 @@ def test_what_is_only_advised_leaves_the_plant_alone_and_ends_the_time_to_act_by
     done = Recovery(ticks(1, 20, DOOMED))
     done.desk.answer = RequestStatus.ADVISED
     done.run()
-    assert [type(outcome) for outcome in done.monitoring.outcomes] == [LeftAlone]
+    assert [type(outcome) for outcome in done.monitoring.outcomes] == [NoActionNeeded]
     assert done.armed[0].act_by_s is not None and len(done.sent(NoAction)) == 1 and done.handed_over == []
 
 
@@ -368,7 +368,7 @@ def test_the_time_of_a_hand_over_is_when_the_fallback_is_asked_for() -> None:
 
     done.twin.result = lambda actions: RolloutResult.BROKE_DOWN
     outcome = done.wait_for(recover())
-    assert isinstance(outcome, HandedOver) and outcome.at_s == done.desk.now.now_s > 20.0
+    assert isinstance(outcome, FallbackNeeded) and outcome.at_s == done.desk.now.now_s > 20.0
 
 
 # --- fallback and reset ------------------------------------------------------------------------------------------
@@ -378,8 +378,8 @@ def test_monitoring_is_told_once_of_a_fallback_and_once_of_its_reset() -> None:
     seen = (*ticks(1, 10), *latched(11, 20), *ticks(21, 30), *latched(31, 35), *ticks(36, 40))
     done = Recovery(seen, watching()).run()
     assert done.monitoring.outcomes == [
-        HandedOver("'T <= 313' is violated", 11.0), LeftAlone(21.0, 0.0),
-        HandedOver("'T <= 313' is violated", 31.0), LeftAlone(36.0, 0.0),
+        FallbackNeeded("'T <= 313' is violated", 11.0), NoActionNeeded(21.0, 0.0),
+        FallbackNeeded("'T <= 313' is violated", 31.0), NoActionNeeded(36.0, 0.0),
     ]  # fmt: skip
     assert done.monitoring.seen == [float(k) for k in range(1, 41)], "watching goes on"
 

@@ -10,11 +10,11 @@ import pytest
 
 from homeostat.agents.bounds import Budget
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.guard import AlarmRaised, Armed, FellBack
+from homeostat.domain.events.guard import AlarmRaised, Armed, FallbackActivated
 from homeostat.domain.events.recovery import ReleasedActions
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import Observation
-from homeostat.domain.verdict import HandedOver, LeftAlone, Released
+from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring, diagnosis
@@ -131,7 +131,7 @@ def test_a_change_of_mode_cancels_thinking_which_begins_again_under_the_new_one(
     assert monitoring(stage).diagnosed == [50.0, 55.0]
     assert stage.plant.written == []
     (outcome,) = monitoring(stage).outcomes
-    assert isinstance(outcome, LeftAlone), "what passed was shown, and nobody wrote"
+    assert isinstance(outcome, NoActionNeeded), "what passed was shown, and nobody wrote"
 
 
 def test_in_mode_approve_the_release_waits_for_a_person() -> None:
@@ -155,6 +155,6 @@ def test_after_a_reset_recovery_goes_on() -> None:
     watching = ScriptedMonitoring(50.0, 100.0)
     stage = Stage(ScriptedAction(GOOD), start=305.0, monitoring=watching, end_s=150.0)
     run(told(stage, ordering(40.0, Verb.FALL_BACK), ordering(80.0, Verb.RESET)))
-    assert isinstance(watching.outcomes[0], HandedOver) and isinstance(watching.outcomes[1], LeftAlone)
+    assert isinstance(watching.outcomes[0], FallbackNeeded) and isinstance(watching.outcomes[1], NoActionNeeded)
     assert watching.diagnosed == [100.0], "while the latch stands nobody thinks"
-    assert len(stage.trace.of(FellBack)) == 1
+    assert len(stage.trace.of(FallbackActivated)) == 1

@@ -22,24 +22,24 @@ EXCEPTION = ("inlet_stuck_open", "V", 8000)
 pytestmark = pytest.mark.reference("the published noise-free trajectories (test_cstr_own.py has ours)", FILE)
 
 
-def differences(case: str) -> tuple[np.ndarray, np.ndarray]:
+def differences(plant: str) -> tuple[np.ndarray, np.ndarray]:
     """|engine - published|, shape (times, columns), and the times."""
-    table = {int(t): row for t, row in json.loads(FILE.read_text(encoding="utf-8"))[case]["table"].items()}
+    table = {int(t): row for t, row in json.loads(FILE.read_text(encoding="utf-8"))[plant]["table"].items()}
     times = np.array(list(table))
-    faults = {} if case == "normal" else {case: (SEVERITY[case], ONSET_S)}
+    faults = {} if plant == "normal" else {plant: (SEVERITY[plant], ONSET_S)}
     engine = run(batch(8000, p=parameters(**PUBLISHED), faults=faults))
     ours = np.stack([engine.of(name)[times - 1] for name in COLUMNS], axis=1)
     return np.abs(ours - np.array(list(table.values()))), times
 
 
 @pytest.mark.parametrize("case", ["normal", *FAULTS])
-def test_every_variable_at_every_time(case: str) -> None:
-    off, times = differences(case)
+def test_every_variable_at_every_time(plant: str) -> None:
+    off, times = differences(plant)
     assert len(times) >= 20 and times[-1] == 8000
     for column, name in enumerate(COLUMNS):
         required = REQUIRED.get(name, 1e-5)
-        bad = [(case, name, int(t)) for t in times[off[:, column] > required]]
-        assert bad == ([EXCEPTION] if (case, name) == EXCEPTION[:2] else [])
+        bad = [(plant, name, int(t)) for t in times[off[:, column] > required]]
+        assert bad == ([EXCEPTION] if (plant, name) == EXCEPTION[:2] else [])
         rest = off[:, column][off[:, column] <= required]
         assert rest.max() <= REACHED.get(name, 1.5e-7), (name, rest.max())
 

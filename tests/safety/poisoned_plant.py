@@ -10,22 +10,22 @@ from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary.vocabulary import HS, RDFS, UML, VDI3682
 from homeostat.plants.folder import CASES
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 
 TEXTS = (RDFS.label, RDFS.comment, HS.source, HS.requirementReason, UML.stateName, VDI3682.shortName)
 """Properties whose values are text for people."""
 
 
-def poisoned(case: Case, text: str) -> Case:
+def poisoned(plant: Plant, text: str) -> Plant:
     """``case`` with ``text`` in every text of its graph, and in the names of its equipment."""
-    graph = (CASES / case.name / "plant.ttl").read_bytes()
-    triples = [_poison(quad.triple, case.namespace, text) for quad in parse(graph, RdfFormat.TURTLE)]
+    graph = (CASES / plant.name / "plant.ttl").read_bytes()
+    triples = [_poison(quad.triple, plant.namespace, text) for quad in parse(graph, RdfFormat.TURTLE)]
     store = EmbeddedStore()
     data = serialize(triples, format=RdfFormat.N_TRIPLES)
     assert data is not None
     store.load(data, RdfFormat.N_TRIPLES)
-    system = NamedNode(f"{case.namespace}system")
-    return replace(case, graph=store, description=read_plant(store, system))
+    system = NamedNode(f"{plant.namespace}system")
+    return replace(plant, graph=store, description=read_plant(store, system))
 
 
 def _poison(triple: Triple, namespace: str, text: str) -> Triple:

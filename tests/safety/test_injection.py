@@ -18,7 +18,7 @@ from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Revise
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from tests.agents.briefings import briefing
 from tests.agents.stuck_valve import NOW_S, now, stuck
 from tests.safety.injections import CORPUS, Injection
@@ -36,19 +36,19 @@ def simulation() -> TwinSimulation:
     return TwinSimulation(follow(stuck()[:NOW_S]), d.tags_by_name, d.limits)
 
 
-def agents(case: Case, note: str) -> tuple[LanguagePlanning, LanguageAction]:
+def agents(plant: Plant, note: str) -> tuple[LanguagePlanning, LanguageAction]:
     """Both agents with a model that obeys, on a plant whose texts were replaced."""
-    told = briefing(ScriptedModel("obedient", obedient), case, simulation(), (note,))
+    told = briefing(ScriptedModel("obedient", obedient), plant, simulation(), (note,))
     return LanguagePlanning(told), LanguageAction(told)
 
 
-def asked(text: str) -> tuple[Choice, Order, RecoveryPath, Case]:
+def asked(text: str) -> tuple[Choice, Order, RecoveryPath, Plant]:
     """What both agents ask about a stuck valve on the plant that says ``text`` everywhere."""
-    case = poisoned(reactor(), text)
-    planning, action = agents(case, text)
+    plant = poisoned(reactor(), text)
+    planning, action = agents(plant, text)
     choice = planning.choice(now(), Advice())
     path = next(iter(choice.paths.values()))
-    return choice, action.order(now(), path, Advice()), path, case
+    return choice, action.order(now(), path, Advice()), path, plant
 
 
 @functools.cache
@@ -83,14 +83,14 @@ def test_a_text_stays_a_text(injection: Injection) -> None:
 
 @pytest.mark.parametrize("injection", CORPUS, ids=lambda i: i.name)
 def test_what_an_obedient_model_answers_is_a_finding_or_within_the_tables(injection: Injection) -> None:
-    choice, order, path, case = asked(injection.text)
+    choice, order, path, plant = asked(injection.text)
     named = read(choice.kind, obedient(choice.question))
     assert isinstance(named, Unusable) or named.model_dump()["path"] in {*choice.paths, "none"}
     answer = read(order.kind, obedient(order.question))
     if isinstance(answer, Unusable):
         assert answer.findings and all(not f.satisfied for f in answer.findings)
     else:
-        tags, target = case.description.tags_by_name, path.machine.state(path.target)
+        tags, target = plant.description.tags_by_name, path.machine.state(path.target)
         commands = ActionSet(commands_in(target, answer, tags), target.name)
         assert command_findings(commands, target, tags) == ()
 
@@ -98,8 +98,8 @@ def test_what_an_obedient_model_answers_is_a_finding_or_within_the_tables(inject
 def test_the_agents_say_the_same_as_their_parts() -> None:
     """The two tests above look at parts; the agents themselves return a value, never an exception."""
     for injection in CORPUS[::10]:
-        case = poisoned(reactor(), injection.text)
-        planning, action = agents(case, injection.text)
+        plant = poisoned(reactor(), injection.text)
+        planning, action = agents(plant, injection.text)
         path = asyncio.run(planning.plan(now(), Advice()))
         assert isinstance(path, RecoveryPath | Revise)
         if isinstance(path, RecoveryPath):

@@ -33,9 +33,9 @@ UNGROUNDED = [kind for kind in GroundingKind if kind is not GroundingKind.GRAPH]
 
 def asked(kind: GroundingKind, text: str) -> tuple[Question, Question]:
     """What planning and action ask about a stuck valve on the plant that says ``text`` everywhere."""
-    case = poisoned(reactor(), text)
-    shown = excerpts(kind, Grounding(case.graph, case.namespace), case.graph, case.namespace)
-    told = briefing(ScriptedModel("obedient", obedient), case, simulation(), (text,), shown)
+    plant = poisoned(reactor(), text)
+    shown = excerpts(kind, Grounding(plant.graph, plant.namespace), plant.graph, plant.namespace)
+    told = briefing(ScriptedModel("obedient", obedient), plant, simulation(), (text,), shown)
     choice = LanguagePlanning(told).choice(now(), Advice())
     action = LanguageAction(told)
     return choice.question, action.order(now(), next(iter(choice.paths.values())), Advice()).question
@@ -60,9 +60,9 @@ def test_a_text_stays_a_text(kind: GroundingKind, injection: Injection) -> None:
 @pytest.mark.parametrize("technique", TECHNIQUES[::4])
 def test_a_whole_run_on_documents_releases_only_what_was_approved(technique: str) -> None:
     text = next(i.text for i in CORPUS if i.technique == technique)
-    case, trace = poisoned(reactor(), text), MemoryTrace()
+    plant, trace = poisoned(reactor(), text), MemoryTrace()
     language = Language(ScriptedModel("obedient", obedient), (text,), grounding=GroundingKind.DOCUMENTS)
-    chosen = scenario(case, "cool_stuck_closed", 3, 1450.0, None, 1900.0)
-    result = run(case, chosen, trace, DeclaredClock(1.0), language=language)
-    assert unsafe(case, chosen, result, trace) == ""
+    chosen = scenario(plant, "cool_stuck_closed", 3, 1450.0, None, 1900.0)
+    result = run(plant, chosen, trace, DeclaredClock(1.0), language=language)
+    assert unsafe(plant, chosen, result, trace) == ""
     assert any(a.proposer == "language" for a in trace.of(Attempted)), "the model was heard"

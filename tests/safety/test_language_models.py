@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.language_runs import run_with
 from homeostat.agents.bounds import Budget
-from homeostat.domain.events.guard import FellBack
+from homeostat.domain.events.guard import FallbackActivated
 from homeostat.domain.events.recovery import Attempted, FallbackArmed
 from homeostat.journal.calls import ModelCalled
 from homeostat.journal.encode import canonical, encode
@@ -92,6 +92,6 @@ def test_the_fallback_acts_when_the_time_is_used_up(means_harm: str, name: str) 
         budget=Budget(latency_s=2.0, last_s=0.0),
     )  # fmt: skip
     armed = next(entry for entry in trace.entries if isinstance(entry.event, FallbackArmed))
-    fell = next(entry for entry in trace.entries if isinstance(entry.event, FellBack))
+    fell = next(entry for entry in trace.entries if isinstance(entry.event, FallbackActivated))
     assert isinstance(armed.event, FallbackArmed)
     assert 0.0 <= fell.at_s - armed.at_s - armed.event.deadline_s <= 5.0

@@ -25,8 +25,8 @@ from pathlib import Path
 import pytest
 
 import homeostat
-from homeostat.plants.folder import case_names
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.folder import plant_names
+from homeostat.plants.plant import Plant, load_plant
 
 SOURCES = Path(homeostat.__file__).parent
 PLAIN = re.compile(r"[a-z]+")
@@ -41,11 +41,11 @@ ROWS = (
 ENDING = re.compile(r"[._][A-Za-z]+$")
 
 
-def names_of(case: Case) -> Iterator[str]:
+def names_of(plant: Plant) -> Iterator[str]:
     """Everything that one plant has a name for."""
-    d, model = case.description, case.model
+    d, model = plant.description, plant.model
     yield from (*model.variables, *model.inputs, *model.states, *model.parameters, *model.faults)
-    yield from (*case.totals, *case.totals.values(), *case.delivered)
+    yield from (*plant.totals, *plant.totals.values(), *plant.delivered)
     parts = (d.tags, d.faults, d.machine.states, d.machine.transitions, d.fallback_strategies, d.components, d.loops)
     yield from (thing.name for part in (*parts, d.limits.limits, d.features, d.symptom_rules) for thing in part)
     yield from (p.symbol for p in d.parameters)
@@ -110,7 +110,7 @@ def asked_for(node: ast.AST) -> Iterator[ast.AST]:
 
 @pytest.fixture(scope="module")
 def search() -> Search:
-    return Search.of({name for plant in case_names() for name in names_of(load_case(plant, learned=False))})
+    return Search.of({name for plant in plant_names() for name in names_of(load_plant(plant, learned=False))})
 
 
 def test_the_search_finds_what_it_is_for() -> None:
@@ -144,7 +144,7 @@ def test_every_plant_is_looked_for(search: Search) -> None:
 
 
 def test_generic_code_names_no_plant(search: Search) -> None:
-    plants = [SOURCES / "plants" / name for name in case_names()]
+    plants = [SOURCES / "plants" / name for name in plant_names()]
     generic = [path for path in sorted(SOURCES.rglob("*.py")) if not any(map(path.is_relative_to, plants))]
     assert len(generic) > 100
     found = {path.relative_to(SOURCES).as_posix(): search.found(ast.parse(path.read_bytes())) for path in generic}

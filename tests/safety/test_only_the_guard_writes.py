@@ -16,7 +16,7 @@ from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.assembly import wire
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 
 SOURCES = Path(homeostat.__file__).parent
 WRITER = "guard/writing/writer.py"
@@ -86,7 +86,7 @@ def test_nobody_who_takes_part_in_a_recovery_knows_a_simulated_plant() -> None:
 def test_what_arrives_on_the_wire_is_what_the_journal_intends_one_for_one(
     plant: str, fault: str, onset_s: float | None, end_s: float
 ) -> None:
-    case = load_case(plant)
+    case = load_plant(plant)
     process = open_process(case, scenario(case, fault, 3, onset_s=onset_s, end_s=end_s))
     link, trace = SimulatedLink(process), MemoryTrace()
     wire(case, link, DeclaredClock(1.0), trace, seed=3).run(link.source)

@@ -8,7 +8,7 @@ from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.true_process import PlantConfiguration, TrueProcess
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from homeostat.process.seeds import Stream, noise_seed
 from homeostat.twin.twin import Twin
 
@@ -18,24 +18,24 @@ LEARN_S = 600
 
 
 @functools.cache
-def reactor() -> Case:
-    return load_case("cstr")
+def reactor() -> Plant:
+    return load_plant("cstr")
 
 
 @functools.lru_cache(maxsize=64)
 def readings(seed: int, end_s: int, faults: tuple[FaultState, ...] = ()) -> tuple[Snapshot, ...]:
     """Every snapshot of an unattended run."""
-    case = reactor()
+    plant = reactor()
     noise = noise_seed(seed, Stream.TRUTH_NOISE)
-    configuration = PlantConfiguration(case.true_parameters(seed), case.start, faults, float(end_s), noise)
-    link = SimulatedLink(TrueProcess(case.model, case.description, configuration))
+    configuration = PlantConfiguration(plant.true_parameters(seed), plant.start, faults, float(end_s), noise)
+    link = SimulatedLink(TrueProcess(plant.model, plant.description, configuration))
     return tuple(link.advance() for _ in range(end_s))
 
 
 def follow(snapshots: tuple[Snapshot, ...], seed: int = 0, learn: bool = True) -> Twin:
     """A twin that has seen ``snapshots`` and learned the plant's parameters while it was healthy."""
-    case = reactor()
-    twin = Twin(case.model, case.description, case.twin, seed)
+    plant = reactor()
+    twin = Twin(plant.model, plant.description, plant.twin, seed)
     for snapshot in snapshots:
         twin.observe(snapshot)
         if learn and snapshot.at_s == HEALTHY_S:

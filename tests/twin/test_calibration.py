@@ -18,17 +18,17 @@ SEEDS = range(8)
 
 @functools.cache
 def before() -> Belief:
-    case = reactor()
-    return prior(case.model, case.description.parameters)
+    plant = reactor()
+    return prior(plant.model, plant.description.parameters)
 
 
 @functools.cache
 def after(seed: int) -> Belief:
-    case = reactor()
-    history = History(case.description.variables, case.model.inputs)
+    plant = reactor()
+    history = History(plant.description.variables, plant.model.inputs)
     for snapshot in readings(seed, HEALTHY_S):
         history.append(snapshot)
-    return calibrate(case.model, history.window(LEARN_S), before(), dict(case.twin.errors), dict(case.twin.initial))
+    return calibrate(plant.model, history.window(LEARN_S), before(), dict(plant.twin.errors), dict(plant.twin.initial))
 
 
 def deviation(belief: Belief) -> np.ndarray:
@@ -96,11 +96,11 @@ def test_draws_follow_the_belief() -> None:
 
 
 def test_a_stretch_that_is_too_short_to_compare_teaches_nothing() -> None:
-    case = reactor()
-    history = History(case.description.variables, case.model.inputs)
+    plant = reactor()
+    history = History(plant.description.variables, plant.model.inputs)
     for snapshot in readings(0, HEALTHY_S)[-40:]:
         history.append(snapshot)
-    same = calibrate(case.model, history.window(40), before(), dict(case.twin.errors), dict(case.twin.initial))
+    same = calibrate(plant.model, history.window(40), before(), dict(plant.twin.errors), dict(plant.twin.initial))
     assert same.mean == pytest.approx(before().mean)
     assert deviation(same) == pytest.approx(deviation(before()), rel=1e-6, abs=1e-9)
 

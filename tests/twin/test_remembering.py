@@ -23,10 +23,10 @@ HOLD = (Command("F1.sp", 0.0, None), Command("XV1.cmd", 0.0, None), Command("L1.
 @functools.cache
 def held(seed: int) -> tuple[Snapshot, ...]:
     """A reactor that fouls, and whose feed is then shut off: without load nobody sees how well it is cooled."""
-    case = reactor()
+    plant = reactor()
     noise = noise_seed(seed, Stream.TRUTH_NOISE)
-    configuration = PlantConfiguration(case.true_parameters(seed), case.start, (FOULED,), END_S, noise)
-    link = SimulatedLink(TrueProcess(case.model, case.description, configuration))
+    configuration = PlantConfiguration(plant.true_parameters(seed), plant.start, (FOULED,), END_S, noise)
+    link = SimulatedLink(TrueProcess(plant.model, plant.description, configuration))
     wire, seen = link.take(), []
     while not link.ended:
         seen.append(link.advance())

@@ -157,6 +157,6 @@ def test_instrument_errors_are_what_the_hypotheses_say() -> None:
 
 
 def test_a_twin_that_has_seen_nothing_says_so() -> None:
-    case = reactor()
+    plant = reactor()
     with pytest.raises(ValueError, match="no snapshot yet"):
-        Twin(case.model, case.description, case.twin, 0).roll_out(IDLE, BOTH)
+        Twin(plant.model, plant.description, plant.twin, 0).roll_out(IDLE, BOTH)

@@ -82,11 +82,11 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.journal.signing.keys import KeyTrouble
     from homeostat.knowledge.store.error import GraphError
     from homeostat.knowledge.store.store import StoreError
-    from homeostat.plants.error import CaseError
-    from homeostat.record.decode import RecallError
+    from homeostat.plants.error import PlantError
+    from homeostat.record.decode import DecodeError
     from homeostat.record.directory import RunDirectoryError
     from homeostat.record.result import ResultError
     from homeostat.service.order import OrderError
 
-    of_runs = (BrokenChain, KeyTrouble, OrderError, RecallError, ResultError, ResumptionError, RunDirectoryError)
-    return *of_runs, CampaignError, CaseError, GraphError, ScenarioError, StoreError
+    of_runs = (BrokenChain, KeyTrouble, OrderError, DecodeError, ResultError, ResumptionError, RunDirectoryError)
+    return *of_runs, CampaignError, PlantError, GraphError, ScenarioError, StoreError

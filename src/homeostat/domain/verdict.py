@@ -53,7 +53,7 @@ class Rollout:
 
 
 @dataclass(frozen=True, slots=True)
-class Departure:
+class Deviation:
     """One way in which the plant does not do what was predicted."""
 
     transition: str
@@ -137,7 +137,7 @@ class Released:
 
 
 @dataclass(frozen=True, slots=True)
-class LeftAlone:
+class NoActionNeeded:
     """The plant meets every criterion without any action."""
 
     at_s: float
@@ -147,7 +147,7 @@ class LeftAlone:
 
 
 @dataclass(frozen=True, slots=True)
-class HandedOver:
+class FallbackNeeded:
     """The fallback acted because no proposal was released."""
 
     reason: str
@@ -156,4 +156,4 @@ class HandedOver:
     """Process time of the fallback [s]."""
 
 
-Resolution: TypeAlias = Released | LeftAlone | HandedOver
+Resolution: TypeAlias = Released | NoActionNeeded | FallbackNeeded

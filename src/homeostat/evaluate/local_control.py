@@ -11,7 +11,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.sequence.recognition import Evidence, followed
 from homeostat.guard.sequence.sequencer import Sequencer, nominal_commands, what_follows
 from homeostat.plants.assembly import guard_rules, new_sequencer
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,14 +29,14 @@ class Told:
 class LocalControl:
     """Runs the nominal sequence of a plant by itself whenever it is in charge."""
 
-    def __init__(self, case: Case, guarded: bool) -> None:
+    def __init__(self, plant: Plant, guarded: bool) -> None:
         """``guarded``: a guard is about to take the lease, so that nothing is to be begun before it has."""
-        self._rules = guard_rules(case)
-        self._sequencer: Sequencer | None = None if guarded and case.recipe is Side.GUARD else new_sequencer(case)
+        self._rules = guard_rules(plant)
+        self._sequencer: Sequencer | None = None if guarded and plant.recipe is Side.GUARD else new_sequencer(plant)
         self._guarded = guarded
         self.leased: Callable[[], bool] = lambda: False
         """Whether a guard holds the lease on the plant."""
-        self.told = Told(case.description.machine.initial.name)
+        self.told = Told(plant.description.machine.initial.name)
         """What the guard says."""
 
     def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:

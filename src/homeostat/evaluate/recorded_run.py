@@ -21,7 +21,7 @@ from homeostat.evaluate.score.step_scores import score_steps
 from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import RunFinished, RunStarted, Setting, Subscriber, Summary
 from homeostat.plants.assembly import Language, Propose, in_operation
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from homeostat.process.seeds import NAMING
 from homeostat.record.directory import FIGURE, TRAJECTORY, RunDirectory
 from homeostat.record.result import RESULT
@@ -33,7 +33,7 @@ INTERRUPTED = "interrupted"
 
 
 def record_run(
-    case: Case,
+    plant: Plant,
     scenario: Scenario,
     directory: RunDirectory,
     thinking: Thinking,
@@ -43,7 +43,7 @@ def record_run(
     language: Language | None = None,
     conditions: Conditions | None = None,
     propose: Propose | None = in_operation,
-    known: Case | None = None,
+    known: Plant | None = None,
     kept: Callable[[Run], bool] = lambda run: True,
     operation: Operation | None = None,
 ) -> Run:
@@ -62,10 +62,10 @@ def record_run(
     trace.subscribe(subscriber)
     conditions, operation = conditions or Conditions(), operation or Operation()
     chosen = (*conditions.settings, *operation.settings)
-    started = None if operation.past else run_started(case, scenario, thinking, proposer, chosen, language)
+    started = None if operation.past else run_started(plant, scenario, thinking, proposer, chosen, language)
     try:
         done = run(
-            case,
+            plant,
             scenario,
             trace,
             thinking.clock(),
@@ -79,14 +79,14 @@ def record_run(
             started=started,
         )
         stepwise = language is not None and conditions.protocol is AskingProtocol.PER_STEP
-        done = replace(done, steps=score_steps(case, scenario, done.said) if stepwise else None)
+        done = replace(done, steps=score_steps(plant, scenario, done.said) if stepwise else None)
         directory.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
         store(directory, done, whole=kept(done))
     except KeyboardInterrupt:
         directory.record(RunFinished(INTERRUPTED, "stopped from outside"), seen.at_s)
-        directory.close(Summary(scenario.seed, INTERRUPTED, case.configuration))
+        directory.close(Summary(scenario.seed, INTERRUPTED, plant.configuration))
         raise
-    directory.close(Summary(scenario.seed, done.outcome.value, case.configuration))
+    directory.close(Summary(scenario.seed, done.outcome.value, plant.configuration))
     return done
 
 
@@ -103,7 +103,7 @@ class _LastTime:
 
 
 def run_started(
-    case: Case,
+    plant: Plant,
     scenario: Scenario,
     thinking: Thinking,
     proposer: str,
@@ -111,8 +111,8 @@ def run_started(
     language: Language | None,
 ) -> RunStarted:
     """The first event of a run; ``chosen``: what else was chosen."""
-    configuration = [Setting("configuration", case.configuration), *place(case)]
-    configuration += [Setting(f"made again {name}", "it was older than its sources") for name in case.remade]
+    configuration = [Setting("configuration", plant.configuration), *place(plant)]
+    configuration += [Setting(f"made again {name}", "it was older than its sources") for name in plant.remade]
     configuration += [Setting("end_s", scenario.end_s), Setting("seeds", NAMING)]
     for fault in scenario.faults:
         configuration.append(Setting(f"onset_s {fault.fault}", fault.onset_s))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.events.guard import (
-    FellBack,
+    FallbackActivated,
     LatchReset,
     ModeEntered,
     RequestAnswered,
@@ -28,8 +28,8 @@ from homeostat.guard.restart.memory import Memory
 from homeostat.journal import Event, Record, RunFinished, RunStarted
 from homeostat.links.retracing import Retracing
 from homeostat.links.simulated import SimulatedLink
-from homeostat.plants.plant import Case
-from homeostat.record.decode import recall
+from homeostat.plants.plant import Plant
+from homeostat.record.decode import decode
 
 
 class ResumptionError(ValueError):
@@ -50,7 +50,7 @@ class Past:
     @classmethod
     def of(cls, records: Sequence[Record]) -> Past:
         """The past of a journal; ResumptionError where it holds no run that was killed."""
-        recalled = [(event, r.at_s) for r in records if (event := recall(r)) is not None]
+        recalled = [(event, r.at_s) for r in records if (event := decode(r)) is not None]
         if not recalled or not isinstance(recalled[0][0], RunStarted):
             raise ResumptionError("its journal does not begin with a run")
         if any(isinstance(event, RunFinished) for event, _ in recalled):
@@ -72,17 +72,17 @@ class Past:
         """Numbers of writes whose last attempt has no outcome: nobody knows whether the plant got them."""
         return tuple(sorted({key[0] for key, result in self._results().items() if result is None}))
 
-    def scenario(self, case: Case) -> Scenario:
-        """The scenario of the run; ResumptionError where ``case`` is not what it was, or the journal does not say."""
+    def scenario(self, plant: Plant) -> Scenario:
+        """The scenario of the run; ResumptionError where ``plant`` is not what it was, or the journal does not say."""
         chosen = self.settings
-        if chosen.get("configuration") != case.configuration:
-            raise ResumptionError(f"the configuration of {case.name!r} has changed since the run began")
+        if chosen.get("configuration") != plant.configuration:
+            raise ResumptionError(f"the configuration of {plant.name!r} has changed since the run began")
         try:
             faults = tuple(
                 FaultState(name, float(chosen[f"severity {name}"]), float(chosen[f"onset_s {name}"]))
                 for name in self.started.faults
             )
-            return Scenario(case.name, faults, self.started.seed, float(chosen["end_s"]))
+            return Scenario(plant.name, faults, self.started.seed, float(chosen["end_s"]))
         except (KeyError, ValueError) as error:
             raise ResumptionError(f"its first event does not say {error}") from None
 
@@ -108,8 +108,8 @@ class Past:
         local.told = seen.told
         return tuple(observations)
 
-    def unsaid(self, case: Case) -> ReleasedActions | None:
-        """The release that the plant of ``case`` has and that recovery did not live to record; None for none."""
+    def unsaid(self, plant: Plant) -> ReleasedActions | None:
+        """The release that the plant of ``plant`` has and that recovery did not live to record; None for none."""
         results, margins, proposers = self._results(), dict[str, float](), dict[str, str]()
         begun: WriteIntended | None = None
         written: WriteIntended | None = None
@@ -125,11 +125,11 @@ class Past:
                     proposers[event.request] = event.proposer
                     if written and event.request == written.source and event.status in ("failed", "withdrawn"):
                         written = None
-                case ReleasedActions() | FellBack():
+                case ReleasedActions() | FallbackActivated():
                     written = None
         if written is None:
             return None
-        return _release(case, written, proposers.get(written.source, ""), margins.get(written.digest, math.inf))
+        return _release(plant, written, proposers.get(written.source, ""), margins.get(written.digest, math.inf))
 
     def _results(self) -> dict[tuple[int, int], WriteResult | None]:
         """Write and attempt -> what became of it; None where nothing is known."""
@@ -175,7 +175,7 @@ class _Seen:
                 self._last = replace(self._last, state=event.state, rest=ActionSet((), event.state))
             case ModeEntered():
                 self._last = replace(self._last, mode=Mode(event.mode))
-            case FellBack():
+            case FallbackActivated():
                 self._last = replace(self._last, latched=event.reason)
             case LatchReset():
                 self._last = replace(self._last, latched=None)
@@ -186,13 +186,13 @@ class _Seen:
         return replace(self._last, now_s=link.now_s, snapshot=snapshot, sample=snapshot)
 
 
-def _release(case: Case, written: WriteIntended, proposer: str, margin: float) -> ReleasedActions:
+def _release(plant: Plant, written: WriteIntended, proposer: str, margin: float) -> ReleasedActions:
     """What recovery would have recorded of a request that was ``written``."""
-    by_name = {t.name: t for t in case.description.machine.transitions}
+    by_name = {t.name: t for t in plant.description.machine.transitions}
     try:
         then = tuple(Step(by_name[step.transition], step.commands) for step in written.steps)
     except KeyError as unknown:
-        raise ResumptionError(f"{case.name!r} has no transition {unknown}, which was released") from None
+        raise ResumptionError(f"{plant.name!r} has no transition {unknown}, which was released") from None
     return ReleasedActions.of(proposer, ActionSet(written.commands, written.state, then), margin)
 
 

@@ -12,13 +12,13 @@ from homeostat.domain.diagnosis import Hypothesis, by_fault_set
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
-from homeostat.evaluate.conditions.transcript import Said
+from homeostat.evaluate.conditions.transcript import TranscriptEntry
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.journal import Summary
 from homeostat.journal.archive import MemoryArchive
 from homeostat.journal.files import write_whole
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from homeostat.record.directory import RunDirectory
 from homeostat.record.result import Exposure, Result, StepScores
 from homeostat.record.run_record import RunRecord
@@ -30,7 +30,7 @@ E = TypeVar("E")
 class Run:
     """One scenario from start to score."""
 
-    plant: Case
+    plant: Plant
     """The plant."""
     scenario: Scenario
     """Its ground truth."""
@@ -62,7 +62,7 @@ class Run:
     """Wall-clock seconds of all thinking [s]."""
     wall_s: float
     """Wall-clock seconds of the whole run [s]."""
-    said: tuple[Said, ...] = ()
+    said: tuple[TranscriptEntry, ...] = ()
     """What a language model answered, in order."""
     texts: MemoryArchive = field(default_factory=MemoryArchive)
     """What graph and models were asked and answered, where it is not on disk."""

@@ -16,7 +16,7 @@ from homeostat.domain.recovery import Command
 from homeostat.evaluate.conditions.conditions import Conditions
 from homeostat.evaluate.conditions.label_given import LabelGiven
 from homeostat.evaluate.conditions.most_probable import MostProbable, without_ensemble
-from homeostat.evaluate.conditions.transcript import ListeningModel
+from homeostat.evaluate.conditions.transcript import TranscribedModel
 from homeostat.evaluate.local_control import LocalControl, Told
 from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.reference.unsupervised import Steered, fault_free, open_process, watch
@@ -44,20 +44,20 @@ from homeostat.plants.assembly import (
     new_sequencer,
     wire,
 )
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from homeostat.record.run_record import RunRecord
 
 
 def run_steered(
-    case: Case, scenario: Scenario, sequencer: Sequencer, at_s: float = math.inf, commands: tuple[Command, ...] = ()
+    plant: Plant, scenario: Scenario, sequencer: Sequencer, at_s: float = math.inf, commands: tuple[Command, ...] = ()
 ) -> Run:
     """Run ``scenario`` with nobody but ``sequencer``, ``commands`` being given at ``at_s`` [s], and score it."""
     begin, clock, trace = time.monotonic(), DeclaredClock(0.0), MemoryTrace()
     record = RunRecord(lambda: clock.total_s)
     trace.subscribe(record)
-    process = watch(open_process(case, scenario), Steered(sequencer, at_s, commands))
+    process = watch(open_process(plant, scenario), Steered(sequencer, at_s, commands))
     _note_states(sequencer, trace)
-    return _score(case, scenario, record, process, clock.total_s, time.monotonic() - begin)
+    return _score(plant, scenario, record, process, clock.total_s, time.monotonic() - begin)
 
 
 def _note_states(sequencer: Sequencer, trace: Trace) -> None:
@@ -67,7 +67,7 @@ def _note_states(sequencer: Sequencer, trace: Trace) -> None:
 
 
 def run(
-    case: Case,
+    plant: Plant,
     scenario: Scenario,
     trace: Trace | None = None,
     clock: ThinkingClock | DeclaredClock | None = None,
@@ -77,7 +77,7 @@ def run(
     language: Language | None = None,
     conditions: Conditions | None = None,
     propose: Propose | None = in_operation,
-    known: Case | None = None,
+    known: Plant | None = None,
     operation: Operation | None = None,
     started: RunStarted | None = None,
 ) -> Run:
@@ -85,22 +85,22 @@ def run(
 
     ``watcher`` is shown every snapshot; ``archive`` keeps what graph and models were asked and answered;
     ``language`` proposes before the search does, unless ``propose`` makes other proposers; where that is None, nobody
-    acts, not even the fallback. ``conditions`` are those of a study; ``known`` is what the agents know of ``case``
+    acts, not even the fallback. ``conditions`` are those of a study; ``known`` is what the agents know of ``plant``
     where that is less; ``operation``: what may be done to the plant, and who orders anything; ``started`` is recorded
-    first. Raises CaseError where the case cannot be asked for step by step.
+    first. Raises PlantError where the plant cannot be asked for step by step.
     """
     begin = time.monotonic()
     conditions, operation, trace = conditions or Conditions(), operation or Operation(), trace or MemoryTrace()
-    check_protocol(case, conditions.protocol)
+    check_protocol(plant, conditions.protocol)
     clock = clock or ThinkingClock()
     record = RunRecord(lambda: clock.total_s, conditions.protocol is AskingProtocol.PER_STEP)
     trace.subscribe(record)
     if started is not None:
         trace.record(started, 0.0)
-    process, shown = open_process(case, scenario), Shown(case.description.machine.initial.name, watcher)
-    listening = ListeningModel(language.model, lambda: shown.state) if language else None
+    process, shown = open_process(plant, scenario), Shown(plant.description.machine.initial.name, watcher)
+    listening = TranscribedModel(language.model, lambda: shown.state) if language else None
     if propose is None:
-        sequencer = new_sequencer(case)
+        sequencer = new_sequencer(plant)
         watch(process, sequencer, shown.sampled)
         _note_states(sequencer, trace)
     else:
@@ -112,32 +112,32 @@ def run(
             archive=archive or MemoryArchive(),
             language=replace(language, model=listening) if language and listening else None,
             protocol=conditions.protocol,
-            given=_informed(case, scenario, conditions),
+            given=_informed(plant, scenario, conditions),
             propose=_once(propose, conditions),
         )
-        link, local = _attach(case, process, operation)
+        link, local = _attach(plant, process, operation)
         lease = link if operation.mode.writes else None
-        assembly = wire(_known(known or case, conditions), lease, clock, trace, scenario.seed, arrangement)
+        assembly = wire(_known(known or plant, conditions), lease, clock, trace, scenario.seed, arrangement)
         if operation.past is not None:
-            _go_on(case, operation.past, record, trace)
+            _go_on(plant, operation.past, record, trace)
             assembly.exchange.remember(operation.past.retrace(link, local))
         assembly.run(link.source, _hook(shown, assembly, operation, local), operation.pace)
-    result = _score(case, scenario, record, process, clock.total_s, time.monotonic() - begin)
+    result = _score(plant, scenario, record, process, clock.total_s, time.monotonic() - begin)
     return replace(result, said=tuple(listening.said)) if listening else result
 
 
-def _go_on(case: Case, past: Past, record: RunRecord, trace: Trace) -> None:
+def _go_on(plant: Plant, past: Past, record: RunRecord, trace: Trace) -> None:
     """Take note of what happened before the run was killed."""
     for event, at_s in past.events:
         record(event, at_s)
-    if (unsaid := past.unsaid(case)) is not None:
+    if (unsaid := past.unsaid(plant)) is not None:
         trace.record(unsaid, past.at_s)
 
 
-def _attach(case: Case, process: TrueProcess, operation: Operation) -> tuple[SimulatedLink, LocalControl]:
+def _attach(plant: Plant, process: TrueProcess, operation: Operation) -> tuple[SimulatedLink, LocalControl]:
     """The simulated plant, and its own control, which runs the recipe where the guard does not."""
-    local = LocalControl(case, operation.mode.writes)
-    link = SimulatedLink(process, LinkConfiguration(recipe_by=case.recipe), local.sample)
+    local = LocalControl(plant, operation.mode.writes)
+    link = SimulatedLink(process, LinkConfiguration(recipe_by=plant.recipe), local.sample)
     local.leased = lambda: link.leased
     return link, local
 
@@ -154,17 +154,17 @@ def _hook(shown: Shown, assembly: Assembly, operation: Operation, local: LocalCo
     return hook
 
 
-def _known(case: Case, conditions: Conditions) -> Case:
-    return case if conditions.ensemble else without_ensemble(case)
+def _known(plant: Plant, conditions: Conditions) -> Plant:
+    return plant if conditions.ensemble else without_ensemble(plant)
 
 
-def _informed(case: Case, scenario: Scenario, conditions: Conditions) -> Callable[[Monitoring], Monitoring]:
-    """What stands before the case's own monitoring."""
+def _informed(plant: Plant, scenario: Scenario, conditions: Conditions) -> Callable[[Monitoring], Monitoring]:
+    """What stands before the plant's own monitoring."""
 
     def informed(monitoring: Monitoring) -> Monitoring:
         if conditions.label_given:
             every_step = conditions.protocol is AskingProtocol.PER_STEP  # that is review enough
-            monitoring = LabelGiven(monitoring, scenario.faults, math.inf if every_step else case.monitoring.review_s)
+            monitoring = LabelGiven(monitoring, scenario.faults, math.inf if every_step else plant.monitoring.review_s)
         return monitoring if conditions.ensemble else MostProbable(monitoring)
 
     return informed
@@ -181,10 +181,10 @@ def _once(propose: Propose, conditions: Conditions) -> Propose:
 
 
 def _score(
-    case: Case, scenario: Scenario, record: RunRecord, process: TrueProcess, thought_s: float, wall_s: float
+    plant: Plant, scenario: Scenario, record: RunRecord, process: TrueProcess, thought_s: float, wall_s: float
 ) -> Run:
     truth, onset_s = process.truth(), scenario.onset_s
-    healthy, force = fault_free(case, scenario.seed, scenario.end_s), limits_of(case, record, truth)
+    healthy, force = fault_free(plant, scenario.seed, scenario.end_s), limits_of(plant, record, truth)
     # A report before the onset is a false alarm, not a detection.
     times = [*(at_s for at_s, _ in record.diagnosed), *record.tripped_s]
     reports = [at_s for at_s in times if onset_s is None or at_s >= onset_s]
@@ -192,20 +192,20 @@ def _score(
     started_s = truth.start_s if record.started_s is None else record.started_s
     from_s = started_s if onset_s is None else onset_s
     return Run(
-        plant=case,
+        plant=plant,
         scenario=scenario,
         record=record,
         truth=truth,
         measured=process.measured(),
-        outcome=outcome(facts_of(case, scenario, record, truth, healthy, detected_s)),
+        outcome=outcome(facts_of(plant, scenario, record, truth, healthy, detected_s)),
         detected_s=detected_s,
         false_alarm=bool(record.diagnosed) if onset_s is None else len(reports) < len(record.diagnosed),
         exposures=exposures(truth, force, detected_s),
         force=force,
-        production_loss=production_loss(truth, healthy.truth, case.delivered, from_s),
-        complete_s=completion_s(case, record.states),
-        nominal_s=completion_s(case, healthy.states),
-        totals={name: float(truth.signals[v][0, -1]) for name, v in case.totals.items()},
+        production_loss=production_loss(truth, healthy.truth, plant.delivered, from_s),
+        complete_s=completion_s(plant, record.states),
+        nominal_s=completion_s(plant, healthy.states),
+        totals={name: float(truth.signals[v][0, -1]) for name, v in plant.totals.items()},
         thought_s=thought_s,
         wall_s=wall_s,
     )

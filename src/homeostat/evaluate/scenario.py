@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from homeostat.domain.diagnosis import FaultState
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 
 LONGEST_S = 86_400.0
 """Longest run: a day [s]. Every second is kept in memory."""
@@ -15,7 +15,7 @@ LARGEST_SEED = 2**32 - 1
 
 
 class ScenarioError(ValueError):
-    """A scenario asks for something that the case does not have; the message says what to do."""
+    """A scenario asks for something that the plant does not have; the message says what to do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class Scenario:
     """The ground truth of one run; no agent, twin or gate sees it."""
 
     case: str
-    """Name of the case."""
+    """Name of the plant."""
     faults: tuple[FaultState, ...]
     """Injected faults; empty for a fault-free run."""
     seed: int
@@ -54,7 +54,7 @@ class Fault:
     """Process time from which it acts [s]; the plant's usual onset where None."""
 
 
-def scenario_of(plant: Case, faults: Sequence[Fault], seed: int, end_s: float | None = None) -> Scenario:
+def scenario_of(plant: Plant, faults: Sequence[Fault], seed: int, end_s: float | None = None) -> Scenario:
     """The scenario of ``faults``; raises as :func:`scenario`."""
     if not faults:
         return scenario(plant, "none", seed, end_s=end_s)
@@ -66,25 +66,25 @@ def scenario_of(plant: Case, faults: Sequence[Fault], seed: int, end_s: float | 
 
 
 def scenario(
-    case: Case, fault: str, seed: int, onset_s: float | None = None, severity: float | None = None,
+    plant: Plant, fault: str, seed: int, onset_s: float | None = None, severity: float | None = None,
     end_s: float | None = None, location: str | None = None,
 ) -> Scenario:  # fmt: skip
     """The scenario of ``fault``: a fault's name, several joined by '+', or 'none'.
 
     Args:
-        onset_s: process time from which the faults act [s]; the case's default where None.
+        onset_s: process time from which the faults act [s]; the plant's default where None.
         severity: in the fault's unit; the nominal one where None; only for a single fault.
-        end_s: length of the run [s]; the case's default where None.
+        end_s: length of the run [s]; the plant's default where None.
         location: where a single fault is, for faults that are named ``fault_location``.
 
     Raises:
         ScenarioError: unknown fault, severity, onset, end or seed out of range.
     """
-    end = case.end_s if end_s is None else end_s
-    onset = case.onset_s if onset_s is None else onset_s
+    end = plant.end_s if end_s is None else end_s
+    onset = plant.onset_s if onset_s is None else onset_s
     names = [] if fault == "none" else fault.split("+")
     if location is not None:
-        names = [_located(case, names, location)]
+        names = [_located(plant, names, location)]
     if not 0 <= seed <= LARGEST_SEED:
         raise ScenarioError(f"seed {seed} must lie in 0 to {LARGEST_SEED}")
     if not 1.0 <= end <= LONGEST_S:
@@ -99,7 +99,7 @@ def scenario(
     states = []
     for name in names:
         try:
-            mode = case.description.fault(name)
+            mode = plant.description.fault(name)
         except ValueError as unknown:
             raise ScenarioError(str(unknown)) from None
         size = mode.severity_nominal if severity is None else severity
@@ -110,15 +110,17 @@ def scenario(
         states.append(FaultState(name, size, onset))
     if len(set(names)) != len(names):
         raise ScenarioError(f"{fault!r} names a fault twice; name each once")
-    return Scenario(case.name, tuple(states), seed, end)
+    return Scenario(plant.name, tuple(states), seed, end)
 
 
-def _located(case: Case, names: Sequence[str], location: str) -> str:
+def _located(plant: Plant, names: Sequence[str], location: str) -> str:
     """The fault that is called ``name_location``."""
     if len(names) != 1:
         raise ScenarioError(f"location {location!r} needs exactly one fault, {'+'.join(names) or 'none'!r} is named")
     name = f"{names[0]}_{location}"
-    places = [f.name.removeprefix(names[0] + "_") for f in case.description.faults if f.name.startswith(names[0] + "_")]
+    places = [
+        f.name.removeprefix(names[0] + "_") for f in plant.description.faults if f.name.startswith(names[0] + "_")
+    ]
     if location not in places:
         has = f"it can be at {', '.join(places)}" if places else "it has only one place; leave the location out"
         raise ScenarioError(f"fault {names[0]!r} has no location {location!r}; {has}")

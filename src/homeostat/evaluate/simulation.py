@@ -14,11 +14,11 @@ from homeostat.journal import MemoryTrace, RunFinished
 from homeostat.journal.archive import MemoryArchive
 from homeostat.llm.model import LanguageModel
 from homeostat.plants.assembly import Language
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 
 
 def run(
-    plant: Case,
+    plant: Plant,
     fault: Fault | str | Sequence[Fault] = (),
     *,
     seed: int = 1,

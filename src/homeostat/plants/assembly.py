@@ -1,4 +1,4 @@
-"""Wiring: from a case and a plant's lease to a guard, and recovery in a thread beside it."""
+"""Wiring: from a plant and a plant's lease to a guard, and recovery in a thread beside it."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ from homeostat.llm.address import KEY_VARIABLES
 from homeostat.llm.model import LanguageModel
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.secrets import Secrets
-from homeostat.plants.error import CaseError
-from homeostat.plants.plant import Case
+from homeostat.plants.error import PlantError
+from homeostat.plants.plant import Plant
 from homeostat.recovery.exchange.exchange import Exchange, ExchangeSettings
 from homeostat.recovery.exchange.loop import Hook, Loop
 from homeostat.recovery.exchange.worker import Worker
@@ -67,9 +67,9 @@ class Language:
 
 @dataclass(frozen=True, slots=True)
 class Workbench:
-    """What proposers of a case are made from."""
+    """What proposers of a plant are made from."""
 
-    case: Case
+    plant: Plant
     """The plant."""
     twin: Twin
     """Its twin, which monitoring keeps up to date."""
@@ -88,21 +88,21 @@ class Workbench:
 
     def searching(self) -> Proposer:
         """The deterministic proposer that is always there."""
-        d = self.case.description
-        action = SearchAction(self.twin, d.limits, d.tags_by_name, self.case.production, d.scales)
+        d = self.plant.description
+        action = SearchAction(self.twin, d.limits, d.tags_by_name, self.plant.production, d.scales)
         return Proposer("search", SearchPlanning(d, self.grounding), action, MarginReprompting(d.scales), improves=True)
 
     def speaking(self) -> Proposer:
         """The language model's proposer, which records no key; AssertionError in a run without one."""
-        case, language = self.case, self.language
+        plant, language = self.plant, self.language
         assert language is not None, "the run has no language model"
         secrets = tuple(value for name in KEY_VARIABLES if (value := os.environ.get(name)))
         briefing = Briefing(
             model=RecordedModel(language.model, self.trace, self.archive, secrets, language.file),
-            plant=case.description,
-            production=case.production,
+            plant=plant.description,
+            production=plant.production,
             grounding=self.grounding,
-            excerpts=excerpts(language.grounding, self.grounding, case.graph, case.namespace),
+            excerpts=excerpts(language.grounding, self.grounding, plant.graph, plant.namespace),
             simulation=self.simulation,
             notes=tuple(map(Secrets(secrets).strike, language.notes)),  # before prompts cut them to half a key
         )
@@ -118,31 +118,31 @@ def in_operation(bench: Workbench) -> tuple[Proposer, ...]:
     return (bench.searching(),) if bench.language is None else (bench.speaking(), bench.searching())
 
 
-def new_sequencer(case: Case) -> Sequencer:
-    """The sequencer of ``case`` before its first sample, with the nominal route: its recipe by design."""
-    return Sequencer(case.description.machine, case.description.limits, nominal(case))
+def new_sequencer(plant: Plant) -> Sequencer:
+    """The sequencer of ``plant`` before its first sample, with the nominal route: its recipe by design."""
+    return Sequencer(plant.description.machine, plant.description.limits, nominal(plant))
 
 
-def nominal(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> tuple[Step, ...]:
+def nominal(plant: Plant, protocol: AskingProtocol = AskingProtocol.ROUTE) -> tuple[Step, ...]:
     """What follows from the initial state by itself; nothing where every step is asked for."""
-    d = case.description
+    d = plant.description
     return nominal_route(d.machine, _by_design(d)) if protocol is AskingProtocol.ROUTE else ()
 
 
-def check_protocol(case: Case, protocol: AskingProtocol) -> None:
-    """CaseError where every step is to be asked for, but nothing leads from the initial state to where one may end."""
-    machine = case.description.machine
+def check_protocol(plant: Plant, protocol: AskingProtocol) -> None:
+    """PlantError where every step is to be asked for, but nothing leads from the initial state to where one may end."""
+    machine = plant.description.machine
     start = machine.initial.name
     if protocol is AskingProtocol.PER_STEP and not machine.paths(start, {}, machine.recovery_event, blocked=()):
-        raise CaseError(
-            f"{case.name} cannot be asked for step by step: from {start!r} no path leads to where a recovery may end; "
+        raise PlantError(
+            f"{plant.name} cannot be asked for step by step: from {start!r} no path leads to where a recovery may end; "
             "leave --protocol per-step to batches"
         )
 
 
-def fallbacks(case: Case) -> tuple[FallbackStrategy, ...]:
-    """The fallback strategies of ``case``, each with the steps that follow from its state by themselves."""
-    d = case.description
+def fallbacks(plant: Plant) -> tuple[FallbackStrategy, ...]:
+    """The fallback strategies of ``plant``, each with the steps that follow from its state by themselves."""
+    d = plant.description
     commands = _by_design(d)
     return tuple(
         replace(s, actions=replace(s.actions, then=what_follows(d.machine, s.actions.target, commands)))
@@ -182,7 +182,7 @@ class Arrangement:
     protocol: AskingProtocol = AskingProtocol.ROUTE
     """When proposers are asked."""
     given: Callable[[MonitoringRole], MonitoringRole] | None = None
-    """Puts another monitoring in front of the case's, for studies that take the diagnosis from elsewhere."""
+    """Puts another monitoring in front of the plant's, for studies that take the diagnosis from elsewhere."""
     propose: Propose = in_operation
     """Makes the proposers, for studies that compare them."""
 
@@ -214,32 +214,32 @@ class Assembly:
             self.guard.stop(reason)
 
 
-def guard_rules(case: Case, protocol: AskingProtocol = AskingProtocol.ROUTE) -> GuardRules:
-    """What the guard knows of ``case``: all of it from tables and settings."""
-    d = case.description
+def guard_rules(plant: Plant, protocol: AskingProtocol = AskingProtocol.ROUTE) -> GuardRules:
+    """What the guard knows of ``plant``: all of it from tables and settings."""
+    d = plant.description
     return GuardRules(
-        plant=case.name,
+        plant=plant.name,
         tags=d.tags_by_name,
         machine=d.machine,
         limits=d.limits,
         trips=d.trips,
         qualities=d.qualities,
         writables=d.writables,
-        fallbacks=fallbacks(case),
-        nominal=nominal(case, protocol),
+        fallbacks=fallbacks(plant),
+        nominal=nominal(plant, protocol),
         start_up=d.start_up,
-        recipe=case.recipe,
-        configuration=case.configuration,
+        recipe=plant.recipe,
+        configuration=plant.configuration,
     )
 
 
 def wire(
-    case: Case, lease: Lease | None, clock: Clock, trace: Trace, seed: int, arrangement: Arrangement = Arrangement()
+    plant: Plant, lease: Lease | None, clock: Clock, trace: Trace, seed: int, arrangement: Arrangement = Arrangement()
 ) -> Assembly:
     """A guard for the plant behind ``lease``, and recovery beside it; ``seed`` seeds the twin's draws, as the run's."""
     mode, key = arrangement.mode, new_key()
-    settings = replace(arrangement.guard, lease_within_s=case.lease_within_s)
-    rules = guard_rules(case, arrangement.protocol)
+    settings = replace(arrangement.guard, lease_within_s=plant.lease_within_s)
+    rules = guard_rules(plant, arrangement.protocol)
     guard = Guard(rules, Attachment(trace, lease, mode, {ISSUER: key}, arrangement.memory), settings)
 
     def lost(cause: str) -> None:
@@ -251,19 +251,25 @@ def wire(
     busy_s = BUSY_S if clock.measured else clock.wall_s(0.0)
     exchange = Exchange(clock, guard.mailbox.put, lost, ExchangeSettings(busy_s=busy_s))
     sealer = Sealer(ISSUER, key, lambda: settings.person_s if guard.mode is Mode.APPROVE else settings.check_age_s)
-    supervisor = _supervisor(case, exchange, trace, seed, arrangement, rules, sealer)
+    supervisor = _supervisor(plant, exchange, trace, seed, arrangement, rules, sealer)
     return Assembly(guard, exchange, Worker(exchange, supervisor.supervise, failed))
 
 
 def _supervisor(
-    case: Case, exchange: Exchange, trace: Trace, seed: int, arrangement: Arrangement, rules: GuardRules, sealer: Sealer
+    plant: Plant,
+    exchange: Exchange,
+    trace: Trace,
+    seed: int,
+    arrangement: Arrangement,
+    rules: GuardRules,
+    sealer: Sealer,
 ) -> Supervisor:
-    d, tags, archive = case.description, case.description.tags_by_name, arrangement.archive
-    twin = Twin(case.model, d, case.twin, seed)
-    grounding = Grounding(case.graph, case.namespace, archive)
+    d, tags, archive = plant.description, plant.description.tags_by_name, arrangement.archive
+    twin = Twin(plant.model, d, plant.twin, seed)
+    grounding = Grounding(plant.graph, plant.namespace, archive)
     simulation = TwinSimulation(twin, tags, d.limits)
-    bench = Workbench(case, twin, grounding, simulation, trace, archive, arrangement.protocol, arrangement.language)
-    monitoring: MonitoringRole = Monitoring(twin, grounding, d, case.baselines, case.started, case.monitoring)
+    bench = Workbench(plant, twin, grounding, simulation, trace, archive, arrangement.protocol, arrangement.language)
+    monitoring: MonitoringRole = Monitoring(twin, grounding, d, plant.baselines, plant.started, plant.monitoring)
     agents = Agents(
         monitoring=arrangement.given(monitoring) if arrangement.given else monitoring,
         proposers=arrangement.propose(bench),
@@ -271,7 +277,7 @@ def _supervisor(
         validation=LimitValidation(d.limits, tags),
         grounding=grounding,
     )
-    known = PlantRules(d.machine, d.limits, case.production, rules.fallbacks, d.scales)
+    known = PlantRules(d.machine, d.limits, plant.production, rules.fallbacks, d.scales)
     check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration)
-    bounds = Bounds(arrangement.budget, case.intervention, arrangement.protocol is AskingProtocol.PER_STEP)
+    bounds = Bounds(arrangement.budget, plant.intervention, arrangement.protocol is AskingProtocol.PER_STEP)
     return Supervisor(exchange, agents, known, check, bounds, trace)

@@ -1,5 +1,5 @@
-"""What a case that cannot be used is refused with."""
+"""What a plant that cannot be used is refused with."""
 
 
-class CaseError(ValueError):
-    """A case is unknown or cannot be used; the message says what to do."""
+class PlantError(ValueError):
+    """A plant is unknown or cannot be used; the message says what to do."""

@@ -9,7 +9,7 @@ from typing import Final
 
 from homeostat.knowledge.build.build import GRAPH
 from homeostat.knowledge.build.seal import with_one_line_end
-from homeostat.plants.error import CaseError
+from homeostat.plants.error import PlantError
 from homeostat.stl.spelling import near_matches
 
 CASES: Final = Path(__file__).parent
@@ -33,9 +33,9 @@ class PlantFiles:
     """Name relative to the folder, with ``/`` -> content with LF at the end of every line."""
 
     def content(self, name: str) -> bytes:
-        """Content of the file called ``name``; CaseError where there was none."""
+        """Content of the file called ``name``; PlantError where there was none."""
         if name not in self.contents:
-            raise CaseError(f"plant {str(self.folder)!r} has no file {name!r}")
+            raise PlantError(f"plant {str(self.folder)!r} has no file {name!r}")
         return self.contents[name]
 
 
@@ -46,19 +46,19 @@ def read_files(folder: Path) -> PlantFiles:
     return PlantFiles(folder, dict(sorted(contents.items())))
 
 
-def case_names() -> tuple[str, ...]:
-    """Names of every case that is installed."""
+def plant_names() -> tuple[str, ...]:
+    """Names of every plant that is installed."""
     return tuple(sorted(path.parent.name for path in CASES.glob(f"*/{SETTINGS}")))
 
 
-def case_folder(name: str) -> Path:
-    """Folder of the case called ``name``, or the folder that ``name`` is a path of (it has a ``/``).
+def plant_folder(name: str) -> Path:
+    """Folder of the plant called ``name``, or the folder that ``name`` is a path of (it has a ``/``).
 
-    Raises CaseError naming near matches where there is no such case.
+    Raises PlantError naming near matches where there is no such plant.
     """
     if ("/" in name or "\\" in name) and (Path(name) / SETTINGS).is_file():
         return Path(name).resolve()
-    if name not in case_names():
-        known = case_names()
-        raise CaseError(f"unknown case {name!r}{near_matches(name, known)}; installed: {', '.join(known)}")
+    if name not in plant_names():
+        known = plant_names()
+        raise PlantError(f"unknown case {name!r}{near_matches(name, known)}; installed: {', '.join(known)}")
     return CASES / name

@@ -12,11 +12,11 @@ from homeostat.knowledge.build.provenance import stale_tables
 from homeostat.knowledge.build.seal import is_sealed, sha256
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.plants.baselines import digest_of, learned_from, read_baselines, refuse_altered
-from homeostat.plants.error import CaseError
+from homeostat.plants.error import PlantError
 from homeostat.plants.folder import BASELINES, PlantFiles
 
 if TYPE_CHECKING:
-    from homeostat.plants.plant import Case
+    from homeostat.plants.plant import Plant
 
 
 def refuse_altered_graph(files: PlantFiles) -> None:
@@ -41,34 +41,34 @@ def with_fresh_graph(files: PlantFiles) -> PlantFiles:
     return _with(files, GRAPH, fresh)
 
 
-def with_baselines(case: Case) -> Case:
-    """``case`` with its reference values; they are learned again where they follow from something older.
+def with_baselines(plant: Plant) -> Plant:
+    """``plant`` with its reference values; they are learned again where they follow from something older.
 
-    Raises CaseError where they were never learned, GraphError where they were altered or cannot be.
+    Raises PlantError where they were never learned, GraphError where they were altered or cannot be.
     """
-    if BASELINES not in case.files.contents:
-        raise CaseError(
-            f"plant {case.name!r} has no reference values yet; "
-            f"learn them: python -m homeostat.plants.learn_baselines {case.name}"
+    if BASELINES not in plant.files.contents:
+        raise PlantError(
+            f"plant {plant.name!r} has no reference values yet; "
+            f"learn them: python -m homeostat.plants.learn_baselines {plant.name}"
         )
-    content = case.files.contents[BASELINES]
+    content = plant.files.contents[BASELINES]
     refuse_altered(content)
-    if learned_from(content) != baseline_sources(case):
+    if learned_from(content) != baseline_sources(plant):
         from homeostat.plants.learn_baselines import learned  # learning loads plants, and rarely happens
 
-        content = learned(case)
-        files = _with(case.files, BASELINES, content)
-        case = replace(case, files=files, remade=(*case.remade, BASELINES))
-    return replace(case, baselines=read_baselines(content, case.description))
+        content = learned(plant)
+        files = _with(plant.files, BASELINES, content)
+        plant = replace(plant, files=files, remade=(*plant.remade, BASELINES))
+    return replace(plant, baselines=read_baselines(content, plant.description))
 
 
-def baseline_sources(case: Case) -> str:
-    """Digest of what the reference values of ``case`` follow from; nothing else makes them stale.
+def baseline_sources(plant: Plant) -> str:
+    """Digest of what the reference values of ``plant`` follow from; nothing else makes them stale.
 
     It is what the graph says about features, parameters, signals and the sequence with its permissives, how a run
     starts and ends, and the code of the process model.
     """
-    d = case.description
+    d = plant.description
     sources = {
         "features": [[f.name, str(f.expression), str(f.accumulation), f.window_s, f.filter_s] for f in d.features],
         "parameters": [[p.symbol, p.value, p.sd] for p in d.parameters],
@@ -78,8 +78,8 @@ def baseline_sources(case: Case) -> str:
             [t.name, t.source, t.target, t.event, str(t.guard), t.on_decision] for t in d.machine.transitions
         ],
         "permissives": [[p.name, str(p.formula)] for p in d.limits.of_kind(LimitKind.PERMISSIVE)],
-        "run": [str(case.started), case.start.tolist(), case.end_s, case.monitoring.settle_s],
-        "code": [[name, sha256(text)] for name, text in case.files.contents.items() if name.endswith(".py")],
+        "run": [str(plant.started), plant.start.tolist(), plant.end_s, plant.monitoring.settle_s],
+        "code": [[name, sha256(text)] for name, text in plant.files.contents.items() if name.endswith(".py")],
     }
     return digest_of(sources)
 

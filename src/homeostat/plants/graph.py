@@ -1,4 +1,4 @@
-"""The graph of a case: read, checked against the process model, and turned into typed values."""
+"""The graph of a plant: read, checked against the process model, and turned into typed values."""
 
 from __future__ import annotations
 

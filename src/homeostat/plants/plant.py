@@ -1,4 +1,4 @@
-"""A case: one plant's graph, process model, reference values and settings, ready to be wired."""
+"""A plant: one plant's graph, process model, reference values and settings, ready to be wired."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from homeostat.guard.settings import LEASE_WITHIN_S
 from homeostat.knowledge.build.build import GRAPH
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.plants.configuration import configuration_digest
-from homeostat.plants.error import CaseError
-from homeostat.plants.folder import PlantFiles, case_folder, read_files
+from homeostat.plants.error import PlantError
+from homeostat.plants.folder import PlantFiles, plant_folder, read_files
 from homeostat.plants.generated import with_baselines, with_fresh_graph
 from homeostat.plants.graph import open_graph, read_description
 from homeostat.plants.model import find_model
@@ -36,7 +36,7 @@ from homeostat.twin.settings import TwinSettings
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
+class Plant:
     """One plant, ready to be wired into a supervisor."""
 
     name: str
@@ -84,7 +84,7 @@ class Case:
     recipe: Side = Side.GUARD
     """Who runs the nominal sequence in modes that write; in the others the plant does."""
     remade: tuple[str, ...] = ()
-    """Generated files that were older than their sources, and were made again when the case was loaded."""
+    """Generated files that were older than their sources, and were made again when the plant was loaded."""
 
     @property
     def configuration(self) -> str:
@@ -99,17 +99,17 @@ class Case:
         return np.array(values)
 
 
-def load_case(name: str, learned: bool = True) -> Case:
-    """Read the case called ``name``: its graph, its model and, unless not ``learned`` yet, its reference values.
+def load_plant(name: str, learned: bool = True) -> Plant:
+    """Read the plant called ``name``: its graph, its model and, unless not ``learned`` yet, its reference values.
 
     ``name`` may be a path of a plant's folder; it has a ``/`` then. A generated file that is older than its sources is
-    made again: `Case.remade` names it.
+    made again: `Plant.remade` names it.
 
     Raises:
-        CaseError: the case is unknown, or its settings are wrong or do not fit the plant.
+        PlantError: the plant is unknown, or its settings are wrong or do not fit the plant.
         GraphError: a generated file was altered, or graph, tables, model and reference values disagree.
     """
-    files = read_files(case_folder(name))
+    files = read_files(plant_folder(name))
     settings = read_settings(files)
     model = find_model(files.folder.name, settings.model)
     fresh = with_fresh_graph(files)
@@ -117,17 +117,17 @@ def load_case(name: str, learned: bool = True) -> Case:
     description = read_description(graph, settings.system, model, settings.twin.settings.horizon_s)
     refuse_misfit(files.folder.name, settings, description, model)
     _check_choices(description.machine)
-    case = _case(settings, fresh, graph, description, model)
+    plant = _case(settings, fresh, graph, description, model)
     if fresh is not files:
-        case = replace(case, remade=(GRAPH,))
-    return with_baselines(case) if learned else case
+        plant = replace(plant, remade=(GRAPH,))
+    return with_baselines(plant) if learned else plant
 
 
 def _case(
     settings: Settings, files: PlantFiles, graph: GraphStore, description: PlantDescription, model: ProcessModel
-) -> Case:
-    """The case without its reference values."""
-    return Case(
+) -> Plant:
+    """The plant without its reference values."""
+    return Plant(
         name=files.folder.name,
         title=settings.title,
         files=files,
@@ -154,13 +154,13 @@ def _case(
 
 
 def _check_choices(machine: StateMachine) -> None:
-    """CaseError where what is chosen once for a whole route has no value that all its states admit."""
+    """PlantError where what is chosen once for a whole route has no value that all its states admit."""
     for state in machine.states:
         for way in machine.paths(state.name, {}, "", blocked=(), longest=0):
             try:
                 open_setpoints((state, *(machine.state(t.target) for t in way)))
             except ValueError as error:
-                raise CaseError(f"{error}; give the states ranges that overlap") from None
+                raise PlantError(f"{error}; give the states ranges that overlap") from None
 
 
 def _start(values: Mapping[str, float], description: PlantDescription, model: ProcessModel) -> Row:

@@ -28,7 +28,7 @@ class Signature(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
     plant: Words
-    """Name of the case."""
+    """Name of the plant."""
     digest: Digest
     """Digest of its configuration."""
     person: Words
@@ -61,13 +61,13 @@ def sign(plant: str, digest: str, person: str, reason: str, key: SigningKey) -> 
 
 
 def check_signature(
-    case_folder: Path, digest: str, trusted_keys: Collection[str], file: Path | None = None
+    plant_folder: Path, digest: str, trusted_keys: Collection[str], file: Path | None = None
 ) -> str | None:
     """Why nobody trusted vouches for the configuration ``digest``, in one line; None where somebody does.
 
-    The signature is ``plant.sig`` in ``case_folder``, or ``file``; ``trusted_keys`` are public keys in hexadecimal.
+    The signature is ``plant.sig`` in ``plant_folder``, or ``file``; ``trusted_keys`` are public keys in hexadecimal.
     """
-    path = file or case_folder / SIGNATURE
+    path = file or plant_folder / SIGNATURE
     try:
         with path.open("rb") as stream:
             found = Signature.model_validate_json(stream.read(_MOST_BYTES))

@@ -8,7 +8,7 @@ from homeostat.journal import MemoryTrace, Trace
 from homeostat.links.clock import ThinkingClock
 from homeostat.llm.model import LanguageModel
 from homeostat.plants.assembly import Arrangement, Language, wire
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from homeostat.recovery.exchange.loop import Hook
 
 
@@ -17,7 +17,7 @@ class Supervisor:
 
     def __init__(
         self,
-        plant: Case,
+        plant: Plant,
         link: Link,
         mode: Mode = Mode.OBSERVE,
         trace: Trace | None = None,

@@ -13,11 +13,11 @@ from homeostat.record.events import EVENTS
 _BY_KIND: Final = {event.kind: event for event in EVENTS}
 
 
-class RecallError(ValueError):
+class DecodeError(ValueError):
     """A record lacks what its event needs: another version of the project wrote it."""
 
 
-def recall(record: Record) -> Event | None:
+def decode(record: Record) -> Event | None:
     """The event that ``record`` holds; None for a kind that is not in :data:`~homeostat.record.events.EVENTS`."""
     kind = _BY_KIND.get(record.kind)
     if kind is None:
@@ -25,7 +25,7 @@ def recall(record: Record) -> Event | None:
     try:
         event: Event = _made(kind, dict(record.fields))
     except (LookupError, TypeError, ValueError, ArithmeticError, RecursionError) as error:
-        raise RecallError(
+        raise DecodeError(
             f"event {record.seq} ({record.kind!r}) cannot be read: {error!r}; use the version that recorded it"
         ) from error
     return event

@@ -80,7 +80,7 @@ class Result:
     """The score of one run and what led to it."""
 
     case: str
-    """Name of the case."""
+    """Name of the plant."""
     fault: str
     """Injected faults joined by '+'; ``none`` where there was none."""
     seed: int
@@ -114,7 +114,7 @@ class Result:
     nominal_s: float | None
     """The same in the fault-free run [s]."""
     totals: dict[str, float]
-    """What the case adds up over a run -> its true value at the end; the unit is the end of the name."""
+    """What the plant adds up over a run -> its true value at the end; the unit is the end of the name."""
     steps: StepScores | None
     """How many single steps a language model got right; None unless it was asked in every state."""
     thinking_s: float

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from typing import Self, TypeVar
 
 from homeostat.domain.diagnosis import FaultState, Hypothesis
-from homeostat.domain.events.guard import FellBack, StartUpBegan, StartUpEnded, StateEntered, Tripped
+from homeostat.domain.events.guard import FallbackActivated, StartUpBegan, StartUpEnded, StateEntered, Tripped
 from homeostat.domain.events.recovery import Attempted, Diagnosed, Noticed
 from homeostat.domain.recovery import Command
 from homeostat.journal.events import Event, RunStarted
@@ -53,7 +53,7 @@ class RunRecord:
         if isinstance(event, Noticed):
             self._before_notice_s = self._thought_s()
         released = self._releases.take(event, at_s) and not (self.stepwise and self._usual is None)
-        if (released or isinstance(event, FellBack)) and self.thinking_s is None:
+        if (released or isinstance(event, FallbackActivated)) and self.thinking_s is None:
             self.thinking_s = self._thought_s() - self._before_notice_s
 
     @property
@@ -112,9 +112,9 @@ class RunRecord:
         return self.of_kind(Attempted)
 
     @property
-    def fallbacks(self) -> list[tuple[float, FellBack]]:
+    def fallbacks(self) -> list[tuple[float, FallbackActivated]]:
         """Every time that a fallback acted, after its process time [s]."""
-        return self._timed(FellBack)
+        return self._timed(FallbackActivated)
 
     @property
     def tripped_s(self) -> list[float]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from homeostat.domain.events.recovery import LeftAsIs
+from homeostat.domain.events.recovery import NoActionTaken
 from homeostat.domain.observation import Arm, FallBack, NoAction
-from homeostat.domain.verdict import HandedOver, LeftAlone, Verdict
+from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Verdict
 from homeostat.recovery.arming import Armed
 from homeostat.recovery.scene import Scene
 
@@ -15,12 +15,12 @@ def nothing_is_known(scene: Scene, limit_s: float) -> None:
     scene.alarm("diagnosis", f"the diagnosis took longer than {limit_s:g} s; nothing counts as known")
 
 
-def leave_alone(scene: Scene, verdict: Verdict, armed: Armed) -> LeftAlone:
+def leave_alone(scene: Scene, verdict: Verdict, armed: Armed) -> NoActionNeeded:
     """Say by which margin the plant does without help."""
     worst = min(f.margin for f in verdict.findings)
-    scene.record(LeftAsIs(scene.now.state, worst))
+    scene.record(NoActionTaken(scene.now.state, worst))
     stand_down(scene, armed)
-    return LeftAlone(scene.seen_s, worst)
+    return NoActionNeeded(scene.seen_s, worst)
 
 
 def stand_down(scene: Scene, armed: Armed) -> None:
@@ -29,8 +29,8 @@ def stand_down(scene: Scene, armed: Armed) -> None:
         scene.send(NoAction())
 
 
-async def fall_back(scene: Scene, reason: str) -> HandedOver:
+async def fall_back(scene: Scene, reason: str) -> FallbackNeeded:
     """Ask for the fallback; the time that was thought passes first."""
     await scene.look()
     scene.send(FallBack(reason))
-    return HandedOver(reason, scene.seen_s)
+    return FallbackNeeded(reason, scene.seen_s)

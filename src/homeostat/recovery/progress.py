@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import Step
-from homeostat.domain.verdict import Departure, Rollout, StepBand
+from homeostat.domain.verdict import Deviation, Rollout, StepBand
 
 
 class ProgressMonitor:
@@ -23,7 +23,7 @@ class ProgressMonitor:
         self._bands: tuple[StepBand, ...] = ()
         self._from_s = self._quiet_until_s = -math.inf
         self._forbidden_s: float | None = None
-        self._early: Departure | None = None
+        self._early: Deviation | None = None
 
     def lacks(self, steps: Sequence[Step]) -> bool:
         """Whether nothing is predicted of ``steps``, which wait, and something should be."""
@@ -43,9 +43,9 @@ class ProgressMonitor:
             for step, band in zip(self._steps[:taken], self._bands, strict=False):
                 if step.target == state and at_s < band.earliest_s - self._slack_s:
                     text = f"{state!r} is entered at {at_s:.0f} s, {band.earliest_s - at_s:.0f} s before the earliest"
-                    self._early = Departure(step.transition.name, band.earliest_s, band.latest_s, f"{text} prediction")
+                    self._early = Deviation(step.transition.name, band.earliest_s, band.latest_s, f"{text} prediction")
 
-    def deviates(self, seen: Observation) -> Departure | None:
+    def deviates(self, seen: Observation) -> Deviation | None:
         """What calls for attention in ``seen``; None where all is as expected, or it was called not long ago."""
         waiting, at_s = seen.rest.then, seen.now_s
         if not waiting or self.lacks(waiting) or not self._bands:
@@ -56,7 +56,7 @@ class ProgressMonitor:
             self._forbidden_s = at_s
         return self._called(self._forbidden(seen, waiting[0]) or self._late(seen, waiting) or self._early, at_s)
 
-    def _called(self, found: Departure | None, at_s: float) -> Departure | None:
+    def _called(self, found: Deviation | None, at_s: float) -> Deviation | None:
         """``found``, unless there was a call not long ago."""
         if found is None or at_s < self._quiet_until_s:
             return None
@@ -66,19 +66,19 @@ class ProgressMonitor:
     def _band(self, waiting: Sequence[Step]) -> StepBand:
         return self._bands[len(self._steps) - len(waiting)]
 
-    def _forbidden(self, seen: Observation, step: Step) -> Departure | None:
+    def _forbidden(self, seen: Observation, step: Step) -> Deviation | None:
         """Why the next step has been forbidden for longer than the slack."""
         if self._forbidden_s is None or seen.now_s - self._forbidden_s < self._slack_s:
             return None
         band = self._band(seen.rest.then)
         text = f"{step.target!r} is due and forbidden since {self._forbidden_s:.0f} s: {seen.refused}"
-        return Departure(step.transition.name, band.earliest_s, band.latest_s, text)
+        return Deviation(step.transition.name, band.earliest_s, band.latest_s, text)
 
-    def _late(self, seen: Observation, waiting: Sequence[Step]) -> Departure | None:
+    def _late(self, seen: Observation, waiting: Sequence[Step]) -> Deviation | None:
         """By how much the next step is later than any member of the prediction took it."""
         band, step = self._band(waiting), waiting[0]
         if seen.now_s <= band.latest_s + self._slack_s:
             return None
         what = f"{step.transition.guard.text!r} does not hold" if seen.refused is None else seen.refused
         text = f"{what} at {seen.now_s:.0f} s, predicted by {band.latest_s:.0f} s"
-        return Departure(step.transition.name, band.earliest_s, band.latest_s, text)
+        return Deviation(step.transition.name, band.earliest_s, band.latest_s, text)

@@ -8,7 +8,7 @@ from homeostat.agents.roles import Agents
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.observation import Observation
 from homeostat.domain.plant.state_machine import StateMachine
-from homeostat.domain.verdict import Departure, Rollout, Verdict
+from homeostat.domain.verdict import Deviation, Rollout, Verdict
 from homeostat.recovery.plant_rules import Bounds
 from homeostat.recovery.progress import ProgressMonitor
 from homeostat.recovery.scene import Scene
@@ -25,7 +25,7 @@ class Prospect:
         self._limit_s, self._repeat_s = bounds.budget.arming_s, bounds.intervention.repeat_s
         self._again_s = -math.inf
 
-    async def deviation(self, seen: Observation) -> Departure | None:
+    async def deviation(self, seen: Observation) -> Deviation | None:
         """How the batch deviates from what was predicted; a route of which nothing is predicted yet is rolled out.
 
         Where the twin is late, it is asked again after a while.

@@ -11,7 +11,7 @@ from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import ReleasedActions, ReleaseRefused
 from homeostat.domain.mode import Mode
 from homeostat.domain.request import RequestStatus
-from homeostat.domain.verdict import Finding, LeftAlone, Released, Revise, Rollout
+from homeostat.domain.verdict import Finding, NoActionNeeded, Released, Revise, Rollout
 from homeostat.recovery.release_check import Check
 from homeostat.recovery.scene import Scene
 
@@ -37,8 +37,8 @@ class Withdrawn(Exception):
 class Taken:
     """What came of an action set that the guard took."""
 
-    outcome: Released | LeftAlone
-    """Released where it was written; LeftAlone where nobody writes in this mode."""
+    outcome: Released | NoActionNeeded
+    """Released where it was written; NoActionNeeded where nobody writes in this mode."""
     rollout: Rollout
     """What the plant does with it, from the release check."""
 
@@ -77,7 +77,7 @@ class Releasing:
             case RequestStatus.CONFIRMED:
                 return Taken(Released(actions, scene.seen_s), checked.rollout)
             case RequestStatus.ADVISED:
-                return Taken(LeftAlone(scene.seen_s, margin), checked.rollout)
+                return Taken(NoActionNeeded(scene.seen_s, margin), checked.rollout)
             case RequestStatus.WITHDRAWN:
                 because = f": {answer.reason}" if answer.reason else ""
                 raise Withdrawn(f"request {answer.request!r} was withdrawn{because}")

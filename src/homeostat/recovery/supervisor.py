@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from homeostat.agents.roles import Agents, NoAdmissiblePlan
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.recovery import Departed, Diagnosed, Noticed
+from homeostat.domain.events.recovery import Deviated, Diagnosed, Noticed
 from homeostat.domain.ports import Desk
-from homeostat.domain.verdict import Departure, HandedOver, LeftAlone, Released, Resolution
+from homeostat.domain.verdict import Deviation, FallbackNeeded, NoActionNeeded, Released, Resolution
 from homeostat.journal.events import Trace
 from homeostat.recovery.agenda import Agenda, Memory, Stance
 from homeostat.recovery.arming import Arming
@@ -61,13 +61,13 @@ class Supervisor:
                 done = await self._desk.think(self.attend(deviation))
                 self._memory = replace(self._memory, unanswered=not done)
 
-    async def attend(self, deviation: Departure | None) -> None:
+    async def attend(self, deviation: Deviation | None) -> None:
         """Find out what is wrong, and recover if anything is, or the batch deviates; the plant runs on meanwhile."""
         scene, deviates = self._scene, deviation is not None
         try:
             scene.record(Noticed(tuple(s.rule for s in self._watch.symptoms)))
             if deviation is not None:
-                scene.record(Departed.of(deviation, scene.now.state))
+                scene.record(Deviated.of(deviation, scene.now.state))
             try:
                 diagnosis = await self._watch.diagnose(deviates, self._desk.wall_s(self._diagnosis_s))
             except TimeoutError:
@@ -77,7 +77,7 @@ class Supervisor:
             due = self._agenda.step_is_due(self._memory, scene)
             if diagnosis.faulty or deviates or due or scene.now.act_by_s is not None:
                 outcome = await self.recover(diagnosis, deviates)
-                if isinstance(outcome, HandedOver):
+                if isinstance(outcome, FallbackNeeded):
                     return  # until the fallback has acted it may still be overtaken
                 if diagnosis.faulty or (deviates and isinstance(outcome, Released)):
                     self._watch.follow(outcome)
@@ -107,7 +107,7 @@ class Supervisor:
                 if isinstance(failed, NoAdmissiblePlan):
                     self._memory = replace(self._memory, in_vain=look)
             else:
-                if isinstance(taken.outcome, LeftAlone):
+                if isinstance(taken.outcome, NoActionNeeded):
                     stand_down(scene, armed)
                     return taken.outcome
                 self._progress.expect(taken.outcome.actions.then, taken.rollout, taken.outcome.at_s)

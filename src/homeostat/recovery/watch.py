@@ -10,7 +10,7 @@ from homeostat.agents.roles import Monitoring
 from homeostat.domain.diagnosis import Diagnosis, Symptom
 from homeostat.domain.observation import Observation
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import HandedOver, LeftAlone, Resolution
+from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Resolution
 from homeostat.recovery.exchange.beside import start
 
 BACKLOG = 4096
@@ -42,9 +42,9 @@ class Watch:
         if seen.latched is not None:
             self.forget()
             if not before:
-                self.follow(HandedOver(seen.latched, seen.now_s))
+                self.follow(FallbackNeeded(seen.latched, seen.now_s))
         elif before:
-            self.follow(LeftAlone(seen.now_s, 0.0))
+            self.follow(NoActionNeeded(seen.now_s, 0.0))
         return self._latched
 
     def notices(self, snapshot: Snapshot | None) -> bool:

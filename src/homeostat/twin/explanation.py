@@ -55,7 +55,7 @@ class Scored:
     """Log posterior up to a constant [nats]."""
 
 
-class Explainer:
+class FaultIsolation:
     """Scores fault sets by replaying the readings, all in one call of the engine per round."""
 
     def __init__(
@@ -259,8 +259,8 @@ def _shares(count: int) -> tuple[float, ...]:
 
 
 def explain(
-    whole: Explainer,
-    recent: Explainer,
+    whole: FaultIsolation,
+    recent: FaultIsolation,
     candidates: Sequence[str],
     every: Sequence[str],
     known: Sequence[FaultState],

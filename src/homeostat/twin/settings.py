@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class TwinSettings:
-    """What a case says about its twin."""
+    """What a plant says about its twin."""
 
     errors: Mapping[str, tuple[float, float]]
     """Variable -> (noise per reading, model error), standard deviations in its unit."""

@@ -24,7 +24,7 @@ from homeostat.process.sequence import Guard, InputSequence
 from homeostat.process.types import Cube, Row, Table
 from homeostat.stl.formula import Formula
 from homeostat.twin.calibration import Belief, calibrate, prior
-from homeostat.twin.explanation import Accuracy, Explainer, explain
+from homeostat.twin.explanation import Accuracy, FaultIsolation, explain
 from homeostat.twin.forecast import Ensemble, Forecast, follow, forecast, synchronise
 from homeostat.twin.history import History
 from homeostat.twin.settings import TwinSettings
@@ -107,7 +107,7 @@ class Twin:
         names = [f.name for f in self._faults]
         window = self._history.window(self.settings.replay_s)
         whole, recent = (
-            Explainer(self._model, w, self._belief, accuracy, self._faults, known)
+            FaultIsolation(self._model, w, self._belief, accuracy, self._faults, known)
             for w in (window, self._history.window(self.settings.recent_s))
         )
         return explain(whole, recent, candidates, names, known, window.end_s, dense)

@@ -42,9 +42,9 @@ FAULT = "cool_stuck_closed"
 @functools.cache
 def asked(kind: GroundingKind, fault: str) -> dict[str, Question]:
     """What planning, action and action in one step are asked."""
-    case, now, model = reactor(), situation(fault), ScriptedModel("m", reasonable)
-    shown = excerpts(kind, grounding(), case.graph, case.namespace)
-    told = briefing(model, case, simulation(fault), shown=shown)
+    plant, now, model = reactor(), situation(fault), ScriptedModel("m", reasonable)
+    shown = excerpts(kind, grounding(), plant.graph, plant.namespace)
+    told = briefing(model, plant, simulation(fault), shown=shown)
     choice = LanguagePlanning(told).choice(now, Advice())
     path = next(iter(choice.paths.values()))
     action = LanguageAction(told)

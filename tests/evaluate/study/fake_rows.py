@@ -23,7 +23,7 @@ SCENARIOS = {
         ("open_inlet", "single", "", "stuck_open_VI203"),
     ),
 }  # fmt: skip
-"""Case -> scenario, kind, published row, fault."""
+"""Plant -> scenario, kind, published row, fault."""
 PROPOSERS = (
     ("search", "none", 0.97), ("search", "graph", 0.85), ("openai:gpt-4.1-mini", "none", 0.9),
     ("replay:runs/gpt-4o-mini.jsonl", "none", 0.7), ("scripted:reasonable", "none", 0.95), (DO_NOTHING, "none", 0.3),
@@ -56,15 +56,15 @@ def campaign(seeds: range = SEEDS) -> tuple[Row, ...]:
 
 
 def _rows(seeds: range) -> Iterator[Row]:
-    for case, scenarios in SCENARIOS.items():
+    for plant, scenarios in SCENARIOS.items():
         for scenario, kind, published, fault in scenarios:
             for proposer, ablation, skill in PROPOSERS:
                 for seed in seeds:
-                    draw = random.Random(f"{case} {scenario} {proposer} {ablation} {seed}")
-                    job = f"{case}-{scenario}-{proposer}-{ablation}-{seed}".replace(" ", "_")
+                    draw = random.Random(f"{plant} {scenario} {proposer} {ablation} {seed}")
+                    job = f"{plant}-{scenario}-{proposer}-{ablation}-{seed}".replace(" ", "_")
                     base = plain(
-                        job=job, case=case, scenario=scenario, kind=kind, published=published, proposer=proposer,
-                        ablation=ablation, seed=seed, fault=fault, batch=case == "mixing_module",
+                        job=job, case=plant, scenario=scenario, kind=kind, published=published, proposer=proposer,
+                        ablation=ablation, seed=seed, fault=fault, batch=plant == "mixing_module",
                         severity=() if kind == "none" else (0.5,), onset_s=() if kind == "none" else (1000.0,),
                     )  # fmt: skip
                     success = kind == "none" or draw.random() < skill - 0.3 * (scenario == "open_inlet")

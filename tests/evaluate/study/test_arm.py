@@ -12,12 +12,12 @@ from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.assembly import Arrangement, Workbench, wire
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 
 
 @functools.cache
-def case() -> Case:
-    return load_case("mixing_module")
+def plant() -> Plant:
+    return load_plant("mixing_module")
 
 
 def proposers(arm: Arm) -> tuple[Proposer, ...]:
@@ -29,7 +29,7 @@ def proposers(arm: Arm) -> tuple[Proposer, ...]:
         return ()
 
     arrangement = Arrangement(language=arm.language(GroundingKind.GRAPH), propose=noted)
-    wire(case(), None, DeclaredClock(0.0), MemoryTrace(), 1, arrangement)
+    wire(plant(), None, DeclaredClock(0.0), MemoryTrace(), 1, arrangement)
     assert arm.propose is not None
     return arm.propose(found[0])
 

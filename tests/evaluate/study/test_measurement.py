@@ -273,13 +273,13 @@ def test_nobody_is_shown_an_unknown_fault(root: Path, ablation: str) -> None:
 
 @pytest.mark.parametrize("name", ["cstr", "mixing_module"])
 def test_an_unknown_fault_is_in_no_table_and_in_no_triple(name: str) -> None:
-    case = loaded(name)
+    plant = loaded(name)
     count = "SELECT ?s WHERE {{ {{ ?s ?p <{0}> }} UNION {{ <{0}> ?p ?s }} }}"
-    for mode in case.description.faults:
-        known = without_faults(case, [mode.name])
-        assert not known.graph.select(count.format(f"{case.namespace}fault_{mode.name}"))
+    for mode in plant.description.faults:
+        known = without_faults(plant, [mode.name])
+        assert not known.graph.select(count.format(f"{plant.namespace}fault_{mode.name}"))
         assert mode.name not in {f.name for f in known.description.faults}
         assert not [rule for rule in known.description.symptom_rules if mode.name in rule.faults]
-        assert len(known.description.faults) == len(case.description.faults) - 1
-        assert len(known.description.symptom_rules) == len(case.description.symptom_rules)
-    assert case.graph.select(count.format(f"{case.namespace}fault_{mode.name}"))  # the case itself is as it was
+        assert len(known.description.faults) == len(plant.description.faults) - 1
+        assert len(known.description.symptom_rules) == len(plant.description.symptom_rules)
+    assert plant.graph.select(count.format(f"{plant.namespace}fault_{mode.name}"))  # the case itself is as it was

@@ -131,7 +131,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     return err
 
 
-@pytest.mark.parametrize(("content", "words"), [case[1:] for case in BAD], ids=[case[0] for case in BAD])
+@pytest.mark.parametrize(("content", "words"), [plant[1:] for plant in BAD], ids=[plant[0] for plant in BAD])
 def test_refused_in_one_line_and_nothing_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], content: str,
     words: tuple[str, ...],
@@ -198,7 +198,7 @@ def test_short_forms(tmp_path: Path) -> None:
 def test_recorded_answers_are_found_beside_the_file_and_missing_ones_left_out(tmp_path: Path) -> None:
     path = tmp_path / "some.toml"
     path.write_text(
-        f"title = 'Some'\nseeds = 3\nproposers = ['search', 'replay:{{case}}/{{scenario}}-{{seed}}.jsonl']\n{LEAK}"
+        f"title = 'Some'\nseeds = 3\nproposers = ['search', 'replay:{{plant}}/{{scenario}}-{{seed}}.jsonl']\n{LEAK}"
     )
     (tmp_path / "cstr").mkdir()
     (tmp_path / "cstr" / "leak-2.jsonl").write_text("")

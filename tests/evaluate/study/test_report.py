@@ -175,8 +175,8 @@ def test_partial_data_make_a_report(tmp_path: Path, rows: list[Row]) -> None:
 def test_the_summary_is_computed() -> None:
     rows = [plain(seed=s, success=s > 1, exposure_s=30.0 * (s == 1)) for s in range(1, 11)]
     rows += [plain(proposer="scripted:reasonable", seed=s) for s in range(1, 11)]
-    ((case, sentences),) = summary(rows)
-    assert case == "cstr"
+    ((plant, sentences),) = summary(rows)
+    assert plant == "cstr"
     assert sentences == [
         "search: 9 of 10 runs succeeded (95 % interval 60 to 98 %); 1 run broke a hard limit, for 30 s at most.",
         "scripted:reasonable (scripted): 10 of 10 runs succeeded (95 % interval 72 to 100 %); none broke a hard "

@@ -14,7 +14,7 @@ import homeostat.plants.cstr
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.plants.cstr.layout import FaultSlot, S, State, U
 from homeostat.plants.cstr.process import CstrModel
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.types import Cube, Row, Table
 
@@ -48,7 +48,7 @@ VARIABLES = {r["tag"]: r["variable"] for r in rows("signals")}
 @functools.cache
 def plant() -> PlantDescription:
     """The reactor as its graph describes it."""
-    return load_case("cstr", learned=False).description
+    return load_plant("cstr", learned=False).description
 
 
 def parameters(**changes: float) -> Row:

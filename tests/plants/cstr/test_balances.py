@@ -43,8 +43,8 @@ def imbalance(result: Run, names: tuple[str, ...], feed: float, first: int, last
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize(("names", "feed"), [(A_EQUIVALENTS, "CA_feed"), (D_EQUIVALENTS, "CD_feed")])
-def test_matter_is_conserved_also_while_the_volume_changes(case: str, names: tuple[str, ...], feed: str) -> None:
-    first, last, faults, changes = CASES[case]
+def test_matter_is_conserved_also_while_the_volume_changes(plant: str, names: tuple[str, ...], feed: str) -> None:
+    first, last, faults, changes = CASES[plant]
     result = run(batch(int(last), p=parameters(**changes), faults=faults))
     # Below 0.1 L, the first four seconds, the balances are held at that volume.
     missing, came = imbalance(result, names, NOMINAL[feed], max(int(first), 5), int(last))
@@ -53,14 +53,14 @@ def test_matter_is_conserved_also_while_the_volume_changes(case: str, names: tup
 
 
 @pytest.mark.parametrize(("case", "share"), [("filling", 4.0), ("draining", 0.4)])
-def test_the_published_balances_do_not_conserve_matter(case: str, share: float) -> None:
+def test_the_published_balances_do_not_conserve_matter(plant: str, share: float) -> None:
     """Filling invents more than four times what is fed; draining loses nearly half of what was there."""
-    first, last, faults, changes = CASES[case]
+    first, last, faults, changes = CASES[plant]
     result = run(batch(int(last), p=parameters(**{"published_balance": 1.0} | changes), faults=faults))
     missing, came = imbalance(result, A_EQUIVALENTS, NOMINAL["CA_feed"], max(int(first), 5), int(last))
     held = total(result, A_EQUIVALENTS)[int(first) - 1] * result.of("V")[int(first) - 1] if first else came
     assert abs(missing) > share * held
-    assert (missing < 0.0) == (case == "filling")
+    assert (missing < 0.0) == (plant == "filling")
 
 
 def test_the_published_vessel_holds_five_times_what_was_fed() -> None:

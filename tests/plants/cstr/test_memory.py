@@ -11,7 +11,7 @@ from homeostat.plants.cstr.layout import S
 from homeostat.process.types import Row
 from homeostat.twin.history import History
 from tests.plants.cstr import reactor
-from tests.twin.followed import reactor as case
+from tests.twin.followed import reactor as plant
 from tests.twin.followed import readings
 
 HELD_S = 900
@@ -40,7 +40,7 @@ def resumed(seconds: int) -> Row:
 
 def test_the_pump_is_at_its_stop_for_longer_than_a_forecast_looks_back() -> None:
     run, _ = held()
-    assert run.of("P1_cmd")[-case().twin.synchronise_s :].max() == 0.0
+    assert run.of("P1_cmd")[-plant().twin.synchronise_s :].max() == 0.0
 
 
 def test_the_level_loop_resumes_with_the_integral_that_it_has() -> None:
@@ -48,7 +48,7 @@ def test_the_level_loop_resumes_with_the_integral_that_it_has() -> None:
     run, _ = held()
     true = float(run.state[0, S.level_integral])
     assert resumed(HELD_S + 200)[S.level_integral] == pytest.approx(true, abs=1e-6)
-    assert abs(resumed(case().twin.synchronise_s)[S.level_integral] - true) > 1e-3
+    assert abs(resumed(plant().twin.synchronise_s)[S.level_integral] - true) > 1e-3
 
 
 def test_the_temperature_loop_resumes_with_the_integral_that_it_has() -> None:
@@ -58,8 +58,8 @@ def test_the_temperature_loop_resumes_with_the_integral_that_it_has() -> None:
 
 
 def test_a_twin_remembers_for_longer_than_it_replays() -> None:
-    history = History(case().description.variables, case().model.inputs)
+    history = History(plant().description.variables, plant().model.inputs)
     for snapshot in readings(2, 1470):
         history.append(snapshot)
         assert history.whole.end_s == snapshot.at_s
-    assert history.length == len(history.whole.readings["T1"]) == 1470 > case().twin.synchronise_s
+    assert history.length == len(history.whole.readings["T1"]) == 1470 > plant().twin.synchronise_s

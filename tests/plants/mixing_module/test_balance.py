@@ -76,14 +76,14 @@ def possible(result: Run) -> None:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_batch_with_noise_conserves_liquid(case: str) -> None:
-    u, faults = CASES[case]
+def test_a_batch_with_noise_conserves_liquid(plant: str) -> None:
+    u, faults = CASES[plant]
     x = start()
     result = run(batch(END_S, u=u, faults=faults, x=x, process=1.0, sensor=1.0, first_seed=7))
     check(result, x)
-    if case == "tanks that overflow":
+    if plant == "tanks that overflow":
         assert result.of("overflowed")[-1] > 5.0
-    if "leak" in case:
+    if "leak" in plant:
         assert result.of("spilled")[-1] > 0.3
 
 

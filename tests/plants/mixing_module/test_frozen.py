@@ -13,7 +13,7 @@ from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.assembly import wire
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from tests.equipment.links.misbehaving.link import Misbehaving
 from tests.equipment.links.misbehaving.readings import ALL, Freeze
 
@@ -23,10 +23,10 @@ GRACE_S = 4.0
 
 @pytest.mark.parametrize("from_s", [60.0, 150.0])
 def test_recovery_does_not_act_on_an_old_picture_and_the_guard_trips_by_blindness(from_s: float) -> None:
-    case, trace = load_case("mixing_module"), MemoryTrace()
-    process = open_process(case, scenario(case, "none", 3, end_s=from_s + 30.0))
+    plant, trace = load_plant("mixing_module"), MemoryTrace()
+    process = open_process(plant, scenario(plant, "none", 3, end_s=from_s + 30.0))
     link = Misbehaving(SimulatedLink(process), (Freeze(ALL, from_s),))
-    wire(case, link, DeclaredClock(1.0), trace, seed=3).run(link.source)
+    wire(plant, link, DeclaredClock(1.0), trace, seed=3).run(link.source)
     events = [(e.at_s, e.event) for e in trace.entries if e.at_s >= from_s]
     assert not [e for _, e in events if isinstance(e, Noticed | ReleasedActions)]
     tripped = [at_s for at_s, e in events if isinstance(e, Tripped)]
@@ -38,8 +38,8 @@ def test_recovery_does_not_act_on_an_old_picture_and_the_guard_trips_by_blindnes
 @pytest.mark.parametrize("tag", ["B203.level", "B204.level", "B204.pressure"])
 def test_no_transmitter_of_a_tank_that_freezes_has_a_limit_violated(tag: str) -> None:
     """What every step needs is decided by the other one of the tank; where it is not, nothing goes on filling."""
-    case, trace = load_case("mixing_module"), MemoryTrace()
-    process = open_process(case, scenario(case, "none", 3, end_s=180.0))
+    plant, trace = load_plant("mixing_module"), MemoryTrace()
+    process = open_process(plant, scenario(plant, "none", 3, end_s=180.0))
     link = Misbehaving(SimulatedLink(process), (Freeze(frozenset({tag}), 100.0),))
-    wire(case, link, DeclaredClock(1.0), trace, seed=3).run(link.source)
+    wire(plant, link, DeclaredClock(1.0), trace, seed=3).run(link.source)
     assert not [e for e in trace.entries if isinstance(e.event, Tripped)]

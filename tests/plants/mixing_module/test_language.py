@@ -20,7 +20,7 @@ from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import exact
 from homeostat.plants.assembly import Language
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.result import Run
 
 pytestmark = pytest.mark.filterwarnings("ignore:open_binary is deprecated:DeprecationWarning")  # on counting tokens
@@ -32,17 +32,17 @@ BATCHES = (("pump_failure", 114.0), ("pump_degradation", 50.0), ("sensor_stuck_B
 
 
 @functools.cache
-def case() -> Case:
+def plant() -> Plant:
     """The Mixing Module."""
-    return load_case("mixing_module")
+    return load_plant("mixing_module")
 
 
 @functools.cache
 def batch(fault: str, onset_s: float, seed: int = 3) -> tuple[Run, tuple[Question, ...], MemoryTrace]:
     """One batch with a script that reads what a model reads: its result, what was asked, and its trace."""
     model, trace = ScriptedModel("reasonable", reasonable), MemoryTrace()
-    chosen = scenario(case(), fault, seed, onset_s, SEVERITY.get(fault), 400.0)
-    return run(case(), chosen, trace, DeclaredClock(1.0), language=Language(model)), tuple(model.asked), trace
+    chosen = scenario(plant(), fault, seed, onset_s, SEVERITY.get(fault), 400.0)
+    return run(plant(), chosen, trace, DeclaredClock(1.0), language=Language(model)), tuple(model.asked), trace
 
 
 def tokens(question: Question) -> int:
@@ -113,7 +113,7 @@ def test_a_route_that_is_not_on_offer_is_a_finding() -> None:
 def test_search_takes_over_from_a_model_that_always_says_the_same() -> None:
     """Full clogging of the common line: there is no way through, and holding is found by whoever looks for it."""
     model, trace = ScriptedModel("stubborn", stubborn), MemoryTrace()
-    chosen = scenario(case(), "clogging_common", 3, 120.0, 1.0, 400.0)
-    result = run(case(), chosen, trace, DeclaredClock(1.0), language=Language(model))
+    chosen = scenario(plant(), "clogging_common", 3, 120.0, 1.0, 400.0)
+    result = run(plant(), chosen, trace, DeclaredClock(1.0), language=Language(model))
     assert result.actor == "search" and result.state in ("held", "complete")
     assert max(result.totals[n] for n in ("overflowed_L", "dry_run_s", "dead_head_s")) == 0.0

@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.mixing_wrong_routes import forced
-from homeostat.domain.events.guard import FellBack, StateEntered
-from homeostat.domain.events.recovery import Departed, Diagnosed, ReleasedActions
+from homeostat.domain.events.guard import FallbackActivated, StateEntered
+from homeostat.domain.events.recovery import Deviated, Diagnosed, ReleasedActions
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Revise
 from homeostat.evaluate.reference.best_route import best_route
@@ -20,12 +20,12 @@ from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.assembly import fallbacks, new_sequencer
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 
 
 @functools.cache
-def module() -> Case:
-    return load_case("mixing_module")
+def module() -> Plant:
+    return load_plant("mixing_module")
 
 
 def batch(fault: str, seed: int, onset_s: float, severity: float | None = None) -> tuple[Run, MemoryTrace]:
@@ -48,7 +48,7 @@ def test_a_batch_without_fault_takes_its_eight_transitions_and_nobody_acts(seed:
         "filling_B201", "filling_B202", "filling_B203", "emptying_B201", "emptying_B202", "emptying_B203",
         "emptying_B204", "complete",
     ]  # fmt: skip
-    assert not trace.of(ReleasedActions) and not trace.of(Departed) and result.complete_s == result.nominal_s
+    assert not trace.of(ReleasedActions) and not trace.of(Deviated) and result.complete_s == result.nominal_s
     assert result.totals["delivered_L"] == pytest.approx(8.3, abs=0.5)
 
 
@@ -105,19 +105,19 @@ def test_a_level_that_begins_to_lie_overfills_nothing_and_ends_no_batch(
 def test_what_goes_on_filling_a_tank_is_led_out(severity: float) -> None:
     result, trace = batch("stuck_open_VI201", 3, 145.0, severity)
     assert result.complete_s is None and states(trace)[-1] == "pumping_out"
-    assert [e.strategy for e in trace.of(FellBack)] == ["pump_out"]
+    assert [e.strategy for e in trace.of(FallbackActivated)] == ["pump_out"]
 
 
 def test_a_batch_that_is_over_is_not_left_to_a_valve_that_does_not_close() -> None:
     result, trace = batch("stuck_open_VI203", 2, 240.0, 0.6)
     assert result.complete_s is not None, "the batch itself was complete"
-    assert [e.strategy for e in trace.of(FellBack)] == ["pump_out"]
+    assert [e.strategy for e in trace.of(FallbackActivated)] == ["pump_out"]
 
 
 def test_a_pump_that_has_emptied_every_tank_stops_before_it_is_hurt() -> None:
-    case, sequencer = module(), new_sequencer(module())
-    (pump_out,) = (s for s in fallbacks(case) if s.name == "pump_out")
-    process = open_process(case, scenario(case, "none", 1, end_s=400.0))
+    plant, sequencer = module(), new_sequencer(module())
+    (pump_out,) = (s for s in fallbacks(plant) if s.name == "pump_out")
+    process = open_process(plant, scenario(plant, "none", 1, end_s=400.0))
 
     def pump_out_at_100_s(snapshot: Snapshot) -> None:
         if snapshot.at_s == 100.0:
@@ -136,14 +136,14 @@ def test_a_pump_that_has_emptied_every_tank_stops_before_it_is_hurt() -> None:
 def test_what_no_symptom_shows_is_found_when_the_batch_departs_from_its_prediction(
     fault: str, onset_s: float, where: tuple[str, str], end: str
 ) -> None:
-    case = module()
-    deaf = replace(case, description=replace(case.description, symptom_rules=()))
+    plant = module()
+    deaf = replace(plant, description=replace(plant.description, symptom_rules=()))
     trace = MemoryTrace()
-    result = run(deaf, scenario(case, fault, 1, onset_s, 1.0, 400.0), trace, DeclaredClock(1.0))
-    departed, diagnosed = trace.of(Departed)[0], trace.of(Diagnosed)[0]
+    result = run(deaf, scenario(plant, fault, 1, onset_s, 1.0, 400.0), trace, DeclaredClock(1.0))
+    departed, diagnosed = trace.of(Deviated)[0], trace.of(Diagnosed)[0]
     assert (departed.state, departed.transition) == where
     assert diagnosed.symptoms == () and diagnosed.hypotheses[0].name == fault
-    assert trace.of(ReleasedActions) and not trace.of(FellBack) and result.state == end
+    assert trace.of(ReleasedActions) and not trace.of(FallbackActivated) and result.state == end
 
 
 @pytest.mark.parametrize(("fault", "severity", "reason"), [

@@ -23,7 +23,7 @@ CONVERGED = 1e-9
 
 
 @dataclass(frozen=True)
-class Case:
+class Plant:
     """What a network is made of."""
 
     levels: tuple[float, float, float, float]
@@ -56,7 +56,7 @@ class Case:
 
 
 CASES = st.builds(
-    Case, st.tuples(FEED, FEED, FEED, B204), st.tuples(OPENING, OPENING, OPENING), OPENING, st.tuples(SPEED, SPEED),
+    Plant, st.tuples(FEED, FEED, FEED, B204), st.tuples(OPENING, OPENING, OPENING), OPENING, st.tuples(SPEED, SPEED),
     st.one_of(st.sampled_from([0.0, 1.0]), st.floats(0.0, 1.0)), st.tuples(LEAK, LEAK),
 )  # fmt: skip
 OFTEN = settings(max_examples=300, derandomize=True)
@@ -64,42 +64,42 @@ OFTEN = settings(max_examples=300, derandomize=True)
 
 @OFTEN
 @given(CASES, st.sampled_from([0.0, 0.05, 0.3]))
-def test_what_flows_into_a_junction_flows_out_of_it(case: Case, guess: float) -> None:
+def test_what_flows_into_a_junction_flows_out_of_it(plant: Plant, guess: float) -> None:
     """Converged or not."""
-    now = case.solved(guess)
+    now = plant.solved(guess)
     assert np.isfinite(now.flows).all() and np.isfinite(now.heads).all()
     assert np.abs(surplus([(q, 0.0) for q in now.flows])).max() < 1e-12
 
 
 @OFTEN
 @given(CASES)
-def test_another_method_finds_the_same_flows(case: Case) -> None:
+def test_another_method_finds_the_same_flows(plant: Plant) -> None:
     """Newton on the junctions' heads with an exact line search, laws inverted in closed form, in plain Python."""
-    now = case.solved()
-    flows, heads = case.otherwise()
+    now = plant.solved()
+    flows, heads = plant.otherwise()
     np.testing.assert_allclose(now.flows, flows, rtol=0.0, atol=1e-6)
-    if max(case.outlets) > 0.01 and case.into > 0.01 and max(case.n) > 0.3:
+    if max(plant.outlets) > 0.01 and plant.into > 0.01 and max(plant.n) > 0.3:
         np.testing.assert_allclose((now.heads[0], now.heads[2]), (heads[0], heads[2]), rtol=0.0, atol=1e-6)
 
 
 @OFTEN
 @given(CASES)
-def test_every_branch_law_is_satisfied(case: Case) -> None:
+def test_every_branch_law_is_satisfied(plant: Plant) -> None:
     """What a law says at the heads found is the flow found, to 1e-6 L/s."""
-    now = case.solved()
+    now = plant.solved()
     p, (s, m, d) = NOMINAL, now.heads
-    leaks = tuple(max(p["leak_size"] * x, 1e-9) for x in case.leaks)
-    laws = laws_of(p, list(case.outlets), case.into, list(case.n), main=case.main, leaks=(leaks[0], leaks[1]))
-    top, leak = p["floor_B204"] + case.levels[3], p["floor_leak"]
-    drops = [*(x - s for x in case.levels[:3]), s - m, m - d, s - d, d - top, m - leak, d - leak]
+    leaks = tuple(max(p["leak_size"] * x, 1e-9) for x in plant.leaks)
+    laws = laws_of(p, list(plant.outlets), plant.into, list(plant.n), main=plant.main, leaks=(leaks[0], leaks[1]))
+    top, leak = p["floor_B204"] + plant.levels[3], p["floor_leak"]
+    drops = [*(x - s for x in plant.levels[:3]), s - m, m - d, s - d, d - top, m - leak, d - leak]
     for law, drop, flow in zip(laws, drops, now.flows, strict=True):
         assert law(drop)[0] == pytest.approx(flow, abs=1e-6)
 
 
 @OFTEN
 @given(CASES)
-def test_the_guess_does_not_matter(case: Case) -> None:
-    one, two = case.solved(0.0), case.solved(0.3)
+def test_the_guess_does_not_matter(plant: Plant) -> None:
+    one, two = plant.solved(0.0), plant.solved(0.3)
     np.testing.assert_allclose(one.flows, two.flows, rtol=0.0, atol=1e-6)
 
 
@@ -120,7 +120,7 @@ def test_the_pumps_law_grows_with_flow_and_the_pipes_too() -> None:
 
 
 STANDSTILL = {
-    f"leak {leak}, speed {n}": Case((0.2, 0.1, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, (n, 0.0), 0.0, (leak, 0.0))
+    f"leak {leak}, speed {n}": Plant((0.2, 0.1, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, (n, 0.0), 0.0, (leak, 0.0))
     for leak, n in ((0.7, 0.13), (0.3, 0.12))
 }
 """A leak of the main line, B204's valve closed, and P101 so slow that its head is about that of the leak."""

@@ -14,7 +14,7 @@ import pytest
 from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.roles import AskingProtocol, NoAdmissiblePlan, Proposer
 from homeostat.domain.events.guard import StateEntered
-from homeostat.domain.events.recovery import Attempted, GaveUp, LeftAsIs, ReleasedActions
+from homeostat.domain.events.recovery import Attempted, GaveUp, NoActionTaken, ReleasedActions
 from homeostat.evaluate.conditions.conditions import Conditions
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
@@ -24,8 +24,8 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Failure, ModelError, Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.plants.assembly import Language, Workbench, in_operation
-from homeostat.plants.error import CaseError
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.error import PlantError
+from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.result import Run, StepScores
 
 pytestmark = pytest.mark.slow
@@ -40,8 +40,8 @@ STATE = re.compile(r"^State (\S+) \(", re.MULTILINE)
 
 
 @functools.cache
-def case() -> Case:
-    return load_case("mixing_module")
+def plant() -> Plant:
+    return load_plant("mixing_module")
 
 
 def stepwise(
@@ -49,9 +49,9 @@ def stepwise(
 ) -> tuple[Run, list[Question], MemoryTrace]:
     """A batch in which every step is asked for; the fault is there from the start."""
     model, trace = ScriptedModel("scripted", answer), MemoryTrace()
-    chosen = scenario(case(), fault, 3, None if fault == "none" else 0.0, severity, 400.0)
+    chosen = scenario(plant(), fault, 3, None if fault == "none" else 0.0, severity, 400.0)
     conditions = Conditions(PER_STEP, label_given)
-    result = run(case(), chosen, trace, DeclaredClock(1.0), language=Language(model), conditions=conditions)
+    result = run(plant(), chosen, trace, DeclaredClock(1.0), language=Language(model), conditions=conditions)
     assert max(result.totals[n] for n in ("overflowed_L", "dry_run_s", "dead_head_s")) == 0.0
     return result, model.asked, trace
 
@@ -82,7 +82,7 @@ def test_both_agents_are_asked_once_in_every_state(fault: str, severity: float |
     assert [(q.agent, state(q)) for q in asked] == [
         (agent, name) for name in ("idle", *states[:-1]) for agent in ("planning", "action")
     ]
-    scores = score_steps(case(), result.scenario, result.said)
+    scores = score_steps(plant(), result.scenario, result.said)
     assert scores == StepScores(8, 8, 8, 8, scores.on_right if scores else 0, 0, 0)
 
 
@@ -112,7 +112,7 @@ def test_a_wrong_line_is_refused_by_the_rollout_and_the_other_one_asked_for() ->
     again = [q for q in asked if q.agent == "planning" and state(q) == "filling_B203"]
     options: Any = again[-1].schema
     assert len(again) == 2 and "emptying_B201" not in options["properties"]["path"]["enum"]
-    scores = score_steps(case(), result.scenario, result.said)
+    scores = score_steps(plant(), result.scenario, result.said)
     assert scores is not None and scores.plans_right < scores.plans and scores.actions_right == scores.actions
 
 
@@ -182,15 +182,15 @@ def test_a_step_that_was_asked_for_in_vain_is_asked_for_again() -> None:
         return speaking, replace(searching, planning=Silent(searching.planning))
 
     model, trace = ScriptedModel("scripted", at_second), MemoryTrace()
-    chosen, clock = scenario(case(), "none", 3, end_s=300.0), DeclaredClock(1.0)
+    chosen, clock = scenario(plant(), "none", 3, end_s=300.0), DeclaredClock(1.0)
     conditions = Conditions(PER_STEP)
-    run(case(), chosen, trace, clock, language=Language(model), conditions=conditions, propose=propose)
+    run(plant(), chosen, trace, clock, language=Language(model), conditions=conditions, propose=propose)
     assert len(trace.of(GaveUp)) == 2 and entered(trace) == MAIN
 
 
 def test_steps_are_refused_where_there_is_no_batch() -> None:
-    cstr = load_case("cstr")
-    with pytest.raises(CaseError, match="from 'starting' no path leads"):
+    cstr = load_plant("cstr")
+    with pytest.raises(PlantError, match="from 'starting' no path leads"):
         run(cstr, scenario(cstr, "none", 3, end_s=10.0), conditions=Conditions(PER_STEP))
 
 
@@ -198,5 +198,5 @@ def test_steps_as_usual_are_no_recovery() -> None:
     """Monitoring gathers its evidence as if nothing had been released."""
     result, _, trace = stepwise("pump_failure", 1.0, reasonable, label_given=False)
     assert result.detected_s is not None and result.detected_s > 100.0
-    usual = [e for e in trace.entries if isinstance(e.event, LeftAsIs)]
+    usual = [e for e in trace.entries if isinstance(e.event, NoActionTaken)]
     assert not usual or usual[0].at_s > result.detected_s

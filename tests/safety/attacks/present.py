@@ -37,8 +37,8 @@ from homeostat.knowledge.store.error import GraphError
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.assembly import wire
-from homeostat.plants.error import CaseError
-from homeostat.plants.plant import load_case
+from homeostat.plants.error import PlantError
+from homeostat.plants.plant import load_plant
 from homeostat.recovery.exchange.exchange import Exchange, ExchangeSettings
 from homeostat.recovery.exchange.loop import Loop
 from homeostat.recovery.exchange.worker import Worker
@@ -267,7 +267,7 @@ class Present:
         return _report(plant, stage)
 
     def batch(self, end_s: float) -> dict[str, Any]:
-        case, trace = load_case("mixing_module"), MemoryTrace()
+        case, trace = load_plant("mixing_module"), MemoryTrace()
         link = SimulatedLink(open_process(case, Scenario(case.name, (), 3, end_s)))
         wire(case, link, DeclaredClock(1.0), trace, seed=3).run(link.source)
         sent = [[a.at_s, [[c.tag, c.value] for c in a.commands]] for a in link.wire_log]
@@ -284,7 +284,7 @@ class Present:
         copy.replace(file, before, after)
         try:
             case = copy.load()
-        except (CaseError, GraphError) as refused:
+        except (PlantError, GraphError) as refused:
             return str(refused)
         return f"made again: {', '.join(case.remade)}" if case.remade else ""
 

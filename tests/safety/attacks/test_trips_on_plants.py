@@ -31,7 +31,7 @@ from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.llm.model import Question, Reply
 from homeostat.plants.assembly import Arrangement, Language, Workbench, guard_rules, wire
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from tests.equipment.links.misbehaving.link import LostHeartbeat, Misbehaving, Misbehaviour
 from tests.equipment.links.misbehaving.readings import (
     ALL,
@@ -57,8 +57,8 @@ SCALE = 300.0
 
 
 @pytest.fixture(scope="module")
-def case() -> Case:
-    return load_case("cstr")
+def plant() -> Plant:
+    return load_plant("cstr")
 
 
 @pytest.fixture
@@ -96,15 +96,15 @@ class Run:
 
 
 def run(
-    case: Case, clock: Clock, arrangement: Arrangement | None = None, script: tuple[Misbehaviour, ...] = (),
+    plant: Plant, clock: Clock, arrangement: Arrangement | None = None, script: tuple[Misbehaviour, ...] = (),
     trace: Any = None, onset_s: float = NOTICED_S, fault: str = "cool_stuck_closed",
 ) -> Run:  # fmt: skip
     """The reactor with a fault from ``onset_s`` on [s]; by default its coolant valve sticks."""
     began_s = None if fault == "none" else onset_s
-    stuck = scenario(case, fault, SEED, onset_s=began_s, end_s=onset_s + LASTS_S)
-    link, done = Misbehaving(SimulatedLink(open_process(case, stuck)), script), Run(onset_s)
+    stuck = scenario(plant, fault, SEED, onset_s=began_s, end_s=onset_s + LASTS_S)
+    link, done = Misbehaving(SimulatedLink(open_process(plant, stuck)), script), Run(onset_s)
     trace = trace or MemoryTrace()
-    wire(case, link, clock, trace, SEED, arrangement or Arrangement()).run(link.source, done.look)
+    wire(plant, link, clock, trace, SEED, arrangement or Arrangement()).run(link.source, done.look)
     done.wire = [(a.at_s, tuple(c.tag for c in a.commands)) for a in link.wire_log]
     done.fallbacks = [a.at_s for a in link.wire_log if any(c.tag == "XV1.cmd" and c.value == 0.0 for c in a.commands)]
     return done
@@ -131,32 +131,32 @@ class Outside:
         return self._replaced.get(name) or getattr(self._inner, name)
 
 
-def test_while_thinking_takes_longer_than_physics_leaves(case: Case) -> None:
-    assert acts_in_time(run(case, DeclaredClock(150.0)))
+def test_while_thinking_takes_longer_than_physics_leaves(plant: Plant) -> None:
+    assert acts_in_time(run(plant, DeclaredClock(150.0)))
 
 
-def test_sixty_seconds_of_thinking_are_no_harm(case: Case) -> None:
-    done = run(case, DeclaredClock(60.0))
+def test_sixty_seconds_of_thinking_are_no_harm(plant: Plant) -> None:
+    done = run(plant, DeclaredClock(60.0))
     assert done.violated_s == math.inf or acts_in_time(done)
 
 
-def test_while_a_diagnosis_never_yields(case: Case, stop: threading.Event) -> None:
+def test_while_a_diagnosis_never_yields(plant: Plant, stop: threading.Event) -> None:
     def stuck(monitoring: Monitoring) -> Monitoring:
         return Outside(monitoring, diagnose=lambda deviates=False: hang(stop))  # type: ignore[return-value]
 
-    done = run(case, ThinkingClock(SCALE), Arrangement(given=stuck))
+    done = run(plant, ThinkingClock(SCALE), Arrangement(given=stuck))
     assert acts_in_time(done) and done.fallbacks[0] == done.violated_s
 
 
-def test_while_the_store_hangs(case: Case, stop: threading.Event) -> None:
+def test_while_the_store_hangs(plant: Plant, stop: threading.Event) -> None:
     asked: list[str] = []
 
     def never(query: str) -> None:
         asked.append(query)
         hang(stop)
 
-    graph: Any = Outside(case.graph, select=never, ask=never, construct=never)
-    done = run(replace(case, graph=graph), ThinkingClock(SCALE))
+    graph: Any = Outside(plant.graph, select=never, ask=never, construct=never)
+    done = run(replace(plant, graph=graph), ThinkingClock(SCALE))
     assert asked and acts_in_time(done) and done.fallbacks[0] == done.violated_s
 
 
@@ -179,13 +179,13 @@ def speaking_only(bench: Workbench) -> tuple[Proposer, ...]:
     return (bench.speaking(),)
 
 
-def test_while_the_model_hangs(case: Case) -> None:
+def test_while_the_model_hangs(plant: Plant) -> None:
     model = SilentModel()
     arrangement = Arrangement(language=Language(model), propose=speaking_only)
-    assert acts_in_time(run(case, ThinkingClock(8.0), arrangement)) and model.asked >= 1
+    assert acts_in_time(run(plant, ThinkingClock(8.0), arrangement)) and model.asked >= 1
 
 
-def test_while_a_proposer_never_yields(case: Case, stop: threading.Event) -> None:
+def test_while_a_proposer_never_yields(plant: Plant, stop: threading.Event) -> None:
     async def act(*question: object) -> None:
         hang(stop)
 
@@ -193,7 +193,7 @@ def test_while_a_proposer_never_yields(case: Case, stop: threading.Event) -> Non
         searching = bench.searching()
         return (replace(searching, action=Outside(searching.action, act=act)),)  # type: ignore[arg-type]
 
-    assert acts_in_time(run(case, ThinkingClock(SCALE), Arrangement(propose=stubborn)))
+    assert acts_in_time(run(plant, ThinkingClock(SCALE), Arrangement(propose=stubborn)))
 
 
 class HangingTrace:
@@ -217,29 +217,29 @@ class HangingTrace:
 
 
 @pytest.mark.parametrize("where", ["record", "sync"])
-def test_while_the_journal_hangs(case: Case, stop: threading.Event, where: str) -> None:
-    assert acts_in_time(run(case, ThinkingClock(SCALE), trace=HangingTrace(stop, where)))
+def test_while_the_journal_hangs(plant: Plant, stop: threading.Event, where: str) -> None:
+    assert acts_in_time(run(plant, ThinkingClock(SCALE), trace=HangingTrace(stop, where)))
 
 
 @pytest.mark.parametrize(
     "bad", [NoReadBack(ALL, EARLY_S), HangingWrite(EARLY_S), HangingWrite(EARLY_S, delivered=True)], ids=repr
 )
-def test_while_a_write_or_its_read_back_hangs(case: Case, bad: Misbehaviour) -> None:
-    done = run(case, DeclaredClock(1.0), script=(bad,), onset_s=EARLY_S)
+def test_while_a_write_or_its_read_back_hangs(plant: Plant, bad: Misbehaviour) -> None:
+    done = run(plant, DeclaredClock(1.0), script=(bad,), onset_s=EARLY_S)
     assert acts_in_time(done) and done.fallbacks[0] == done.violated_s
     known = isinstance(bad, HangingWrite) and bad.delivered
     assert (len(done.fallbacks) == 1) is known, "it is sent until it is read to stand"
 
 
-def test_while_the_lease_is_lost_without_a_word(case: Case) -> None:
-    done = run(case, DeclaredClock(1.0), script=(LostHeartbeat(EARLY_S),), onset_s=EARLY_S)
+def test_while_the_lease_is_lost_without_a_word(plant: Plant) -> None:
+    done = run(plant, DeclaredClock(1.0), script=(LostHeartbeat(EARLY_S),), onset_s=EARLY_S)
     assert done.fallbacks[0] == done.violated_s
 
 
-def test_everything_that_is_sent_was_intended_in_the_same_order(case: Case) -> None:
+def test_everything_that_is_sent_was_intended_in_the_same_order(plant: Plant) -> None:
     trace = MemoryTrace()
     done = run(
-        case, DeclaredClock(20.0), script=(HangingWrite(EARLY_S, EARLY_S + 100.0),), trace=trace, onset_s=EARLY_S
+        plant, DeclaredClock(20.0), script=(HangingWrite(EARLY_S, EARLY_S + 100.0),), trace=trace, onset_s=EARLY_S
     )
     intended = [(e.at_s, e.event) for e in trace.entries if isinstance(e.event, WriteIntended)]
     assert [(at_s, tuple(c.tag for c in e.commands)) for at_s, e in intended] == done.wire
@@ -250,24 +250,24 @@ BLIND_S = 430.0
 
 
 @pytest.mark.parametrize("bad", [Silence(BLIND_S), Freeze(ALL, BLIND_S), NotANumber(ALL, BLIND_S)], ids=repr)
-def test_a_reactor_that_says_nothing_more_is_brought_to_rest(case: Case, bad: Misbehaviour) -> None:
+def test_a_reactor_that_says_nothing_more_is_brought_to_rest(plant: Plant, bad: Misbehaviour) -> None:
     """No permissive can be judged either; the tables say which of them a fallback sets aside."""
-    done = run(case, DeclaredClock(1.0), script=(bad,), onset_s=EARLY_S)
+    done = run(plant, DeclaredClock(1.0), script=(bad,), onset_s=EARLY_S)
     assert done.fallbacks and BLIND_S < done.fallbacks[0] <= BLIND_S + 60.0
 
 
 @pytest.mark.parametrize("over_K", [3.0, 5.0, 20.0])
-def test_a_step_of_three_kelvin_over_the_limit_trips_within_ten_seconds(case: Case, over_K: float) -> None:
+def test_a_step_of_three_kelvin_over_the_limit_trips_within_ten_seconds(plant: Plant, over_K: float) -> None:
     """The reactor stands at 310 K; a step that it cannot make is held for uncertain only for its grace time."""
     script = (Lie("T1", LIMIT_K - 310.0 + over_K, EARLY_S + 50.0),)
-    done = run(case, DeclaredClock(1.0), script=script, onset_s=EARLY_S, fault="none")
+    done = run(plant, DeclaredClock(1.0), script=script, onset_s=EARLY_S, fault="none")
     assert EARLY_S + 50.0 <= done.fallbacks[0] <= EARLY_S + 60.0
 
 
-def test_a_reactor_that_stands_a_little_below_its_limit_never_trips(case: Case) -> None:
+def test_a_reactor_that_stands_a_little_below_its_limit_never_trips(plant: Plant) -> None:
     """A hundred runs of 300 s at 312.7 K with the noise of the table, 0.5 K."""
-    rules, noise = guard_rules(case), np.random.default_rng(12)
-    values = {tag: 0.0 for tag in case.description.tags_by_name} | {"T1": 312.7, "L1": 10.0}
+    rules, noise = guard_rules(plant), np.random.default_rng(12)
+    values = {tag: 0.0 for tag in plant.description.tags_by_name} | {"T1": 312.7, "L1": 10.0}
     for _ in range(100):
         watch = TripWatch(rules, lambda event, at_s: None)
         for at_s, hot in enumerate(312.7 + 0.5 * noise.standard_normal(300), start=1):
@@ -279,9 +279,9 @@ def test_a_reactor_that_stands_a_little_below_its_limit_never_trips(case: Case) 
     "bad", [Silence(150.0), NotANumber(ALL, 150.0), StuckClock(150.0), WrongClock(30.0, 150.0)], ids=repr
 )
 def test_a_batch_plant_that_says_nothing_more_is_closed(bad: Misbehaviour) -> None:
-    case = load_case("mixing_module")
-    link = Misbehaving(SimulatedLink(open_process(case, scenario(case, "none", SEED, end_s=200.0))), (bad,))
-    assembly = wire(case, link, DeclaredClock(1.0), MemoryTrace(), SEED)
+    plant = load_plant("mixing_module")
+    link = Misbehaving(SimulatedLink(open_process(plant, scenario(plant, "none", SEED, end_s=200.0))), (bad,))
+    assembly = wire(plant, link, DeclaredClock(1.0), MemoryTrace(), SEED)
     assembly.run(link.source)
     first = next(a for a in link.wire_log if a.at_s >= 150.0)
     assert first.at_s <= 165.0 and assembly.guard.latched is not None

@@ -14,7 +14,7 @@ from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Sympto
 from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import HandedOver, LeftAlone, Released, Resolution
+from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released, Resolution
 from homeostat.stl.formula import Formula
 from homeostat.twin.twin import Twin
 
@@ -104,15 +104,15 @@ class Monitoring:
     def follow(self, outcome: Resolution) -> None:
         """Take note of what was done: an expected transient is not a new fault, and reviews are scheduled."""
         self._first_s = None
-        self._stopped = isinstance(outcome, HandedOver)
+        self._stopped = isinstance(outcome, FallbackNeeded)
         match outcome:
             case Released(at_s=at_s):
                 self._released_s = at_s
                 self._quiet_until_s = at_s + self._settings.transient_s
                 self._review_at_s = at_s + self._settings.review_s
-            case LeftAlone(at_s=at_s):
+            case NoActionNeeded(at_s=at_s):
                 self._review_at_s = at_s + self._settings.review_s
-            case HandedOver():
+            case FallbackNeeded():
                 self._review_at_s = None
 
     def _update(self, snapshot: Snapshot) -> tuple[Symptom, ...]:

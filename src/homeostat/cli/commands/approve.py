@@ -13,8 +13,8 @@ from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import printable
 from homeostat.journal import Record, read_events
 from homeostat.knowledge.store.error import GraphError
-from homeostat.plants.error import CaseError
-from homeostat.plants.plant import load_case
+from homeostat.plants.error import PlantError
+from homeostat.plants.plant import load_plant
 from homeostat.service.answers import Waiting, waiting
 from homeostat.service.inbox import refuse_unattended
 
@@ -44,6 +44,6 @@ def _whole(digest: str, request: str, found: tuple[Waiting, ...]) -> str:
 def _plant(records: tuple[Record, ...]) -> PlantDescription | None:
     """The plant of a run; None where it is not known here, or not like that: a person must decide all the same."""
     try:
-        return load_case(str(records[0].fields["case"]), learned=False).description
-    except (CaseError, GraphError, LookupError):
+        return load_plant(str(records[0].fields["case"]), learned=False).description
+    except (PlantError, GraphError, LookupError):
         return None

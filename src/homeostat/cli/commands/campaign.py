@@ -70,8 +70,8 @@ def _usual_workers() -> int:
 
 
 def _conclude(ended: Ended, asked: int) -> int:
-    for case, sentences in summary(ended.rows):
-        print(f"{case}:", *(f"  {sentence}" for sentence in sentences), "", sep="\n")
+    for plant, sentences in summary(ended.rows):
+        print(f"{plant}:", *(f"  {sentence}" for sentence in sentences), "", sep="\n")
     print(*(f"wrote {path}" for path in ended.files[:2]), sep="\n")
     for done in ended.failed:
         print(f"homeostat: {done.job.name} failed: {done.failure}", file=sys.stderr)

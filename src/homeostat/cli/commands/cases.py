@@ -6,16 +6,16 @@ import argparse
 
 from homeostat.cli.table import show_table
 from homeostat.domain.diagnosis import Fault
-from homeostat.plants.folder import case_names
-from homeostat.plants.plant import load_case
+from homeostat.plants.folder import plant_names
+from homeostat.plants.plant import load_plant
 
 
 def carry_out(options: argparse.Namespace) -> int:
-    """Print every case."""
-    for number, name in enumerate(case_names()):
-        case = load_case(name)
-        print("\n" * bool(number) + f"{name}: {case.title}")
-        show_table(("fault", "nominal", "range", "unit", "what it is"), list(map(_told, case.description.faults)), 2)
+    """Print every plant."""
+    for number, name in enumerate(plant_names()):
+        plant = load_plant(name)
+        print("\n" * bool(number) + f"{name}: {plant.title}")
+        show_table(("fault", "nominal", "range", "unit", "what it is"), list(map(_told, plant.description.faults)), 2)
     return 0
 
 

@@ -9,7 +9,7 @@ from homeostat.cli.options.arguments import UsageError
 from homeostat.journal.files import write_whole
 from homeostat.journal.signing.keys import SigningKey, make_key, read_private, read_public
 from homeostat.plants.folder import SIGNATURE
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 from homeostat.plants.signature import check_signature
 from homeostat.plants.signature import sign as signed
 
@@ -30,11 +30,11 @@ def sign(options: argparse.Namespace) -> int:
         if not 0 < len(getattr(options, option).strip()) <= 200:
             raise UsageError(f"--{option} must have 1 to 200 characters")
     key = SigningKey(read_private(options.key))
-    case = load_case(options.case)
-    signature = signed(case.name, case.configuration, options.person, options.reason, key)
-    path = options.out or case.files.folder / SIGNATURE
+    plant = load_plant(options.case)
+    signature = signed(plant.name, plant.configuration, options.person, options.reason, key)
+    path = options.out or plant.files.folder / SIGNATURE
     write_whole(path, f"{signature.model_dump_json(indent=1)}\n".encode())
-    print(f"{path}: {case.name} {case.configuration} signed by {signature.person}")
+    print(f"{path}: {plant.name} {plant.configuration} signed by {signature.person}")
     return 0
 
 
@@ -43,7 +43,7 @@ def verify(options: argparse.Namespace) -> int:
     trusted = [read_public(key) for key in options.key]
     if options.signature is not None:
         options.signature.open("rb").close()  # one that was named and is not there is a mistake in the command
-    case = load_case(options.case)
-    reason = check_signature(case.files.folder, case.configuration, trusted, options.signature)
-    print(f"{case.name} {case.configuration}: {reason or 'signed by a trusted key'}")
+    plant = load_plant(options.case)
+    reason = check_signature(plant.files.folder, plant.configuration, trusted, options.signature)
+    print(f"{plant.name} {plant.configuration}: {reason or 'signed by a trusted key'}")
     return 0 if reason is None else 1

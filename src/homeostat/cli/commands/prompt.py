@@ -13,7 +13,7 @@ from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import estimate, exact
 from homeostat.plants.assembly import Language
-from homeostat.plants.plant import load_case
+from homeostat.plants.plant import load_plant
 
 NOT_ASKED = 1
 """Exit status where the run ended without the question."""
@@ -25,9 +25,9 @@ def carry_out(options: argparse.Namespace) -> int:
         raise UsageError(f"--number {options.number} must be at least 1")
     from homeostat.evaluate.runner import run
 
-    case = load_case(options.case)
-    fault = options.fault or max(case.description.faults, key=lambda f: f.prior).name
-    chosen = scenario(case, fault, options.seed, options.onset, options.severity, None)
+    plant = load_plant(options.case)
+    fault = options.fault or max(plant.description.faults, key=lambda f: f.prior).name
+    chosen = scenario(plant, fault, options.seed, options.onset, options.severity, None)
     asked: list[Question] = []
 
     def answer(question: Question) -> str:
@@ -35,7 +35,7 @@ def carry_out(options: argparse.Namespace) -> int:
             asked.append(question)
         return reasonable(question)
 
-    run(case, chosen, clock=DeclaredClock(), language=Language(ScriptedModel("shown", answer), tuple(options.note)))
+    run(plant, chosen, clock=DeclaredClock(), language=Language(ScriptedModel("shown", answer), tuple(options.note)))
     if len(asked) >= options.number:
         _show(asked[options.number - 1])
         return 0

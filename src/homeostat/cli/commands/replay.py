@@ -16,15 +16,15 @@ from homeostat.cli.story.summary import summary
 from homeostat.cli.story.unknown_plant import unknown_plant
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import printable
-from homeostat.evaluate.recorded_plant import recorded_case, recorded_folder
+from homeostat.evaluate.recorded_plant import recorded_folder, recorded_plant_of
 from homeostat.journal import BrokenChain, RunStarted, read_events
 from homeostat.journal.signing.keys import KeyTrouble
 from homeostat.journal.verify.verify import verify
 from homeostat.knowledge.store.error import GraphError
-from homeostat.plants.error import CaseError
-from homeostat.plants.folder import case_names
-from homeostat.plants.plant import load_case
-from homeostat.record.decode import RecallError, recall
+from homeostat.plants.error import PlantError
+from homeostat.plants.folder import plant_names
+from homeostat.plants.plant import load_plant
+from homeostat.record.decode import DecodeError, decode
 from homeostat.record.result import ResultError, read_result
 
 _UNTOLD = (LookupError, TypeError, ValueError, ArithmeticError, AttributeError)
@@ -59,7 +59,7 @@ def _tell(run_dir: Path, intact: bool, given: str | None) -> None:
     plant = None
     try:
         for record in read_events(run_dir):
-            event = recall(record)
+            event = decode(record)
             if isinstance(event, RunStarted):
                 plant = _plant(event, run_dir, given)
                 story = Story(plant, run_dir)
@@ -85,15 +85,15 @@ def _plant(started: RunStarted, run_dir: Path, given: str | None) -> PlantDescri
     folder = recorded_folder(started)
     try:
         if given is None and folder is not None and not _vouched(run_dir):
-            raise CaseError(f"nobody vouches for where the run's plant is ({folder!r}); name its folder with --case")
-        return recorded_case(started, given).description
-    except (CaseError, GraphError) as error:
+            raise PlantError(f"nobody vouches for where the run's plant is ({folder!r}); name its folder with --case")
+        return recorded_plant_of(started, given).description
+    except (PlantError, GraphError) as error:
         if given is not None:
             raise
-        installed = folder is None and started.case in case_names()
+        installed = folder is None and started.case in plant_names()
         words = "told in the words of the installed plant" if installed else "told without the plant's words and units"
         print(printable(f"homeostat: {error}; {words}"), file=sys.stderr)
-        return load_case(started.case).description if installed else unknown_plant(started.case, _told(run_dir))
+        return load_plant(started.case).description if installed else unknown_plant(started.case, _told(run_dir))
 
 
 def _vouched(run_dir: Path) -> bool:
@@ -108,9 +108,9 @@ def _told(run_dir: Path) -> Iterator[object]:
     """Everything that the run has kept, up to where it cannot be read any more."""
     from homeostat.record.result import read_result
 
-    with contextlib.suppress(BrokenChain, RecallError):
+    with contextlib.suppress(BrokenChain, DecodeError):
         for record in read_events(run_dir):
-            yield recall(record)
+            yield decode(record)
     with contextlib.suppress(ResultError):
         yield read_result(run_dir)
 

@@ -15,12 +15,12 @@ from homeostat.cli.run_directory import run_directory
 from homeostat.domain.mode import Mode
 from homeostat.evaluate.conditions.conditions import Conditions
 from homeostat.evaluate.operation import Operation
-from homeostat.evaluate.recorded_plant import recorded_case
+from homeostat.evaluate.recorded_plant import recorded_plant_of
 from homeostat.evaluate.resumption import Past, ResumptionError, told
 from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import read_events
 from homeostat.journal.files import MANIFEST, RESULT
-from homeostat.plants.error import CaseError
+from homeostat.plants.error import PlantError
 from homeostat.record.directory import RunDirectory, RunDirectoryError
 from homeostat.service.inbox import INBOX
 
@@ -32,14 +32,14 @@ def carry_out(options: argparse.Namespace) -> int:
         raise UsageError(f"run {str(run_dir)!r} is over; begin another one")
     try:
         past = Past.of(tuple(read_events(run_dir)))
-        case = recorded_case(past.started, options.case)
-        scenario = past.scenario(case)
+        plant = recorded_plant_of(past.started, options.case)
+        scenario = past.scenario(plant)
         chosen = past.settings
         if options.pace is not None and "pace" not in chosen:
             raise ResumptionError("it is not paced; leave --pace out")
         if chosen.get("protocol") != AskingProtocol.ROUTE.value:
             raise ResumptionError("it was asked for step by step, and what was asked is not in its journal")
-    except (CaseError, ResumptionError) as reason:
+    except (PlantError, ResumptionError) as reason:
         raise ResumptionError(f"run {str(run_dir)!r} cannot go on: {reason}") from None
     path = run_dir if options.out is None else _copied(run_dir, options.out)
     directory = RunDirectory.resume(path)
@@ -50,7 +50,7 @@ def carry_out(options: argparse.Namespace) -> int:
     conditions = Conditions(label_given=bool(chosen.get("label_given")))
     operation = _operation(past, directory.path, options.pace)
     thinking = _thinking(past, options.pace)
-    going = Going(case, scenario, directory, thinking, "search", None, conditions, operation)
+    going = Going(plant, scenario, directory, thinking, "search", None, conditions, operation)
     return carry(going, options.json)
 
 

@@ -21,7 +21,7 @@ from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import Event
 from homeostat.plants.assembly import Language, check_protocol
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.directory import RunDirectory
 from homeostat.record.result import RESULT
 
@@ -46,26 +46,28 @@ def carry_out(options: argparse.Namespace) -> int:
     from homeostat.evaluate.thinking import Thinking
     from homeostat.record.directory import RunDirectory
 
-    case = load_case(options.case)
-    chosen = scenario(case, options.fault, options.seed, options.onset, options.severity, options.end, options.location)
+    plant = load_plant(options.case)
+    chosen = scenario(
+        plant, options.fault, options.seed, options.onset, options.severity, options.end, options.location
+    )
     thinking = Thinking(options.thinking_scale if options.pace is None else options.pace, options.thinking_declared)
     conditions = Conditions(AskingProtocol(options.protocol), options.label_given)
-    check_protocol(case, conditions.protocol)  # before a directory is made
+    check_protocol(plant, conditions.protocol)  # before a directory is made
     if options.out is not None:
         directory = RunDirectory(options.out)
     else:
-        directory = RunDirectory.next_free(RUNS, f"{case.name}-{chosen.fault}-{chosen.seed}")
+        directory = RunDirectory.next_free(RUNS, f"{plant.name}-{chosen.fault}-{chosen.seed}")
     if directory.unsigned:
         print(f"homeostat: the run is not signed: {printable(directory.unsigned)}", file=sys.stderr)
     operated = operation.chosen(options, directory.path)
-    going = Going(case, chosen, directory, thinking, options.proposer, speaker, conditions, operated)
+    going = Going(plant, chosen, directory, thinking, options.proposer, speaker, conditions, operated)
     return carry(going, options.json)
 
 
 class Going(NamedTuple):
     """A run that was checked and may begin."""
 
-    case: Case
+    plant: Plant
     chosen: Scenario
     directory: RunDirectory
     thinking: Thinking
@@ -79,8 +81,8 @@ def carry(going: Going, as_json: bool) -> int:
     """Run, show, keep; the exit status."""
     from homeostat.domain.quotation import printable
 
-    case, chosen, directory = going.case, going.chosen, going.directory
-    story, view = Story(case.description, directory.path), _view(case, chosen, as_json)
+    plant, chosen, directory = going.plant, going.chosen, going.directory
+    story, view = Story(plant.description, directory.path), _view(plant, chosen, as_json)
 
     if going.operation.past is not None:
         for before, at_s in going.operation.past.events:
@@ -97,7 +99,7 @@ def carry(going: Going, as_json: bool) -> int:
 
     try:
         with directory:
-            what = (case, chosen, directory, going.thinking, going.proposer, on_event, on_snapshot)
+            what = (plant, chosen, directory, going.thinking, going.proposer, on_event, on_snapshot)
             done = record_run(*what, going.speaker, going.conditions, operation=going.operation)
     finally:
         view.close()
@@ -107,19 +109,19 @@ def carry(going: Going, as_json: bool) -> int:
     if as_json:
         print(result.to_json())
     else:
-        print("", *summary(result, story, case.description, directory.path), sep="\n")
+        print("", *summary(result, story, plant.description, directory.path), sep="\n")
     if directory.missing:
         words = f"the record in {str(directory.path)!r} is incomplete: {directory.missing}"
         print(f"homeostat: {printable(words)}", file=sys.stderr)
     return STATUS[result.outcome] if directory.keeps(RESULT) else NOT_STORED
 
 
-def _view(case: Case, chosen: Scenario, as_json: bool) -> View:
+def _view(plant: Plant, chosen: Scenario, as_json: bool) -> View:
     """A terminal is shown the run live; a pipe gets lines; with JSON, standard output stays free."""
     stream = sys.stderr if as_json else sys.stdout
     if stream.isatty():
         from homeostat.cli.terminal import TerminalView
 
-        first = dict.fromkeys(panel.tags[0] for panel in case.panels)
-        return TerminalView(stream, chosen.end_s, [case.description.tag(tag) for tag in list(first)[:2]])
+        first = dict.fromkeys(panel.tags[0] for panel in plant.panels)
+        return TerminalView(stream, chosen.end_s, [plant.description.tag(tag) for tag in list(first)[:2]])
     return PlainView(None if as_json else stream)

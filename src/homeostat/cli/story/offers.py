@@ -16,7 +16,7 @@ from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Event, Record
-from homeostat.record.decode import recall
+from homeostat.record.decode import decode
 from homeostat.service.answers import Waiting, waiting
 
 MOST: Final = 5
@@ -41,7 +41,7 @@ class Offers:
     @classmethod
     def of(cls, records: Sequence[Record]) -> Offers:
         """What ``records``, a whole journal in order, say."""
-        events: list[Event | None] = [recall(record) for record in records]
+        events: list[Event | None] = [decode(record) for record in records]
         attempts = {event.digest: event for event in events if isinstance(event, Attempted) and event.approved}
         diagnosed = [event for event in events if isinstance(event, Diagnosed)]
         armed = [event for event in events if isinstance(event, Armed)]

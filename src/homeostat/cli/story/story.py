@@ -10,14 +10,14 @@ from homeostat.cli.story.guard import GuardStory
 from homeostat.cli.story.line import Line, Tone
 from homeostat.cli.story.wording import beliefs, commands, quantity, worst
 from homeostat.domain.diagnosis import FaultState, by_fault_set
-from homeostat.domain.events.guard import FellBack, StateEntered
+from homeostat.domain.events.guard import FallbackActivated, StateEntered
 from homeostat.domain.events.recovery import (
     Attempted,
-    Departed,
+    Deviated,
     Diagnosed,
     FallbackArmed,
     GaveUp,
-    LeftAsIs,
+    NoActionTaken,
     Noticed,
     ReleasedActions,
     ReleaseRefused,
@@ -83,7 +83,7 @@ class Story:
                 self._asked.add(event.query_sha256)
                 about = ", ".join(event.about)
                 yield Line(at_s, "asked", f"the graph: {event.question} ({about}): {event.answer}", Tone.MUTED)
-            case Departed():
+            case Deviated():
                 yield Line(at_s, "deviates", f"from the prediction in {event.state!r}: {event.reason}", Tone.WARNING)
             case Diagnosed():
                 yield from self._report(event, at_s)
@@ -100,13 +100,13 @@ class Story:
             case ReleaseRefused():
                 text = f"{event.proposer}: the release check, because {printable(event.reason)}"
                 yield Line(at_s, "refused", text, Tone.WARNING)
-            case LeftAsIs():
+            case NoActionTaken():
                 yield Line(at_s, "no action", f"needed in {event.state!r}", Tone.MUTED)
             case StateEntered():
                 self.state = event.state
                 label = self._plant.machine.state(event.state).label
                 yield Line(at_s, "state", f"{label} ({event.state})", Tone.MUTED)
-            case FellBack():
+            case FallbackActivated():
                 self.state = event.strategy
                 text = f"{event.strategy!r}: {commands(event.commands, self._plant)}, because {event.reason}"
                 yield Line(at_s, "fallback", text, Tone.BAD)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
 from homeostat.domain.diagnosis import Fault, FaultState
-from homeostat.domain.events.guard import FellBack, StateEntered
+from homeostat.domain.events.guard import FallbackActivated, StateEntered
 from homeostat.domain.plant.description import PlantDescription, Relation, Signal
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.rules import StartUp
@@ -36,7 +36,7 @@ def unknown_plant(name: str, told: Iterable[object]) -> PlantDescription:
                 faults.update(dict.fromkeys(part.faults))
             case StateEntered():
                 states[part.state] = None
-            case FellBack():
+            case FallbackActivated():
                 states[part.strategy] = None
     machine, start = StateMachine(name, tuple(map(_state, states)), ()), StartUp(frozenset(), {})
     signals, injected = tuple(map(_signal, tags)), tuple(map(_fault, faults))

@@ -94,7 +94,7 @@ class LatchReset:
 
 
 @dataclass(frozen=True, slots=True)
-class FellBack:
+class FallbackActivated:
     """The fallback acted."""
 
     kind: ClassVar[str] = "fallback-activated"

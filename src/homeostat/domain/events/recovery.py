@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 from homeostat.domain.advice import Attempt
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom
 from homeostat.domain.recovery import ActionSet, Command
-from homeostat.domain.verdict import Approve, Departure, Finding
+from homeostat.domain.verdict import Approve, Deviation, Finding
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ class ReleaseRefused:
 
 
 @dataclass(frozen=True, slots=True)
-class LeftAsIs:
+class NoActionTaken:
     """The plant meets every criterion without action, so none was taken."""
 
     kind: ClassVar[str] = "no-action"
@@ -165,7 +165,7 @@ class Noticed:
 
 
 @dataclass(frozen=True, slots=True)
-class Departed:
+class Deviated:
     """A batch does not go as predicted: a step is late, early or forbidden."""
 
     kind: ClassVar[str] = "deviated"
@@ -181,7 +181,7 @@ class Departed:
     """One sentence."""
 
     @classmethod
-    def of(cls, departure: Departure, state: str) -> Self:
+    def of(cls, departure: Deviation, state: str) -> Self:
         """The event of one departure."""
         return cls(state, departure.transition, departure.earliest_s, departure.latest_s, departure.reason)
 

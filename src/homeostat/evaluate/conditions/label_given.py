@@ -7,7 +7,7 @@ import math
 from homeostat.agents.roles import Monitoring
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import HandedOver, Resolution
+from homeostat.domain.verdict import FallbackNeeded, Resolution
 
 
 class LabelGiven:
@@ -49,7 +49,7 @@ class LabelGiven:
 
     def follow(self, outcome: Resolution) -> None:
         """Schedule the next review; after the fallback there is none."""
-        handed_over = isinstance(outcome, HandedOver)
+        handed_over = isinstance(outcome, FallbackNeeded)
         self._review_at_s = math.inf if handed_over or not self._told else self._at_s + self._review_s
 
     @property

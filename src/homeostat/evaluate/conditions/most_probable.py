@@ -8,7 +8,7 @@ from homeostat.agents.roles import Monitoring
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom, by_fault_set
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Resolution
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 
 
 class MostProbable:
@@ -41,6 +41,6 @@ class MostProbable:
         self._monitoring.follow(outcome)
 
 
-def without_ensemble(case: Case) -> Case:
-    """``case`` with a twin that knows the expected parameters only."""
-    return replace(case, twin=replace(case.twin, judged_draws=1, draws=1, search_draws=1))
+def without_ensemble(plant: Plant) -> Plant:
+    """``plant`` with a twin that knows the expected parameters only."""
+    return replace(plant, twin=replace(plant.twin, judged_draws=1, draws=1, search_draws=1))

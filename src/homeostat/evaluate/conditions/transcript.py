@@ -11,7 +11,7 @@ from homeostat.llm.tokens import estimate
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class TranscriptEntry:
     """One answer."""
 
     agent: str
@@ -28,13 +28,13 @@ class Said:
     """Name of the model that answered, as it was served; empty where there is no answer."""
 
 
-class ListeningModel:
+class TranscribedModel:
     """Implements :class:`homeostat.llm.model.LanguageModel` over another one, and keeps what it said."""
 
     def __init__(self, model: LanguageModel, state: Callable[[], str]) -> None:
         """``state`` says which state the plant is in."""
         self._model, self._state = model, state
-        self.said: list[Said] = []
+        self.said: list[TranscriptEntry] = []
         """Every answer so far."""
 
     @property
@@ -55,5 +55,5 @@ class ListeningModel:
             answer, served = reply.answer, reply.served
         finally:
             asked = sum(map(estimate, (question.system, question.prompt, json.dumps(question.schema))))
-            self.said.append(Said(question.agent, state, answer, asked, estimate(answer), served))
+            self.said.append(TranscriptEntry(question.agent, state, answer, asked, estimate(answer), served))
         return reply

@@ -13,7 +13,7 @@ from homeostat.evaluate.figure.panel import draw_lines
 from homeostat.evaluate.figure.states import draw_states, rows
 from homeostat.evaluate.figure.strips import draw_strips
 from homeostat.evaluate.run import Run
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from homeostat.plants.settings.figure_panel import LinePanel, StripPanel
 
 if TYPE_CHECKING:
@@ -53,21 +53,21 @@ def draw(run: Run) -> bytes:
 
 def compose(run: Run) -> Figure:
     """The picture, from the top: title, moments, panels, states."""
-    case = run.plant
-    machine = case.description.machine
+    plant = run.plant
+    machine = plant.description.machine
     first_s, last_s = window(run)
     marks = explained(run, machine)
     states = rows(machine, run.record, first_s, last_s)
-    heights = [_LINES if isinstance(panel, LinePanel) else _ROW * len(panel.tags) for panel in case.panels]
+    heights = [_LINES if isinstance(panel, LinePanel) else _ROW * len(panel.tags) for panel in plant.panels]
     strip, *axes = _stack([_ROW * strip_rows(marks, run), *heights, _ROW * len(states)])
     strip.set_xlim(first_s, last_s)
     for axis in axes:
         axis.yaxis.set_label_coords(-_NAMES / (_WIDTH - _LEFT - _RIGHT), 0.5)
     started_s = run.scenario.end_s if run.record.started_s is None else run.record.started_s
-    for panel, axis in zip(case.panels, axes[:-1], strict=True):
+    for panel, axis in zip(plant.panels, axes[:-1], strict=True):
         match panel:
             case LinePanel():
-                draw_lines(axis, panel, case.description, run, started_s)
+                draw_lines(axis, panel, plant.description, run, started_s)
             case StripPanel():
                 draw_strips(axis, panel, run.truth)
     draw_states(axes[-1], states)
@@ -112,31 +112,31 @@ def _stack(heights: Sequence[float]) -> list[Axes]:
 
 def _caption(figure: Figure, run: Run, shown: tuple[float, float]) -> None:
     """Title and how to read the picture."""
-    case, sizes = run.plant, []
+    plant, sizes = run.plant, []
     for fault in run.scenario.faults:
-        unit = case.description.fault(fault.fault).severity_unit
+        unit = plant.description.fault(fault.fault).severity_unit
         sizes.append(f"{fault.fault} {fault.severity:g}{'' if unit == '1' else ' ' + unit}")
     what = " + ".join(sizes) or "no fault"
-    end = case.description.machine.state(run.state).label
-    title = f"{case.name}, {what}, seed {run.scenario.seed}"
+    end = plant.description.machine.state(run.state).label
+    title = f"{plant.name}, {what}, seed {run.scenario.seed}"
     left, height = _LEFT / _WIDTH, figure.get_figheight()
     figure.text(left, 1 - 0.2 / height, title, fontsize=12, fontweight="bold", va="center")
     outcome = f"{_ENDINGS[run.outcome]}. At the end: {end}."
     figure.text(left, 1 - 0.42 / height, outcome, fontsize=10.5, va="center")
     span = f"Shown: {shown[0]:.0f} s to {shown[1]:.0f} s of {run.scenario.end_s:.0f} s."
-    figure.text(left, 1 - 0.63 / height, f"{span} {_key(case)}", fontsize=8.5, color="#555555", va="center")
+    figure.text(left, 1 - 0.63 / height, f"{span} {_key(plant)}", fontsize=8.5, color="#555555", va="center")
 
 
-def _key(case: Case) -> str:
-    """What the lines and bars of the case's panels mean."""
-    lines = [panel for panel in case.panels if isinstance(panel, LinePanel)]
-    roles = {case.description.tag(tag).role for panel in lines for tag in panel.tags}
+def _key(plant: Plant) -> str:
+    """What the lines and bars of the plant's panels mean."""
+    lines = [panel for panel in plant.panels if isinstance(panel, LinePanel)]
+    roles = {plant.description.tag(tag).role for panel in lines for tag in panel.tags}
     meanings = {
         "Solid: true value. Pale: measured.": bool(lines),
         "Dashed: setpoint.": Role.SP in roles,
         "Dotted: command.": Role.MV in roles,
         "Red: limit (pale: not in force).": any(panel.limits for panel in lines),
         "Grey: a step ends.": any(panel.guards for panel in lines),
-        "Bar: as high as the value.": len(lines) < len(case.panels),
+        "Bar: as high as the value.": len(lines) < len(plant.panels),
     }
     return " ".join(words for words, present in meanings.items() if present)

@@ -13,19 +13,19 @@ from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.snapshot import Trajectory
-from homeostat.evaluate.reference.unsupervised import Diverted, fault_free, open_process, unattended, watch
+from homeostat.evaluate.reference.unsupervised import Diverted, fault_free, open_process, unsupervised, watch
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
 from homeostat.evaluate.score.scoring import kept_until, loses_no_more, outside_after, worse
 from homeostat.guard.sequence.sequencer import nominal_route
 from homeostat.plants.assembly import fallbacks, new_sequencer
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from homeostat.process.batch import ProcessError
 from homeostat.record.releases import Release
 
 
 def avoidable(
-    case: Case, scenario: Scenario, truth: Trajectory, force: LimitsInForce, detected_s: float,
+    plant: Plant, scenario: Scenario, truth: Trajectory, force: LimitsInForce, detected_s: float,
     released: ActionSet | None,
 ) -> bool:  # fmt: skip
     """Whether ``truth`` violates a hard limit after ``detected_s`` that a fallback or ``released`` would have kept.
@@ -35,8 +35,8 @@ def avoidable(
     outside = outside_after(truth, force, detected_s)
     if not outside:
         return False
-    for actions, aborting in _tried(case, released):
-        tried = diverted(case, scenario, detected_s, actions, aborting)
+    for actions, aborting in _tried(plant, released):
+        tried = diverted(plant, scenario, detected_s, actions, aborting)
         if tried is None:
             continue
         until = kept_until(outside_after(tried, force, detected_s), tried, force.settled_s(detected_s))
@@ -45,46 +45,46 @@ def avoidable(
     return False
 
 
-def needless(case: Case, scenario: Scenario, truth: Trajectory, from_s: float) -> bool:
+def needless(plant: Plant, scenario: Scenario, truth: Trajectory, from_s: float) -> bool:
     """Whether leaving alone keeps every hard limit and loses no more of the production after ``from_s`` [s]."""
     try:
-        alone = unattended(case, scenario)
+        alone = unsupervised(plant, scenario)
     except ProcessError:
         return False
-    if outside_after(alone.truth, in_force(case.description, alone.states, alone.truth.start_s)):
+    if outside_after(alone.truth, in_force(plant.description, alone.states, alone.truth.start_s)):
         return False
-    healthy = fault_free(case, scenario.seed, scenario.end_s).truth
-    return loses_no_more(alone.truth, truth, healthy, case.delivered, from_s)
+    healthy = fault_free(plant, scenario.seed, scenario.end_s).truth
+    return loses_no_more(alone.truth, truth, healthy, plant.delivered, from_s)
 
 
-def as_usual(case: Case, states: Sequence[str]) -> bool:
+def as_usual(plant: Plant, states: Sequence[str]) -> bool:
     """Whether ``states``, in the order in which they were entered, are those of the nominal route."""
-    machine, tags = case.description.machine, case.description.tags_by_name
+    machine, tags = plant.description.machine, plant.description.tags_by_name
     route = nominal_route(machine, {state.name: design_commands(state, tags) for state in machine.states})
     return list(states) == [step.target for step in route][: len(states)]
 
 
 def diverted(
-    case: Case, scenario: Scenario, at_s: float, actions: ActionSet, aborting: bool = False
+    plant: Plant, scenario: Scenario, at_s: float, actions: ActionSet, aborting: bool = False
 ) -> Trajectory | None:
     """True values where ``actions`` are commanded at ``at_s`` [s]; None where the plant leaves the physical world."""
-    basic = Diverted(new_sequencer(case), at_s, actions, aborting)
+    basic = Diverted(new_sequencer(plant), at_s, actions, aborting)
     try:
-        return watch(open_process(case, scenario), basic).truth()
+        return watch(open_process(plant, scenario), basic).truth()
     except ProcessError:
         return None
 
 
-def released_set(case: Case, released: Release, attempts: Sequence[Attempted]) -> ActionSet | None:
+def released_set(plant: Plant, released: Release, attempts: Sequence[Attempted]) -> ActionSet | None:
     """The action set that was released, with its later steps; None where the record does not tell them.
 
     The record has the digest of the set and the states on the way; where the steps between these with what their states
     are commanded by design, or as was chosen at first, have that digest, they are the ones.
     """
     path = next((a.path for a in attempts if a.digest == released.digest), ())
-    machine, chosen = case.description.machine, {c.tag: c for c in released.commands}
+    machine, chosen = plant.description.machine, {c.tag: c for c in released.commands}
     for k, now in enumerate(path):
-        for steps in product(*_between(case, machine, path[k:], chosen)):
+        for steps in product(*_between(plant, machine, path[k:], chosen)):
             actions = ActionSet(released.commands, now, steps)
             if actions.digest == released.digest:
                 return actions
@@ -92,21 +92,21 @@ def released_set(case: Case, released: Release, attempts: Sequence[Attempted]) -
 
 
 def _between(
-    case: Case, machine: StateMachine, states: Sequence[str], chosen: dict[str, Command]
+    plant: Plant, machine: StateMachine, states: Sequence[str], chosen: dict[str, Command]
 ) -> Iterator[tuple[Step, ...]]:
     """The steps that may lead from each of ``states`` to the next."""
     for here, there in pairwise(states):
         state = machine.state(there)
         opened = {r.tag for r in state.open_setpoints}
-        designed = design_commands(state, case.description.tags_by_name)
+        designed = design_commands(state, plant.description.tags_by_name)
         commands = tuple(chosen.get(c.tag, c) if c.tag in opened else c for c in designed)
         ways = [t for t in machine.transitions if (t.source, t.target) == (here, there) and not t.on_decision]
         yield tuple(Step(t, commands) for t in ways)
 
 
-def _tried(case: Case, released: ActionSet | None) -> Iterator[tuple[ActionSet, bool]]:
+def _tried(plant: Plant, released: ActionSet | None) -> Iterator[tuple[ActionSet, bool]]:
     """What might have been done at detection, each with whether it is a fallback."""
-    for strategy in fallbacks(case):
+    for strategy in fallbacks(plant):
         yield strategy.actions, True
     if released is not None:
         yield released, False

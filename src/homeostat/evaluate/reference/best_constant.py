@@ -12,7 +12,7 @@ from homeostat.domain.plant.limits import LimitKind
 from homeostat.domain.recovery import Command
 from homeostat.evaluate.scenario import Scenario
 from homeostat.links.true_process import fault_tables
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.schedule import InputRamp
 from homeostat.process.seeds import Stream, noise_seed
@@ -39,23 +39,23 @@ class BestConstant:
 
 
 def best_constant(
-    case: Case, scenario: Scenario, released_s: float, grid: Mapping[str, tuple[float, ...]], healthy_made: float
+    plant: Plant, scenario: Scenario, released_s: float, grid: Mapping[str, tuple[float, ...]], healthy_made: float
 ) -> BestConstant:
     """The point of ``grid`` (setpoint tag -> values) with the least production loss on the true plant.
 
     The setpoints are ramped from ``released_s`` on, at their rate limits, and then stay. A point is admissible if the
     true plant keeps every interlock and envelope to the end of the run and meets every soft acceptance criterion; it
     sees the very faults, parameters and noise of the scenario. ``healthy_made`` is the fault-free production from the
-    onset to the end, in the unit of the case's delivered quantities.
+    onset to the end, in the unit of the plant's delivered quantities.
     """
-    state, before = _state_at(case, scenario, released_s)
+    state, before = _state_at(plant, scenario, released_s)
     points = list(product(*grid.values()))
     steps = int(scenario.end_s - released_s)
     loss = np.full(len(points), np.inf)
     for first in range(0, len(points), CHUNK):
         chunk = points[first : first + CHUNK]
-        schedules = np.stack([_schedule(case, dict(zip(grid, p, strict=True)), state, steps) for p in chunk])
-        made, good = _try(case, scenario, released_s, state, schedules)
+        schedules = np.stack([_schedule(plant, dict(zip(grid, p, strict=True)), state, steps) for p in chunk])
+        made, good = _try(plant, scenario, released_s, state, schedules)
         loss[first : first + CHUNK] = np.where(good, 1.0 - (before + made) / healthy_made, np.inf)
     best = int(np.argmin(loss))
     if not np.isfinite(loss[best]):
@@ -65,61 +65,61 @@ def best_constant(
 
 
 def _batch(
-    case: Case, scenario: Scenario, states: Table, inputs: Cube, start_s: float, steps: int, stride: int
+    plant: Plant, scenario: Scenario, states: Table, inputs: Cube, start_s: float, steps: int, stride: int
 ) -> Batch:
     """Members of the true plant, all with the scenario's own noise."""
     members = len(states)
-    severity, onset = fault_tables(case.model, scenario.faults)
+    severity, onset = fault_tables(plant.model, scenario.faults)
     return Batch(
-        state=states, parameters=np.tile(case.true_parameters(scenario.seed), (members, 1)),
+        state=states, parameters=np.tile(plant.true_parameters(scenario.seed), (members, 1)),
         severity=np.tile(severity, (members, 1)), onset_s=np.tile(onset, (members, 1)), inputs=inputs,
         input_of=np.arange(members), start_s=start_s, steps=steps, stride=stride,
-        record=tuple(range(len(case.model.states))),
+        record=tuple(range(len(plant.model.states))),
         seeds=np.full(members, noise_seed(scenario.seed, Stream.TRUTH_NOISE)),
         process_noise=np.ones(members), sensor_noise=np.ones(members),
     )  # fmt: skip
 
 
-def _state_at(case: Case, scenario: Scenario, at_s: float) -> tuple[Row, float]:
+def _state_at(plant: Plant, scenario: Scenario, at_s: float) -> tuple[Row, float]:
     """State of the unattended plant at ``at_s``, and what it made since the onset."""
-    state = case.model.initial_state(case.true_parameters(scenario.seed))[None]
-    inputs = np.tile(case.start, (1, int(at_s), 1))
-    result = simulate(case.model.kernel, _batch(case, scenario, state, inputs, 0.0, int(at_s), 1))
-    truth = case.model.truth(result.record, inputs)
+    state = plant.model.initial_state(plant.true_parameters(scenario.seed))[None]
+    inputs = np.tile(plant.start, (1, int(at_s), 1))
+    result = simulate(plant.model.kernel, _batch(plant, scenario, state, inputs, 0.0, int(at_s), 1))
+    truth = plant.model.truth(result.record, inputs)
     onset = int(scenario.onset_s or at_s) - 1
-    parts = [truth[_variable(case, d)][0] for d in case.delivered]
+    parts = [truth[_variable(plant, d)][0] for d in plant.delivered]
     return result.state[0], float(sum(p[-1] - p[onset] for p in parts))
 
 
-def _variable(case: Case, name: str) -> str:
-    return case.description.variables.get(name, name)
+def _variable(plant: Plant, name: str) -> str:
+    return plant.description.variables.get(name, name)
 
 
-def _schedule(case: Case, point: Mapping[str, float], state: Row, steps: int) -> Table:
-    ramp = InputRamp(case.model.inputs, case.start)
-    tags = case.description.tags_by_name
-    ramp.command(tuple(Command(t, v, tags[t].rate_limit) for t, v in point.items()), case.description.variables, {})
+def _schedule(plant: Plant, point: Mapping[str, float], state: Row, steps: int) -> Table:
+    ramp = InputRamp(plant.model.inputs, plant.start)
+    tags = plant.description.tags_by_name
+    ramp.command(tuple(Command(t, v, tags[t].rate_limit) for t, v in point.items()), plant.description.variables, {})
     return ramp.schedule(steps)
 
 
-def _try(case: Case, scenario: Scenario, released_s: float, state: Row, schedules: Cube) -> tuple[Row, Row]:
+def _try(plant: Plant, scenario: Scenario, released_s: float, state: Row, schedules: Cube) -> tuple[Row, Row]:
     """What each schedule makes, and whether it is admissible, shape (schedules,) each."""
     states = np.tile(state, (len(schedules), 1))
-    batch = _batch(case, scenario, states, schedules, released_s, schedules.shape[1], STRIDE_S)
-    result = simulate(case.model.kernel, batch)
+    batch = _batch(plant, scenario, states, schedules, released_s, schedules.shape[1], STRIDE_S)
+    result = simulate(plant.model.kernel, batch)
     sampled = schedules[:, STRIDE_S - 1 :: STRIDE_S][:, : result.record.shape[1]]
-    truth = case.model.truth(result.record, sampled)
-    made = sum(truth[_variable(case, d)][:, -1] - _start(case, state, d) for d in case.delivered)
-    signals = {tag: truth[v] for tag, v in case.description.variables.items()}
+    truth = plant.model.truth(result.record, sampled)
+    made = sum(truth[_variable(plant, d)][:, -1] - _start(plant, state, d) for d in plant.delivered)
+    signals = {tag: truth[v] for tag, v in plant.description.variables.items()}
     good = np.ones(len(schedules), dtype=bool)
-    for limit in case.description.limits.limits:
+    for limit in plant.description.limits.limits:
         if limit.kind is not LimitKind.PERMISSIVE:
             good &= limit.formula.margins(signals, STRIDE_S).min(axis=1) >= 0.0
-    for criterion in case.description.limits.criteria:
+    for criterion in plant.description.limits.criteria:
         if not criterion.hard:
             good &= criterion.formula.evaluate(signals, STRIDE_S).value >= 0.0
     return np.asarray(made), good
 
 
-def _start(case: Case, state: Row, name: str) -> float:
-    return float(case.model.truth(state[None, None], case.start[None, None])[_variable(case, name)][0, 0])
+def _start(plant: Plant, state: Row, name: str) -> float:
+    return float(plant.model.truth(state[None, None], plant.start[None, None])[_variable(plant, name)][0, 0])

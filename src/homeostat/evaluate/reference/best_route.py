@@ -18,13 +18,13 @@ from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import Scenario
 from homeostat.guard.sequence.sequencer import Sequencer
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 
 LEVELS = 3
 """Values of each open command that are tried."""
 MOST = 256
 """Most scenarios whose best route is remembered."""
-_found: OrderedDict[tuple[int, Scenario], tuple[Case, Route | None]] = OrderedDict()
+_found: OrderedDict[tuple[int, Scenario], tuple[Plant, Route | None]] = OrderedDict()
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,26 +44,26 @@ class Route:
         return self.path.states
 
 
-def best_route(case: Case, scenario: Scenario) -> Route | None:
+def best_route(plant: Plant, scenario: Scenario) -> Route | None:
     """The route of the earliest completion inside every limit; None where none is possible. The last are remembered."""
-    key = id(case), scenario
+    key = id(plant), scenario
     if key not in _found:
-        _found[key] = case, _search(case, scenario)  # the case keeps its number
+        _found[key] = plant, _search(plant, scenario)  # the plant keeps its number
         if len(_found) > MOST:
             _found.popitem(last=False)
     return _found[key][1]
 
 
-def _search(case: Case, scenario: Scenario) -> Route | None:
-    tried = (_carry_out(case, scenario, path, values) for path, values in _ways(case))
+def _search(plant: Plant, scenario: Scenario) -> Route | None:
+    tried = (_carry_out(plant, scenario, path, values) for path, values in _ways(plant))
     complete = [r for r in tried if r.complete_s is not None]
     return min(complete, key=lambda r: r.complete_s or 0.0, default=None)
 
 
-def _ways(case: Case) -> Iterator[tuple[RecoveryPath, dict[str, float]]]:
+def _ways(plant: Plant) -> Iterator[tuple[RecoveryPath, dict[str, float]]]:
     """Every path from the initial state to an end, by each set of instruments, with every combination of values."""
-    machine = case.description.machine
-    measured = {s.tag.name for s in case.description.signals if s.relation is Relation.MEASURES}
+    machine = plant.description.machine
+    measured = {s.tag.name for s in plant.description.signals if s.relation is Relation.MEASURES}
     read = sorted({tag for t in machine.transitions if not t.on_decision for tag in t.guard.tags} & measured)
     found: dict[tuple[Transition, ...], None] = {}
     for lying in ((), *((tag,) for tag in read)):
@@ -81,24 +81,24 @@ def _ways(case: Case) -> Iterator[tuple[RecoveryPath, dict[str, float]]]:
             yield path, dict(zip(ranges, values, strict=True))
 
 
-def _carry_out(case: Case, scenario: Scenario, path: RecoveryPath, values: Mapping[str, float]) -> Route:
+def _carry_out(plant: Plant, scenario: Scenario, path: RecoveryPath, values: Mapping[str, float]) -> Route:
     """Run the batch along ``path`` with nobody watching."""
-    description, sequencer = case.description, executive_along(case, path, values)
-    process = watch(open_process(case, scenario), sequencer, lambda snapshot: sequencer.state == path.target)
+    description, sequencer = plant.description, executive_along(plant, path, values)
+    process = watch(open_process(plant, scenario), sequencer, lambda snapshot: sequencer.state == path.target)
     complete = sequencer.state == path.target and inside(process.truth(), description.limits)
     at_s = sequencer.drain()[-1][1] if complete else None
     return Route(path, dict(values), at_s)
 
 
-def executive_along(case: Case, path: RecoveryPath, values: Mapping[str, float]) -> Sequencer:
+def executive_along(plant: Plant, path: RecoveryPath, values: Mapping[str, float]) -> Sequencer:
     """An sequencer that runs the batch along ``path``; ``values``: tag -> value of what is open on the way."""
-    steps = ActionSet.along(path, partial(_commands, case, values)).then
+    steps = ActionSet.along(path, partial(_commands, plant, values)).then
     chosen = tuple(Step(s.transition, s.commands) for s in steps)
-    return Sequencer(case.description.machine, case.description.limits, chosen)
+    return Sequencer(plant.description.machine, plant.description.limits, chosen)
 
 
-def _commands(case: Case, values: Mapping[str, float], state: State) -> tuple[Command, ...]:
-    tags = case.description.tags_by_name
+def _commands(plant: Plant, values: Mapping[str, float], state: State) -> tuple[Command, ...]:
+    tags = plant.description.tags_by_name
     return tuple(Command(r.tag, values.get(r.tag, r.design) if r.high > r.low else r.design, tags[r.tag].rate_limit)
                  for r in state.setpoints)  # fmt: skip
 

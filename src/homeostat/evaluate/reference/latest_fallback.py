@@ -11,10 +11,10 @@ from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import Scenario
 from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.plants.assembly import fallbacks, new_sequencer
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 
 
-def latest_fallback(case: Case, scenario: Scenario, longest_s: int = 60) -> int | None:
+def latest_fallback(plant: Plant, scenario: Scenario, longest_s: int = 60) -> int | None:
     """Latest whole second after the first onset up to which some strategy keeps the plant inside every hard limit.
 
     None where acting at the onset does not; at most ``longest_s``.
@@ -22,16 +22,16 @@ def latest_fallback(case: Case, scenario: Scenario, longest_s: int = 60) -> int 
     assert scenario.onset_s is not None
     found: int | None = None
     for after_s in range(longest_s + 1):
-        if not any(_keeps(case, scenario, s, scenario.onset_s + after_s) for s in fallbacks(case)):
+        if not any(_keeps(plant, scenario, s, scenario.onset_s + after_s) for s in fallbacks(plant)):
             return found
         found = after_s
     return found
 
 
-def _keeps(case: Case, scenario: Scenario, strategy: FallbackStrategy, at_s: float) -> bool:
+def _keeps(plant: Plant, scenario: Scenario, strategy: FallbackStrategy, at_s: float) -> bool:
     """Whether ``strategy`` keeps every hard limit and criterion to the end if it acts at ``at_s`` [s]."""
-    process = watch(open_process(case, scenario), _FallingBack(new_sequencer(case), strategy, at_s))
-    return inside(process.truth(), case.description.limits)
+    process = watch(open_process(plant, scenario), _FallingBack(new_sequencer(plant), strategy, at_s))
+    return inside(process.truth(), plant.description.limits)
 
 
 class _FallingBack:

@@ -14,16 +14,16 @@ from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.true_process import PlantConfiguration, TrueProcess
 from homeostat.plants.assembly import new_sequencer
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from homeostat.process.seeds import Stream, noise_seed
 
 MOST = 32
 """Most fault-free runs that are kept in memory; one of the reactor takes about 3 MB."""
-_healthy: OrderedDict[tuple[int, int, float], tuple[Case, Unattended]] = OrderedDict()
+_healthy: OrderedDict[tuple[int, int, float], tuple[Plant, Unsupervised]] = OrderedDict()
 
 
 @dataclass(frozen=True, slots=True)
-class Unattended:
+class Unsupervised:
     """A run in which nobody acts but the sequencer."""
 
     truth: Trajectory
@@ -75,13 +75,13 @@ class Diverted:
         return (*own, *actions.commands)
 
 
-def open_process(case: Case, scenario: Scenario) -> TrueProcess:
+def open_process(plant: Plant, scenario: Scenario) -> TrueProcess:
     """The true process of a scenario: its own true parameters, its faults, its noise."""
     configuration = PlantConfiguration(
-        parameters=case.true_parameters(scenario.seed), inputs=case.start, faults=scenario.faults,
+        parameters=plant.true_parameters(scenario.seed), inputs=plant.start, faults=scenario.faults,
         end_s=scenario.end_s, noise_seed=noise_seed(scenario.seed, Stream.TRUTH_NOISE),
     )  # fmt: skip
-    return TrueProcess(case.model, case.description, configuration)
+    return TrueProcess(plant.model, plant.description, configuration)
 
 
 def watch(
@@ -95,23 +95,23 @@ def watch(
     return process
 
 
-def run_unattended(case: Case, scenario: Scenario) -> Trajectory:
+def run_unattended(plant: Plant, scenario: Scenario) -> Trajectory:
     """True values of a scenario in which nobody acts."""
-    return unattended(case, scenario).truth
+    return unsupervised(plant, scenario).truth
 
 
-def unattended(case: Case, scenario: Scenario) -> Unattended:
+def unsupervised(plant: Plant, scenario: Scenario) -> Unsupervised:
     """A scenario in which nobody acts."""
-    sequencer = new_sequencer(case)
-    process = watch(open_process(case, scenario), sequencer)
-    return Unattended(process.truth(), tuple(sequencer.drain()))
+    sequencer = new_sequencer(plant)
+    process = watch(open_process(plant, scenario), sequencer)
+    return Unsupervised(process.truth(), tuple(sequencer.drain()))
 
 
-def fault_free(case: Case, seed: int, end_s: float) -> Unattended:
+def fault_free(plant: Plant, seed: int, end_s: float) -> Unsupervised:
     """The fault-free run of the plant that ``seed`` stands for; the last ones are remembered, as runs share them."""
-    key = id(case), seed, end_s
+    key = id(plant), seed, end_s
     if key not in _healthy:
-        _healthy[key] = case, unattended(case, Scenario(case.name, (), seed, end_s))  # the case keeps its number
+        _healthy[key] = plant, unsupervised(plant, Scenario(plant.name, (), seed, end_s))  # the plant keeps its number
         if len(_healthy) > MOST:
             _healthy.popitem(last=False)
     return _healthy[key][1]

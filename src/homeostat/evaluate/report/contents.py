@@ -85,7 +85,7 @@ class Contents:
     """The tables of a campaign. Only those of ``times`` depend on the machine that it ran on."""
 
     main: tuple[Table, ...]
-    """Over all scenarios of a case."""
+    """Over all scenarios of a plant."""
     times: tuple[Table, ...]
     """Wall-clock times."""
     details: tuple[Table, ...]

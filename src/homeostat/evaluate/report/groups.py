@@ -10,7 +10,7 @@ from typing import Final
 from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, WHOLE, Row
 
 ALL: Final = "all"
-"""Name of all scenarios of a case together."""
+"""Name of all scenarios of a plant together."""
 SEARCH: Final = "search"
 _POLICIES: Final = (FALLBACK_ONLY, DO_NOTHING, HINDSIGHT)
 """In the order of tables."""
@@ -32,10 +32,10 @@ class Source(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Rows of one proposer in one scenario of one case, or in several scenarios."""
+    """Rows of one proposer in one scenario of one plant, or in several scenarios."""
 
     case: str
-    """Name of the case."""
+    """Name of the plant."""
     scenario: str
     """Name of the scenario, or of what several have in common; ``all`` for all of them."""
     proposer: str
@@ -81,7 +81,7 @@ def arm(row: Row) -> str:
 
 
 def in_order(rows: Iterable[Row]) -> tuple[Row, ...]:
-    """The rows by case, scenario, proposer, ablation and seed."""
+    """The rows by plant, scenario, proposer, ablation and seed."""
     return tuple(sorted(rows, key=lambda row: (row.case, _by_kind(row), _by_arm(row), row.seed, row.job)))
 
 
@@ -101,17 +101,17 @@ def scenarios(rows: Sequence[Row]) -> list[str]:
 
 
 def overall(rows: Iterable[Row]) -> list[Group]:
-    """One group per case, proposer and ablation."""
+    """One group per plant, proposer and ablation."""
     return grouped(rows, lambda row: ALL)
 
 
 def by_scenario(rows: Iterable[Row]) -> list[Group]:
-    """One group per case, scenario, proposer and ablation."""
+    """One group per plant, scenario, proposer and ablation."""
     return grouped(rows, lambda row: row.scenario)
 
 
 def grouped(rows: Iterable[Row], named: Callable[[Row], str]) -> list[Group]:
-    """One group per case, name of the scenario, proposer and ablation."""
+    """One group per plant, name of the scenario, proposer and ablation."""
     found: dict[tuple[str, str, str, str], list[Row]] = {}
     for row in in_order(rows):
         found.setdefault((row.case, named(row), row.proposer, row.ablation), []).append(row)

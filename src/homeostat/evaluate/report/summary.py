@@ -30,26 +30,26 @@ def what_was_run(rows: Sequence[Row]) -> list[tuple[str, str]]:
     """What the campaign consists of: a name and the words to it."""
     ordered = in_order(rows)
     facts = [("Runs", f"{len(ordered)}")]
-    for case in cases(ordered):
-        own = [row for row in ordered if row.case == case]
-        facts.append((f"Case {case}", f"{len(own)} runs; scenarios: {', '.join(scenarios(own))}"))
+    for plant in cases(ordered):
+        own = [row for row in ordered if row.case == plant]
+        facts.append((f"Plant {plant}", f"{len(own)} runs; scenarios: {', '.join(scenarios(own))}"))
     facts.append(("Proposers", ", ".join(_named(ordered))))
     facts.append(("Seeds", spans(sorted({row.seed for row in ordered}))))
     return facts
 
 
 def summary(rows: Sequence[Row], reference: str | None = None) -> list[tuple[str, list[str]]]:
-    """Per case: one sentence for each proposer, and what the comparison with the reference says."""
+    """Per plant: one sentence for each proposer, and what the comparison with the reference says."""
     ordered = in_order(rows)
     known = References.among(ordered)
     compared = {(c.group.case, c.group.name): c for c in comparisons(ordered, reference)}
     told = []
-    for case, groups in groupby(overall(ordered), key=lambda group: group.case):
+    for plant, groups in groupby(overall(ordered), key=lambda group: group.case):
         sentences = []
         for group in groups:
             missed = known.missed(group.rows) if group.source is not Source.REFERENCE else None
-            sentences.append(_sentence(group, missed, compared.get((case, group.name))))
-        told.append((case, sentences))
+            sentences.append(_sentence(group, missed, compared.get((plant, group.name))))
+        told.append((plant, sentences))
     return told
 
 

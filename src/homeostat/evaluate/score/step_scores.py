@@ -8,29 +8,29 @@ from typing import Any
 
 from homeostat.agents.language.answers import unfenced
 from homeostat.domain.plant.state_machine import State
-from homeostat.evaluate.conditions.transcript import Said
+from homeostat.evaluate.conditions.transcript import TranscriptEntry
 from homeostat.evaluate.reference.best_route import best_route
 from homeostat.evaluate.scenario import Scenario
 from homeostat.llm.situated import SUPPLIED
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from homeostat.record.result import StepScores
 
 ON = 0.05
 """An actuator is on above this value; everything that is switched goes from 0 to 1 [1]."""
 
 
-def score_steps(case: Case, scenario: Scenario, said: Sequence[Said]) -> StepScores | None:
+def score_steps(plant: Plant, scenario: Scenario, said: Sequence[TranscriptEntry]) -> StepScores | None:
     """Scores of ``said`` against the best route by hindsight; None where no route completes.
 
     A plan is right where it names the successor of the present state on that route; beside the route none is. Actuators
     are compared with what the state that was named last is commanded by design, whether or not it was named rightly.
     """
-    best = best_route(case, scenario)
+    best = best_route(plant, scenario)
     if best is None:
         return None
     said = [s for s in said if s.served != SUPPLIED]
     follows = dict(zip(best.states, best.states[1:], strict=False))
-    states = {state.name: state for state in case.description.machine.states}
+    states = {state.name: state for state in plant.description.machine.states}
     plans = [(s.state, _field(s.answer, "path")) for s in said if s.agent == "planning"]
     right = sum(follows.get(state) == named for state, named in plans)
     acted = [(states[name], switched) for name, switched in _acted(said) if name in states]
@@ -46,7 +46,7 @@ def score_steps(case: Case, scenario: Scenario, said: Sequence[Said]) -> StepSco
     )
 
 
-def _acted(said: Sequence[Said]) -> list[tuple[str, frozenset[str]]]:
+def _acted(said: Sequence[TranscriptEntry]) -> list[tuple[str, frozenset[str]]]:
     """The state that was named before, and what was switched on, for every answer of the action agent."""
     named, found = "", []
     for s in said:

@@ -21,7 +21,7 @@ from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.row import HINDSIGHT, Row
 from homeostat.evaluate.study.row_of import row_of, succeeded
 from homeostat.plants.assembly import new_sequencer
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 
 LEVELS = 7
 """Values of each setpoint that are tried at first."""
@@ -36,9 +36,9 @@ def hindsight_row(job: Job) -> Row:
     none of them keeps every limit, nothing at all, if the plant comes back by itself.
     """
     begin = time.monotonic()
-    case, chosen = loaded(job.scenario.case), job.scenario
-    idle = run_steered(case, chosen, new_sequencer(case))
-    found = _best_batch(case, chosen) if idle.nominal_s is not None else _best_setpoints(case, chosen)
+    plant, chosen = loaded(job.scenario.case), job.scenario
+    idle = run_steered(plant, chosen, new_sequencer(plant))
+    found = _best_batch(plant, chosen) if idle.nominal_s is not None else _best_setpoints(plant, chosen)
     if found is None and succeeded(idle):
         found = idle  # limits are broken whatever is done, and the plant comes back by itself
     row = row_of(job, found or idle, "")
@@ -46,38 +46,38 @@ def hindsight_row(job: Job) -> Row:
     return replace(row, success=found is not None, actor=HINDSIGHT, outcome=outcome, wall_s=time.monotonic() - begin)
 
 
-def _best_batch(case: Case, chosen: Scenario) -> Run | None:
-    best = best_route(case, chosen)
+def _best_batch(plant: Plant, chosen: Scenario) -> Run | None:
+    best = best_route(plant, chosen)
     if best is None:
         return None
-    return run_steered(case, chosen, executive_along(case, best.path, best.values))
+    return run_steered(plant, chosen, executive_along(plant, best.path, best.values))
 
 
-def _best_setpoints(case: Case, chosen: Scenario) -> Run | None:
+def _best_setpoints(plant: Plant, chosen: Scenario) -> Run | None:
     if chosen.onset_s is None:
         return None
     onset_s = float(max(1, math.ceil(chosen.onset_s)))  # the first second at which anything can be commanded
     if chosen.end_s - onset_s < STRIDE_S:
         return None  # too late for anything
-    healthy = fault_free(case, chosen.seed, chosen.end_s).truth.signals
-    made = sum(float(healthy[d][0, -1] - healthy[d][0, int(onset_s) - 1]) for d in case.delivered)
-    open_ = [r for r in _choices(case) if r.design is not None]
+    healthy = fault_free(plant, chosen.seed, chosen.end_s).truth.signals
+    made = sum(float(healthy[d][0, -1] - healthy[d][0, int(onset_s) - 1]) for d in plant.delivered)
+    open_ = [r for r in _choices(plant) if r.design is not None]
     grid = {r.tag: _levels(r.low, r.high, LEVELS, r.design) for r in open_}
-    best = best_constant(case, chosen, onset_s, grid, made)
+    best = best_constant(plant, chosen, onset_s, grid, made)
     for count in FINER:
         if best.setpoints is None:
             return None
         grid = {tag: _between(values, best.setpoints[tag], count) for tag, values in grid.items()}
-        best = max(best, best_constant(case, chosen, onset_s, grid, made), key=_gain)
+        best = max(best, best_constant(plant, chosen, onset_s, grid, made), key=_gain)
     assert best.setpoints is not None  # the finer grids hold the best point of the one before
-    tags = case.description.tags_by_name
+    tags = plant.description.tags_by_name
     commands = tuple(Command(tag, value, tags[tag].rate_limit) for tag, value in best.setpoints.items())
-    return run_steered(case, chosen, new_sequencer(case), onset_s, commands)
+    return run_steered(plant, chosen, new_sequencer(plant), onset_s, commands)
 
 
-def _choices(case: Case) -> tuple[SetpointRange, ...]:
+def _choices(plant: Plant) -> tuple[SetpointRange, ...]:
     """The open setpoints of the state that leaves most of them open."""
-    return max((s.open_setpoints for s in case.description.machine.states if s.recovery_target), key=len)
+    return max((s.open_setpoints for s in plant.description.machine.states if s.recovery_target), key=len)
 
 
 def _gain(found: BestConstant) -> float:

@@ -64,13 +64,13 @@ def _measured(job: Job, folder: Path, trace: str) -> Row:
 
 
 def _recorded(job: Job, directory: RunDirectory, is_kept: Callable[[Run], bool]) -> Run:
-    case, ablation, arm = loaded(job.scenario.case), ABLATIONS[job.ablation], job.arm
-    known = without_faults(case, [f.fault for f in job.scenario.faults]) if job.kind == "unknown" else case
+    plant, ablation, arm = loaded(job.scenario.case), ABLATIONS[job.ablation], job.arm
+    known = without_faults(plant, [f.fault for f in job.scenario.faults]) if job.kind == "unknown" else plant
     conditions = Conditions(
         arm.protocol, arm.label_given or ablation.label_given, ablation.reprompting, ablation.ensemble
     )
     return record_run(
-        case,
+        plant,
         job.scenario,
         directory,
         job.thinking,

@@ -10,7 +10,7 @@ from homeostat.evaluate.study.done import Done
 from homeostat.evaluate.study.plan.job import Job
 
 Group = tuple[str, str, str, str]
-"""Case, scenario, proposer and ablation: runs of one group take about the same time."""
+"""Plant, scenario, proposer and ablation: runs of one group take about the same time."""
 
 
 class Progress:

@@ -24,12 +24,12 @@ WALL = "wall_"
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One run. Rows of equal ``case``, ``scenario`` and ``seed`` are the same plant with the same faults: a pair."""
+    """One run. Rows of equal ``plant``, ``scenario`` and ``seed`` are the same plant with the same faults: a pair."""
 
     job: str
     """Name of the job, unique in the campaign."""
     case: str
-    """Name of the case."""
+    """Name of the plant."""
     scenario: str
     """Name of the scenario in the file."""
     kind: str
@@ -97,7 +97,7 @@ class Row:
     nominal_s: float | None
     """The same in the fault-free run [s]."""
     spilled_L: float | None
-    """Volume that leaked or overflowed [L]; None where the case does not add it up."""
+    """Volume that leaked or overflowed [L]; None where the plant does not add it up."""
 
     believed: str
     """Most probable faults before the first release, joined by '+'; ``none``; empty where nothing was diagnosed."""

@@ -18,12 +18,12 @@ from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.row import YARDSTICKS, Row
 from homeostat.evaluate.study.usage import usage_of
 from homeostat.journal.calls import ModelCalled
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 from homeostat.record.result import StepScores
 from homeostat.record.run_record import NOBODY
 
 SPILLED = "spilled_L"
-"""Total of what leaked or overflowed, where a case adds it up [L]."""
+"""Total of what leaked or overflowed, where a plant adds it up [L]."""
 
 STEPS = tuple(field.name for field in fields(StepScores))
 """Columns about single steps."""
@@ -131,14 +131,14 @@ def _endured(run: Run) -> dict[str, Any]:
     }
 
 
-def least_margin(case: Case, truth: Trajectory, force: LimitsInForce) -> tuple[float, str]:
+def least_margin(plant: Plant, truth: Trajectory, force: LimitsInForce) -> tuple[float, str]:
     """Least true margin to a hard limit since start-up in scales of its unit, and the limit's name.
 
     A run that ends in start-up is judged by the limits of start-up. ValueError for one that ends with its beginning.
     """
     if truth.length < 2:
         raise ValueError(f"the run ends at {truth.times_s[-1]:g} s, before there is anything to judge; make it longer")
-    starting, scales = force.starting(truth), case.description.scales
+    starting, scales = force.starting(truth), plant.description.scales
     judged = np.ones_like(starting) if starting.all() else ~starting
     found: list[tuple[float, str]] = []
     for limit in force.limits.hard:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from homeostat.evaluate.conditions.transcript import Said
+from homeostat.evaluate.conditions.transcript import TranscriptEntry
 from homeostat.journal.calls import ModelCalled
 from homeostat.llm.situated import SUPPLIED
 
@@ -15,7 +15,7 @@ SERVER, ESTIMATE = "server", "estimate"
 """Who counted tokens."""
 
 
-def usage_of(every: Sequence[ModelCalled], said: Sequence[Said]) -> dict[str, Any]:
+def usage_of(every: Sequence[ModelCalled], said: Sequence[TranscriptEntry]) -> dict[str, Any]:
     """The columns of a row that are about language models; ``said`` holds our own counts of the calls, in order.
 
     Tokens are the server's count where it counted in every call, else our estimate in every call.

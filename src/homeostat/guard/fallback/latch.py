@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.events.guard import FallbackSkipped, FallbackStands, FellBack, Latched, Shed
+from homeostat.domain.events.guard import FallbackActivated, FallbackSkipped, FallbackStands, Latched, Shed
 from homeostat.domain.events.writes import Cause
 from homeostat.domain.recovery import Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
@@ -214,7 +214,7 @@ class Latch:
         parts.writer.begin(write, now_s)
         if parts.writer.broken and not parts.tenure.take(now_s):  # a lease that was lost without a word costs no tick
             parts.writer.repeat(now_s)
-        parts.note(FellBack(strategy.name, actions.commands, reason, tuple(sorted(answers))), now_s)
+        parts.note(FallbackActivated(strategy.name, actions.commands, reason, tuple(sorted(answers))), now_s)
         if parts.writer.accepted:
             self._load(chosen, now_s)
 

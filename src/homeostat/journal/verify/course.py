@@ -7,7 +7,7 @@ from itertools import chain
 from typing import Final
 
 from homeostat.domain.events import guard
-from homeostat.domain.events.recovery import GaveUp, LeftAsIs, ReleasedActions
+from homeostat.domain.events.recovery import GaveUp, NoActionTaken, ReleasedActions
 from homeostat.domain.events.writes import Cause, ReadBack, WriteEnded, WriteIntended
 from homeostat.domain.mode import Mode, Verb
 from homeostat.journal.events import Resumed, RunFinished, RunStarted, Signed
@@ -19,13 +19,13 @@ AFTERWARDS_S: Final = 10.0
 """Recovery says within this time that it released what the guard has confirmed, unless something comes between [s]."""
 _MODES: Final = frozenset(mode.value for mode in Mode)
 _OWN: Final = (guard.Latched, guard.ModeEntered)
-_GUARDED: Final = (WriteIntended, WriteEnded, ReadBack, guard.RequestAnswered, guard.FellBack, *_OWN)
+_GUARDED: Final = (WriteIntended, WriteEnded, ReadBack, guard.RequestAnswered, guard.FallbackActivated, *_OWN)
 """Events of a guard."""
 _BETWEEN: Final = (
-    guard.FellBack,
+    guard.FallbackActivated,
     GaveUp,
     guard.GuardStarted,
-    LeftAsIs,
+    NoActionTaken,
     RunFinished,
     guard.Stopped,
     guard.Tripped,

@@ -19,7 +19,7 @@ from homeostat.journal.reading import Record
 
 _OF_GUARD: Final = (guard.GuardStarted, guard.ModeEntered, guard.SequenceLoaded, guard.StateEntered)
 _OF_ALARMS: Final = (guard.AlarmRaised, guard.AlarmReturned)
-_OF_FALLBACKS: Final = (guard.FallbackStands, guard.FellBack, guard.Latched, guard.LatchReset)
+_OF_FALLBACKS: Final = (guard.FallbackStands, guard.FallbackActivated, guard.Latched, guard.LatchReset)
 _OF_REQUESTS: Final = (guard.PersonHeard, guard.RequestAnswered, guard.ServiceChanged)
 _OF_RUN: Final = (RunStarted, RunFinished, ReleasedActions, WriteIntended, WriteEnded, ReadBack)
 _TOLD: Final = frozenset(e.kind for e in (*_OF_GUARD, *_OF_ALARMS, *_OF_FALLBACKS, *_OF_REQUESTS, *_OF_RUN))

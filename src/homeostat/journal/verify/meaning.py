@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Final
 
-from homeostat.domain.events.guard import FellBack, GuardStarted, RequestAnswered, StateEntered
+from homeostat.domain.events.guard import FallbackActivated, GuardStarted, RequestAnswered, StateEntered
 from homeostat.domain.events.recovery import Attempted, Diagnosed, ReleasedActions
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.recovery import action_digest
@@ -109,7 +109,7 @@ def outcomes(evidence: Evidence) -> Iterator[str]:
     outcome, line = word(finished[-1].fields.get("outcome")), finished[-1].seq
     if evidence.manifest is not None and word(evidence.manifest.outcome) != outcome:
         yield f"line {line}: the run ended {outcome!r}, by the manifest {word(evidence.manifest.outcome)!r}"
-    fallback = next(evidence.of(FellBack), None)
+    fallback = next(evidence.of(FallbackActivated), None)
     if outcome in _WITHOUT_FALLBACK and fallback is not None:
         yield f"line {line}: the run ended {outcome!r}, but a fallback acted in line {fallback.seq}"
     if outcome == "fallback" and fallback is None:
@@ -141,7 +141,7 @@ def results(evidence: Evidence) -> Iterator[str]:
         if name in result and result[name] not in events:
             said = ", ".join(map(repr, events[:3])) or "nothing"
             yield f"the result's {name!r} is {result[name]!r}; the journal says {said}"
-    sent = evidence.of(ReleasedActions, FellBack, WriteIntended)
+    sent = evidence.of(ReleasedActions, FallbackActivated, WriteIntended)
     written = [_untyped(record.fields.get("commands")) for record in sent]
     if result.get("actions") and result["actions"] not in written:
         yield "the result's 'actions' were never written by the journal"

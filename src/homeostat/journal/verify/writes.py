@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from homeostat.domain.events.guard import FellBack, GuardStarted, Latched, LatchReset, ModeEntered, Stopped
+from homeostat.domain.events.guard import FallbackActivated, GuardStarted, Latched, LatchReset, ModeEntered, Stopped
 from homeostat.domain.events.writes import ReadBack, WriteEnded, WriteIntended
 from homeostat.journal.reading import Record
 from homeostat.journal.verify.evidence import Evidence, whole, word
@@ -93,7 +93,7 @@ def writes_that_mode_or_latch_forbid(evidence: Evidence) -> Iterator[str]:
     And nothing at all after the guard was stopped.
     """
     now, gap = _Standing(), Gap()
-    for record in evidence.of(*KINDS, ModeEntered, Latched, LatchReset, FellBack, Stopped, WriteIntended):
+    for record in evidence.of(*KINDS, ModeEntered, Latched, LatchReset, FallbackActivated, Stopped, WriteIntended):
         if gap.follow(record):
             now = _Standing()
         match record.kind:
@@ -105,7 +105,7 @@ def writes_that_mode_or_latch_forbid(evidence: Evidence) -> Iterator[str]:
                 now.latched = record.seq
             case LatchReset.kind:
                 now.latched, now.fell = 0, False
-            case FellBack.kind:
+            case FallbackActivated.kind:
                 now.fell = True
             case Stopped.kind:
                 now.stopped = record.seq

@@ -24,7 +24,7 @@ _GUARD: Final = {HS.QualityRule, HS.TripRule, HS.WriteRule, HS.StartUpLimit, HS.
 _UNTOLD: Final = _GUARD | {HS.SourceTable, DINEN61360.Type_Description, DINEN61360.Instance_Description}
 """Types of things without a document."""
 _HEADING: Final = frozenset({RDF.type, RDFS.label, HS.belongsTo})
-"""Said by the first words of a document; that everything belongs to the one plant is not said."""
+"""TranscriptEntry by the first words of a document; that everything belongs to the one plant is not said."""
 _WORD: Final = re.compile(r"[A-Z]?[a-z0-9]+|[A-Z]+(?![a-z])|[^\sA-Za-z0-9_-]+")
 
 

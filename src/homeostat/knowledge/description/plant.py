@@ -1,4 +1,4 @@
-"""The whole plant, read once when a case is opened."""
+"""The whole plant, read once when a plant is opened."""
 
 from __future__ import annotations
 

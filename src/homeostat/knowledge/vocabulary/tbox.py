@@ -63,7 +63,7 @@ def meant_terms() -> dict[NamedNode, NamedNode]:
 
 
 def terms_below(term: NamedNode) -> frozenset[NamedNode]:
-    """The class or property and everything that the T-Box says is a case of it, at any depth."""
+    """The class or property and everything that the T-Box says is a plant of it, at any depth."""
     found = {term}
     above = [t for t in _stated(bridges=False) if t.predicate in (RDFS.subClassOf, RDFS.subPropertyOf)]
     while more := {t.subject for t in above if t.object in found and isinstance(t.subject, NamedNode)} - found:

@@ -9,7 +9,7 @@ import numpy as np
 
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.tag import Range, Role
-from homeostat.plants.error import CaseError
+from homeostat.plants.error import PlantError
 from homeostat.plants.folder import SETTINGS
 from homeostat.plants.settings.settings import Settings
 from homeostat.process.model import ProcessModel
@@ -17,7 +17,7 @@ from homeostat.stl.spelling import near_matches
 
 
 def refuse_misfit(name: str, settings: Settings, plant: PlantDescription, model: ProcessModel) -> None:
-    """CaseError where the settings of the case called ``name`` name what the plant or its model does not have.
+    """PlantError where the settings of the plant called ``name`` name what the plant or its model does not have.
 
     So it is, too, where a value is outside what the plant says about its tag.
     """
@@ -42,14 +42,14 @@ class _Check:
     """What is simulated."""
 
     def known(self, place: str, what: str, names: Iterable[str], known: Iterable[str]) -> None:
-        """CaseError for the first of ``names`` that is not ``known``, or stands there twice."""
+        """PlantError for the first of ``names`` that is not ``known``, or stands there twice."""
         have, seen = sorted(set(known)), set[str]()
         for name in names:
             if name not in have:
                 hint = near_matches(name, have)
-                raise CaseError(f"{self.where}: {place}: the plant has no {what} {name!r}{hint}")
+                raise PlantError(f"{self.where}: {place}: the plant has no {what} {name!r}{hint}")
             if name in seen:
-                raise CaseError(f"{self.where}: {place}: {what} {name!r} is named twice")
+                raise PlantError(f"{self.where}: {place}: {what} {name!r} is named twice")
             seen.add(name)
 
     def start(self, start: Mapping[str, float]) -> None:
@@ -61,9 +61,9 @@ class _Check:
             self.inside(f"start, {name}", value, tags[name].range, tags[name].unit)
 
     def inside(self, place: str, value: float, allowed: Range, unit: str) -> None:
-        """CaseError where ``value`` is outside ``allowed``."""
+        """PlantError where ``value`` is outside ``allowed``."""
         if not allowed.contains(value):
-            raise CaseError(
+            raise PlantError(
                 f"{self.where}: {place}: {value:.6g} {unit} is outside {allowed.low:.6g} to "
                 f"{allowed.high:.6g} {unit}, what its tag can be"
             )
@@ -94,7 +94,7 @@ class _Check:
                 message = (
                     f"{deviation:.6g} must be more than 0 and at most {widest:.6g}, the widest range of a measured tag"
                 )
-                raise CaseError(f"{self.where}: twin, initial, {name}: {message}")
+                raise PlantError(f"{self.where}: twin, initial, {name}: {message}")
         for name, (noise, error) in twin.errors.items():
             tag, most = measured[name], measured[name].range.span / 4.0
             if not (most * 1e-6 <= noise <= most and error <= most):
@@ -102,7 +102,7 @@ class _Check:
                 message = (
                     f"noise {noise:.6g} {tag.unit} must be from {allowed}, and model error {error:.6g} at most that"
                 )
-                raise CaseError(f"{self.where}: twin, errors, {name}: {message}")
+                raise PlantError(f"{self.where}: twin, errors, {name}: {message}")
 
     def times(self, settings: Settings) -> None:
         """What is waited for comes before the run ends; a stretch that is averaged may be meant never to be full."""
@@ -111,7 +111,7 @@ class _Check:
             for name, value in filled.given().items():
                 if name.endswith("_s") and name != "centre_s" and value >= end_s:
                     message = f"{value:.6g} s must be less than the run's end_s = {end_s:.6g} s: it would never be over"
-                    raise CaseError(f"{self.where}: {table}, {name}: {message}")
+                    raise PlantError(f"{self.where}: {table}, {name}: {message}")
         if (settle_s := settings.monitoring.settings.settle_s) >= end_s:
             message = f"{settle_s:.6g} s (the default) must be less than the run's end_s = {end_s:.6g} s"
-            raise CaseError(f"{self.where}: monitoring, settle_s: {message}")
+            raise PlantError(f"{self.where}: monitoring, settle_s: {message}")

@@ -1,4 +1,4 @@
-"""Panels of a run's figure, as a case's settings ask for them."""
+"""Panels of a run's figure, as a plant's settings ask for them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.tag import Range
-from homeostat.plants.error import CaseError
+from homeostat.plants.error import PlantError
 from homeostat.stl.spelling import near_matches
 
 
@@ -48,10 +48,10 @@ Panel = LinePanel | StripPanel
 
 
 def read_panel(table: dict[str, Any], plant: PlantDescription) -> Panel:
-    """One ``[[figure]]`` table of a case's settings.
+    """One ``[[figure]]`` table of a plant's settings.
 
     Raises:
-        CaseError: it names what the plant does not have, or what does not fit on one axis.
+        PlantError: it names what the plant does not have, or what does not fit on one axis.
     """
     title, kind = table["title"], table.get("kind", "lines")
     names = tuple(table["tags"])
@@ -60,26 +60,26 @@ def read_panel(table: dict[str, Any], plant: PlantDescription) -> Panel:
     unit = tags[0].unit
     for tag in tags:
         if tag.unit != unit:
-            raise CaseError(
+            raise PlantError(
                 f"figure {title!r} draws {tags[0].name!r} in {unit!r} and {tag.name!r} in {tag.unit!r} on one axis; "
                 "give each unit its own [[figure]]"
             )
         if kind == "strips" and tag.range != tags[0].range:
-            raise CaseError(
+            raise PlantError(
                 f"figure {title!r} draws strips of {tags[0].name!r} and {tag.name!r}, whose ranges differ; "
                 "give each range its own [[figure]]"
             )
     if kind == "strips":
         return StripPanel(title, unit, names, tags[0].range)
     if kind != "lines":
-        raise CaseError(f"figure {title!r} is of the kind {kind!r}; there are 'lines' and 'strips'")
+        raise PlantError(f"figure {title!r} is of the kind {kind!r}; there are 'lines' and 'strips'")
     limits, guards = tuple(table.get("limits", ())), tuple(table.get("guards", ()))
     _refuse_unknown(title, "limit", limits, (limit.name for limit in plant.limits.limits))
     _refuse_unknown(title, "transition", guards, (t.name for t in plant.machine.transitions))
     low, high = table["window"]
     whole = Range(min(t.range.low for t in tags), max(t.range.high for t in tags))
     if not (low >= whole.low - whole.span and high <= whole.high + whole.span and high - low >= whole.span / 1000.0):
-        raise CaseError(
+        raise PlantError(
             f"figure {title!r} has the window {low:g} to {high:g} {unit}, in which its tags, {whole.low:g} to "
             f"{whole.high:g} {unit}, cannot be seen"
         )
@@ -90,6 +90,6 @@ def _refuse_unknown(title: str, what: str, names: Iterable[str], known: Iterable
     have = set(known)
     for name in names:
         if name not in have:
-            raise CaseError(
+            raise PlantError(
                 f"figure {title!r} names {what} {name!r}, which the plant does not have{near_matches(name, have)}"
             )

@@ -8,7 +8,7 @@ from typing import Any, Final
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from homeostat.plants.error import CaseError
+from homeostat.plants.error import PlantError
 from homeostat.plants.folder import SETTINGS, PlantFiles
 from homeostat.plants.settings.settings import Settings
 from homeostat.stl.spelling import near_matches
@@ -22,7 +22,7 @@ _SPELLING: Final = {
 
 
 def read_settings(files: PlantFiles) -> Settings:
-    """The settings of the plant; CaseError with the first mistake and the number of the others.
+    """The settings of the plant; PlantError with the first mistake and the number of the others.
 
     A key that there is not comes before everything else: misspelt, it is why another one is missing.
     """
@@ -30,14 +30,14 @@ def read_settings(files: PlantFiles) -> Settings:
     try:
         content = tomllib.loads(files.content(SETTINGS).decode("utf-8"))
     except (ValueError, RecursionError) as error:  # TOMLDecodeError, UnicodeDecodeError, a number of 5000 digits
-        raise CaseError(f"{where} is no TOML: {error}") from None
+        raise PlantError(f"{where} is no TOML: {error}") from None
     try:
         return Settings.model_validate(content)
     except ValidationError as error:
         found = error.errors(include_url=False)
         first = next((e for e in found if e["type"] == "extra_forbidden"), found[0])  # its remedy may cure the others
         more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-        raise CaseError(f"{where}: {_told(first)}{more}") from None
+        raise PlantError(f"{where}: {_told(first)}{more}") from None
 
 
 def _told(error: ErrorDetails) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from pyoxigraph import RdfFormat
 
-from homeostat.cli.commands.graph.graphs import Place, Plant, opened, place
+from homeostat.cli.commands.graph.graphs import Place, PlantGraph, opened, place
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.knowledge.build.build import GRAPH, build
 from homeostat.knowledge.build.provenance import stale_tables
@@ -20,7 +20,7 @@ from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.plants.baselines import read_baselines, refuse_altered
-from homeostat.plants.error import CaseError
+from homeostat.plants.error import PlantError
 from homeostat.plants.folder import BASELINES
 from homeostat.plants.generated import refuse_altered_graph
 from homeostat.plants.graph import interface
@@ -45,7 +45,7 @@ def carry_out(options: argparse.Namespace) -> int:
     return 1 if count else 0
 
 
-def _refuse_altered(plant: Plant) -> None:
+def _refuse_altered(plant: PlantGraph) -> None:
     """GraphError where a generated file of the plant is not as it was generated."""
     refuse_altered_graph(plant.files)
     if BASELINES in plant.files.contents:
@@ -69,7 +69,7 @@ def _problems(where: Place, store: GraphStore) -> Iterator[str]:
             yield from bad or _other_than_built(where.plant)
 
 
-def _other_than_built(plant: Plant) -> Iterator[str]:
+def _other_than_built(plant: PlantGraph) -> Iterator[str]:
     """Where the plant's graph is not what its tables make, although it says that they have not changed."""
     graph = plant.files.content(GRAPH)
     try:
@@ -84,8 +84,8 @@ def _other_than_built(plant: Plant) -> Iterator[str]:
     )
 
 
-def _disagreements(plant: Plant, store: GraphStore) -> Iterator[str]:
-    """Where the graph does not have the shapes, or does not fit the case's tables, process model and settings."""
+def _disagreements(plant: PlantGraph, store: GraphStore) -> Iterator[str]:
+    """Where the graph does not have the shapes, or does not fit the plant's tables, process model and settings."""
     for table in stale_tables(plant.files.folder, store.dump(RdfFormat.N_TRIPLES), RdfFormat.N_TRIPLES):
         remedy = f"run 'python -m homeostat.knowledge.build {plant.files.folder}'"
         yield f"[{Code.STALE_GRAPH}] table {table!r}: changed after the graph was built; {remedy}"
@@ -100,11 +100,11 @@ def _disagreements(plant: Plant, store: GraphStore) -> Iterator[str]:
     yield from _misfits(plant, described, model)
 
 
-def _misfits(plant: Plant, described: PlantDescription, model: ProcessModel) -> Iterator[str]:
+def _misfits(plant: PlantGraph, described: PlantDescription, model: ProcessModel) -> Iterator[str]:
     """Where settings or reference values do not fit the plant."""
     try:
         refuse_misfit(plant.name, plant.settings, described, model)
         if BASELINES in plant.files.contents:
             read_baselines(plant.files.contents[BASELINES], described)
-    except (CaseError, GraphError) as error:
+    except (PlantError, GraphError) as error:
         yield str(error)

@@ -1,4 +1,4 @@
-"""The graph that a graph command works on: a case's own, or one in a file, of a case or of any plant."""
+"""The graph that a graph command works on: a plant's own, or one in a file, of a plant or of any plant."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.graph_file import UnreadableGraph, load_file
 from homeostat.knowledge.vocabulary.tbox import ONTOLOGY_GRAPH, load_ontology
 from homeostat.knowledge.vocabulary.vocabulary import PREFIXES
-from homeostat.plants.folder import PlantFiles, case_folder, read_files
+from homeostat.plants.folder import PlantFiles, plant_folder, read_files
 from homeostat.plants.settings.file import read_settings
 from homeostat.plants.settings.settings import Settings
 
 
 @dataclass(frozen=True, slots=True)
-class Plant:
-    """An installed case, as far as graph commands need it."""
+class PlantGraph:
+    """An installed plant, as far as graph commands need it."""
 
     files: PlantFiles
     """What its folder holds."""
@@ -29,7 +29,7 @@ class Plant:
 
     @property
     def name(self) -> str:
-        """Name of the case."""
+        """Name of the plant."""
         return self.files.folder.name
 
     @property
@@ -49,24 +49,24 @@ class Place:
 
     path: Path
     """File of the graph."""
-    plant: Plant | None
-    """The case that it is of; None for the graph of any other plant."""
+    plant: PlantGraph | None
+    """The plant that it is of; None for the graph of any other."""
 
     @property
     def own(self) -> bool:
-        """Whether it is the one in the case's folder."""
+        """Whether it is the one in the plant's folder."""
         return self.plant is not None and self.path == self.plant.files.folder / GRAPH
 
     @property
     def prefixes(self) -> dict[str, str]:
-        """Prefix -> namespace IRI, a case's own included."""
+        """Prefix -> namespace IRI, a plant's own included."""
         own = {} if self.plant is None else {self.plant.name: self.plant.namespace + "#"}
         return {**dict(PREFIXES), **own}
 
 
-def place(case: str | None, file: Path | None) -> Place:
-    """The graph in ``file``, or else that of ``case``; CaseError where there is no such case."""
-    plant = None if case is None else _plant(case)
+def place(name: str | None, file: Path | None) -> Place:
+    """The graph in ``file``, or else that of the plant called ``name``; PlantError where there is no such plant."""
+    plant = None if name is None else _plant(name)
     if file is not None:
         return Place(file, plant)
     if plant is None:
@@ -90,9 +90,9 @@ def with_ontology(where: Place) -> EmbeddedStore:
     return store.seeing(graph, ONTOLOGY_GRAPH)
 
 
-def _plant(case: str) -> Plant:
-    files = read_files(case_folder(case))
-    return Plant(files, read_settings(files))
+def _plant(name: str) -> PlantGraph:
+    files = read_files(plant_folder(name))
+    return PlantGraph(files, read_settings(files))
 
 
 def _load(store: EmbeddedStore, where: Place, graph: NamedNode | None) -> None:

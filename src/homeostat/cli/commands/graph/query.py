@@ -24,13 +24,13 @@ _FORM: Final = re.compile(
 
 def carry_out(options: argparse.Namespace) -> int:
     """Print the answer."""
-    case, file = _words(options)
+    plant, file = _words(options)
     text = options.expression if file is None else _read(file)
     found = _FORM.match(text)
     if found is None:
         raise UsageError("only SELECT, ASK, CONSTRUCT and DESCRIBE can be asked; this query starts with none of them")
 
-    where = place(case, options.graph)
+    where = place(plant, options.graph)
     store = with_ontology(where) if options.endpoint is None else _endpoint(options.endpoint)
     try:
         _answer(store, _with_prefixes(text, where), found[1].lower(), where)
@@ -40,7 +40,7 @@ def carry_out(options: argparse.Namespace) -> int:
 
 
 def _words(options: argparse.Namespace) -> tuple[str | None, Path | None]:
-    """Case and query file. A graph in a file needs no case: a single word is the query file then."""
+    """Plant and query file. A graph in a file needs no plant: a single word is the query file then."""
     if options.file is not None or options.expression is not None:
         return options.case, options.file
     if options.case is None or options.graph is None:

@@ -27,15 +27,15 @@ class Gallery(NamedTuple):
 def gallery(rows: Sequence[Row]) -> Gallery:
     """Draw them."""
     ordered = in_order(rows)
-    own = {case: [row for row in ordered if row.case == case] for case in cases(ordered)}
+    own = {plant: [row for row in ordered if row.case == plant] for plant in cases(ordered)}
 
     def drawn() -> Iterator[Picture | None]:
-        yield from (heat_map(case, mine) for case, mine in own.items())
-        for case, mine in own.items():
-            yield strips(f"Every run: {case}", mine, PROCESS)
-            yield trade_off(case, mine)
+        yield from (heat_map(plant, mine) for plant, mine in own.items())
+        for plant, mine in own.items():
+            yield strips(f"Every run: {plant}", mine, PROCESS)
+            yield trade_off(plant, mine)
         yield reliability_plot(ordered)
-        yield from (token_bars(case, mine) for case, mine in own.items())
+        yield from (token_bars(plant, mine) for plant, mine in own.items())
 
-    times = [strips(f"Times: {case}", mine, TIMES) for case, mine in own.items()]
+    times = [strips(f"Times: {plant}", mine, TIMES) for plant, mine in own.items()]
     return Gallery(tuple(filter(None, drawn())), tuple(filter(None, times)))

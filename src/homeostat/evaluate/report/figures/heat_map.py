@@ -23,10 +23,10 @@ Counts = Mapping[tuple[str, str], tuple[int, int]]
 """Line and column -> successes and runs."""
 
 
-def heat_map(case: str, rows: Sequence[Row]) -> Picture:
-    """The heat map of one case; ``rows`` are its own and not empty."""
+def heat_map(plant: str, rows: Sequence[Row]) -> Picture:
+    """The heat map of one plant; ``rows`` are its own and not empty."""
     caption = "Runs that succeeded, of those made; empty where there was none."
-    return success_map(f"Success by scenario: {case}", caption, scenarios(rows), [arms(rows)], counts(rows))
+    return success_map(f"Success by scenario: {plant}", caption, scenarios(rows), [arms(rows)], counts(rows))
 
 
 def counts(rows: Sequence[Row]) -> Counts:

@@ -15,19 +15,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SIDE: Final = 3.6
-"""Width of a case's panel [in]."""
+"""Width of a plant's panel [in]."""
 
 
 def reliability_plot(rows: Sequence[Row]) -> Picture | None:
-    """One panel per case; None where nothing was diagnosed."""
-    panels = [(case, shown) for case in cases(rows) if (shown := _curves([r for r in rows if r.case == case]))]
+    """One panel per plant; None where nothing was diagnosed."""
+    panels = [(plant, shown) for plant in cases(rows) if (shown := _curves([r for r in rows if r.case == plant]))]
     if not panels:
         return None
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots(1, len(panels), squeeze=False)[0]
-        for axis, (case, shown) in zip(axes, panels, strict=True):
-            _panel(axis, short(case), shown, colours(rows))
+        for axis, (plant, shown) in zip(axes, panels, strict=True):
+            _panel(axis, short(plant), shown, colours(rows))
         axes[0].set_ylabel("how often it was true")
 
     caption = (

@@ -23,8 +23,8 @@ Asked = list[tuple[Group, list[Tokens]]]
 """Groups that asked a language model, with what each agent asked."""
 
 
-def token_bars(case: str, rows: Sequence[Row]) -> Picture | None:
-    """Bars of one case; None where no language model was asked."""
+def token_bars(plant: str, rows: Sequence[Row]) -> Picture | None:
+    """Bars of one plant; None where no language model was asked."""
     asked = [(group, tokens) for group in overall(rows) if (tokens := tokens_of(group.rows))]
     if not asked:
         return None
@@ -38,7 +38,7 @@ def token_bars(case: str, rows: Sequence[Row]) -> Picture | None:
         figure.legend(*left.get_legend_handles_labels(), loc="outside upper center", ncols=len(AGENTS))
 
     caption = "Bar: median over the runs in which a model was asked; line: up to the worst run."
-    return picture(f"Tokens per agent and run: {case}", caption, (8.6, 0.9 + 0.62 * len(asked)), draw)
+    return picture(f"Tokens per agent and run: {plant}", caption, (8.6, 0.9 + 0.62 * len(asked)), draw)
 
 
 def _bars(axis: Axes, asked: Asked, of: Callable[[Tokens], Spread]) -> None:

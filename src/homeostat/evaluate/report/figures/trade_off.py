@@ -34,14 +34,14 @@ class Point:
     """Whether it shows what was possible instead of proposing."""
 
 
-def trade_off(case: str, rows: Sequence[Row]) -> Picture | None:
-    """The figure of one case; None where fewer than two proposers have both values."""
+def trade_off(plant: str, rows: Sequence[Row]) -> Picture | None:
+    """The figure of one plant; None where fewer than two proposers have both values."""
     batch = any(row.batch for row in rows)
     points = _points(rows, batch)
     if len(points) < 2:
         return None
     best = front([point for point in points if not point.reference])
-    title = f"Time outside hard limits against {'delay' if batch else 'production loss'}: {case}"
+    title = f"Time outside hard limits against {'delay' if batch else 'production loss'}: {plant}"
     caption = (
         "Means over all runs with 95 % bootstrap intervals; lower left is better. Line: proposers that no other one "
         "beats in both; reference policies are hollow and stand outside of it."

@@ -12,10 +12,10 @@ from homeostat.evaluate.study.row import Row
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """One proposer against the reference in one case; differences are its values less the reference's."""
+    """One proposer against the reference in one plant; differences are its values less the reference's."""
 
     group: Group
-    """All runs of the proposer in the case."""
+    """All runs of the proposer in the plant."""
     reference: str
     """Name of the proposer that it is compared with, and what that goes without."""
     pairs: tuple[tuple[Row, Row], ...]
@@ -23,7 +23,7 @@ class Comparison:
     p: float
     """Probability of so unequal successes if both are equally good: McNemar's exact test [1]."""
     p_adjusted: float
-    """The same, adjusted for the comparisons in this case (Holm) [1]."""
+    """The same, adjusted for the comparisons in this plant (Holm) [1]."""
 
     def ended(self, this: bool, reference: bool) -> int:
         """Pairs of which this one succeeded or not, and so the reference."""
@@ -41,9 +41,9 @@ def comparisons(rows: Sequence[Row], reference: str | None = None) -> list[Compa
     Cases in which the reference has no rows are left out, and so are proposers without a common pair.
     """
     groups, found = overall(rows), list[Comparison]()
-    for case in cases(rows):
-        order = arms([row for row in rows if row.case == case])
-        own = sorted((group for group in groups if group.case == case), key=lambda group: order.index(group.name))
+    for plant in cases(rows):
+        order = arms([row for row in rows if row.case == plant])
+        own = sorted((group for group in groups if group.case == plant), key=lambda group: order.index(group.name))
         first = own[0].name if reference is None else reference
         base = {row.pair: row for group in own for row in reversed(group.rows) if arm(row) == first}
         made = []

@@ -51,5 +51,5 @@ class NoReprompting:
 
 def constant_proposer(bench: Workbench, values: Mapping[str, float]) -> Proposer:
     """The proposer that always commands ``values`` (tag -> value), on the least risky path that is left."""
-    d = bench.case.description
+    d = bench.plant.description
     return Proposer(NAME, SearchPlanning(d, bench.grounding), ConstantAction(values, d.tags_by_name), NoReprompting())

@@ -23,8 +23,8 @@ from homeostat.evaluate.study.plan.plan import Plan, ProposerPlan, ScenarioPlan,
 from homeostat.evaluate.study.row import WHOLE, YARDSTICKS
 from homeostat.evaluate.thinking import Thinking
 from homeostat.plants.assembly import check_protocol
-from homeostat.plants.error import CaseError
-from homeostat.plants.plant import Case, load_case
+from homeostat.plants.error import PlantError
+from homeostat.plants.plant import Plant, load_plant
 from homeostat.process.seeds import Stream
 from homeostat.process.seeds import generator as draws
 from homeostat.stl.spelling import near_matches
@@ -36,11 +36,11 @@ LONGEST_NAME = 200
 
 
 @cache
-def loaded(name: str) -> Case:
-    """The case called ``name``, loaded once per process; CampaignError where there is none."""
+def loaded(name: str) -> Plant:
+    """The plant called ``name``, loaded once per process; CampaignError where there is none."""
     try:
-        return load_case(name)
-    except CaseError as error:
+        return load_plant(name)
+    except PlantError as error:
         raise CampaignError(str(error)) from None
 
 
@@ -72,9 +72,9 @@ def jobs_of(plan: Plan, folder: Path, model: NamedModel | None = None) -> tuple[
     return tuple(found.values())
 
 
-def _check_values(plan: ProposerPlan, cases: Sequence[Case]) -> None:
+def _check_values(plan: ProposerPlan, cases: Sequence[Plant]) -> None:
     """CampaignError where ``values`` name what is a setpoint in no plant: it would be left out without a word."""
-    known = {r.tag for case in cases for state in case.description.machine.states for r in state.open_setpoints}
+    known = {r.tag for plant in cases for state in plant.description.machine.states for r in state.open_setpoints}
     for tag in plan.values:
         if tag not in known:
             there = ", ".join(sorted(known))
@@ -86,11 +86,11 @@ def _check_values(plan: ProposerPlan, cases: Sequence[Case]) -> None:
 
 def _check_ends(plan: ScenarioPlan) -> None:
     """CampaignError where not everything exists that may be drawn, whether any seed draws it or not."""
-    case = loaded(plan.case)
+    plant = loaded(plan.case)
     names = plan.fault.split("+") if isinstance(plan.fault, str) else plan.fault
     try:
         for name, severity, onset_s in product(names, _ends(plan.severity), _ends(plan.onset_s)):
-            scenario(case, name, 0, onset_s, severity, plan.end_s, plan.location)
+            scenario(plant, name, 0, onset_s, severity, plan.end_s, plan.location)
     except ScenarioError as error:
         raise _in_scenario(plan, error) from None
 
@@ -134,23 +134,23 @@ def _matters(ablation: Ablation, arm: Arm) -> bool:
 
 def _drawn(plan: ScenarioPlan, seed: int) -> Scenario:
     """The ground truth for ``seed``: what is left to chance follows from it and the scenario's name alone."""
-    case = loaded(plan.case)
+    plant = loaded(plan.case)
     generator = draws(seed, Stream.STUDY_SCENARIO, plan.label)
     names = _faults(plan, generator)
-    end_s = case.end_s if plan.end_s is None else plan.end_s
+    end_s = plant.end_s if plan.end_s is None else plan.end_s
     states: list[FaultState] = []
     try:
         for name in names:
-            severity = _severity(plan, case, name, generator)
+            severity = _severity(plan, plant, name, generator)
             onset_s = _value(plan.onset_s, generator)
-            states += scenario(case, name, seed, onset_s, severity, end_s, plan.location).faults
+            states += scenario(plant, name, seed, onset_s, severity, end_s, plan.location).faults
         if not names:
-            scenario(case, "none", seed, end_s=end_s)
+            scenario(plant, "none", seed, end_s=end_s)
         if len({s.fault for s in states}) < len(states):
             raise ScenarioError(f"{'+'.join(names)!r} names a fault twice; name each once")
     except ScenarioError as error:
         raise _in_scenario(plan, error) from None
-    return Scenario(case.name, tuple(states), seed, end_s)
+    return Scenario(plant.name, tuple(states), seed, end_s)
 
 
 def _faults(plan: ScenarioPlan, generator: np.random.Generator) -> Sequence[str]:
@@ -159,11 +159,11 @@ def _faults(plan: ScenarioPlan, generator: np.random.Generator) -> Sequence[str]
     return [str(name) for name in generator.choice(plan.fault, size=plan.draw, replace=False)]
 
 
-def _severity(plan: ScenarioPlan, case: Case, name: str, generator: np.random.Generator) -> float | None:
+def _severity(plan: ScenarioPlan, plant: Plant, name: str, generator: np.random.Generator) -> float | None:
     if plan.severity != "any":
         return _value(plan.severity, generator)
     located = name if plan.location is None else f"{name}_{plan.location}"
-    admitted = next((f.severity_range for f in case.description.faults if f.name == located), None)
+    admitted = next((f.severity_range for f in plant.description.faults if f.name == located), None)
     if admitted is None:
         return None  # the scenario itself says that there is no such fault
     return _value((admitted.low, admitted.high), generator)
@@ -201,10 +201,10 @@ def _arm(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, model: N
 
 
 @cache
-def _has_steps(case: str) -> bool:
-    """Whether ``case`` can be asked for step by step."""
+def _has_steps(plant: str) -> bool:
+    """Whether ``plant`` can be asked for step by step."""
     try:
-        check_protocol(loaded(case), AskingProtocol.PER_STEP)
-    except CaseError:
+        check_protocol(loaded(plant), AskingProtocol.PER_STEP)
+    except PlantError:
         return False
     return True

@@ -51,7 +51,7 @@ class ScenarioPlan(_Table):
     """Which faults, in which plant."""
 
     case: str
-    """Name of the case."""
+    """Name of the plant."""
     fault: str | tuple[str, ...] = "none"
     """A fault, several joined by '+', or a list of which every seed draws one (``draw`` of them at once)."""
     draw: StrictInt = Field(1, ge=1, le=4)
@@ -61,11 +61,11 @@ class ScenarioPlan(_Table):
     severity: float | Span | Literal["any"] | None = None
     """In the fault's unit: a value, two ends to draw from, ``any`` for its whole range; the nominal one where None."""
     onset_s: float | Span | None = None
-    """When it begins, or two ends to draw from [s]; the case's default where None."""
+    """When it begins, or two ends to draw from [s]; the plant's default where None."""
     location: str | None = None
     """Where a single fault is, for faults that are named ``fault_location``."""
     end_s: float | None = None
-    """Length of the runs [s]; the case's default where None."""
+    """Length of the runs [s]; the plant's default where None."""
     unknown: bool = False
     """Whether the agents' tables and graph lack these faults."""
     seeds: Seeds | None = None
@@ -171,7 +171,7 @@ class Plan(_Table):
             raise ValueError("thinking is declared or measured, not both")
         for what, names in (
             ("scenario", [f"{s.case} {s.label}" for s in self.scenarios]),
-            ("proposer", [f"{p.label} in {case}" for p in self.proposers for case in p.cases or self._cases]),
+            ("proposer", [f"{p.label} in {plant}" for p in self.proposers for plant in p.cases or self._cases]),
             ("ablation", list(self.ablations)),
         ):
             if twice := next((n for n in names if names.count(n) > 1), None):

@@ -8,21 +8,21 @@ from dataclasses import replace
 from pyoxigraph import RdfFormat
 
 from homeostat.knowledge.store.embedded import EmbeddedStore
-from homeostat.plants.plant import Case
+from homeostat.plants.plant import Plant
 
 
-def without_faults(case: Case, names: Collection[str]) -> Case:
-    """What agents know of ``case`` where nobody thought of the faults called ``names``: no cause, no symptom of it.
+def without_faults(plant: Plant, names: Collection[str]) -> Plant:
+    """What agents know of ``plant`` where nobody thought of the faults called ``names``: no cause, no symptom of it.
 
     Symptoms that indicate other faults as well go on indicating those; the rest are watched and explain nothing.
     """
     graph = EmbeddedStore()
-    graph.load(case.graph.dump(RdfFormat.TURTLE), RdfFormat.TURTLE)
+    graph.load(plant.graph.dump(RdfFormat.TURTLE), RdfFormat.TURTLE)
     for name in names:
-        fault = f"<{case.namespace}fault_{name}>"
+        fault = f"<{plant.namespace}fault_{name}>"
         graph.update(f"DELETE WHERE {{ {fault} ?p ?o }}")
         graph.update(f"DELETE WHERE {{ ?s ?p {fault} }}")
-    d = case.description
+    d = plant.description
     rules = tuple(replace(r, faults=tuple(f for f in r.faults if f not in names)) for r in d.symptom_rules)
     description = replace(d, faults=tuple(f for f in d.faults if f.name not in names), symptom_rules=rules)
-    return replace(case, graph=graph, description=description)
+    return replace(plant, graph=graph, description=description)
