@@ -22,7 +22,7 @@ pytestmark = pytest.mark.quick
 def test_the_manifest_tells_what_the_run_is(tmp_path: Path) -> None:
     manifest = write_run(tmp_path, events=4)
     journal = (tmp_path / "events.jsonl").read_bytes()
-    assert (manifest.format, manifest.homeostat, manifest.seed, manifest.outcome) == (2, __version__, 7, "released")
+    assert (manifest.format, manifest.homeostat, manifest.seed, manifest.outcome) == (3, __version__, 7, "released")
     assert manifest.events == journal.count(b"\n") == 6
     assert manifest.last == hashlib.sha256(journal.splitlines()[-1]).hexdigest()
     (query,) = manifest.files

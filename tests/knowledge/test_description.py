@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Callable
 
 import pytest
 from pyoxigraph import NamedNode, RdfFormat
@@ -17,6 +18,9 @@ from homeostat.knowledge.description.structure import components, equations, loo
 from homeostat.knowledge.store.endpoint import SparqlEndpoint
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.vocabulary.vocabulary import HS
+from homeostat.stl.constants import filled
+from homeostat.stl.formula import Expression, Formula, parse, parse_expression
+from homeostat.stl.text import render
 from tests.knowledge.tables import CSTR, SYSTEM, Rows, reactor, store_of
 
 
@@ -32,6 +36,12 @@ def number(cell: str) -> float | None:
 @pytest.fixture(scope="module")
 def plant() -> PlantDescription:
     return read_plant(store_of(reactor()), SYSTEM)
+
+
+def in_numbers(text: str, read: Callable[[str], Formula | Expression] = parse) -> str:
+    """What a table says, with numbers in place of the parameters that it names."""
+    values = {row["symbol"]: float(row["value"]) for row in table("parameters")}
+    return render(filled(read(text).root, values)) if text and read(text).tags & values.keys() else text
 
 
 def test_components_and_tags(plant: PlantDescription) -> None:
@@ -93,11 +103,11 @@ def test_the_state_machine(plant: PlantDescription) -> None:
 
 def test_limits_and_criteria(plant: PlantDescription) -> None:
     assert {(x.name, str(x.kind), x.hard, x.formula.text, x.source, x.description) for x in plant.limits.limits} == {
-        (row["id"], row["kind"], row["hard"] == "yes", row["formula"], row["source"], row["description"])
+        (row["id"], row["kind"], row["hard"] == "yes", in_numbers(row["formula"]), row["source"], row["description"])
         for row in table("limits")
     }
     assert {(x.name, str(x.owner), x.hard, x.formula.text, x.source, x.description) for x in plant.limits.criteria} == {
-        (row["id"], row["owner"], row["hard"] == "yes", row["formula"], row["source"], row["description"])
+        (row["id"], row["owner"], row["hard"] == "yes", in_numbers(row["formula"]), row["source"], row["description"])
         for row in table("criteria")
     }
     assert all(limit.formula.unit for limit in plant.limits.limits), "formulas are read with the tags, so have a unit"
@@ -125,7 +135,7 @@ def test_diagnosis(plant: PlantDescription) -> None:
         for f in plant.features
     } == {
         (
-            row["id"], row["accumulation"], row["expression"], float(row["window_s"]), float(row["filter_s"]),
+            row["id"], in_numbers(row["accumulation"], parse_expression), in_numbers(row["expression"], parse_expression), float(row["window_s"]), float(row["filter_s"]),
             row["unit"], row["component"],
         )
         for row in table("features")

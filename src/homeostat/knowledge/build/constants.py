@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
@@ -30,11 +31,12 @@ def fill_in(store: Store) -> None:
     """Put the best estimate of every parameter in place of its name, in every formula of ``store``.
 
     Equations keep the names. A tag comes before a parameter of its name. Raises GraphError where a parameter is
-    compared with, or added to, something of another unit.
+    compared with, or added to, something of another unit, or has no value.
     """
     tags = dict(_named(store, HS.Tag, HS.name))
     parameters = {name: node for name, node in _named(store, HS.ModelParameter, HS.symbol) if name not in tags}
-    values = {name: float(value) for name, node in parameters.items() if (value := _one(store, node, HS.value))}
+    stated = {name: _one(store, node, HS.value) for name, node in parameters.items()}
+    values = {name: float(value) if value else math.nan for name, value in stated.items()}
     units = {name: _Unit(_one(store, node, HS.unit)) for name, node in (tags | parameters).items()}
     for predicate in (*_CONDITIONS, *_EXPRESSIONS):
         for quad in list(store.quads_for_pattern(None, predicate, None)):
@@ -49,12 +51,19 @@ def _filled_text(quad: Quad, text: str, values: Mapping[str, float], units: Mapp
     """The text with numbers; None where it names no parameter, or cannot be read: that is said where it is used."""
     read = parse if quad.predicate in _CONDITIONS else parse_expression
     try:
-        if not read(text).tags & values.keys():
-            return None
+        names = read(text).tags
     except FormulaError:
         return None
+    if not names & values.keys():
+        return None
+    for name in sorted(names & values.keys()):
+        if math.isnan(values[name]):
+            raise GraphError(
+                Code.MISSING_VALUE, f"parameter {name!r}", "has no value, and a formula names it; fill the cell"
+            )
     try:
-        return render(filled(read(text, units).root, values))
+        # A name that is neither is an unknown tag, which is said where the formula is used.
+        return render(filled(read(text, units if names <= units.keys() else None).root, values))
     except FormulaError as error:
         raise GraphError(Code.BAD_FORMULA, str(quad.subject).rpartition("#")[2].strip("<>"), str(error)) from error
 
