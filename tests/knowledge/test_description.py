@@ -135,7 +135,8 @@ def test_diagnosis(plant: PlantDescription) -> None:
         for f in plant.features
     } == {
         (
-            row["id"], in_numbers(row["accumulation"], parse_expression), in_numbers(row["expression"], parse_expression), float(row["window_s"]), float(row["filter_s"]),
+            row["id"], *(in_numbers(row[name], parse_expression) for name in ("accumulation", "expression")),
+            float(row["window_s"]), float(row["filter_s"]),
             row["unit"], row["component"],
         )
         for row in table("features")
