@@ -18,7 +18,7 @@ from homeostat.evaluate.study.dataset import DATASET, write_dataset
 from tests.evaluate.study.fake_rows import campaign, plain
 
 
-@pytest.mark.parametrize(("case", "rows"), [("mixing_module", 7), ("cstr", 4)])
+@pytest.mark.parametrize(("plant", "rows"), [("mixing_module", 7), ("cstr", 4)])
 def test_every_row_has_both_models_and_both_campaigns(plant: str, rows: int) -> None:
     names = (*published_rows(plant), ALL)
     assert len(names) == rows

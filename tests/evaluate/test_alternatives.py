@@ -178,7 +178,7 @@ def test_a_limit_of_start_up_is_violated_although_a_fallback_would_have_kept_it(
     assert force.starting(truth).all() and avoidable(reactor(), chosen, truth, force, 20.0, None)
 
 
-@pytest.mark.parametrize("case", [reactor(), mixing()], ids=lambda plant: plant.name)
+@pytest.mark.parametrize("plant", [reactor(), mixing()], ids=lambda plant: plant.name)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_start_without_a_fault_keeps_the_limits_of_start_up(plant: Plant, seed: int) -> None:
     alone = unsupervised(plant, scenario(plant, "none", seed, None, None, 600.0))

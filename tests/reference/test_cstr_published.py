@@ -32,7 +32,7 @@ def differences(plant: str) -> tuple[np.ndarray, np.ndarray]:
     return np.abs(ours - np.array(list(table.values()))), times
 
 
-@pytest.mark.parametrize("case", ["normal", *FAULTS])
+@pytest.mark.parametrize("plant", ["normal", *FAULTS])
 def test_every_variable_at_every_time(plant: str) -> None:
     off, times = differences(plant)
     assert len(times) >= 20 and times[-1] == 8000

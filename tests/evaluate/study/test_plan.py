@@ -198,7 +198,7 @@ def test_short_forms(tmp_path: Path) -> None:
 def test_recorded_answers_are_found_beside_the_file_and_missing_ones_left_out(tmp_path: Path) -> None:
     path = tmp_path / "some.toml"
     path.write_text(
-        f"title = 'Some'\nseeds = 3\nproposers = ['search', 'replay:{{plant}}/{{scenario}}-{{seed}}.jsonl']\n{LEAK}"
+        f"title = 'Some'\nseeds = 3\nproposers = ['search', 'replay:{{case}}/{{scenario}}-{{seed}}.jsonl']\n{LEAK}"
     )
     (tmp_path / "cstr").mkdir()
     (tmp_path / "cstr" / "leak-2.jsonl").write_text("")

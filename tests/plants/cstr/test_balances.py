@@ -41,7 +41,7 @@ def imbalance(result: Run, names: tuple[str, ...], feed: float, first: int, last
     return float(came - gone - stored), float(came)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("plant", CASES)
 @pytest.mark.parametrize(("names", "feed"), [(A_EQUIVALENTS, "CA_feed"), (D_EQUIVALENTS, "CD_feed")])
 def test_matter_is_conserved_also_while_the_volume_changes(plant: str, names: tuple[str, ...], feed: str) -> None:
     first, last, faults, changes = CASES[plant]
@@ -52,7 +52,7 @@ def test_matter_is_conserved_also_while_the_volume_changes(plant: str, names: tu
     assert abs(missing) < 2e-6 * scale, missing / scale
 
 
-@pytest.mark.parametrize(("case", "share"), [("filling", 4.0), ("draining", 0.4)])
+@pytest.mark.parametrize(("plant", "share"), [("filling", 4.0), ("draining", 0.4)])
 def test_the_published_balances_do_not_conserve_matter(plant: str, share: float) -> None:
     """Filling invents more than four times what is fed; draining loses nearly half of what was there."""
     first, last, faults, changes = CASES[plant]

@@ -75,7 +75,7 @@ def possible(result: Run) -> None:
     assert min(result.of("q_leak").min(), result.of("q_drain").min(), result.of("q_over").min()) >= 0.0
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("plant", CASES)
 def test_a_batch_with_noise_conserves_liquid(plant: str) -> None:
     u, faults = CASES[plant]
     x = start()

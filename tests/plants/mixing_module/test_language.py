@@ -21,7 +21,7 @@ from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import exact
 from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Plant, load_plant
-from homeostat.record.result import Run
+from homeostat.evaluate.run import Run
 
 pytestmark = pytest.mark.filterwarnings("ignore:open_binary is deprecated:DeprecationWarning")  # on counting tokens
 

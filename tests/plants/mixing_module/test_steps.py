@@ -26,7 +26,8 @@ from homeostat.llm.scripted import ScriptedModel
 from homeostat.plants.assembly import Language, Workbench, in_operation
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import Plant, load_plant
-from homeostat.record.result import Run, StepScores
+from homeostat.evaluate.run import Run
+from homeostat.record.result import StepScores
 
 pytestmark = pytest.mark.slow
 

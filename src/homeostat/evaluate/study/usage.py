@@ -25,9 +25,9 @@ def usage_of(every: Sequence[ModelCalled], said: Sequence[TranscriptEntry]) -> d
     counted = bool(calls) and all(c.input_tokens > 0 for c in calls if not c.failure)
     columns: dict[str, Any] = {f"{agent}_{what}": 0 for agent in AGENTS for what in ("calls", "in", "out")}
     for call, own in pairs:
-        columns[f"{call.agent}_calls"] += 1
-        columns[f"{call.agent}_in"] += call.input_tokens if counted else own.asked_tokens
-        columns[f"{call.agent}_out"] += call.output_tokens if counted else own.answered_tokens
+        tokens = (call.input_tokens, call.output_tokens) if counted else (own.asked_tokens, own.answered_tokens)
+        for what, count in zip(("calls", "in", "out"), (1, *tokens), strict=True):
+            columns[f"{call.agent}_{what}"] += count
     costs = [c.cost_usd for c in calls]
     return {
         **columns,
