@@ -12,6 +12,7 @@ from homeostat.agents.language.answers import Unusable, planning_type, read
 from homeostat.agents.language.scripts import reasonable, stubborn
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Attempted
+from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
@@ -21,7 +22,6 @@ from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import exact
 from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Plant, load_plant
-from homeostat.evaluate.run import Run
 
 pytestmark = pytest.mark.filterwarnings("ignore:open_binary is deprecated:DeprecationWarning")  # on counting tokens
 

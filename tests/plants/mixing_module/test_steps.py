@@ -16,6 +16,7 @@ from homeostat.agents.roles import AskingProtocol, NoAdmissiblePlan, Proposer
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Attempted, GaveUp, NoActionTaken, ReleasedActions
 from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.evaluate.score.step_scores import score_steps
@@ -26,7 +27,6 @@ from homeostat.llm.scripted import ScriptedModel
 from homeostat.plants.assembly import Language, Workbench, in_operation
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import Plant, load_plant
-from homeostat.evaluate.run import Run
 from homeostat.record.result import StepScores
 
 pytestmark = pytest.mark.slow
