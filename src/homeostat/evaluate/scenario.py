@@ -66,9 +66,14 @@ def scenario_of(plant: Plant, faults: Sequence[Fault], seed: int, end_s: float |
 
 
 def scenario(
-    plant: Plant, fault: str, seed: int, onset_s: float | None = None, severity: float | None = None,
-    end_s: float | None = None, location: str | None = None,
-) -> Scenario:  # fmt: skip
+    plant: Plant,
+    fault: str,
+    seed: int,
+    onset_s: float | None = None,
+    severity: float | None = None,
+    end_s: float | None = None,
+    location: str | None = None,
+) -> Scenario:
     """The scenario of ``fault``: a fault's name, several joined by '+', or 'none'.
 
     Args:

@@ -132,9 +132,17 @@ def _batch(model: ProcessModel, ensemble: Ensemble, count: int, steps: int, stri
         return np.ascontiguousarray(np.tile(table, (count, 1)))
 
     return Batch(
-        state=repeat(ensemble.states), parameters=repeat(ensemble.parameters), severity=repeat(ensemble.severity),
-        onset_s=repeat(ensemble.onset_s), inputs=np.empty((count, 0, len(model.inputs))),
-        input_of=np.repeat(np.arange(count), members), start_s=ensemble.start_s, steps=steps, stride=stride,
-        record=tuple(range(len(model.states))), seeds=np.tile(ensemble.seeds, count),
-        process_noise=np.ones(count * members), sensor_noise=np.full(count * members, float(sensor_noise)),
-    )  # fmt: skip
+        state=repeat(ensemble.states),
+        parameters=repeat(ensemble.parameters),
+        severity=repeat(ensemble.severity),
+        onset_s=repeat(ensemble.onset_s),
+        inputs=np.empty((count, 0, len(model.inputs))),
+        input_of=np.repeat(np.arange(count), members),
+        start_s=ensemble.start_s,
+        steps=steps,
+        stride=stride,
+        record=tuple(range(len(model.states))),
+        seeds=np.tile(ensemble.seeds, count),
+        process_noise=np.ones(count * members),
+        sensor_noise=np.full(count * members, float(sensor_noise)),
+    )

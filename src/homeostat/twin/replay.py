@@ -57,10 +57,20 @@ def replay(
 
     def run(states: Table, inputs: Cube, start_s: float, steps: int) -> tuple[Cube, Table]:
         batch = Batch(
-            state=states, parameters=parameters, severity=severity, onset_s=onset, inputs=inputs,
-            input_of=np.zeros(members, dtype=np.int64), start_s=start_s, steps=steps, stride=1, record=picks,
-            seeds=np.zeros(members, dtype=np.int64), process_noise=np.zeros(members), sensor_noise=np.zeros(members),
-        )  # fmt: skip
+            state=states,
+            parameters=parameters,
+            severity=severity,
+            onset_s=onset,
+            inputs=inputs,
+            input_of=np.zeros(members, dtype=np.int64),
+            start_s=start_s,
+            steps=steps,
+            stride=1,
+            record=picks,
+            seeds=np.zeros(members, dtype=np.int64),
+            process_noise=np.zeros(members),
+            sensor_noise=np.zeros(members),
+        )
         result = simulate_with_past(model.kernel, batch, model.states.__getitem__)
         return result.record, result.state
 

@@ -25,6 +25,8 @@ class Conditions:
     def settings(self) -> tuple[Setting, ...]:
         """As the journal has them."""
         return (
-            Setting("protocol", self.protocol.value), Setting("label_given", int(self.label_given)),
-            Setting("reprompting", int(self.reprompting)), Setting("ensemble", int(self.ensemble)),
-        )  # fmt: skip
+            Setting("protocol", self.protocol.value),
+            Setting("label_given", int(self.label_given)),
+            Setting("reprompting", int(self.reprompting)),
+            Setting("ensemble", int(self.ensemble)),
+        )

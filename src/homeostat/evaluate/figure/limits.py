@@ -69,10 +69,18 @@ def _annotate(axis: Axes, value: float, words: str, above: bool, colour: str, cu
     from matplotlib.patheffects import withStroke
 
     text = axis.annotate(
-        words, (1.0, value), xycoords=("axes fraction", "data"), xytext=(-4, 1.5 if above else -2),
-        textcoords="offset points", ha="right", va="bottom" if above else "top", fontsize=8, color=colour,
-        zorder=6, path_effects=[withStroke(linewidth=2.0, foreground="white")],
-    )  # fmt: skip
+        words,
+        (1.0, value),
+        xycoords=("axes fraction", "data"),
+        xytext=(-4, 1.5 if above else -2),
+        textcoords="offset points",
+        ha="right",
+        va="bottom" if above else "top",
+        fontsize=8,
+        color=colour,
+        zorder=6,
+        path_effects=[withStroke(linewidth=2.0, foreground="white")],
+    )
 
     def covered(place: float) -> int:
         text.xy = (place, value)

@@ -82,9 +82,16 @@ def _write_times(strip: Axes, later: Sequence[Release], apart_s: float) -> None:
 def _write(strip: Axes, words: str, at_s: float, height: float, size: float, colour: str) -> None:
     """Words to the right of a moment, or to the left of it where the right has no room."""
     text = strip.annotate(
-        words, (at_s, height), xytext=(4, 0), textcoords="offset points", va="center", fontsize=size, color=colour,
-        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6}, zorder=6,
-    )  # fmt: skip
+        words,
+        (at_s, height),
+        xytext=(4, 0),
+        textcoords="offset points",
+        va="center",
+        fontsize=size,
+        color=colour,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
+        zorder=6,
+    )
     if text.get_window_extent().x1 > strip.figure.bbox.x1:
         text.set(x=-4, ha="right")
 

@@ -25,9 +25,13 @@ from homeostat.record.releases import Release
 
 
 def avoidable(
-    plant: Plant, scenario: Scenario, truth: Trajectory, force: LimitsInForce, detected_s: float,
+    plant: Plant,
+    scenario: Scenario,
+    truth: Trajectory,
+    force: LimitsInForce,
+    detected_s: float,
     released: ActionSet | None,
-) -> bool:  # fmt: skip
+) -> bool:
     """Whether ``truth`` violates a hard limit after ``detected_s`` that a fallback or ``released`` would have kept.
 
     What is outside when start-up ends has to come back as what is outside at detection has.

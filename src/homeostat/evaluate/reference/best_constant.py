@@ -71,13 +71,20 @@ def _batch(
     members = len(states)
     severity, onset = fault_tables(plant.model, scenario.faults)
     return Batch(
-        state=states, parameters=np.tile(plant.true_parameters(scenario.seed), (members, 1)),
-        severity=np.tile(severity, (members, 1)), onset_s=np.tile(onset, (members, 1)), inputs=inputs,
-        input_of=np.arange(members), start_s=start_s, steps=steps, stride=stride,
+        state=states,
+        parameters=np.tile(plant.true_parameters(scenario.seed), (members, 1)),
+        severity=np.tile(severity, (members, 1)),
+        onset_s=np.tile(onset, (members, 1)),
+        inputs=inputs,
+        input_of=np.arange(members),
+        start_s=start_s,
+        steps=steps,
+        stride=stride,
         record=tuple(range(len(plant.model.states))),
         seeds=np.full(members, noise_seed(scenario.seed, Stream.TRUTH_NOISE)),
-        process_noise=np.ones(members), sensor_noise=np.ones(members),
-    )  # fmt: skip
+        process_noise=np.ones(members),
+        sensor_noise=np.ones(members),
+    )
 
 
 def _state_at(plant: Plant, scenario: Scenario, at_s: float) -> tuple[Row, float]:

@@ -99,8 +99,10 @@ def executive_along(plant: Plant, path: RecoveryPath, values: Mapping[str, float
 
 def _commands(plant: Plant, values: Mapping[str, float], state: State) -> tuple[Command, ...]:
     tags = plant.description.tags_by_name
-    return tuple(Command(r.tag, values.get(r.tag, r.design) if r.high > r.low else r.design, tags[r.tag].rate_limit)
-                 for r in state.setpoints)  # fmt: skip
+    return tuple(
+        Command(r.tag, values.get(r.tag, r.design) if r.high > r.low else r.design, tags[r.tag].rate_limit)
+        for r in state.setpoints
+    )
 
 
 def inside(truth: Trajectory, limits: Limits) -> bool:

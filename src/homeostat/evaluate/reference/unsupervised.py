@@ -78,9 +78,12 @@ class Diverted:
 def open_process(plant: Plant, scenario: Scenario) -> TrueProcess:
     """The true process of a scenario: its own true parameters, its faults, its noise."""
     configuration = PlantConfiguration(
-        parameters=plant.true_parameters(scenario.seed), inputs=plant.start, faults=scenario.faults,
-        end_s=scenario.end_s, noise_seed=noise_seed(scenario.seed, Stream.TRUTH_NOISE),
-    )  # fmt: skip
+        parameters=plant.true_parameters(scenario.seed),
+        inputs=plant.start,
+        faults=scenario.faults,
+        end_s=scenario.end_s,
+        noise_seed=noise_seed(scenario.seed, Stream.TRUTH_NOISE),
+    )
     return TrueProcess(plant.model, plant.description, configuration)
 
 

@@ -58,9 +58,12 @@ class Exchange:
     """
 
     def __init__(
-        self, clock: Clock, send: Callable[[Message], object], lost: Callable[[str], None],
+        self,
+        clock: Clock,
+        send: Callable[[Message], object],
+        lost: Callable[[str], None],
         settings: ExchangeSettings | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """``send`` puts a message into the guard's mailbox; ``lost`` is told, once, why recovery was given up."""
         self._clock, self._send, self._lost = clock, send, lost
         self._settings = settings or ExchangeSettings()

@@ -33,9 +33,12 @@ class Reader:
     """Goes on by one tick whatever the source does; its troubles are told once, and again when they are over."""
 
     def __init__(
-        self, source: Source, raised: Callable[[str, str], None], returned: Callable[[str], None],
+        self,
+        source: Source,
+        raised: Callable[[str, str], None],
+        returned: Callable[[str], None],
         answer_s: float = ANSWER_S,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """``raised`` and ``returned``: an alarm's identifier, and what it is about, when it begins and when it ends.
 
         ``answer_s``: longest wait for a source that may block, wall-clock [s].
