@@ -24,8 +24,8 @@ from benchmarks.language_runs import LanguageRun, reactor, run_with
 from benchmarks.prompt_tokens import PUBLISHED, Count, counts
 from homeostat.agents.bounds import Budget
 from homeostat.agents.language.scripts import SCRIPTS
-from homeostat.domain.events.guard import FallbackActivated
 from homeostat.domain.events.recovery import FallbackArmed
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.links.clock import ThinkingClock
 from homeostat.llm.address import parse_address
 from homeostat.llm.network import AddressPolicy

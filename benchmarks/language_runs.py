@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 
 from homeostat.agents.bounds import Budget
-from homeostat.domain.events.guard import FallbackActivated
 from homeostat.domain.events.recovery import Attempted, ReleasedActions
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.evaluate.reference.unsupervised import run_unattended
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run

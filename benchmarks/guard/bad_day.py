@@ -13,7 +13,7 @@ from benchmarks.guard.day_script import EVERY_S, KINDS, DayScript, Incident
 from benchmarks.guard.scripted_plants import SHAPES, script_of, written_at_start
 from benchmarks.guard.store import FAST, Sizes
 from benchmarks.guard.timed import Memory, Timed
-from homeostat.domain.events.guard import FallbackActivated
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import Observation

@@ -8,15 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from benchmarks.guard.scripted_plants import SHAPES
-from homeostat.domain.events.guard import (
-    AlarmRaised,
-    FallbackSkipped,
-    FallbackStands,
-    QualityChanged,
-    ServiceChanged,
-    Shed,
-    Tripped,
-)
+from homeostat.domain.events.guard import QualityChanged
+from homeostat.domain.events.people import AlarmRaised, ServiceChanged
+from homeostat.domain.events.trips import FallbackSkipped, FallbackStands, Shed, Tripped
 from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import GuardEvent

@@ -10,7 +10,8 @@ from typing import Any
 
 from benchmarks.guard.store import Sizes
 from benchmarks.guard.timed import Memory, Timed
-from homeostat.domain.events.guard import AlarmRaised, FallbackActivated
+from homeostat.domain.events.people import AlarmRaised
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.journal import Journal
 from homeostat.journal.events import Event

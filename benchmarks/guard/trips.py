@@ -7,7 +7,7 @@ from typing import Any
 
 from benchmarks.guard.scripted_plants import SHAPES, script_of
 from benchmarks.guard.store import Sizes, quantile
-from homeostat.domain.events.guard import Tripped
+from homeostat.domain.events.trips import Tripped
 from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import GuardEvent

@@ -8,8 +8,8 @@ from typing import Any
 
 from benchmarks.guard.store import Sizes
 from benchmarks.guard.timed import Timed
-from homeostat.domain.events.guard import FallbackActivated
 from homeostat.domain.events.recovery import ReleasedActions
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import scenario

@@ -11,8 +11,8 @@ from benchmarks.scale.module_case import TimedStore, module_case
 from benchmarks.scale.plant_graph import KINDS, kind_of
 from benchmarks.scale.prompts import Declining, first_question, left_out, tokens
 from benchmarks.scale.site import Site
-from homeostat.domain.events.guard import FallbackActivated
 from homeostat.domain.events.recovery import Noticed, ReleasedActions
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import scenario
 from homeostat.evaluate.score.facts import limits_of

@@ -9,7 +9,8 @@ import pytest
 
 from homeostat.cli.story.story import Story
 from homeostat.cli.story.summary import summary
-from homeostat.domain.events.guard import FallbackActivated, RequestAnswered
+from homeostat.domain.events.guard import RequestAnswered
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.recovery import Command
 from homeostat.journal import Event
 from homeostat.plants.plant import load_plant

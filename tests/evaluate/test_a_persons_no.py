@@ -7,7 +7,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, Armed, FallbackActivated, RequestAnswered
+from homeostat.domain.events.guard import Armed, RequestAnswered
+from homeostat.domain.events.people import AlarmRaised
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode, Verb
 from homeostat.evaluate.operation import Operation

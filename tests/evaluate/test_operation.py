@@ -10,15 +10,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import (
-    LatchReset,
-    ModeEntered,
-    PersonHeard,
-    RequestAnswered,
-    ServiceChanged,
-    StateEntered,
-    Tripped,
-)
+from homeostat.domain.events.guard import RequestAnswered, StateEntered
+from homeostat.domain.events.people import ModeEntered, PersonHeard, ServiceChanged
+from homeostat.domain.events.trips import LatchReset, Tripped
 from homeostat.domain.events.writes import LeaseLost, LeaseTried, WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.evaluate.operation import Operation

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
-from homeostat.domain.events.guard import AlarmRaised, GuardStarted, ModeEntered, ServiceChanged, StateEntered
+from homeostat.domain.events.guard import GuardStarted, StateEntered
+from homeostat.domain.events.people import AlarmRaised, ModeEntered, ServiceChanged
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.snapshot import Snapshot

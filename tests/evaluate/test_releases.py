@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, RequestAnswered
+from homeostat.domain.events.guard import RequestAnswered
+from homeostat.domain.events.people import AlarmRaised
 from homeostat.domain.events.recovery import Attempted, Diagnosed, ReleasedActions
 from homeostat.domain.events.writes import Cause, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import PersonCommand, Role, Verb

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from homeostat.domain.alarm import Alarm, Priority
-from homeostat.domain.events.guard import AlarmAcknowledged, AlarmRaised, AlarmReturned
+from homeostat.domain.events.people import AlarmAcknowledged, AlarmRaised, AlarmReturned
 from homeostat.guard.watch.alarms import Alarms
 
 HIGH, LOW = Priority.HIGH, Priority.LOW

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, ServiceChanged, StepTaken
+from homeostat.domain.events.guard import StepTaken
+from homeostat.domain.events.people import AlarmRaised, ServiceChanged
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.plant.state_machine import SetpointRange, State

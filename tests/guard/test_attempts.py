@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import FallbackStands
+from homeostat.domain.events.trips import FallbackStands
 from homeostat.domain.events.writes import Cause, ReadBack, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.guard.settings import GuardSettings

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from homeostat.domain.events.guard import FallbackStands
+from homeostat.domain.events.trips import FallbackStands
 from homeostat.domain.events.writes import LeaseLost
 from homeostat.domain.recovery import Command
 from homeostat.guard.writing import bounded

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import FallbackStands, Tripped
+from homeostat.domain.events.trips import FallbackStands, Tripped
 from homeostat.domain.events.writes import WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.recovery import Command

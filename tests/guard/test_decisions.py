@@ -10,7 +10,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, Armed, Latched, Stopped, Tripped
+from homeostat.domain.events.guard import Armed, Stopped
+from homeostat.domain.events.people import AlarmRaised
+from homeostat.domain.events.trips import Latched, Tripped
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, Correction, FallBack, Settled, Trouble
 from homeostat.domain.recovery import ActionSet, Command

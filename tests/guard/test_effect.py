@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from homeostat.domain.events.guard import FallbackActivated, FallbackIneffective, FallbackStands, LatchReset, Shed
+from homeostat.domain.events.trips import FallbackActivated, FallbackIneffective, FallbackStands, LatchReset, Shed
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy

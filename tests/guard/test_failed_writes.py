@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised
+from homeostat.domain.events.people import AlarmRaised
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.recovery import ActionSet, Command
 from tests.guard.test_moves import BACK, late_during_the_second_fallback

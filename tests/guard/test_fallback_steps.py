@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import FallbackActivated, FallbackStands, SequenceLoaded, Shed, StepTaken, Tripped
+from homeostat.domain.events.guard import SequenceLoaded, StepTaken
+from homeostat.domain.events.trips import FallbackActivated, FallbackStands, Shed, Tripped
 from homeostat.domain.events.writes import WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.plant.rules import TripRule

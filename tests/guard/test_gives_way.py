@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import FallbackIneffective, FallbackStands, Shed
+from homeostat.domain.events.trips import FallbackIneffective, FallbackStands, Shed
 from homeostat.domain.events.writes import WriteEnded, WriteResult
 from homeostat.domain.mode import Verb
 from homeostat.domain.plant.rules import GuardRules

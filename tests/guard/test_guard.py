@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from homeostat.domain.events.guard import FallbackActivated, FallbackStands, Latched, Tripped
+from homeostat.domain.events.trips import FallbackActivated, FallbackStands, Latched, Tripped
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import Command

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised
+from homeostat.domain.events.people import AlarmRaised
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.recovery import ActionSet, Command
 from tests.guard.vessel import ADJUSTED, POUR, World, running, statuses

@@ -7,15 +7,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import (
-    AlarmRaised,
-    FallbackActivated,
-    FallbackSkipped,
-    FallbackStands,
-    GuardStarted,
-    ServiceChanged,
-    StateEntered,
-)
+from homeostat.domain.events.guard import GuardStarted, StateEntered
+from homeostat.domain.events.people import AlarmRaised, ServiceChanged
+from homeostat.domain.events.trips import FallbackActivated, FallbackSkipped, FallbackStands
 from homeostat.domain.events.writes import Cause, ReadBack, TargetsHeld
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy

@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, FallbackStands, LatchReset, ServiceChanged
+from homeostat.domain.events.people import AlarmRaised, ServiceChanged
+from homeostat.domain.events.trips import FallbackStands, LatchReset
 from homeostat.domain.events.writes import Cause, ReadBack, WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import FallBack

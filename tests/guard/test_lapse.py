@@ -7,15 +7,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import (
-    AlarmRaised,
-    FallbackActivated,
-    FallbackStands,
-    ModeEntered,
-    PersonHeard,
-    SequenceLoaded,
-    ServiceChanged,
-)
+from homeostat.domain.events.guard import SequenceLoaded
+from homeostat.domain.events.people import AlarmRaised, ModeEntered, PersonHeard, ServiceChanged
+from homeostat.domain.events.trips import FallbackActivated, FallbackStands
 from homeostat.domain.events.writes import LeaseLost, LeaseTried, WriteIntended
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, Step

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, FallbackActivated, FallbackSkipped, FallbackStands, Shed, Tripped
+from homeostat.domain.events.people import AlarmRaised
+from homeostat.domain.events.trips import FallbackActivated, FallbackSkipped, FallbackStands, Shed, Tripped
 from homeostat.domain.plant.rules import TripRule
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
 from homeostat.guard.settings import GuardSettings

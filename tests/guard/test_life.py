@@ -7,7 +7,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, Armed, GuardStarted, Latched, ModeEntered, Stopped
+from homeostat.domain.events.guard import Armed, GuardStarted, Stopped
+from homeostat.domain.events.people import AlarmRaised, ModeEntered
+from homeostat.domain.events.trips import Latched
 from homeostat.domain.events.writes import WriteEnded, WriteResult
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, FallBack

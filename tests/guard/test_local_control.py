@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, PersonHeard, SequenceLoaded
+from homeostat.domain.events.guard import SequenceLoaded
+from homeostat.domain.events.people import AlarmRaised, PersonHeard
 from homeostat.domain.events.writes import LeaseLost, LeaseTried, WriteEnded
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.plant.state_machine import SetpointRange

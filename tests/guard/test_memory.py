@@ -7,21 +7,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import (
-    AlarmRaised,
-    FallbackActivated,
-    FallbackIneffective,
-    FallbackStands,
-    Latched,
-    LatchReset,
-    ModeEntered,
-    PersonHeard,
-    RequestAnswered,
-    SequenceLoaded,
-    ServiceChanged,
-    StateEntered,
-    StepTaken,
-)
+from homeostat.domain.events.guard import RequestAnswered, SequenceLoaded, StateEntered, StepTaken
+from homeostat.domain.events.people import AlarmRaised, ModeEntered, PersonHeard, ServiceChanged
+from homeostat.domain.events.trips import FallbackActivated, FallbackIneffective, FallbackStands, Latched, LatchReset
 from homeostat.domain.events.writes import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode, Role, Verb
 from homeostat.domain.ports import GuardEvent

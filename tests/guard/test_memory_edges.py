@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from homeostat.domain.events.guard import Armed, Latched, ModeEntered, RequestAnswered, SequenceLoaded, StepTaken
+from homeostat.domain.events.guard import Armed, RequestAnswered, SequenceLoaded, StepTaken
+from homeostat.domain.events.people import ModeEntered
+from homeostat.domain.events.trips import Latched
 from homeostat.domain.events.writes import Cause, ReadBack
 from homeostat.guard.writing.flight import PUT_RIGHT
 from tests.guard.test_memory import GIVEN_UP, REQUEST, STEPS, TAGS, intended, remembered, step

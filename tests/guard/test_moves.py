@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.events.guard import FallbackStands, ServiceChanged
+from homeostat.domain.events.people import ServiceChanged
+from homeostat.domain.events.trips import FallbackStands
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from tests.guard.vessel import CLOSE, DRAIN, RULES, World, running

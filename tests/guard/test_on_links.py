@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from homeostat.domain.events.guard import FallbackStands, Tripped
+from homeostat.domain.events.trips import FallbackStands, Tripped
 from homeostat.domain.events.writes import LeaseLost, LeaseTried, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.recovery import Command

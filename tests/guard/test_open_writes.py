@@ -7,17 +7,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import (
-    AlarmRaised,
-    FallbackStands,
-    Latched,
-    SequenceLoaded,
-    ServiceChanged,
-    StartUpBegan,
-    StartUpEnded,
-    StateEntered,
-    StepTaken,
-)
+from homeostat.domain.events.guard import SequenceLoaded, StartUpBegan, StartUpEnded, StateEntered, StepTaken
+from homeostat.domain.events.people import AlarmRaised, ServiceChanged
+from homeostat.domain.events.trips import FallbackStands, Latched
 from homeostat.domain.events.writes import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import Command

@@ -7,15 +7,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import (
-    FallbackStands,
-    LatchReset,
-    ModeEntered,
-    PersonHeard,
-    RequestAnswered,
-    SequenceLoaded,
-    ServiceChanged,
-)
+from homeostat.domain.events.guard import RequestAnswered, SequenceLoaded
+from homeostat.domain.events.people import ModeEntered, PersonHeard, ServiceChanged
+from homeostat.domain.events.trips import FallbackStands, LatchReset
 from homeostat.domain.events.writes import StepLoaded, WriteEnded, WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.plant.rules import GuardRules

@@ -9,15 +9,9 @@ from typing import Any
 import pytest
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.events.guard import (
-    AlarmAcknowledged,
-    AlarmRaised,
-    FallbackStands,
-    LatchReset,
-    ModeEntered,
-    PersonHeard,
-    SequenceLoaded,
-)
+from homeostat.domain.events.guard import SequenceLoaded
+from homeostat.domain.events.people import AlarmAcknowledged, AlarmRaised, ModeEntered, PersonHeard
+from homeostat.domain.events.trips import FallbackStands, LatchReset
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.domain.observation import Arm, Correction, FallBack, Withdraw

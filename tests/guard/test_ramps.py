@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.events.guard import FallbackActivated, FallbackSkipped, FallbackStands, Tripped
+from homeostat.domain.events.trips import FallbackActivated, FallbackSkipped, FallbackStands, Tripped
 from homeostat.domain.mode import Side
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, FallbackActivated, FallbackStands
+from homeostat.domain.events.people import AlarmRaised
+from homeostat.domain.events.trips import FallbackActivated, FallbackStands
 from homeostat.domain.events.writes import Cause, LeaseLost, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.observation import FallBack
 from homeostat.domain.recovery import ActionSet, Command

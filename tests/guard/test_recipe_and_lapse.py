@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.events.guard import SequenceLoaded, ServiceChanged, StartUpBegan
+from homeostat.domain.events.guard import SequenceLoaded, StartUpBegan
+from homeostat.domain.events.people import ServiceChanged
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.plant.state_machine import SetpointRange

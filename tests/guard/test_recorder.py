@@ -7,7 +7,9 @@ import time
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmReturned, FallbackStands, Stopped
+from homeostat.domain.events.guard import Stopped
+from homeostat.domain.events.people import AlarmReturned
+from homeostat.domain.events.trips import FallbackStands
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.ports import GuardEvent, Kept
 from homeostat.guard.restart import recorder as module

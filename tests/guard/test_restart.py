@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, PersonHeard, RequestAnswered, StepTaken
+from homeostat.domain.events.guard import RequestAnswered, StepTaken
+from homeostat.domain.events.people import AlarmRaised, PersonHeard
 from homeostat.domain.events.writes import Cause, ReadBack, WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import FallBack

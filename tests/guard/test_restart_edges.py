@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, FallbackStands, Latched, SequenceLoaded, StepTaken
+from homeostat.domain.events.guard import SequenceLoaded, StepTaken
+from homeostat.domain.events.people import AlarmRaised
+from homeostat.domain.events.trips import FallbackStands, Latched
 from homeostat.domain.events.writes import Cause, ReadBack, StepLoaded, WriteIntended
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import Command

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import ServiceChanged
+from homeostat.domain.events.people import ServiceChanged
 from homeostat.domain.events.writes import TargetsHeld
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import LatchReset
+from homeostat.domain.events.trips import LatchReset
 from homeostat.domain.events.writes import WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode, Verb
 from homeostat.guard.requests.seal import Sealer

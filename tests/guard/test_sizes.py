@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, PersonHeard, RequestAnswered
+from homeostat.domain.events.guard import RequestAnswered
+from homeostat.domain.events.people import AlarmRaised, PersonHeard
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import Withdraw
 from homeostat.domain.recovery import ActionSet, Command, Step

@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import FallbackStands, ModeEntered
+from homeostat.domain.events.people import ModeEntered
+from homeostat.domain.events.trips import FallbackStands
 from homeostat.domain.events.writes import LeaseTried
 from homeostat.domain.mode import Mode, Verb
 from homeostat.guard.settings import GuardSettings

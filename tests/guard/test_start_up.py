@@ -8,7 +8,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import FallbackActivated, PersonHeard, StartUpBegan, StartUpEnded, Tripped
+from homeostat.domain.events.guard import StartUpBegan, StartUpEnded
+from homeostat.domain.events.people import PersonHeard
+from homeostat.domain.events.trips import FallbackActivated, Tripped
 from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.domain.mode import Mode, Verb
 from homeostat.guard.restart.memory import Memory

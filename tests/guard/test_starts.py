@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.events.guard import AlarmRaised, SequenceLoaded
+from homeostat.domain.events.guard import SequenceLoaded
+from homeostat.domain.events.people import AlarmRaised
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Verb
 from homeostat.domain.recovery import Command, Step

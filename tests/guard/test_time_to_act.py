@@ -6,7 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, Armed, FallbackActivated, Latched
+from homeostat.domain.events.guard import Armed
+from homeostat.domain.events.people import AlarmRaised
+from homeostat.domain.events.trips import FallbackActivated, Latched
 from homeostat.domain.events.writes import Cause, ReadBack
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, FallBack, NoAction

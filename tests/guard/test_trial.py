@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import (
-    AlarmReturned,
-    Armed,
+from homeostat.domain.events.guard import Armed
+from homeostat.domain.events.people import AlarmReturned
+from homeostat.domain.events.trips import (
     EffectFollowed,
     FallbackActivated,
     FallbackIneffective,

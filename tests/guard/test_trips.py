@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from homeostat.domain.events.guard import TripLifted
+from homeostat.domain.events.trips import TripLifted
 from homeostat.domain.plant.limits import Limit, LimitKind, Limits
 from homeostat.domain.plant.rules import GuardRules, QualityRule, StartUp, TripRule
 from homeostat.domain.snapshot import Snapshot

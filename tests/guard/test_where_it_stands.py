@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, LatchReset, SequenceLoaded, StartUpBegan
+from homeostat.domain.events.guard import SequenceLoaded, StartUpBegan
+from homeostat.domain.events.people import AlarmRaised
+from homeostat.domain.events.trips import LatchReset
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.plant.state_machine import SetpointRange, StateMachine

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised
+from homeostat.domain.events.people import AlarmRaised
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, FallBack, Message
 from tests.guard.vessel import CLOSE, DRAIN, World, running, statuses

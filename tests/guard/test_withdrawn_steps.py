@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, ModeEntered, SequenceLoaded
+from homeostat.domain.events.guard import SequenceLoaded
+from homeostat.domain.events.people import AlarmRaised, ModeEntered
 from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.plant.limits import LimitKind

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.events.guard import FallbackActivated, StepTaken
+from homeostat.domain.events.guard import StepTaken
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.events.writes import Cause, ReadBack, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode, Side, Verb
 from homeostat.domain.recovery import ActionSet, Command

@@ -8,16 +8,9 @@ from pathlib import Path
 import pytest
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.events.guard import (
-    AlarmRaised,
-    AlarmReturned,
-    FallbackStands,
-    ModeEntered,
-    PersonHeard,
-    ServiceChanged,
-    StateEntered,
-    Stopped,
-)
+from homeostat.domain.events.guard import StateEntered, Stopped
+from homeostat.domain.events.people import AlarmRaised, AlarmReturned, ModeEntered, PersonHeard, ServiceChanged
+from homeostat.domain.events.trips import FallbackStands
 from homeostat.domain.events.writes import Cause, ReadBack
 from homeostat.domain.mode import Role
 from homeostat.journal import Event, Journal, Resumed, RunFinished

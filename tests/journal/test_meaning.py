@@ -9,17 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.domain.events.guard import (
-    FallbackActivated,
-    FallbackStands,
-    GuardStarted,
-    Latched,
-    LatchReset,
-    ModeEntered,
-    RequestAnswered,
-    StateEntered,
-)
+from homeostat.domain.events.guard import GuardStarted, RequestAnswered, StateEntered
+from homeostat.domain.events.people import ModeEntered
 from homeostat.domain.events.recovery import Attempted, Diagnosed, LaterStep, ReleasedActions
+from homeostat.domain.events.trips import FallbackActivated, FallbackStands, Latched, LatchReset
 from homeostat.domain.events.writes import Cause, ReadBack, StepLoaded, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.journal import Event, Journal, Report, RunFinished, RunStarted, Setting, Summary

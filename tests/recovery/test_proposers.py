@@ -16,8 +16,8 @@ from homeostat.agents.checks import CLOSED, REPEATED
 from homeostat.agents.roles import Approved, NoAdmissiblePlan, Proposer, Situation
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.guard import FallbackActivated
 from homeostat.domain.events.recovery import Attempted, GaveUp, ReleasedActions, ReleaseRefused
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath

@@ -7,7 +7,8 @@ import threading
 
 import pytest
 
-from homeostat.domain.events.guard import AlarmRaised, AlarmReturned, Tripped
+from homeostat.domain.events.people import AlarmRaised, AlarmReturned
+from homeostat.domain.events.trips import Tripped
 from homeostat.domain.observation import Observation, Settled, Trouble
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.clock import DeclaredClock

@@ -10,8 +10,9 @@ import pytest
 
 from homeostat.agents.roles import NoAdmissiblePlan, Proposer
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
-from homeostat.domain.events.guard import Armed, FallbackActivated
+from homeostat.domain.events.guard import Armed
 from homeostat.domain.events.recovery import Attempted, ReleasedActions
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.verdict import Approve, FallbackNeeded, NoActionNeeded, Released, RolloutResult
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from tests.agents.scripted import (

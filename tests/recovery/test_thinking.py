@@ -10,8 +10,10 @@ import pytest
 
 from homeostat.agents.bounds import Budget
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.guard import AlarmRaised, Armed, FallbackActivated
+from homeostat.domain.events.guard import Armed
+from homeostat.domain.events.people import AlarmRaised
 from homeostat.domain.events.recovery import ReleasedActions
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import Observation
 from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released

@@ -8,8 +8,8 @@ import pytest
 
 from benchmarks.language_runs import run_with
 from homeostat.agents.bounds import Budget
-from homeostat.domain.events.guard import FallbackActivated
 from homeostat.domain.events.recovery import Attempted, FallbackArmed
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.journal.calls import ModelCalled
 from homeostat.journal.encode import canonical, encode
 from homeostat.links.clock import ThinkingClock

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from homeostat.domain.events.guard import PersonHeard, RequestAnswered
+from homeostat.domain.events.guard import RequestAnswered
+from homeostat.domain.events.people import PersonHeard
 from homeostat.domain.mode import Role
 from homeostat.journal import Journal, RunStarted, Summary, read_events
 from homeostat.service.answers import Heard, Waiting, length, wait_for, waiting

@@ -7,17 +7,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from homeostat.domain.diagnosis import FaultState
-from homeostat.domain.events.guard import (
-    FallbackActivated,
-    LatchReset,
-    ModeEntered,
-    RequestAnswered,
-    SequenceLoaded,
-    Shed,
-    StateEntered,
-    StepTaken,
-)
+from homeostat.domain.events.guard import RequestAnswered, SequenceLoaded, StateEntered, StepTaken
+from homeostat.domain.events.people import ModeEntered
 from homeostat.domain.events.recovery import Attempted, ReleasedActions
+from homeostat.domain.events.trips import FallbackActivated, LatchReset, Shed
 from homeostat.domain.events.writes import Cause, ReadBack, WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Observation

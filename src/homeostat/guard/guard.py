@@ -7,7 +7,8 @@ from collections import Counter
 from itertools import islice
 
 from homeostat.domain.alarm import Alarm, Priority
-from homeostat.domain.events.guard import GuardStarted, ModeEntered, StateEntered, Stopped
+from homeostat.domain.events.guard import GuardStarted, StateEntered, Stopped
+from homeostat.domain.events.people import ModeEntered
 from homeostat.domain.events.writes import Cause, TargetsHeld
 from homeostat.domain.mode import Mode, PersonCommand, Side
 from homeostat.domain.observation import (

@@ -5,9 +5,11 @@ from __future__ import annotations
 from types import ModuleType
 from typing import Final
 
-from homeostat.domain.events import guard, recovery, writes
+from homeostat.domain.events import guard, people, recovery, trips, writes
 from homeostat.domain.events.guard import *  # noqa: F403
+from homeostat.domain.events.people import *  # noqa: F403
 from homeostat.domain.events.recovery import *  # noqa: F403
+from homeostat.domain.events.trips import *  # noqa: F403
 from homeostat.domain.events.writes import *  # noqa: F403
 from homeostat.journal import Event, Resumed, RunFinished, RunStarted, Signed
 from homeostat.journal.calls import ModelCalled
@@ -21,7 +23,7 @@ def _declared(module: ModuleType) -> tuple[type[Event], ...]:
 
 EVENTS: Final[tuple[type[Event], ...]] = (
     *(RunStarted, RunFinished, Resumed, Signed, ModelCalled),
-    *(event for module in (recovery, guard, writes) for event in _declared(module)),
+    *(event for module in (recovery, guard, trips, people, writes) for event in _declared(module)),
 )
 """The events that are decoded; a record of another kind is somebody else's."""
 

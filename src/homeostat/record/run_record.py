@@ -7,8 +7,9 @@ from collections.abc import Callable, Iterable
 from typing import Self, TypeVar
 
 from homeostat.domain.diagnosis import FaultState, Hypothesis
-from homeostat.domain.events.guard import FallbackActivated, StartUpBegan, StartUpEnded, StateEntered, Tripped
+from homeostat.domain.events.guard import StartUpBegan, StartUpEnded, StateEntered
 from homeostat.domain.events.recovery import Attempted, Diagnosed, Noticed
+from homeostat.domain.events.trips import FallbackActivated, Tripped
 from homeostat.domain.recovery import Command
 from homeostat.journal.events import Event, RunStarted
 from homeostat.journal.memory import Entry

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Protocol
 
-from homeostat.domain.events.guard import PersonHeard, RequestAnswered
+from homeostat.domain.events.guard import RequestAnswered
+from homeostat.domain.events.people import PersonHeard
 from homeostat.domain.request import RequestStatus
 from homeostat.journal.files import JOURNAL, MANIFEST
 from homeostat.journal.reading import parse

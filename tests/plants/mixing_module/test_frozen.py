@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from homeostat.domain.events.guard import Tripped
 from homeostat.domain.events.recovery import Noticed, ReleasedActions
+from homeostat.domain.events.trips import Tripped
 from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import scenario

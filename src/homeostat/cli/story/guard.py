@@ -8,20 +8,17 @@ from collections.abc import Iterator
 from homeostat.cli.story.line import Line, Tone
 from homeostat.cli.story.wording import commands, worst
 from homeostat.domain.alarm import Priority
-from homeostat.domain.events.guard import (
+from homeostat.domain.events.guard import GuardStarted, RequestAnswered
+from homeostat.domain.events.people import (
     AlarmAcknowledged,
     AlarmRaised,
     AlarmReturned,
-    FallbackStands,
-    GuardStarted,
-    LatchReset,
     ModeEntered,
     PersonHeard,
-    RequestAnswered,
     ServiceChanged,
-    Tripped,
 )
 from homeostat.domain.events.recovery import Attempted
+from homeostat.domain.events.trips import FallbackStands, LatchReset, Tripped
 from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.request import RequestStatus

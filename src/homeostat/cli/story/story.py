@@ -10,7 +10,7 @@ from homeostat.cli.story.guard import GuardStory
 from homeostat.cli.story.line import Line, Tone
 from homeostat.cli.story.wording import beliefs, commands, quantity, worst
 from homeostat.domain.diagnosis import FaultState, by_fault_set
-from homeostat.domain.events.guard import FallbackActivated, StateEntered
+from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import (
     Attempted,
     Deviated,
@@ -23,6 +23,7 @@ from homeostat.domain.events.recovery import (
     ReleaseRefused,
     Retrieved,
 )
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import printable, quoted
 from homeostat.journal import Event, RunFinished, RunStarted

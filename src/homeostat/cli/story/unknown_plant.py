@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
 from homeostat.domain.diagnosis import Fault, FaultState
-from homeostat.domain.events.guard import FallbackActivated, StateEntered
+from homeostat.domain.events.guard import StateEntered
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.plant.description import PlantDescription, Relation, Signal
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.rules import StartUp

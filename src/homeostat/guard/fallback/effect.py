@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from homeostat.domain.events.guard import EffectFollowed
+from homeostat.domain.events.trips import EffectFollowed
 from homeostat.domain.recovery import Effect, FallbackStrategy
 from homeostat.guard.fallback.trial import Passed
 from homeostat.guard.watch.trips import LONGEST_S, Violation

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.events.guard import FallbackActivated, FallbackSkipped, FallbackStands, Latched, Shed
+from homeostat.domain.events.trips import FallbackActivated, FallbackSkipped, FallbackStands, Latched, Shed
 from homeostat.domain.events.writes import Cause
 from homeostat.domain.recovery import Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.events.guard import FallbackIneffective, Tripped
+from homeostat.domain.events.trips import FallbackIneffective, Tripped
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.fallback.effect import EffectWatch
 from homeostat.guard.fallback.latch import Latch

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.events.guard import LatchReset, ModeEntered, PersonHeard
+from homeostat.domain.events.people import ModeEntered, PersonHeard
+from homeostat.domain.events.trips import LatchReset
 from homeostat.domain.events.writes import Cause
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.domain.recovery import ActionSet

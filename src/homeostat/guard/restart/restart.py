@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.events.guard import FallbackStands, StepTaken
+from homeostat.domain.events.guard import StepTaken
+from homeostat.domain.events.trips import FallbackStands
 from homeostat.domain.events.writes import Cause, ReadBack
 from homeostat.domain.mode import Side
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, Step

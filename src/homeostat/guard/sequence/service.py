@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from homeostat.domain.events.guard import ServiceChanged
+from homeostat.domain.events.people import ServiceChanged
 from homeostat.domain.plant.rules import WriteRule
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command

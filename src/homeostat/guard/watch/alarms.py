@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from homeostat.domain.alarm import Alarm, Priority
-from homeostat.domain.events.guard import AlarmAcknowledged, AlarmRaised, AlarmReturned
+from homeostat.domain.events.people import AlarmAcknowledged, AlarmRaised, AlarmReturned
 from homeostat.domain.ports import GuardEvent
 
 

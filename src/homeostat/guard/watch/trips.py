@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from homeostat.domain.events.guard import TripLifted, TripLiftEnded
+from homeostat.domain.events.trips import TripLifted, TripLiftEnded
 from homeostat.domain.plant.limits import Limit
 from homeostat.domain.plant.rules import GuardRules, TripRule
 from homeostat.domain.ports import GuardEvent

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import chain
 from typing import Final
 
-from homeostat.domain.events import guard
+from homeostat.domain.events import guard, people, trips
 from homeostat.domain.events.recovery import GaveUp, NoActionTaken, ReleasedActions
 from homeostat.domain.events.writes import Cause, ReadBack, WriteEnded, WriteIntended
 from homeostat.domain.mode import Mode, Verb
@@ -18,17 +18,17 @@ from homeostat.journal.verify.gaps import KINDS, Gap
 AFTERWARDS_S: Final = 10.0
 """Recovery says within this time that it released what the guard has confirmed, unless something comes between [s]."""
 _MODES: Final = frozenset(mode.value for mode in Mode)
-_OWN: Final = (guard.Latched, guard.ModeEntered)
-_GUARDED: Final = (WriteIntended, WriteEnded, ReadBack, guard.RequestAnswered, guard.FallbackActivated, *_OWN)
+_OWN: Final = (trips.Latched, people.ModeEntered)
+_GUARDED: Final = (WriteIntended, WriteEnded, ReadBack, guard.RequestAnswered, trips.FallbackActivated, *_OWN)
 """Events of a guard."""
 _BETWEEN: Final = (
-    guard.FallbackActivated,
+    trips.FallbackActivated,
     GaveUp,
     guard.GuardStarted,
     NoActionTaken,
     RunFinished,
     guard.Stopped,
-    guard.Tripped,
+    trips.Tripped,
     *_OWN,
 )
 """What may come between a confirmation and the word of recovery that it released something."""
@@ -42,7 +42,7 @@ def begin(evidence: Evidence) -> Iterator[str]:
     first = next(evidence.of(*_GUARDED), None)
     if first is not None and (started is None or first.seq < started.seq):
         yield f"line {first.seq}: {first.kind!r} comes from a guard, and none had started"
-    for record in evidence.of(guard.GuardStarted, guard.ModeEntered):
+    for record in evidence.of(guard.GuardStarted, people.ModeEntered):
         if word(record.fields.get("mode")) not in _MODES:
             yield f"line {record.seq}: {word(record.fields.get('mode'))!r} is no mode"
 
@@ -66,10 +66,10 @@ def end(evidence: Evidence) -> Iterator[str]:
 def starts_of_people(evidence: Evidence) -> Iterator[str]:
     """What is written on a person's behalf was ordered by that person: a start, which is answered in the same tick."""
     unheard, gap = dict[str, int](), Gap()
-    for record in evidence.of(*KINDS, WriteIntended, guard.PersonHeard):
+    for record in evidence.of(*KINDS, WriteIntended, people.PersonHeard):
         if gap.follow(record) or record.kind == guard.GuardStarted.kind:  # the answer may be lost with the guard
             unheard.clear()
-        elif record.kind == guard.PersonHeard.kind and word(record.fields.get("verb")) == Verb.START.value:
+        elif record.kind == people.PersonHeard.kind and word(record.fields.get("verb")) == Verb.START.value:
             unheard.pop(text(record, "person"), None)
         elif _for_a_person(record) and not gap.standing:
             unheard.setdefault(text(record, "source"), record.seq)

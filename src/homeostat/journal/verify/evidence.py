@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from homeostat.domain.events import guard
+from homeostat.domain.events import guard, people, trips
 from homeostat.domain.events.recovery import ReleasedActions
 from homeostat.domain.events.writes import ReadBack, WriteEnded, WriteIntended
 from homeostat.journal.encode import Json
@@ -17,10 +17,10 @@ from homeostat.journal.files import RESULT
 from homeostat.journal.manifest import Manifest
 from homeostat.journal.reading import Record
 
-_OF_GUARD: Final = (guard.GuardStarted, guard.ModeEntered, guard.SequenceLoaded, guard.StateEntered)
-_OF_ALARMS: Final = (guard.AlarmRaised, guard.AlarmReturned)
-_OF_FALLBACKS: Final = (guard.FallbackStands, guard.FallbackActivated, guard.Latched, guard.LatchReset)
-_OF_REQUESTS: Final = (guard.PersonHeard, guard.RequestAnswered, guard.ServiceChanged)
+_OF_GUARD: Final = (guard.GuardStarted, people.ModeEntered, guard.SequenceLoaded, guard.StateEntered)
+_OF_ALARMS: Final = (people.AlarmRaised, people.AlarmReturned)
+_OF_FALLBACKS: Final = (trips.FallbackStands, trips.FallbackActivated, trips.Latched, trips.LatchReset)
+_OF_REQUESTS: Final = (people.PersonHeard, guard.RequestAnswered, people.ServiceChanged)
 _OF_RUN: Final = (RunStarted, RunFinished, ReleasedActions, WriteIntended, WriteEnded, ReadBack)
 _TOLD: Final = frozenset(e.kind for e in (*_OF_GUARD, *_OF_ALARMS, *_OF_FALLBACKS, *_OF_REQUESTS, *_OF_RUN))
 """Events whose fields a rule looks at; of the others it counts that they happened, and when."""

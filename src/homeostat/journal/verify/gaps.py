@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from homeostat.domain.events.guard import AlarmRaised, AlarmReturned, GuardStarted
+from homeostat.domain.events.guard import GuardStarted
+from homeostat.domain.events.people import AlarmRaised, AlarmReturned
 from homeostat.journal.events import Event
 from homeostat.journal.reading import Record
 from homeostat.journal.verify.evidence import text

@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Final
 
-from homeostat.domain.events.guard import FallbackActivated, GuardStarted, RequestAnswered, StateEntered
+from homeostat.domain.events.guard import GuardStarted, RequestAnswered, StateEntered
 from homeostat.domain.events.recovery import Attempted, Diagnosed, ReleasedActions
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.recovery import action_digest
 from homeostat.journal.encode import Json

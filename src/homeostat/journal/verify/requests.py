@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
-from homeostat.domain.events import guard
+from homeostat.domain.events import guard, people, trips
 from homeostat.domain.events.writes import ReadBack, WriteIntended
 from homeostat.journal.encode import Json
 from homeostat.journal.reading import Record
@@ -82,8 +82,8 @@ def lives_of_requests(evidence: Evidence) -> Iterator[str]:
     """Answers in their order, none after the final one; nothing sent for a request that is dead, or is no request."""
     told, gap = _Told(), Gap()
     loaded = {text(record, "source") for record in evidence.of(guard.SequenceLoaded)}
-    people = (guard.ModeEntered, guard.PersonHeard, guard.ServiceChanged)
-    for record in evidence.of(*KINDS, *people, guard.RequestAnswered, WriteIntended, ReadBack, guard.FallbackStands):
+    ordered = (people.ModeEntered, people.PersonHeard, people.ServiceChanged)
+    for record in evidence.of(*KINDS, *ordered, guard.RequestAnswered, WriteIntended, ReadBack, trips.FallbackStands):
         if gap.follow(record):  # nobody knows what was said meanwhile
             told.requests.clear()
         problems = tuple(_step(record, told))
@@ -100,9 +100,9 @@ def _step(record: Record, told: _Told) -> Iterator[str]:
     match record.kind:
         case "guard-started" | "mode-entered":
             told.mode = word(record.fields.get("mode"))
-        case guard.PersonHeard.kind:
+        case people.PersonHeard.kind:
             _heard(record, told)
-        case guard.ServiceChanged.kind:
+        case people.ServiceChanged.kind:
             change = told.out.discard if record.fields.get("in_service") else told.out.add
             change(text(record, "tag"))
         case guard.RequestAnswered.kind:
@@ -115,7 +115,7 @@ def _step(record: Record, told: _Told) -> Iterator[str]:
         case ReadBack.kind if (sent := told.sent.get(whole(record, "write"))) is not None:
             confirmed, deviating = (_names(record.fields.get(k)) for k in ("confirmed", "deviating"))
             sent.confirmed = sent.confirmed or (not deviating and sent.tags <= confirmed | told.out)
-        case guard.FallbackStands.kind:
+        case trips.FallbackStands.kind:
             strategy = text(record, "strategy")
             if not any(s.confirmed for s in told.sent.values() if (s.cause, s.source) == ("fallback", strategy)):
                 yield f"line {record.seq}: fallback {strategy!r} stands, and no read-back says so"

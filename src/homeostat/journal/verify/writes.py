@@ -6,7 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from homeostat.domain.events.guard import FallbackActivated, GuardStarted, Latched, LatchReset, ModeEntered, Stopped
+from homeostat.domain.events.guard import GuardStarted, Stopped
+from homeostat.domain.events.people import ModeEntered
+from homeostat.domain.events.trips import FallbackActivated, Latched, LatchReset
 from homeostat.domain.events.writes import ReadBack, WriteEnded, WriteIntended
 from homeostat.journal.reading import Record
 from homeostat.journal.verify.evidence import Evidence, whole, word
