@@ -30,7 +30,7 @@ from homeostat.links.clock import ThinkingClock
 from homeostat.llm.address import parse_address
 from homeostat.llm.network import AddressPolicy
 from homeostat.llm.providers import ProviderModel, Sampling
-from homeostat.llm.retry import PatientModel
+from homeostat.llm.retry import RetryingModel
 from homeostat.llm.scripted import ScriptedModel
 from tests.llm.hostile.behaviours import BEHAVIOURS
 from tests.llm.servers import hostile, random_model
@@ -69,10 +69,10 @@ def scripted(job: tuple[str, str, int]) -> LanguageRun:
     return run_with(ScriptedModel(script, SCRIPTS[script]), fault, seed, end_s=end_s(fault))[0]
 
 
-def asked_at(url: str, name: str, seed: int, temperature: float = 1.0) -> PatientModel:
+def asked_at(url: str, name: str, seed: int, temperature: float = 1.0) -> RetryingModel:
     """The model ``name`` of the server at ``url``, asked as a user's would be."""
     address = parse_address(f"{url}#{name}")
-    return PatientModel(ProviderModel(address, AddressPolicy(local_only=True), Sampling(temperature, seed)))
+    return RetryingModel(ProviderModel(address, AddressPolicy(local_only=True), Sampling(temperature, seed)))
 
 
 def random_weights(job: tuple[str, str, int, tuple[str, ...]]) -> LanguageRun:

@@ -1,11 +1,11 @@
 """Homeostat takes a process plant from a detected fault to a validated corrective action.
 
-A whole run, simulated, in four lines:
+A whole run, simulated, in four lines::
 
-    >>> import homeostat as hs
-    >>> plant = hs.load_plant("cstr")
-    >>> run = hs.run(plant, fault=hs.Fault("pump_degrade", severity=0.5), seed=1, thinking=hs.declared(1.0))
-    >>> run.outcome, run.actor, run.detected_s, run.events(hs.events.ReleasedActions), run.save("runs/mine")
+    import homeostat as hs
+    plant = hs.load_plant("cstr")
+    run = hs.run(plant, fault=hs.Fault("pump_degrade", severity=0.5), seed=1, thinking=hs.declared(1.0))
+    run.outcome, run.actor, run.detected_s, run.events(hs.events.ReleasedActions), run.save("runs/mine")
 
 For plants and runs:
     load_plant    a plant by its name or its folder: what its tables and settings say, ready to be run

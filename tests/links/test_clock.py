@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from homeostat.links.clock import PATIENCE_S, DeclaredClock, ThinkingClock
+from homeostat.links.clock import WALL_LIMIT_S, DeclaredClock, ThinkingClock
 
 
 def think(seconds: float) -> float:
@@ -101,7 +101,7 @@ def test_a_clock_that_runs_backwards_or_away_is_refused(value: float) -> None:
 
 
 def test_declared_thinking_is_cut_off_by_its_wall_limit_and_never_before_its_process_time() -> None:
-    assert DeclaredClock().wall_s(5.0) == PATIENCE_S
+    assert DeclaredClock().wall_s(5.0) == WALL_LIMIT_S
     clock = DeclaredClock(1.0, wall_limit_s=20.0)
     assert clock.wall_s(5.0) == 20.0 and clock.wall_s(30.0) == 30.0
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from homeostat.llm.model import Failure, LanguageModel, Question, Reply
-from homeostat.llm.retry import PatientModel
+from homeostat.llm.retry import RetryingModel
 from tests.llm.asking import ask, question
 
 AGENTS = ("planning", "action", "reprompting")
@@ -56,6 +56,6 @@ class ModelContract:
 
     @pytest.mark.parametrize("within_s", [0.01, 0.2])
     def test_with_patience_it_keeps_the_time(self, make: Callable[[], LanguageModel], within_s: float) -> None:
-        outcome = ask(PatientModel(make()), within_s)
+        outcome = ask(RetryingModel(make()), within_s)
         assert outcome.took_s < within_s + 20.0
         assert outcome.reply is not None or isinstance(outcome.failure, Failure)

@@ -12,7 +12,7 @@ from homeostat.llm.calls import Call
 from homeostat.llm.model import Failure, LanguageModel, ModelError, Question
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.replay import ReplayModel
-from homeostat.llm.retry import PatientModel
+from homeostat.llm.retry import RetryingModel
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.situated import SituatedReplay
 from tests.llm.asking import ANSWER, QUESTION, Says
@@ -66,7 +66,7 @@ class TestSituatedReplay(ModelContract):
 class TestPatientModel(ModelContract):
     @pytest.fixture
     def make(self) -> Callable[[], LanguageModel]:
-        return lambda: PatientModel(Says(ANSWER, ModelError(Failure.REFUSAL), TimeoutError()))
+        return lambda: RetryingModel(Says(ANSWER, ModelError(Failure.REFUSAL), TimeoutError()))
 
 
 class TestRecordedModel(ModelContract):
@@ -82,4 +82,4 @@ class TestEverythingAtOnce(ModelContract):
 
     @pytest.fixture
     def make(self) -> Callable[[], LanguageModel]:
-        return lambda: RecordedModel(PatientModel(ReplayModel("replay:f", calls())), MemoryTrace(), MemoryArchive())
+        return lambda: RecordedModel(RetryingModel(ReplayModel("replay:f", calls())), MemoryTrace(), MemoryArchive())

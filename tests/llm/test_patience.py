@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.llm.model import REPEATABLE, Failure, ModelError
-from homeostat.llm.retry import FIRST_PAUSE_S, MOST_REQUESTS, WORTHWHILE_S, PatientModel
+from homeostat.llm.retry import FIRST_PAUSE_S, MOST_REQUESTS, WORTHWHILE_S, RetryingModel
 from tests.llm.asking import ANSWER, Outcome, Says, ask, asked
 
 LIMITED = ModelError(Failure.RATE_LIMITED)
@@ -29,19 +29,19 @@ def gaps(model: Says) -> list[float]:
 
 def test_an_answer_is_handed_on() -> None:
     model = Says(ANSWER)
-    assert ask(PatientModel(model)).reply == ANSWER
+    assert ask(RetryingModel(model)).reply == ANSWER
     assert len(model.calls) == 1 and 4.9 < model.calls[0].within_s <= 5.0
 
 
 def test_it_answers_to_the_other_model_s_name() -> None:
     model = Says(ANSWER)
-    assert PatientModel(model).name == model.name and PatientModel(model).settings == model.settings
+    assert RetryingModel(model).name == model.name and RetryingModel(model).settings == model.settings
 
 
 @pytest.mark.parametrize("failure", sorted(set(Failure) - REPEATABLE))
 def test_what_another_request_cannot_cure_is_not_asked_again(failure: Failure) -> None:
     model = Says(ModelError(failure), ANSWER)
-    outcome = ask(PatientModel(model))
+    outcome = ask(RetryingModel(model))
     assert outcome.failure is failure and len(model.calls) == 1 and outcome.took_s < LATE_S
     assert outcome.error is not None and outcome.error.requests == 1
 
@@ -49,7 +49,7 @@ def test_what_another_request_cannot_cure_is_not_asked_again(failure: Failure) -
 @pytest.mark.parametrize("failure", sorted(REPEATABLE))
 def test_what_may_be_gone_a_moment_later_is_asked_again(failure: Failure) -> None:
     model = Says(ModelError(failure), ModelError(failure), ANSWER)
-    outcome = ask(PatientModel(model))
+    outcome = ask(RetryingModel(model))
     assert outcome.reply is not None and outcome.reply.requests == 3
     first, second = gaps(model)
     assert FIRST_PAUSE_S <= first < FIRST_PAUSE_S + LONGER_S, "the pauses grow"
@@ -58,47 +58,47 @@ def test_what_may_be_gone_a_moment_later_is_asked_again(failure: Failure) -> Non
 
 def test_there_is_an_end_to_asking_again() -> None:
     model = Says(DOWN)
-    outcome = ask(PatientModel(model), within_s=60.0)
+    outcome = ask(RetryingModel(model), within_s=60.0)
     assert outcome.failure is Failure.SERVER_ERROR and len(model.calls) == MOST_REQUESTS
     assert outcome.error is not None and outcome.error.requests == MOST_REQUESTS
 
 
 def test_requests_that_the_other_model_repeated_itself_count() -> None:
-    outcome = ask(PatientModel(model := Says(ModelError(Failure.UNREACHABLE, requests=3), ANSWER)))
+    outcome = ask(RetryingModel(model := Says(ModelError(Failure.UNREACHABLE, requests=3), ANSWER)))
     assert outcome.reply is not None and outcome.reply.requests == 4 and len(model.calls) == 2
-    outcome = ask(PatientModel(model := Says(ModelError(Failure.UNREACHABLE, requests=MOST_REQUESTS), ANSWER)))
+    outcome = ask(RetryingModel(model := Says(ModelError(Failure.UNREACHABLE, requests=MOST_REQUESTS), ANSWER)))
     assert outcome.error is not None and outcome.error.requests == MOST_REQUESTS and len(model.calls) == 1
 
 
 def test_the_time_that_the_server_asks_for_is_waited() -> None:
     model = Says(ModelError(Failure.RATE_LIMITED, retry_after_s=0.7), ANSWER)
-    assert ask(PatientModel(model)).reply is not None
+    assert ask(RetryingModel(model)).reply is not None
     assert 0.7 <= gaps(model)[0] < 0.7 + LONGER_S
 
 
 @pytest.mark.parametrize("wait_s", [4.6, 3600.0, math.inf])
 def test_a_server_that_asks_for_too_much_time_is_given_up_at_once(wait_s: float) -> None:
     model = Says(ModelError(Failure.RATE_LIMITED, retry_after_s=wait_s), ANSWER)
-    outcome = ask(PatientModel(model), within_s=5.0)
+    outcome = ask(RetryingModel(model), within_s=5.0)
     assert outcome.failure is Failure.RATE_LIMITED and outcome.took_s < LATE_S and len(model.calls) == 1
 
 
 @pytest.mark.parametrize("wait_s", [-3600.0, 0.0, math.nan, -math.inf])
 def test_a_senseless_wish_is_no_wish(wait_s: float) -> None:
     model = Says(ModelError(Failure.RATE_LIMITED, retry_after_s=wait_s), ANSWER)
-    assert ask(PatientModel(model)).reply is not None
+    assert ask(RetryingModel(model)).reply is not None
     assert FIRST_PAUSE_S <= gaps(model)[0] < FIRST_PAUSE_S + LONGER_S
 
 
 @pytest.mark.parametrize("within_s", [0.0, -1.0, 0.05, 0.6])
 def test_a_model_that_hangs_is_cut_off_in_time(within_s: float) -> None:
-    outcome = ask(PatientModel(Says(ANSWER, delay_s=math.inf)), within_s)
+    outcome = ask(RetryingModel(Says(ANSWER, delay_s=math.inf)), within_s)
     assert outcome.failure is Failure.TIMEOUT and outcome.took_s < max(within_s, 0.0) + LATE_S
     assert outcome.error is not None and outcome.error.requests == 1
 
 
 def test_a_timeout_of_the_other_model_s_own_is_one_as_well() -> None:
-    outcome = ask(PatientModel(Says(TimeoutError("socket"))))
+    outcome = ask(RetryingModel(Says(TimeoutError("socket"))))
     assert outcome.failure is Failure.TIMEOUT and outcome.took_s < LATE_S
 
 
@@ -109,7 +109,7 @@ def test_a_hang_after_a_failure_counts_both_requests() -> None:
             return await super().ask(question, within_s)
 
     model = Worsens(DOWN, ANSWER)
-    outcome = ask(PatientModel(model), within_s=1.0)
+    outcome = ask(RetryingModel(model), within_s=1.0)
     assert outcome.failure is Failure.TIMEOUT and outcome.took_s < 1.0 + LATE_S
     assert outcome.error is not None and outcome.error.requests == 2
     assert model.calls[1].within_s < 1.0 - FIRST_PAUSE_S + 0.01, "only what is left is given on"
@@ -117,7 +117,7 @@ def test_a_hang_after_a_failure_counts_both_requests() -> None:
 
 def test_being_called_off_is_not_taken_for_a_failure() -> None:
     async def call_off() -> float:
-        task = asyncio.create_task(asked(PatientModel(Says(ANSWER, delay_s=math.inf)), 60.0))
+        task = asyncio.create_task(asked(RetryingModel(Says(ANSWER, delay_s=math.inf)), 60.0))
         await asyncio.sleep(0.05)
         begin = time.monotonic()
         task.cancel()
@@ -130,7 +130,7 @@ def test_being_called_off_is_not_taken_for_a_failure() -> None:
 
 def test_being_called_off_during_a_pause_is_not_either() -> None:
     async def call_off() -> None:
-        task = asyncio.create_task(asked(PatientModel(Says(DOWN)), 60.0))
+        task = asyncio.create_task(asked(RetryingModel(Says(DOWN)), 60.0))
         await asyncio.sleep(0.1)
         task.cancel()
         with pytest.raises(asyncio.CancelledError):
@@ -157,7 +157,7 @@ SCRIPTS = st.builds(
 @given(st.lists(st.tuples(SCRIPTS, st.sampled_from([0.05, 0.3, 0.8, 1.1])), min_size=20, max_size=40))
 def test_whatever_the_model_does_there_is_an_outcome_in_time(scripts: list[tuple[Says, float]]) -> None:
     async def all_at_once() -> list[Outcome]:
-        return await asyncio.gather(*(asked(PatientModel(m), within_s) for m, within_s in scripts))
+        return await asyncio.gather(*(asked(RetryingModel(m), within_s) for m, within_s in scripts))
 
     for (model, within_s), outcome in zip(scripts, asyncio.run(all_at_once()), strict=True):
         assert outcome.took_s < within_s + LATE_S

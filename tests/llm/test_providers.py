@@ -19,7 +19,7 @@ from homeostat.llm.model import Failure, ModelError
 from homeostat.llm.network import AddressPolicy
 from homeostat.llm.providers import ProviderModel, Sampling
 from homeostat.llm.recorded import RecordedModel
-from homeostat.llm.retry import MOST_REQUESTS, PatientModel
+from homeostat.llm.retry import MOST_REQUESTS, RetryingModel
 from tests.llm.asking import Outcome, ask, question
 from tests.llm.hostile.behaviours import BEHAVIOURS
 from tests.llm.replying import replying
@@ -57,9 +57,9 @@ def server() -> Iterator[str]:
         yield url
 
 
-def patient(address: str, policy: AddressPolicy | None = None) -> PatientModel:
+def patient(address: str, policy: AddressPolicy | None = None) -> RetryingModel:
     """A model as the command line makes it."""
-    return PatientModel(ProviderModel(parse_address(address), policy or AddressPolicy(local_only=True), Sampling()))
+    return RetryingModel(ProviderModel(parse_address(address), policy or AddressPolicy(local_only=True), Sampling()))
 
 
 @pytest.fixture(autouse=True)

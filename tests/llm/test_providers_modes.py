@@ -15,7 +15,7 @@ from homeostat.llm.address import ModelAddress, parse_address
 from homeostat.llm.model import Failure, LanguageModel, ModelError
 from homeostat.llm.network import AddressPolicy
 from homeostat.llm.providers import NATIVE, PROMPTED, TOOL, ProviderModel, Sampling
-from homeostat.llm.retry import PatientModel
+from homeostat.llm.retry import RetryingModel
 from tests.agents.language.answering import STATES, TAGS
 from tests.agents.language.situations import questions
 from tests.llm.asking import QUESTION, SCHEMA, ask, question
@@ -113,7 +113,7 @@ def test_what_another_way_cannot_cure_is_asked_once_and_changes_nothing(
 ) -> None:
     with replying(status, json.dumps({"error": error}).encode()) as server:
         asked = model(server)
-        outcome = ask(PatientModel(asked))
+        outcome = ask(RetryingModel(asked))
         assert outcome.failure is failure and error["message"] in str(outcome.error)
         assert ways(server) == [NATIVE] and asked.settings["output"] == NATIVE
 
@@ -138,7 +138,7 @@ def test_being_called_off_on_the_way_gives_up_nothing() -> None:
 
     with replying(respond=respond) as server:
         asked = model(server)
-        assert ask(PatientModel(asked), 0.6).failure is Failure.TIMEOUT
+        assert ask(RetryingModel(asked), 0.6).failure is Failure.TIMEOUT
         assert ways(server) == [NATIVE, TOOL] and asked.settings["output"] == NATIVE
 
 
@@ -277,7 +277,7 @@ def test_a_model_that_decodes_along_the_schema_gives_answers_of_the_type(random_
         asked = ProviderModel(parse_address(f"{url}#random-weights"), LOCAL, Sampling(1.0))
         for _ in range(3):
             for about, kind in ((planning, planning_type(options[:-1])), (action, action_type(choices, TAGS))):
-                reply = ask(PatientModel(asked), 20.0, about).reply
+                reply = ask(RetryingModel(asked), 20.0, about).reply
                 assert reply is not None and reply.served == "random-weights" and reply.usage.input_tokens > 1000
                 assert not isinstance(read(kind, reply.answer), Unusable), reply.answer
         assert asked.settings["output"] == output

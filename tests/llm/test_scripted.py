@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from homeostat.llm.model import Failure, ModelError, Question
-from homeostat.llm.retry import PatientModel
+from homeostat.llm.retry import RetryingModel
 from homeostat.llm.scripted import ScriptedModel
 from tests.llm.asking import QUESTION, ask, asked, question
 
@@ -38,7 +38,7 @@ def test_it_may_take_its_time_and_be_cut_off() -> None:
     slow = ScriptedModel("slow", lambda asked: "late", delay_s=0.2)
     outcome = ask(slow)
     assert outcome.reply is not None and outcome.took_s >= 0.2
-    slower = PatientModel(ScriptedModel("slower", lambda asked: "never", delay_s=60.0))
+    slower = RetryingModel(ScriptedModel("slower", lambda asked: "never", delay_s=60.0))
     assert ask(slower, 0.1).failure is Failure.TIMEOUT
 
 

@@ -14,7 +14,7 @@ from homeostat.journal.calls import ModelCalled
 from homeostat.journal.encode import canonical, encode
 from homeostat.llm.model import STRUCK_OUT, Failure, ModelError, Question, Reply, Usage
 from homeostat.llm.recorded import RecordedModel
-from homeostat.llm.retry import PatientModel
+from homeostat.llm.retry import RetryingModel
 from homeostat.llm.scripted import ScriptedModel
 from tests.llm.asking import ANSWER, Says, ask
 
@@ -110,5 +110,7 @@ def test_a_model_that_keeps_the_time_itself_says_how_it_used_it() -> None:
             raise AssertionError
 
     trace = MemoryTrace()
-    assert ask(RecordedModel(PatientModel(Losing(settings={})), trace, MemoryArchive()), 1.0).failure is Failure.TIMEOUT
+    assert (
+        ask(RecordedModel(RetryingModel(Losing(settings={})), trace, MemoryArchive()), 1.0).failure is Failure.TIMEOUT
+    )
     assert event(trace).wall_requests == 2

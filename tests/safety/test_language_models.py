@@ -16,7 +16,7 @@ from homeostat.links.clock import ThinkingClock
 from homeostat.llm.address import SERVER_KEY, parse_address
 from homeostat.llm.network import AddressPolicy
 from homeostat.llm.providers import ProviderModel, Sampling
-from homeostat.llm.retry import PatientModel
+from homeostat.llm.retry import RetryingModel
 from tests.llm.servers import hostile, random_model
 
 ONSET_S = 1450.0
@@ -35,8 +35,8 @@ def means_harm() -> Iterator[str]:
         yield url
 
 
-def asked_at(url: str, name: str) -> PatientModel:
-    return PatientModel(ProviderModel(parse_address(f"{url}#{name}"), AddressPolicy(local_only=True), Sampling(1.0)))
+def asked_at(url: str, name: str) -> RetryingModel:
+    return RetryingModel(ProviderModel(parse_address(f"{url}#{name}"), AddressPolicy(local_only=True), Sampling(1.0)))
 
 
 RUNS = (("cool_stuck_closed", 1), ("pump_degrade", 2), ("outlet_block", 3), ("inlet_stuck_open", 4), ("level_bias", 5))

@@ -81,11 +81,11 @@ class NamedModel:
         try:
             from homeostat.llm.network import AddressPolicy
             from homeostat.llm.providers import ProviderModel, Sampling
-            from homeostat.llm.retry import PatientModel
+            from homeostat.llm.retry import RetryingModel
         except ImportError as error:
             raise NoSuchModel(f"asking {address.text!r} needs {error.name!r}: pip install 'homeostat[llm]'") from error
         policy, sampling = AddressPolicy(self.local_only, self.allow_hosts), Sampling(self.temperature, self.seed)
         try:
-            return PatientModel(ProviderModel(address, policy, sampling))
+            return RetryingModel(ProviderModel(address, policy, sampling))
         except ModelError as error:
             raise NoSuchModel(str(error)) from error

@@ -11,7 +11,7 @@ from homeostat.evaluate.resumption import Past
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Setting
 
-PATIENT_S = 5.0
+UNHURRIED_S = 5.0
 """Longest wait for the journal where no plant waits meanwhile, wall-clock [s]."""
 
 
@@ -40,7 +40,7 @@ class Operation:
     def guard(self) -> GuardSettings:
         """How patient the guard is: in virtual time a slow disk must not decide what is released."""
         settings = GuardSettings(persons=self.persons)
-        return settings if self.pace is not None else replace(settings, sync_s=PATIENT_S)
+        return settings if self.pace is not None else replace(settings, sync_s=UNHURRIED_S)
 
     @property
     def settings(self) -> tuple[Setting, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 
-PATIENCE_S = 600.0
+WALL_LIMIT_S = 600.0
 """Where the time that thinking costs is declared, it is cut off only after this much wall-clock time [s]."""
 
 
@@ -63,7 +63,7 @@ class DeclaredClock:
     measured = False
     """It charges the same however long thinking takes."""
 
-    def __init__(self, cost_s: float = 1.0, wall_limit_s: float = PATIENCE_S) -> None:
+    def __init__(self, cost_s: float = 1.0, wall_limit_s: float = WALL_LIMIT_S) -> None:
         """``cost_s``: process seconds that each stretch of thinking takes [s].
 
         ``wall_limit_s``: wall-clock seconds after which one that never ends is cut off [s].

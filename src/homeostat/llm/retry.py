@@ -1,4 +1,4 @@
-"""Patience: a failed request is repeated with growing pauses, never beyond the time that there is."""
+"""Retry: a failed request is repeated with growing pauses, never beyond the time that there is."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ WORTHWHILE_S = 0.5
 """An answer is not expected in less than this [s]."""
 
 
-class PatientModel:
+class RetryingModel:
     """Implements :class:`homeostat.llm.model.LanguageModel`: asks another one again where that may help."""
 
     def __init__(self, model: LanguageModel) -> None:

@@ -19,7 +19,7 @@ TEMPER = 3.0
 """Evidence is divided by this: the model's errors are neither quite constant nor quite white."""
 SECOND_FAULT_NATS = 4.0
 """Gain in log-likelihood that a second fault must bring, over and above its prior."""
-MENDED_NATS = 5.0
+REPAIRED_NATS = 5.0
 """What an explanation loses for each fault that was known and that it has no place for."""
 SETTLED = 15
 """Readings that say where a variable started from."""
@@ -87,7 +87,7 @@ class FaultIsolation:
             if v in window.held:
                 known_rows[:, j] = ~window.held[v][1:]
         self._counts = known_rows
-        self._directions = self._excuses(tuple(known)) * known_rows.reshape(-1, 1)
+        self._directions = self._nuisance_directions(tuple(known)) * known_rows.reshape(-1, 1)
         self._inner = np.eye(self._directions.shape[1]) + self._directions.T @ self._directions
 
     def score(self, sets: Sequence[tuple[FaultState, ...]]) -> Row:
@@ -104,12 +104,12 @@ class FaultIsolation:
         misfit *= self._counts  # a reading that was not there says nothing
         misfit = np.clip(misfit, -12.0, 12.0, out=misfit).reshape(len(sets), -1)
         along = misfit @ self._directions
-        excused = (along * np.linalg.solve(self._inner, along.T).T).sum(axis=1)
-        loss = np.square(misfit, out=misfit).sum(axis=1) - excused
+        explained_away = (along * np.linalg.solve(self._inner, along.T).T).sum(axis=1)
+        loss = np.square(misfit, out=misfit).sum(axis=1) - explained_away
         prior = np.array([sum(self._log_prior(f) for f in s) for s in sets])
         return np.asarray(prior - 0.5 * loss / TEMPER)
 
-    def _excuses(self, known: FaultSet) -> Table:
+    def _nuisance_directions(self, known: FaultSet) -> Table:
         """Directions in which readings may differ although nothing new is wrong, shape (readings, k), in spreads.
 
         A constant model error of each variable, and one standard deviation of each parameter that is still uncertain:
@@ -182,7 +182,7 @@ class FaultIsolation:
         began = next((f.onset_s for f in faults if f.fault == known.fault), np.inf)
         if began <= 0.5 * (known.onset_s + self._window.end_s):
             return -float(np.log(0.3 * self._faults[known.fault].prior))
-        return -MENDED_NATS
+        return -REPAIRED_NATS
 
     def variations(self, faults: FaultSet) -> list[Scored]:
         """``faults`` together, with each one's size and onset varied in turn."""
@@ -279,7 +279,7 @@ def explain(
         dense: whether onsets are tried at :data:`DENSE_LAGS_S` as well.
     """
     lags = [end_s - lag for lag in {*LAGS_S, *(DENSE_LAGS_S if dense else ())}]
-    none = float(whole.score([()])[0]) - MENDED_NATS * len(known)
+    none = float(whole.score([()])[0]) - REPAIRED_NATS * len(known)
     scored = whole.singles(candidates, sorted({*lags, *(f.onset_s for f in known)}))
     best = max(scored, key=lambda s: s.score)
     if len(known) > 1:

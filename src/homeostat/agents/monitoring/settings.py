@@ -1,4 +1,4 @@
-"""How patient monitoring is."""
+"""How long monitoring waits before it speaks."""
 
 from __future__ import annotations
 

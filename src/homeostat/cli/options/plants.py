@@ -32,7 +32,7 @@ def graph_check(commands: Commands) -> None:
         "Exit status: 0 no problem, 1 problems were found, 2 the graph cannot be read, or a generated file of "
         "CASE was altered by hand."
     )
-    what = "check a plant's graph against shapes, tables and process model, or any graph for blemishes"
+    what = "check a plant's graph against shapes, tables and process model, or any graph for what is odd about it"
     add = command(commands, "check", "graph.check:carry_out", what, about, ending).add_argument
     add("case", nargs="?", metavar="CASE", help=_OWN)
     add("--graph", type=Path, metavar="FILE", help=f"file to check instead; {ENDINGS}")

@@ -83,14 +83,14 @@ def _ways(plant: Plant) -> Iterator[tuple[RecoveryPath, dict[str, float]]]:
 
 def _carry_out(plant: Plant, scenario: Scenario, path: RecoveryPath, values: Mapping[str, float]) -> Route:
     """Run the batch along ``path`` with nobody watching."""
-    description, sequencer = plant.description, executive_along(plant, path, values)
+    description, sequencer = plant.description, sequencer_along(plant, path, values)
     process = watch(open_process(plant, scenario), sequencer, lambda snapshot: sequencer.state == path.target)
     complete = sequencer.state == path.target and inside(process.truth(), description.limits)
     at_s = sequencer.drain()[-1][1] if complete else None
     return Route(path, dict(values), at_s)
 
 
-def executive_along(plant: Plant, path: RecoveryPath, values: Mapping[str, float]) -> Sequencer:
+def sequencer_along(plant: Plant, path: RecoveryPath, values: Mapping[str, float]) -> Sequencer:
     """An sequencer that runs the batch along ``path``; ``values``: tag -> value of what is open on the way."""
     steps = ActionSet.along(path, partial(_commands, plant, values)).then
     chosen = tuple(Step(s.transition, s.commands) for s in steps)

@@ -11,7 +11,7 @@ import numpy as np
 from homeostat.domain.plant.state_machine import SetpointRange
 from homeostat.domain.recovery import Command
 from homeostat.evaluate.reference.best_constant import STRIDE_S, BestConstant, best_constant
-from homeostat.evaluate.reference.best_route import best_route, executive_along
+from homeostat.evaluate.reference.best_route import best_route, sequencer_along
 from homeostat.evaluate.reference.unsupervised import fault_free
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run_steered
@@ -50,7 +50,7 @@ def _best_batch(plant: Plant, chosen: Scenario) -> Run | None:
     best = best_route(plant, chosen)
     if best is None:
         return None
-    return run_steered(plant, chosen, executive_along(plant, best.path, best.values))
+    return run_steered(plant, chosen, sequencer_along(plant, best.path, best.values))
 
 
 def _best_setpoints(plant: Plant, chosen: Scenario) -> Run | None:
