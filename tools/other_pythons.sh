@@ -27,7 +27,7 @@ for version in 3.11 3.12 3.13 3.14; do
   environment=build/python$version
   .venv/bin/uv venv --quiet --clear --python "$python" "$environment"
   if ! .venv/bin/uv pip install --quiet --python "$environment" --only-binary :all: -r requirements/base.txt \
-    -c requirements/dev.txt hypothesis pytest pytest-timeout pytest-xdist; then
+    -c requirements/dev.txt hypothesis psutil pytest pytest-timeout pytest-xdist; then
     if [[ $version == 3.14 ]]; then
       echo "Python $version: not every package has a wheel"
       continue
@@ -36,5 +36,5 @@ for version in 3.11 3.12 3.13 3.14; do
   fi
   echo "Python $version"
   # shellcheck disable=SC2086  # several folders
-  "$environment/bin/pytest" -q -n 2 --dist worksteal -m quick $tests
+  PYTHONPATH=src "$environment/bin/pytest" -q -n 2 --dist worksteal -m quick $tests
 done

@@ -73,7 +73,7 @@ class Symptom:
     threshold: float
     """What it would have had to stay within, in the same unit."""
     severity: float
-    """|value| / threshold [1]; 1 at the threshold."""
+    """Size of the deviation as a multiple of the threshold [1]; 1 at the threshold."""
 
 
 @dataclass(frozen=True, slots=True)
