@@ -26,6 +26,7 @@ import numpy as np
 from homeostat.plants.cstr.kernel import holdup, slopes
 from homeostat.plants.cstr.layout import P, S
 from homeostat.process.batch import simulate
+from homeostat.process.compiled import machine_code
 from tests.plants.cstr.reactor import MODEL, batch, inputs, parameters, run
 from tests.reference import make_cstr_reference as own
 from tests.reference import test_cstr_published as published
@@ -127,7 +128,7 @@ def adaptive(seconds: int) -> Iterator[tuple[str, str]]:
         held = p[P.CA_feed], p[P.CD_feed], row[S.T2_true], cooling
         v, ca, cb, cc, cd, temp = y.tolist()
         hold = holdup(v, row[S.F1_true], out, p)
-        return [row[S.F1_true] - out, *slopes(hold, ca, cb, cc, cd, temp, held, p)]
+        return [row[S.F1_true] - out, *machine_code(slopes)(hold, ca, cb, cc, cd, temp, held, p)]
 
     def whole() -> None:
         y = MODEL.initial_state(p)[: S.T + 1]

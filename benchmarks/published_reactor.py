@@ -24,6 +24,7 @@ import numpy as np
 from benchmarks.recorded_calls import Setpoints
 from homeostat.plants.cstr.kernel import NORMAL, SHUTDOWN, advance_phase, shares, step
 from homeostat.plants.cstr.layout import P, S, U
+from homeostat.process.compiled import machine_code
 from homeostat.process.types import Row
 from tests.plants.cstr.reactor import FAULTS, MODEL, PUBLISHED, SEVERITY, inputs, parameters
 
@@ -108,7 +109,7 @@ class PublishedReactor:
             u[U.F1_sp] = setpoint - p[P.rel_F1] * z[k] * x[S.F1]
             k += 1
         x[S.feed_CA], x[S.feed_CD], x[S.feed_T] = z[k : k + 3]
-        step(x, p, self._severity, self._onset, u, float(self.time_s), 0, 0.0, 0.0, self._shares)
+        machine_code(step)(x, p, self._severity, self._onset, u, float(self.time_s), 0, 0.0, 0.0, self._shares)
         u[U.F1_sp] = setpoint
         self.time_s += 1
         self.draws = k + 3

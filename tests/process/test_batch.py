@@ -165,9 +165,7 @@ def test_memory_layout_and_number_types_do_not_matter() -> None:
         inputs=np.broadcast_to(CROWD.inputs[:, None], (2, 1, STEPS, len(U)))[:, 0],
     )
     odd.severity.flags.writeable = False
-    known = len(MODEL.kernel.signatures)  # type: ignore[attr-defined]
     assert same(run(odd).record, TOGETHER.record[:5])
-    assert len(MODEL.kernel.signatures) == known  # type: ignore[attr-defined]
 
 
 # Common random numbers.

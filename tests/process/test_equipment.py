@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.process import equipment
+from homeostat.process.compiled import machine_code
 
 HAND = [
     # Limits.
@@ -69,7 +70,7 @@ HAND = [
 def both(name: str) -> tuple[Callable[..., float], Callable[..., float]]:
     """The function as plain Python and compiled."""
     function = getattr(equipment, name)
-    return function.py_func, function
+    return function.py_func, machine_code(function)
 
 
 @pytest.mark.parametrize(("name", "arguments", "expected"), HAND)

@@ -10,12 +10,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.process.noise import normal, uniform
+from homeostat.process import noise
+from homeostat.process.compiled import machine_code
 
 N = 40_000
 WORD = (1 << 64) - 1
 GOLDEN = 0x9E3779B97F4A7C15
 SEEDS = st.integers(-(2**63), 2**63 - 1)
+
+
+uniform, normal = machine_code(noise.uniform), machine_code(noise.normal)
 
 
 def seed_for(z: int) -> int:
@@ -47,10 +51,8 @@ def mix(seed: int, second: int, channel: int) -> int:
 def test_the_bits_are_those_of_splitmix64(seed: int, second: int, channel: int) -> None:
     assert uniform(seed, second, channel) == ((mix(seed, second, channel) >> 12) + 0.5) / 2.0**52
     with np.errstate(over="ignore"):
-        assert uniform.py_func(np.int64(seed), second, channel) == uniform(seed, second, channel)
-        assert normal.py_func(np.int64(seed), second, channel) == pytest.approx(
-            normal(seed, second, channel), rel=1e-14
-        )
+        assert noise.uniform(np.int64(seed), second, channel) == uniform(seed, second, channel)
+        assert noise.normal(np.int64(seed), second, channel) == pytest.approx(normal(seed, second, channel), rel=1e-14)
 
 
 def test_splitmix64_has_its_published_first_values() -> None:

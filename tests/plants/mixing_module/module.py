@@ -14,6 +14,7 @@ from homeostat.plants.mixing_module.hydraulics import solve
 from homeostat.plants.mixing_module.layout import FaultSlot, P, S, State
 from homeostat.plants.mixing_module.process import MixingModel
 from homeostat.process.batch import Batch, simulate
+from homeostat.process.compiled import machine_code
 from homeostat.process.types import Cube, Row, Table
 
 MODEL = MixingModel()
@@ -165,5 +166,5 @@ def network(
         leak_main, leak_common, *n,
     ])  # fmt: skip
     flows = np.full(9, float(guess))
-    left = solve(x, p, line, flows, np.zeros(40))
+    left = machine_code(solve)(x, p, line, flows, np.zeros(40))
     return Network(flows, (float(x[S.head_suction]), float(x[S.head_main]), float(x[S.head_discharge])), left)

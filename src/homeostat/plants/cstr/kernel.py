@@ -19,8 +19,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, TypeAlias
 
-import numpy as np
-
 from homeostat.plants.cstr.layout import F, P, S, U
 from homeostat.process.compiled import compiled
 from homeostat.process.equipment import (
@@ -35,6 +33,7 @@ from homeostat.process.equipment import (
     pid_output,
     pump_flow,
 )
+from homeostat.process.kernel import Columns, kernel
 from homeostat.process.noise import normal
 from homeostat.process.types import Cube, Indices, Row, Table
 
@@ -313,16 +312,13 @@ def physical(x: Row) -> bool:
     return bool(0.0 <= x[S.V] < 1e6 and 0.0 < x[S.T] < 1e6 and math.isfinite(matter))
 
 
-@compiled
+@kernel(Columns(len(S), len(P), len(F), len(U)), scratch=len(U))
 def advance(
     first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
     begin: Indices, steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube,
-    broken_at: Row,
+    broken_at: Row, now: Row,
 ) -> None:  # fmt: skip
     """Advance members ``first`` to ``last`` - 1 to second ``steps``; see :class:`homeostat.process.batch.Kernel`."""
-    if x.shape[1] != len(S) or p.shape[1] != len(P) or sev.shape[1] != len(F) or u.shape[2] != len(U):
-        raise ValueError("states, parameters, severities or inputs do not have the columns of the layout")
-    now = np.empty(len(U))
     for m in range(first, last):
         if not physical(x[m]):
             broken_at[m] = t0 + begin[m]
@@ -331,7 +327,8 @@ def advance(
         xm, pm, sm, om, um = x[m], p[m], sev[m], onset[m], u[u_of[m]]
         for k in range(begin[m], steps):
             t = t0 + k
-            now[:] = um[k]
+            for j in range(len(U)):
+                now[j] = um[k, j]
             step(xm, pm, sm, om, now, t, seeds[m], process[m], sensor[m], share)
             if not physical(xm):
                 broken_at[m] = t + 1.0

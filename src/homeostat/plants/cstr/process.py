@@ -40,7 +40,7 @@ class CstrModel:
     faults: tuple[str, ...] = FaultSlot._fields
     variables: tuple[str, ...] = (*_READ, *Input._fields, *_DERIVED)
     shown: Mapping[str, int] = _READ
-    kernel: Kernel = staticmethod(advance)
+    kernel: Kernel = advance
 
     def initial_state(self, parameters: Row) -> Row:
         """Empty vessel at feed temperature, feed isolation valve open."""

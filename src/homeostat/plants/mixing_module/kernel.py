@@ -22,13 +22,12 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-import numpy as np
-
 from homeostat.plants.mixing_module.hydraulics import clogged, solve, throttled
 from homeostat.plants.mixing_module.instruments import level, measure_line, measure_tanks, supervise_pumps, tank_height
 from homeostat.plants.mixing_module.layout import FEEDS, TANKS, VALVES, F, P, S, U
 from homeostat.process.compiled import compiled
 from homeostat.process.equipment import clip, first_order
+from homeostat.process.kernel import Columns, kernel
 from homeostat.process.noise import normal
 from homeostat.process.types import Cube, Indices, Row, Table
 
@@ -166,16 +165,14 @@ def physical(x: Row) -> bool:
     return bool(math.isfinite(total + x[S.head_suction] + x[S.head_discharge] + x[S.N1] + x[S.N2]))
 
 
-@compiled
+@kernel(Columns(len(S), len(P), len(F), len(U)), scratch=9 + 9 + 40)
 def advance(
     first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
     begin: Indices, steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube,
-    broken_at: Row,
+    broken_at: Row, room: Row,
 ) -> None:  # fmt: skip
     """Advance members ``first`` to ``last`` - 1 to second ``steps``; see :class:`homeostat.process.batch.Kernel`."""
-    if x.shape[1] != len(S) or p.shape[1] != len(P) or sev.shape[1] != len(F) or u.shape[2] != len(U):
-        raise ValueError("states, parameters, severities or inputs do not have the columns of the layout")
-    scratch = np.zeros(9), np.zeros(9), np.zeros(40)
+    scratch = room[0:9], room[9:18], room[18:58]
     for m in range(first, last):
         if not physical(x[m]):
             broken_at[m] = t0 + begin[m]

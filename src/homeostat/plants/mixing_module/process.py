@@ -54,7 +54,7 @@ class MixingModel:
     faults: tuple[str, ...] = FaultSlot._fields
     variables: tuple[str, ...] = (*_READ, *(f"cmd_{name}" for name in Input._fields), *_HIDDEN)
     shown: Mapping[str, int] = _READ
-    kernel: Kernel = staticmethod(advance)
+    kernel: Kernel = advance
 
     def initial_state(self, parameters: Row) -> Row:
         """Every tank at 10 % of its height, everything closed and still."""

@@ -1,0 +1,130 @@
+"""A kernel's machine code: never older than its sources, never half of a file, and nothing that needs the compiler."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from homeostat.plants.cstr.kernel import advance
+from homeostat.plants.cstr.layout import F, P, S, U
+
+ROOT = Path(__file__).parents[2]
+TANK = """
+import numpy as np
+from homeostat.process.compiled import compiled
+from homeostat.process.equipment import linear_valve
+from homeostat.process.kernel import Columns, kernel
+from tank.constants import FACTOR
+
+@compiled
+def gain(position):
+    return FACTOR * linear_valve(2.0, position)
+
+@kernel(Columns(1, 1, 1, 1), scratch=3)
+def advance(first, last, x, p, sev, onset, u, u_of, t0, begin, steps, stride, seeds, process, sensor, picks, out,
+            broken_at, work):
+    for m in range(first, last):
+        for k in range(begin[m], steps):
+            x[m, 0] += gain(u[u_of[m], k, 0])
+            MORE
+"""
+RUN = """
+import sys
+import numpy as np
+from tank.kernel import advance
+one, whole, none = np.ones((1, 1)), np.zeros(1, dtype=np.int64), np.zeros(1)
+x = np.zeros((1, 1))
+advance(0, 1, x, one, one, one, np.full((1, 4, 1), 0.5), whole, 0.0, whole, 2, 1, whole, none, none, whole,
+        np.zeros((1, 2, 1)), none)
+print(x[0, 0], "numba" in sys.modules)
+"""
+
+
+def made(folder: Path, more: str = "pass") -> Path:
+    """A plant of one tank in ``folder``: its level grows by 5 each second; ``more`` is done each second as well."""
+    tank = folder / "tank"
+    tank.mkdir()
+    (tank / "__init__.py").touch()
+    (tank / "kernel.py").write_text(TANK.replace("MORE", more))
+    (tank / "constants.py").write_text("FACTOR = 5.0\n")
+    return tank
+
+
+def run(folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """What a fresh interpreter makes of two seconds of the tank."""
+    clean = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")}
+    search = {"PYTHONPATH": os.pathsep.join((str(folder), str(ROOT / "src")))}
+    return subprocess.run(
+        [sys.executable, "-c", RUN], env=clean | search | environment, capture_output=True, text=True, check=False
+    )
+
+
+def test_it_compiles_once_says_so_and_needs_no_compiler_afterwards(tmp_path: Path) -> None:
+    made(tmp_path)
+    first, second = run(tmp_path), run(tmp_path)
+    assert (first.stdout, first.stderr) == ("10.0 True\n", "compiling, once\n")
+    assert (second.stdout, second.stderr) == ("10.0 False\n", "")
+
+
+def test_a_change_in_another_file_reaches_the_machine_code(tmp_path: Path) -> None:
+    tank = made(tmp_path)
+    assert run(tmp_path).stdout.split()[0] == "10.0"
+    (tank / "constants.py").write_text("FACTOR = 7.0\n")
+    changed = run(tmp_path)
+    assert changed.stdout.split()[0] == "14.0" and changed.stderr == "compiling, once\n"
+    (tank / "unrelated.txt").write_text("not code")
+    assert run(tmp_path).stderr == ""
+
+
+@pytest.mark.parametrize("keep", [0, 100, 3000, -1])
+def test_what_is_left_of_a_file_is_not_used(tmp_path: Path, keep: int) -> None:
+    """A machine that died while it wrote, or a disk that was full: compiled again, not loaded."""
+    made(tmp_path)
+    run(tmp_path)
+    (file,) = tmp_path.rglob("*.o")
+    whole = file.read_bytes()
+    file.write_bytes(whole[:keep])
+    again = run(tmp_path)
+    assert (again.stdout, again.stderr) == ("10.0 True\n", "compiling, once\n")
+    assert run(tmp_path).stderr == ""
+
+
+def test_the_users_cache_folder_is_respected(tmp_path: Path) -> None:
+    made(tmp_path)
+    kept = tmp_path / "elsewhere"
+    assert run(tmp_path, NUMBA_CACHE_DIR=str(kept)).stdout == "10.0 True\n"
+    assert [file.suffix for file in kept.iterdir()] == [".o"]
+
+
+def test_where_nothing_can_be_kept_it_works_all_the_same(tmp_path: Path) -> None:
+    made(tmp_path)
+    (tmp_path / "file").touch()
+    done = run(tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "file" / "below"))
+    assert (done.returncode, done.stdout) == (0, "10.0 True\n")
+
+
+@pytest.mark.parametrize("more", ["raise ValueError('no')", "work[:] = u[0, :2, 0]", "x[m, 0] += np.ones(k + 1)[k]"])
+def test_a_kernel_that_raises_or_allocates_is_refused_when_it_is_compiled(tmp_path: Path, more: str) -> None:
+    made(tmp_path, more)
+    done = run(tmp_path)
+    assert done.returncode == 1 and "TypeError: kernel of tank.kernel raises an error or allocates" in done.stderr
+
+
+@pytest.mark.parametrize("wrong", ["type", "pieces", "read-only"])
+def test_an_array_that_machine_code_would_misread_is_refused(wrong: str) -> None:
+    x, p, u = np.zeros((2, len(S))), np.zeros((2, len(P))), np.zeros((3, 4, len(U)))
+    if wrong == "type":
+        p = p.astype(np.float32)
+    elif wrong == "pieces":
+        u = np.asfortranarray(u)
+    else:
+        x.flags.writeable = False
+    sev, whole, real = np.zeros((2, len(F))), np.zeros(2, dtype=np.int64), np.zeros(2)
+    given = (x, p, sev, sev, u, whole, 0.0, whole, 1, 1, whole, real, real, whole, np.zeros((2, 1, 2)), real)
+    with pytest.raises(TypeError):
+        advance(0, 2, *given)
