@@ -5,8 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from homeostat.agents.checks import rollout_findings, target_finding, target_name
 from homeostat.agents.hypotheses import LIKELY, plausible
 from homeostat.domain.advice import Sensitivity
@@ -102,7 +100,7 @@ def _roll_out_varied(twin: Twin, hypotheses: tuple[Hypothesis, ...], varied: Seq
     if varied[0].then:
         signals, dt_s = twin.follow_many(ensemble, varied)
     else:
-        schedules = np.stack([twin.schedule(a, twin.settings.horizon_s) for a in varied])
+        schedules = twin.schedules(varied, twin.settings.horizon_s)
         signals, dt_s = twin.try_many(ensemble, schedules)
     count, weights = len(ensemble.states), tuple(ensemble.weights.tolist())
     found = []

@@ -70,13 +70,16 @@ def gather(tags: Iterable[str], given: SignalMap, dt_s: float) -> Signals:
     """
     if not (math.isfinite(dt_s) and dt_s > 0):
         raise FormulaError(f"sampling period {dt_s!r} s must be finite and > 0 s")
-    members = _common("members", {name: _shape(name, value)[0] for name, value in given.items()})
-    samples = _common("samples", {name: _shape(name, value)[1] for name, value in given.items()})
+    shapes = {name: _shape(name, value) for name, value in given.items()}
+    members = _common("members", {name: members for name, (members, _) in shapes.items()})
+    samples = _common("samples", {name: samples for name, (_, samples) in shapes.items()})
     return Signals({tag: _array(tag, given, samples) for tag in sorted(tags)}, members, samples, dt_s)
 
 
 def _shape(name: str, value: NDArray[Any] | float) -> tuple[int, int]:
-    shape = np.shape(value)
+    shape = value.shape if isinstance(value, np.ndarray) else np.shape(value)
+    if len(shape) == 2:
+        return shape
     if len(shape) > 2:
         raise FormulaError(f"signal {name!r} has shape {shape}; give (members, time), (time,) or a scalar")
     members, samples = (1, 1, *shape)[-2:]

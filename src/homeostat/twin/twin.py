@@ -21,7 +21,7 @@ from homeostat.process.model import ProcessModel, column
 from homeostat.process.schedule import InputRamp
 from homeostat.process.seeds import Stream, generator
 from homeostat.process.sequence import Guard, InputSequence
-from homeostat.process.types import Cube, Row, Table
+from homeostat.process.types import Cube, Row
 from homeostat.stl.formula import Formula
 from homeostat.twin.calibration import Belief, calibrate, prior
 from homeostat.twin.explanation import Accuracy, FaultIsolation, explain
@@ -145,14 +145,16 @@ class Twin:
         window, corrected = self._history.window(self.settings.synchronise_s), self.settings.corrected
         return synchronise(self._model, window, parameters, hypotheses, corrected, noise, self._history.whole)
 
-    def schedule(self, actions: ActionSet, steps: int) -> Table:
-        """The inputs of the next ``steps`` seconds if ``actions`` were released now, shape (steps, inputs)."""
+    def schedules(self, sets: Sequence[ActionSet], steps: int) -> Cube:
+        """The inputs of the next ``steps`` seconds if each of ``sets`` were released now, (sets, steps, inputs)."""
         window = self._history.window(1)
-        ramp = InputRamp(self._model.inputs, window.inputs[-1])
-        readings = window.at(-1)
+        readings, found = window.at(-1), np.empty((len(sets), steps, len(self._model.inputs)))
         present = {manual: readings[command] for manual, command in self._description.automatic.items()}
-        ramp.command(actions.commands, self._description.variables, present)
-        return ramp.schedule(steps)
+        for schedule, actions in zip(found, sets, strict=True):
+            ramp = InputRamp(self._model.inputs, window.inputs[-1])
+            ramp.command(actions.commands, self._description.variables, present)
+            schedule[:] = ramp.schedule(steps)
+        return found
 
     def tag_signals(self, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Tag -> values, from variable -> values."""
@@ -190,7 +192,7 @@ class Twin:
         """Second by second, with sensor noise: along a schedule, or step by step where there is more than one."""
         steps = self.settings.horizon_s
         if not actions.then:
-            return forecast(self._model, ensemble, self.schedule(actions, steps)[None], stride=1)
+            return forecast(self._model, ensemble, self.schedules([actions], steps), stride=1)
         return follow(self._model, ensemble, [self._sequence(actions)], self._now(), steps)
 
     def _now(self) -> Row:

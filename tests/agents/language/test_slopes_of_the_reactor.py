@@ -33,7 +33,7 @@ class Counted:
     def __init__(self, twin: Twin) -> None:
         self._twin = twin
         self.settings = twin.settings
-        self.schedules: list[int] = []
+        self.tried: list[int] = []
 
     def ensemble(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose) -> Any:
         return self._twin.ensemble(hypotheses, draws, purpose)
@@ -41,11 +41,11 @@ class Counted:
     def frozen(self) -> Counted:
         return self
 
-    def schedule(self, actions: ActionSet, steps: int) -> Any:
-        return self._twin.schedule(actions, steps)
+    def schedules(self, sets: Sequence[ActionSet], steps: int) -> Any:
+        return self._twin.schedules(sets, steps)
 
     def try_many(self, ensemble: Any, schedules: Any) -> Any:
-        self.schedules.append(len(schedules))
+        self.tried.append(len(schedules))
         return self._twin.try_many(ensemble, schedules)
 
 
@@ -68,14 +68,14 @@ def test_on_the_reactor_the_slope_is_that_between_two_rollouts() -> None:
     simulation = TwinSimulation(counted, d.tags_by_name, d.limits)  # type: ignore[arg-type]
     names = ["ACC-T-HIGH", "LIM-T-HIGH", target_name(REDUCED)]
     found = asyncio.run(simulation.sensitivities(BELIEF, PROPOSAL, (REDUCED,), names))
-    assert counted.schedules == [6], "three commands with a value and a range, in one call"
+    assert counted.tried == [6], "three commands with a value and a range, in one call"
     slopes = {(s.criterion, s.tag): s.slope for s in found}
     assert len(slopes) == 9
     step = STEP * (feed.high - feed.low) if (feed := REDUCED.setpoint("F1.sp")) else 0.0
     ensemble = twin.ensemble(plausible(BELIEF), twin.settings.judged_draws, Purpose.JUDGE)
     margins = []
     for value in (0.024 - step, 0.024 + step):
-        signals, dt_s = twin.try_many(ensemble, twin.schedule(with_feed(value), twin.settings.horizon_s)[None])
+        signals, dt_s = twin.try_many(ensemble, twin.schedules([with_feed(value)], twin.settings.horizon_s))
         margins.append(worst(signals, dt_s))
     explicit = (margins[1] - margins[0]) / (2.0 * step)
     assert explicit < -100.0 and slopes["ACC-T-HIGH", "F1.sp"] == pytest.approx(explicit, rel=1e-9)

@@ -134,7 +134,7 @@ class SearchAction:
         judged = self._judged_on(ensemble)
         untried = [a for a in actions if a.commands not in judged]
         if untried:
-            schedules = np.stack([twin.schedule(a, twin.settings.horizon_s) for a in untried])
+            schedules = twin.schedules(untried, twin.settings.horizon_s)
             rows = self._cost.judge(*twin.try_many(ensemble, schedules), len(untried))
             judged.update(zip((a.commands for a in untried), rows, strict=True))
         cost = self._cost.total(np.stack([judged[a.commands] for a in actions]), required)

@@ -165,6 +165,8 @@ def _copied(sample: Snapshot) -> Snapshot:
 
 def _number(value: object) -> float:
     """``value`` as a float; NaN where it is none, or is too large for one."""
+    if type(value) is float:  # nearly always, and many times a tick
+        return value
     if type(value) is bool or not isinstance(value, Real):
         return math.nan
     try:

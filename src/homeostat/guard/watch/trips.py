@@ -140,13 +140,14 @@ class TripWatch:
     def _judge(self, name: str, readings: Snapshot | None, now_s: float, dt_s: float) -> Violation | None:
         watched, rule, limit = self._watched[name], self._trips[name], self._in_force(name)
         values = {} if readings is None else readings.values
-        said, carried = _margin(limit.formula, values), self._carried(rule, readings)
+        said = _margin(limit.formula, values)
         blind = _blind(limit, rule, watched, said, dt_s)
         uncertain = not math.isnan(said) and readings is not None and bool(limit.formula.tags & readings.uncertain)
         watched.doubted_s = _used(watched.doubted_s, dt_s, rule.grace_s, uncertain)
         doubted = math.isnan(said) or (uncertain and watched.doubted_s <= rule.grace_s)
         # What carries a limit takes back nothing that its readings have shown.
-        raw = min(carried, 0.0) if carried is not None and doubted else said
+        carried = self._carried(rule, readings) if doubted else None
+        raw = said if carried is None else min(carried, 0.0)
         if math.isnan(raw):  # a violated limit has not come back because nobody sees it any more
             return blind or (_violation(limit, raw) if watched.violated else None)
         explained = self._explained(limit, values) or (raw,)
@@ -154,7 +155,7 @@ class TripWatch:
         watched.raw = _cumulated(watched.raw, raw, counted_s, rule.cusum)
         watched.corrected = _cumulated(watched.corrected, corrected, counted_s, rule.cusum)
         size = max(explained) - (raw if math.isnan(said) else said)
-        lifted = watched.raw > rule.cusum and self._may_lift(rule, watched, size, explained, carried)
+        lifted = watched.raw > rule.cusum and self._may_lift(rule, watched, size, explained, readings)
         if lifted:
             self._lift(rule, watched, now_s, dt_s)
         trips = watched.corrected > rule.cusum or (watched.raw > rule.cusum and not lifted)
@@ -167,24 +168,26 @@ class TripWatch:
 
     def _explained(self, limit: Limit, values: Mapping[str, float]) -> tuple[float, ...]:
         """Margin of ``limit`` under every explanation that refutes a reading, where it can be judged."""
-        margins = (_margin(limit.formula, _corrected(values, errors)) for errors in self._errors if errors)
+        margins = (_corrected(limit.formula, values, errors) for errors in self._errors if errors)
         return tuple(m for m in margins if not math.isnan(m))
 
     def _carried(self, rule: TripRule, readings: Snapshot | None) -> float | None:
         """Least margin of what carries the limit under any explanation; None where nothing does, or not now."""
         if self._starting or rule.carrier is None or readings is None or rule.carrier.tags & readings.uncertain:
             return None
-        values = readings.values
-        margins = [_margin(rule.carrier, _corrected(values, errors)) for errors in ({}, *self._errors)]
+        margins = [_corrected(rule.carrier, readings.values, errors) for errors in ({}, *self._errors)]
         return None if any(map(math.isnan, margins)) else min(margins)
 
     def _may_lift(
-        self, rule: TripRule, watched: _Watched, size: float, explained: tuple[float, ...], carried: float | None
+        self, rule: TripRule, watched: _Watched, size: float, explained: tuple[float, ...], readings: Snapshot | None
     ) -> bool:
         """Whether a correction of this ``size`` may keep a reading from tripping: only where something carries it."""
         refuted = all(self._errors)  # an empty mapping says that the readings may be right as they are
         bounded = size <= rule.lift and watched.lifted_s < rule.lift_s
-        return refuted and bounded and min(explained) >= 0.0 and carried is not None and carried >= 0.0
+        if not refuted or not bounded or min(explained) < 0.0:
+            return False
+        carried = self._carried(rule, readings)
+        return carried is not None and carried >= 0.0
 
     def _lift(self, rule: TripRule, watched: _Watched, now_s: float, dt_s: float) -> None:
         if not watched.lifting and rule.carrier is not None:
@@ -223,8 +226,11 @@ def _margin(formula: Formula, values: Mapping[str, float]) -> float:
         return math.nan
 
 
-def _corrected(values: Mapping[str, float], errors: Errors) -> dict[str, float]:
-    return {tag: value - errors.get(tag, 0.0) for tag, value in values.items()}
+def _corrected(formula: Formula, values: Mapping[str, float], errors: Errors) -> float:
+    """Margin at ``values`` without ``errors``."""
+    if errors.keys().isdisjoint(formula.tags):
+        return _margin(formula, values)
+    return _margin(formula, {tag: value - errors.get(tag, 0.0) for tag, value in values.items()})
 
 
 def _violation(limit: Limit, margin: float) -> Violation:

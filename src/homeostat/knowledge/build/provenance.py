@@ -49,7 +49,8 @@ def stale_tables(folder: Path, graph: bytes, format: RdfFormat = RdfFormat.TURTL
             entries = names if triple.predicate == HS.fileName else hashes
             entries[str(triple.subject)] = triple.object.value
     stale = {name for node, name in names.items() if _changed(_place(folder, name), hashes.get(node))}
-    if not all(node.startswith(f"<{namespace_of(folder)}") for node in names):
+    mine = f"<{namespace_of(folder)}"
+    if not all(node.startswith(mine) for node in names):
         stale.add(_SETTINGS)
     return tuple(sorted(stale | _unread(folder, names.values())))
 
