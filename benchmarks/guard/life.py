@@ -19,7 +19,7 @@ from homeostat.guard.guard import Guard
 from homeostat.guard.restart.memory import Memory
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Journal, Record, read_events
-from homeostat.journal.files import JOURNAL
+from homeostat.journal.beside.files import JOURNAL
 from homeostat.links.simulated import SimulatedLink, SimulatedWire
 
 KEY = b"k" * 32

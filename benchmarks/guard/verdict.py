@@ -10,7 +10,7 @@ from benchmarks.guard.life import Life
 from homeostat.domain.recovery import Command
 from homeostat.guard.writing.flight import PUT_RIGHT
 from homeostat.journal import BrokenChain, Record
-from homeostat.journal.files import JOURNAL
+from homeostat.journal.beside.files import JOURNAL
 from homeostat.links.true_process import TrueProcess
 
 FRESH_S = 15.0

@@ -12,7 +12,7 @@ from pyoxigraph import NamedNode, RdfFormat, Triple
 
 from benchmarks.scale.plant_graph import namespace
 from homeostat.knowledge.store.store import GraphStore, Row
-from homeostat.plants.graph import read_description
+from homeostat.plants.files.graph import read_description
 from homeostat.plants.plant import Plant
 
 _T = TypeVar("_T")

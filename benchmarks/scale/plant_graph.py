@@ -18,7 +18,7 @@ from benchmarks.scale.header_graph import HEADERS, SITE, connections, equipment_
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary.tbox import load_ontology
 from homeostat.knowledge.vocabulary.vocabulary import RDF, VDI2206, VDI3682, CPSMod
-from homeostat.plants.folder import CASES
+from homeostat.plants.files.folder import CASES
 
 KINDS: Final = ("mixing_module", "cstr")
 """Cases that modules are copies of, in turn."""

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from homeostat.journal import read_events
-from homeostat.journal.artifacts import read_parquet
-from homeostat.journal.manifest import read_manifest
+from homeostat.journal.beside.artifacts import read_parquet
+from homeostat.journal.beside.manifest import read_manifest
 from homeostat.journal.verify.verify import verify
 from homeostat.plants.plant import load_plant
 from tests.cli.command import Done, homeostat

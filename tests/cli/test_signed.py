@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.journal.manifest import OLDER_KINDS
+from homeostat.journal.beside.manifest import OLDER_KINDS
 from homeostat.journal.signing.keys import VARIABLE, SigningKey, installation_key
 from tests.cli.command import Done, homeostat, refused
 from tests.journal.forgery import change, lines_of, rewrite, sign

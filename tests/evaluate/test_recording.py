@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from homeostat.journal import RunFinished, Summary
-from homeostat.journal.archive import Archive
+from homeostat.journal.beside.archive import Archive
 from homeostat.journal.verify.verify import verify
 from homeostat.record.directory import RunDirectory, RunDirectoryError
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.plants.error import PlantError
-from homeostat.plants.folder import CASES, SETTINGS, PlantFiles
+from homeostat.plants.files.folder import CASES, SETTINGS, PlantFiles
 from homeostat.plants.settings.file import read_settings
 
 TEXTS = {name: (CASES / name / SETTINGS).read_text(encoding="utf-8") for name in ("cstr", "mixing_module")}

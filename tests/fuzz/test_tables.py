@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from homeostat.knowledge.build.build import build, mapped, refuse_incomplete
 from homeostat.knowledge.build.tables.check import SCHEMAS, mistakes
 from homeostat.knowledge.store.error import GraphError
-from homeostat.plants.folder import read_files
-from homeostat.plants.graph import open_graph, read_description
+from homeostat.plants.files.folder import read_files
+from homeostat.plants.files.graph import open_graph, read_description
 from homeostat.plants.model import find_model
 from homeostat.plants.settings.file import read_settings
 from homeostat.stl.formula import Expression, Formula

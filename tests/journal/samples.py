@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from homeostat.journal import Journal, Manifest, RunFinished, RunStarted, Setting, Summary
-from homeostat.journal.artifacts import write_text
+from homeostat.journal.beside.artifacts import write_text
 
 
 class Health(StrEnum):

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from homeostat.journal.artifacts import read_parquet, write_parquet, write_text
+from homeostat.journal.beside.artifacts import read_parquet, write_parquet, write_text
 
 TIMES = np.array([0.0, 0.5, 1.0])
 UNITS = {"T1": "K", "B203.level": "m"}

@@ -12,7 +12,7 @@ import pytest
 
 from homeostat import __version__
 from homeostat.journal import Journal, RunFinished, Summary, read_events
-from homeostat.journal.manifest import read_manifest
+from homeostat.journal.beside.manifest import read_manifest
 from homeostat.journal.verify.verify import verify
 from tests.journal.samples import Measured, write_open_run, write_run
 
@@ -81,7 +81,7 @@ def test_a_run_left_by_an_exception_is_intact_but_incomplete(tmp_path: Path) -> 
 FULL_DISK = """
 import resource, sys
 from homeostat.journal import Journal
-from homeostat.journal.artifacts import write_text
+from homeostat.journal.beside.artifacts import write_text
 from tests.journal.samples import Measured
 journal = Journal(sys.argv[1])
 journal.record(Measured("T1", 0.0), 0.0)

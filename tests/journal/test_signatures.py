@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.journal import BrokenChain, Journal, RunFinished, Signature, Summary, read_events
-from homeostat.journal.manifest import read_manifest
+from homeostat.journal.beside.manifest import read_manifest
 from homeostat.journal.signing.keys import SigningKey
 from homeostat.journal.signing.signing import EVERY_LINES, EVERY_S
 from homeostat.journal.verify.verify import verify

@@ -12,7 +12,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from homeostat.journal import BrokenChain, Journal, Summary, read_events
-from homeostat.journal.artifacts import write_text
+from homeostat.journal.beside.artifacts import write_text
 from homeostat.journal.chain import digest
 from homeostat.journal.encode import canonical
 from homeostat.journal.reading import parse
@@ -245,8 +245,8 @@ def test_what_is_no_run_is_said_to_be_none(tmp_path: Path) -> None:
 
 
 def test_a_manifest_cannot_point_outside_the_run(tmp_path: Path) -> None:
-    from homeostat.journal.files import StoredFile
-    from homeostat.journal.manifest import Manifest, write_manifest
+    from homeostat.journal.beside.files import StoredFile
+    from homeostat.journal.beside.manifest import Manifest, write_manifest
 
     run = tmp_path / "run"
     with Journal(run) as journal:

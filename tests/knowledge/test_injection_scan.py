@@ -13,7 +13,7 @@ from homeostat.knowledge.questions.query import parse as parse_template
 from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary.vocabulary import HS, RDFS, XSD
-from homeostat.plants.folder import plant_folder
+from homeostat.plants.files.folder import plant_folder
 from tests.safety.injections import CORPUS, TEXTS, Injection
 
 PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "reference" / "knowledge_graphs"

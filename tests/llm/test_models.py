@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from homeostat.journal import MemoryTrace
-from homeostat.journal.archive import MemoryArchive
+from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.llm.calls import Call
 from homeostat.llm.model import Failure, LanguageModel, ModelError, Question
 from homeostat.llm.recorded import RecordedModel

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from homeostat.journal import MemoryTrace
-from homeostat.journal.archive import MemoryArchive
+from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.journal.calls import ModelCalled
 from homeostat.llm.address import parse_address
 from homeostat.llm.calls import read_calls

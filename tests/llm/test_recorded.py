@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.journal import MemoryTrace, Setting
-from homeostat.journal.archive import MemoryArchive
+from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.journal.calls import ModelCalled
 from homeostat.llm.calls import Call, read_calls
 from homeostat.llm.model import STRUCK_OUT, Failure, ModelError, Reply, Usage

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.journal import MemoryTrace
-from homeostat.journal.archive import MemoryArchive
+from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.journal.calls import ModelCalled
 from homeostat.llm.calls import Call
 from homeostat.llm.model import Failure, Usage

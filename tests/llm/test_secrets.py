@@ -14,7 +14,7 @@ from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.advice import Advice
 from homeostat.domain.quotation import quoted
 from homeostat.journal import MemoryTrace
-from homeostat.journal.archive import MemoryArchive
+from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.journal.calls import ModelCalled
 from homeostat.journal.encode import canonical, encode
 from homeostat.llm.failures import failure_of

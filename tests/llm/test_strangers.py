@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import pytest
 
 from homeostat.journal import MemoryTrace, Setting
-from homeostat.journal.archive import MemoryArchive
+from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.journal.calls import ModelCalled
 from homeostat.journal.encode import canonical, encode
 from homeostat.llm.model import STRUCK_OUT, Failure, ModelError, Question, Reply, Usage

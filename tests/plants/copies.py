@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from homeostat.knowledge.build.seal import seal
-from homeostat.plants.folder import CASES
+from homeostat.plants.files.folder import CASES
 from homeostat.plants.plant import Plant, load_plant
 
 

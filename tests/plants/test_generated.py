@@ -15,10 +15,10 @@ from homeostat.journal import read_events
 from homeostat.knowledge.build.build import GRAPH
 from homeostat.knowledge.build.seal import is_sealed, seal, with_one_line_end
 from homeostat.knowledge.store.error import Code, GraphError
-from homeostat.plants.baselines import read_baselines
 from homeostat.plants.error import PlantError
-from homeostat.plants.folder import BASELINES, CASES, read_files
-from homeostat.plants.generated import baseline_sources
+from homeostat.plants.files.baselines import read_baselines
+from homeostat.plants.files.folder import BASELINES, CASES, read_files
+from homeostat.plants.files.generated import baseline_sources
 from homeostat.plants.learn_baselines import main as learn
 from homeostat.plants.plant import load_plant
 from tests.cli.command import homeostat, refused

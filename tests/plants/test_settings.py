@@ -21,7 +21,7 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.plants import assembly as wiring
 from homeostat.plants.assembly import wire
 from homeostat.plants.error import PlantError
-from homeostat.plants.folder import CASES, PlantFiles
+from homeostat.plants.files.folder import CASES, PlantFiles
 from homeostat.plants.plant import load_plant
 from homeostat.plants.settings.file import read_settings
 from homeostat.plants.settings.settings import Settings

@@ -13,8 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.journal.signing.keys import SigningKey
-from homeostat.plants.folder import SIGNATURE
-from homeostat.plants.signature import check_signature, sign
+from homeostat.plants.files.folder import SIGNATURE
+from homeostat.plants.files.signature import check_signature, sign
 from tests.cli.command import homeostat, refused
 from tests.plants.copies import Copy
 

@@ -17,7 +17,7 @@ from homeostat.domain.events.recovery import FallbackArmed, NoActionTaken
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Arm, Observation
 from homeostat.domain.verdict import NoActionNeeded, StepBand
-from homeostat.recovery.news import MARGIN, NEAR, PRODUCTION, SEVERITY, Look, is_news
+from homeostat.recovery.look.news import MARGIN, NEAR, PRODUCTION, SEVERITY, Look, is_news
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, diagnosis
 from tests.recovery.desk import CALM_20, DOOMED, FINE, MORE, NEXT, SOFT, Recovery, Watching, tick, ticks

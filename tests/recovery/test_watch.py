@@ -8,7 +8,7 @@ import threading
 import pytest
 
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.recovery.watch import Watch
+from homeostat.recovery.look.watch import Watch
 from tests.agents.scripted import ScriptedMonitoring, diagnosis
 
 HANGS_S = 5.0

@@ -9,7 +9,7 @@ from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse, serialize
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary.vocabulary import HS, RDFS, UML, VDI3682
-from homeostat.plants.folder import CASES
+from homeostat.plants.files.folder import CASES
 from homeostat.plants.plant import Plant
 
 TEXTS = (RDFS.label, RDFS.comment, HS.source, HS.requirementReason, UML.stateName, VDI3682.shortName)

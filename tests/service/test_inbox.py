@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.journal import Journal, RunStarted, Summary
-from homeostat.journal.files import JOURNAL
+from homeostat.journal.beside.files import JOURNAL
 from homeostat.service.inbox import INBOX, MOST, TAKEN, Inbox, post, refuse_unattended, take_back
 from homeostat.service.order import LARGEST, OrderError, run_identity
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from homeostat.cli.options.arguments import UsageError
-from homeostat.journal.files import JOURNAL, MANIFEST
+from homeostat.journal.beside.files import JOURNAL, MANIFEST
 
 
 def run_directory(path: Path) -> Path:

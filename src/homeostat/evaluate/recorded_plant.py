@@ -7,7 +7,7 @@ from typing import Final
 
 from homeostat.journal import RunStarted, Setting
 from homeostat.plants.error import PlantError
-from homeostat.plants.folder import CASES, SETTINGS
+from homeostat.plants.files.folder import CASES, SETTINGS
 from homeostat.plants.plant import Plant, load_plant
 
 FOLDER: Final = "plant folder"

@@ -16,8 +16,8 @@ from homeostat.evaluate.conditions.transcript import TranscriptEntry
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.journal import Summary
-from homeostat.journal.archive import MemoryArchive
-from homeostat.journal.files import write_whole
+from homeostat.journal.beside.archive import MemoryArchive
+from homeostat.journal.beside.files import write_whole
 from homeostat.plants.plant import Plant
 from homeostat.record.directory import RunDirectory
 from homeostat.record.result import Exposure, Result, StepScores

@@ -29,7 +29,7 @@ from homeostat.evaluate.score.scoring import exposures, production_loss
 from homeostat.evaluate.shown import Shown, Watcher
 from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.journal import MemoryTrace, RunStarted, Trace
-from homeostat.journal.archive import Archive, MemoryArchive
+from homeostat.journal.beside.archive import Archive, MemoryArchive
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
 from homeostat.links.true_process import TrueProcess

@@ -11,7 +11,7 @@ from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Fault, scenario_of
 from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import MemoryTrace, RunFinished
-from homeostat.journal.archive import MemoryArchive
+from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.llm.model import LanguageModel
 from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Plant

@@ -9,11 +9,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self, final
 
+from homeostat.journal.beside.files import JOURNAL, MANIFEST
+from homeostat.journal.beside.manifest import Manifest, Summary, manifest_of, write_manifest
 from homeostat.journal.chain import GENESIS, Chain, digest
 from homeostat.journal.events import Event, Resumed, Subscriber
-from homeostat.journal.files import JOURNAL, MANIFEST
 from homeostat.journal.listeners import Listeners
-from homeostat.journal.manifest import Manifest, Summary, manifest_of, write_manifest
 from homeostat.journal.reading import BrokenChain, scan
 from homeostat.journal.signing.keys import SigningKey
 from homeostat.journal.signing.signatures import Signatures

@@ -9,9 +9,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final, cast
 
+from homeostat.journal.beside.files import JOURNAL
 from homeostat.journal.chain import GENESIS, HAPPENED, HEADER, digest
 from homeostat.journal.encode import Json, canonical
-from homeostat.journal.files import JOURNAL
 
 FORMER: Final = {"departed": "deviated", "left-as-is": "no-action", "fell-back": "fallback-activated"}
 """Name of an event before format 3 -> its name."""

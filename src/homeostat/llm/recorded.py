@@ -16,7 +16,7 @@ from typing import Final, TypeGuard
 
 from homeostat.domain.quotation import quoted
 from homeostat.journal import Setting, Trace
-from homeostat.journal.archive import Archive
+from homeostat.journal.beside.archive import Archive
 from homeostat.journal.calls import ModelCalled
 from homeostat.llm.calls import Call, append_call
 from homeostat.llm.model import STRUCK_OUT, Failure, LanguageModel, ModelError, Question, Reply, Usage

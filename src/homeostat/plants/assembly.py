@@ -35,7 +35,7 @@ from homeostat.guard.restart.memory import Memory
 from homeostat.guard.sequence.sequencer import Sequencer, nominal_route, what_follows
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Trace
-from homeostat.journal.archive import Archive, MemoryArchive
+from homeostat.journal.beside.archive import Archive, MemoryArchive
 from homeostat.llm.address import KEY_VARIABLES
 from homeostat.llm.model import LanguageModel
 from homeostat.llm.recorded import RecordedModel

@@ -7,7 +7,7 @@ import json
 from typing import Final
 
 from homeostat.knowledge.build.seal import sha256
-from homeostat.plants.folder import PlantFiles
+from homeostat.plants.files.folder import PlantFiles
 
 _SCHEMA: Final = "homeostat plant configuration 1"
 

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.domain.plant.baseline import Baseline
-from homeostat.journal.files import write_whole
+from homeostat.journal.beside.files import write_whole
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.true_process import PlantConfiguration, TrueProcess
 from homeostat.plants.assembly import new_sequencer
-from homeostat.plants.baselines import read_baselines, write_baselines
-from homeostat.plants.folder import BASELINES
-from homeostat.plants.generated import baseline_sources
+from homeostat.plants.files.baselines import read_baselines, write_baselines
+from homeostat.plants.files.folder import BASELINES
+from homeostat.plants.files.generated import baseline_sources
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.process.seeds import Stream, noise_seed
 

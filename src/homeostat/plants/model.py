@@ -7,7 +7,7 @@ import inspect
 from typing import Any, Final
 
 from homeostat.plants.error import PlantError
-from homeostat.plants.folder import CASES, SETTINGS, plant_names
+from homeostat.plants.files.folder import CASES, SETTINGS, plant_names
 from homeostat.process.model import ProcessModel
 from homeostat.stl.spelling import near_matches
 

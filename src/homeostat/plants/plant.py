@@ -20,9 +20,9 @@ from homeostat.knowledge.build.build import GRAPH
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.plants.configuration import configuration_digest
 from homeostat.plants.error import PlantError
-from homeostat.plants.folder import PlantFiles, plant_folder, read_files
-from homeostat.plants.generated import with_baselines, with_fresh_graph
-from homeostat.plants.graph import open_graph, read_description
+from homeostat.plants.files.folder import PlantFiles, plant_folder, read_files
+from homeostat.plants.files.generated import with_baselines, with_fresh_graph
+from homeostat.plants.files.graph import open_graph, read_description
 from homeostat.plants.model import find_model
 from homeostat.plants.settings.check import refuse_misfit
 from homeostat.plants.settings.figure_panel import Panel, read_panel

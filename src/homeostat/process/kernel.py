@@ -176,7 +176,8 @@ def _load(code: MachineCode) -> Callable[..., None]:
         found = getattr(library, name, None if name != wanted else library.abort)
         if found is not None:
             builder.import_symbol(name, ctypes.cast(found, ctypes.c_void_p).value)
-    linked = builder.export_symbol(code.name).link(_linker(), code.name)
+    # Each kernel is a library of its own: their functions have the same name.
+    linked = builder.export_symbol(code.name).link(_linker(), f"kernel {len(_kept_alive)}")
     _kept_alive.append(linked)
     function = ctypes.CFUNCTYPE(None)(linked[code.name])
     function.argtypes = (*[ctypes.c_int64] * 7, ctypes.c_double, *[ctypes.c_int64] * 2, *[ctypes.c_void_p] * len(TYPES))

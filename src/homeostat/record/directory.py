@@ -14,9 +14,9 @@ from typing import Self, final
 
 from homeostat.domain.snapshot import Trajectory
 from homeostat.journal import Followed, Journal, Manifest, StoredFile, Summary
-from homeostat.journal.artifacts import write_parquet, write_text
+from homeostat.journal.beside.artifacts import write_parquet, write_text
+from homeostat.journal.beside.files import JOURNAL, MANIFEST, describe, write_whole
 from homeostat.journal.events import Event
-from homeostat.journal.files import JOURNAL, MANIFEST, describe, write_whole
 from homeostat.journal.signing.keys import KeyTrouble, SigningKey, installation_key
 
 TRAJECTORY = "trajectory.parquet"

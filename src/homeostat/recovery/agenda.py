@@ -9,7 +9,7 @@ from enum import Enum
 from homeostat.domain.diagnosis import Diagnosis, Symptom
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.verdict import Released
-from homeostat.recovery.news import Look, is_news
+from homeostat.recovery.look.news import Look, is_news
 from homeostat.recovery.plant_rules import Bounds
 from homeostat.recovery.scene import Scene
 

@@ -10,7 +10,7 @@ from homeostat.domain.observation import Observation
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.production import Production
 from homeostat.domain.verdict import Approve, Rollout, RolloutResult, Verdict
-from homeostat.recovery.news import Look
+from homeostat.recovery.look.news import Look
 
 TOLERANCE = 0.3
 """A recovered plant is left alone while soft criteria are missed by no more than this many scales [1]."""

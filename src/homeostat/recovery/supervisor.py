@@ -15,14 +15,14 @@ from homeostat.recovery.agenda import Agenda, Memory, Stance
 from homeostat.recovery.arming import Arming
 from homeostat.recovery.endings import fall_back, leave_alone, nothing_is_known, stand_down
 from homeostat.recovery.intervention import InterventionPolicy
+from homeostat.recovery.look.prospect import Prospect
+from homeostat.recovery.look.watch import Watch
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.progress import ProgressMonitor
 from homeostat.recovery.proposals import Proposals
-from homeostat.recovery.prospect import Prospect
 from homeostat.recovery.release_check import Check
 from homeostat.recovery.releasing import Withdrawn
 from homeostat.recovery.scene import Scene
-from homeostat.recovery.watch import Watch
 
 
 class Supervisor:

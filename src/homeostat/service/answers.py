@@ -11,7 +11,7 @@ from typing import Any, Final, Protocol
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.events.people import PersonHeard
 from homeostat.domain.request import RequestStatus
-from homeostat.journal.files import JOURNAL, MANIFEST
+from homeostat.journal.beside.files import JOURNAL, MANIFEST
 from homeostat.journal.reading import parse
 
 _LOOK_S: Final = 0.1

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final, final
 
 from homeostat.domain.mode import PersonCommand
-from homeostat.journal.files import JOURNAL, MANIFEST, write_whole
+from homeostat.journal.beside.files import JOURNAL, MANIFEST, write_whole
 from homeostat.service.order import ENDING, IDENTIFIER, OrderError, read, run_identity, written
 
 INBOX: Final = "inbox"

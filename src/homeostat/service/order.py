@@ -11,7 +11,7 @@ from typing import Final, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from homeostat.domain.mode import PersonCommand, Role, Verb
-from homeostat.journal.files import JOURNAL
+from homeostat.journal.beside.files import JOURNAL
 
 LARGEST: Final = 10_000
 """Most bytes of an order."""

@@ -9,7 +9,7 @@ from pyoxigraph import NamedNode, Triple
 
 from homeostat.agents.grounding.context import GroundingKind
 from homeostat.domain.events.recovery import Retrieved
-from homeostat.journal.archive import Archive, MemoryArchive
+from homeostat.journal.beside.archive import Archive, MemoryArchive
 from homeostat.knowledge.build.turtle import write_turtle
 from homeostat.knowledge.context.context import Excerpt, excerpt
 from homeostat.knowledge.questions import questions

@@ -6,7 +6,7 @@ import argparse
 
 from homeostat.cli.table import show_table
 from homeostat.domain.diagnosis import Fault
-from homeostat.plants.folder import plant_names
+from homeostat.plants.files.folder import plant_names
 from homeostat.plants.plant import load_plant
 
 

@@ -6,12 +6,12 @@ import argparse
 from pathlib import Path
 
 from homeostat.cli.options.arguments import UsageError
-from homeostat.journal.files import write_whole
+from homeostat.journal.beside.files import write_whole
 from homeostat.journal.signing.keys import SigningKey, make_key, read_private, read_public
-from homeostat.plants.folder import SIGNATURE
+from homeostat.plants.files.folder import SIGNATURE
+from homeostat.plants.files.signature import check_signature
+from homeostat.plants.files.signature import sign as signed
 from homeostat.plants.plant import load_plant
-from homeostat.plants.signature import check_signature
-from homeostat.plants.signature import sign as signed
 
 
 def keygen(options: argparse.Namespace) -> int:

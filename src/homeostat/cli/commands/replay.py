@@ -22,7 +22,7 @@ from homeostat.journal.signing.keys import KeyTrouble
 from homeostat.journal.verify.verify import verify
 from homeostat.knowledge.store.error import GraphError
 from homeostat.plants.error import PlantError
-from homeostat.plants.folder import plant_names
+from homeostat.plants.files.folder import plant_names
 from homeostat.plants.plant import load_plant
 from homeostat.record.decode import DecodeError, decode
 from homeostat.record.result import ResultError, read_result

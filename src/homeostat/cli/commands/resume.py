@@ -19,7 +19,7 @@ from homeostat.evaluate.recorded_plant import recorded_plant_of
 from homeostat.evaluate.resumption import Past, ResumptionError, told
 from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import read_events
-from homeostat.journal.files import MANIFEST, RESULT
+from homeostat.journal.beside.files import MANIFEST, RESULT
 from homeostat.plants.error import PlantError
 from homeostat.record.directory import RunDirectory, RunDirectoryError
 from homeostat.service.inbox import INBOX

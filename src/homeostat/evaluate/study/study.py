@@ -23,7 +23,7 @@ from homeostat.evaluate.study.measurement import Kept
 from homeostat.evaluate.study.plan.job import Job, code_digest
 from homeostat.evaluate.study.progress import Progress
 from homeostat.evaluate.study.row import Row
-from homeostat.journal.files import write_whole
+from homeostat.journal.beside.files import write_whole
 
 REPORT_NEEDS = ("jinja2", "scipy")
 """Libraries of the extra ``campaign`` without which there is no report."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import final
 
+from homeostat.journal.beside.manifest import UNSIGNED_FORMAT, Manifest
 from homeostat.journal.events import Signed
-from homeostat.journal.manifest import UNSIGNED_FORMAT, Manifest
 from homeostat.journal.reading import Record
 from homeostat.journal.signing.signing import is_signature
 

@@ -11,10 +11,10 @@ from typing import Final
 from homeostat.domain.events import guard, people, trips
 from homeostat.domain.events.recovery import ReleasedActions
 from homeostat.domain.events.writes import ReadBack, WriteEnded, WriteIntended
+from homeostat.journal.beside.files import RESULT
+from homeostat.journal.beside.manifest import Manifest
 from homeostat.journal.encode import Json
 from homeostat.journal.events import Event, RunFinished, RunStarted
-from homeostat.journal.files import RESULT
-from homeostat.journal.manifest import Manifest
 from homeostat.journal.reading import Record
 
 _OF_GUARD: Final = (guard.GuardStarted, people.ModeEntered, guard.SequenceLoaded, guard.StateEntered)

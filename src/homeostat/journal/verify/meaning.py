@@ -11,9 +11,9 @@ from homeostat.domain.events.recovery import Attempted, Diagnosed, ReleasedActio
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.recovery import action_digest
+from homeostat.journal.beside.manifest import OLDER_KINDS, UNSIGNED_FORMAT
 from homeostat.journal.encode import Json
 from homeostat.journal.events import RunFinished, RunStarted
-from homeostat.journal.manifest import OLDER_KINDS, UNSIGNED_FORMAT
 from homeostat.journal.reading import Record
 from homeostat.journal.verify.course import begin, end, releases, starts_of_people
 from homeostat.journal.verify.evidence import Evidence, text, word

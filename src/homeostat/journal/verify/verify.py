@@ -6,9 +6,9 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
+from homeostat.journal.beside.files import JOURNAL, StoredFile, describe
+from homeostat.journal.beside.manifest import BadManifest, Manifest, read_manifest
 from homeostat.journal.chain import GENESIS, digest
-from homeostat.journal.files import JOURNAL, StoredFile, describe
-from homeostat.journal.manifest import BadManifest, Manifest, read_manifest
 from homeostat.journal.reading import BrokenChain, Record, scan
 from homeostat.journal.signing.signatures import NOBODY, Signatures, Vouched
 from homeostat.journal.verify.evidence import Evidence, condensed, read_result

@@ -10,7 +10,7 @@ import numpy as np
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.tag import Range, Role
 from homeostat.plants.error import PlantError
-from homeostat.plants.folder import SETTINGS
+from homeostat.plants.files.folder import SETTINGS
 from homeostat.plants.settings.settings import Settings
 from homeostat.process.model import ProcessModel
 from homeostat.stl.spelling import near_matches

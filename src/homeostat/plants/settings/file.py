@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from homeostat.plants.error import PlantError
-from homeostat.plants.folder import SETTINGS, PlantFiles
+from homeostat.plants.files.folder import SETTINGS, PlantFiles
 from homeostat.plants.settings.settings import Settings
 from homeostat.stl.spelling import near_matches
 

@@ -19,11 +19,11 @@ from homeostat.knowledge.checks.lint import lint
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.store.store import GraphStore
-from homeostat.plants.baselines import read_baselines, refuse_altered
 from homeostat.plants.error import PlantError
-from homeostat.plants.folder import BASELINES
-from homeostat.plants.generated import refuse_altered_graph
-from homeostat.plants.graph import interface
+from homeostat.plants.files.baselines import read_baselines, refuse_altered
+from homeostat.plants.files.folder import BASELINES
+from homeostat.plants.files.generated import refuse_altered_graph
+from homeostat.plants.files.graph import interface
 from homeostat.plants.model import find_model
 from homeostat.plants.settings.check import refuse_misfit
 from homeostat.process.model import ProcessModel

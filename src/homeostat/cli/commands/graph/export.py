@@ -11,7 +11,7 @@ from pyoxigraph import RdfFormat, serialize
 from homeostat.cli.commands.graph.graphs import opened, place
 from homeostat.cli.options.arguments import UsageError
 from homeostat.cli.options.plants import FORMATS
-from homeostat.journal.files import write_whole
+from homeostat.journal.beside.files import write_whole
 
 _FORMATS: Final = dict(
     zip(FORMATS, (RdfFormat.TURTLE, RdfFormat.N_TRIPLES, RdfFormat.TRIG, RdfFormat.JSON_LD), strict=True)

@@ -20,7 +20,7 @@ from homeostat.domain.plant.description import PlantDescription
 from homeostat.knowledge.build.seal import is_sealed, seal
 from homeostat.knowledge.checks.intervals import Interval, span
 from homeostat.knowledge.store.error import Code, GraphError
-from homeostat.plants.folder import BASELINES
+from homeostat.plants.files.folder import BASELINES
 from homeostat.stl.spelling import near_matches
 
 _LEARNED_FROM: Final = re.compile(r"# learned from ([0-9a-f]{64})")

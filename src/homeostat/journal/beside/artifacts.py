@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.journal.files import StoredFile, describe, write_whole
+from homeostat.journal.beside.files import StoredFile, describe, write_whole
 
 TIME = "t_s"
 """Column of the process time [s]."""

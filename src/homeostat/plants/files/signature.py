@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, StringConstraints, ValidationError
 
 from homeostat.domain.quotation import quoted
 from homeostat.journal.signing.keys import SigningKey, vouches
-from homeostat.plants.folder import SIGNATURE
+from homeostat.plants.files.folder import SIGNATURE
 
 _PURPOSE: Final = b"homeostat plant configuration\n"
 """What is signed begins with this, so that no other signature of the key can be passed off as one of a plant."""

@@ -11,9 +11,9 @@ from homeostat.knowledge.build.build import GRAPH, build, refuse_incomplete
 from homeostat.knowledge.build.provenance import stale_tables
 from homeostat.knowledge.build.seal import is_sealed, sha256
 from homeostat.knowledge.store.error import Code, GraphError
-from homeostat.plants.baselines import digest_of, learned_from, read_baselines, refuse_altered
 from homeostat.plants.error import PlantError
-from homeostat.plants.folder import BASELINES, PlantFiles
+from homeostat.plants.files.baselines import digest_of, learned_from, read_baselines, refuse_altered
+from homeostat.plants.files.folder import BASELINES, PlantFiles
 
 if TYPE_CHECKING:
     from homeostat.plants.plant import Plant
@@ -86,7 +86,7 @@ def baseline_sources(plant: Plant) -> str:
 
 def _with(files: PlantFiles, name: str, content: bytes) -> PlantFiles:
     """``files`` with another ``content`` of ``name``, on disk as well where the folder can be written; that is said."""
-    from homeostat.journal.files import write_whole  # a journal that is seldom needed here loads much
+    from homeostat.journal.beside.files import write_whole  # a journal that is seldom needed here loads much
 
     why = "its tables are newer" if name == GRAPH else "what it follows from has changed"
     try:

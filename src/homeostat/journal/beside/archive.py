@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from typing import Protocol
 
-from homeostat.journal.files import StoredFile
+from homeostat.journal.beside.files import StoredFile
 
 
 class Archive(Protocol):

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Final
 
 from homeostat import __version__
+from homeostat.journal.beside.files import JOURNAL, MANIFEST, StoredFile, describe, write_whole
 from homeostat.journal.chain import digest
 from homeostat.journal.encode import Json, canonical, encode_fields
-from homeostat.journal.files import JOURNAL, MANIFEST, StoredFile, describe, write_whole
 from homeostat.journal.signing.signing import Signer, signs_manifest
 
 UNSIGNED_FORMAT = 1

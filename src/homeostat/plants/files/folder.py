@@ -12,7 +12,7 @@ from homeostat.knowledge.build.seal import with_one_line_end
 from homeostat.plants.error import PlantError
 from homeostat.stl.spelling import near_matches
 
-CASES: Final = Path(__file__).parent
+CASES: Final = Path(__file__).parents[1]
 """Where the installed plants are."""
 SETTINGS: Final = "case.toml"
 """Name of the settings in a plant's folder."""

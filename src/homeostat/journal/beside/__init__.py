@@ -1,0 +1,1 @@
+"""The files beside a journal: trajectories, texts, and the manifest that closes a run."""
