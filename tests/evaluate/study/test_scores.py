@@ -12,7 +12,16 @@ from homeostat.evaluate.report.measures.references import References
 from homeostat.evaluate.report.measures.usage import tokens_of
 from homeostat.evaluate.report.statistics import Rate, Spread
 from homeostat.evaluate.report.tables.score import RUNS, mean, words
-from homeostat.evaluate.report.tables.scores import DIAGNOSIS, EFFORT, LATENCY, SAFETY, SUCCESS, Scores, beside
+from homeostat.evaluate.report.tables.scores import (
+    DIAGNOSIS,
+    EFFORT,
+    LATENCY,
+    SAFETY,
+    SUCCESS,
+    Scores,
+    beside,
+    reported,
+)
 from homeostat.evaluate.report.tables.table import Cell
 from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, Row
 from tests.evaluate.study.fake_rows import campaign, plain
@@ -96,7 +105,19 @@ def test_safety_shows_the_worst_run() -> None:
     assert safety["exposure [s]"] == Spread(0.0, 90.0, 3)
     assert safety["least margin"] == Spread(0.1, -0.5, 3)
     assert safety["closest limit"] == "L1 high"
-    assert (safety["batches complete"], safety["delay [s]"], safety["spilled [L]"]) == (None, None, None)
+    assert (safety["batches complete"], safety["delay [s]"]) == (None, None)
+
+
+def test_a_total_is_a_column_by_its_name_where_a_plant_reports_it() -> None:
+    rows = [
+        plain(totals={"spilled_L": 0.5}),
+        plain(totals={"spilled_L": 0.1}),
+        plain(totals={"dry_run_s": 3.0}),
+        plain(),
+    ]
+    assert reported([plain()]) == ()
+    assert cells(reported(rows), rows) == {"dry run [s]": Spread(3.0, 3.0, 1), "spilled [L]": Spread(0.3, 0.5, 2)}
+    assert cells(reported(rows), [plain()]) == {"dry run [s]": None, "spilled [L]": None}
 
 
 def test_delay_is_that_of_completed_batches() -> None:
@@ -168,7 +189,8 @@ def test_what_is_said_of_a_column_is_said_of_one_that_is_there() -> None:
     shown = {table.name: table for table in contents(campaign(range(1, 3))).tables}
     for name, said in words().items():
         assert set(said.columns) - {"figures"} <= set(shown[name].header)
-        assert all(column.meaning == said.columns.get(column.name, "") for column in shown[name].columns)
+        told = {"spilled [L]": "total of a run: median (worst)", **said.columns}
+        assert all(column.meaning == told.get(column.name, "") for column in shown[name].columns)
 
 
 def test_groups_are_in_order_whatever_the_order_of_the_rows() -> None:

@@ -24,7 +24,16 @@ from homeostat.evaluate.report.tables.score import (
     table,
     words,
 )
-from homeostat.evaluate.report.tables.scores import DIAGNOSIS, EFFORT, LATENCY, SAFETY, SUCCESS, Scores, beside
+from homeostat.evaluate.report.tables.scores import (
+    DIAGNOSIS,
+    EFFORT,
+    LATENCY,
+    SAFETY,
+    SUCCESS,
+    Scores,
+    beside,
+    reported,
+)
 from homeostat.evaluate.report.tables.table import Column, Kind, Table, compact
 from homeostat.evaluate.study.row import HINDSIGHT, Row
 
@@ -148,7 +157,7 @@ def _scored(rows: Sequence[Row], groups: Sequence[Group], who: Scores, end: str,
     made = []
     for name, scores, shown in (
         ("success", SUCCESS, groups),
-        ("safety", SAFETY, groups),
+        ("safety", (*SAFETY, *reported(rows)), groups),
         ("diagnosis", DIAGNOSIS, groups),
         ("yardsticks", possible, compared),
         ("effort", EFFORT, asking),

@@ -22,9 +22,6 @@ from homeostat.plants.plant import Plant
 from homeostat.record.result import StepScores
 from homeostat.record.run_record import NOBODY
 
-SPILLED = "spilled_L"
-"""Total of what leaked or overflowed, where a plant adds it up [L]."""
-
 STEPS = tuple(field.name for field in fields(StepScores))
 """Columns about single steps."""
 
@@ -98,7 +95,7 @@ def _ended(run: Run) -> dict[str, Any]:
         "production_loss": finite(run.production_loss),
         "complete_s": run.complete_s,
         "nominal_s": run.nominal_s,
-        "spilled_L": run.totals.get(SPILLED),
+        "totals": {name: run.totals[name] for name in run.plant.reported},
     }
 
 

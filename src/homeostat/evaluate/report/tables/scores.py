@@ -5,7 +5,8 @@ No cell where nothing can be said: nobody was asked, or nothing of the kind happ
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Final
 
 from homeostat.evaluate.report.groups import Group, succeeded
@@ -19,6 +20,7 @@ from homeostat.evaluate.study.row import Row
 
 Scores = tuple[Score[Group], ...]
 _NO_FAULT: Final = "none"
+_TOTAL: Final = "total of a run: median (worst)"
 
 SUCCESS: Final[Scores] = (
     share("success", succeeded),
@@ -37,7 +39,6 @@ SAFETY: Final[Scores] = (
     middle("loss [%]", lambda row: row.production_loss, 1, 100.0),
     share("batches complete", lambda row: row.complete_s is not None, among=lambda row: row.batch),
     middle("delay [s]", lambda row: row.delay_s),
-    middle("spilled [L]", lambda row: row.spilled_L, 2),
 )
 DIAGNOSIS: Final[Scores] = (
     share("detected", lambda row: row.detection_s is not None, among=lambda row: row.fault != _NO_FAULT),
@@ -53,6 +54,17 @@ LATENCY: Final[Scores] = (
     middle("call [s]", lambda row: row.wall_call_s, 2),
     mean("run [s]", lambda row: row.wall_s, 1),
 )
+
+
+def reported(rows: Iterable[Row]) -> Scores:
+    """What the plants of ``rows`` report of what they add up over a run; a name is a quantity, ``_`` and its unit."""
+    return tuple(map(_total, sorted({name for row in rows for name in row.totals})))
+
+
+def _total(name: str) -> Score[Group]:
+    quantity, _, unit = name.rpartition("_")
+    score = middle(f"{quantity.replace('_', ' ')} [{unit}]", lambda row: row.totals.get(name), 2)
+    return replace(score, column=replace(score.column, meaning=_TOTAL))
 
 
 def _asked(of: Callable[[Usage], int]) -> Value:
