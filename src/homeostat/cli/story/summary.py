@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from homeostat.cli.story.story import Story
-from homeostat.cli.story.wording import beliefs, commands, quantity
+from homeostat.cli.story.wording import commands, probabilities, quantity
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.description import PlantDescription
@@ -64,7 +64,7 @@ def _detected(result: Result, plant: PlantDescription) -> str:
     text = f"at {result.detected_s:.0f} s"
     if result.onset_s is not None:
         text += f", {result.detected_s - result.onset_s:.0f} s after the onset"
-    return f"{text}; diagnosed {beliefs(result.hypotheses, plant)}"
+    return f"{text}; diagnosed {probabilities(result.hypotheses, plant)}"
 
 
 def _done(result: Result, acted_s: float | None, plant: PlantDescription) -> str:

@@ -1,4 +1,4 @@
-"""Listening: what a language model was asked in which state, and what it answered."""
+"""Transcript: what a language model was asked in which state, and what it answered."""
 
 from __future__ import annotations
 

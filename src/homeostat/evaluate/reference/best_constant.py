@@ -1,4 +1,4 @@
-"""The yardstick: the best constant setpoints that an exhaustive grid finds on the true plant."""
+"""A reference policy: the best constant setpoints that an exhaustive grid finds on the true plant."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def _batch(
 
 
 def _state_at(plant: Plant, scenario: Scenario, at_s: float) -> tuple[Row, float]:
-    """State of the unattended plant at ``at_s``, and what it made since the onset."""
+    """State of the unsupervised plant at ``at_s``, and what it made since the onset."""
     state = plant.model.initial_state(plant.true_parameters(scenario.seed))[None]
     inputs = np.tile(plant.start, (1, int(at_s), 1))
     result = simulate(plant.model.kernel, _batch(plant, scenario, state, inputs, 0.0, int(at_s), 1))

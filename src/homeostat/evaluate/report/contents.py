@@ -6,7 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-from homeostat.evaluate.report.groups import Group, arm, broke_limit, by_scenario, in_order, overall, source, succeeded
+from homeostat.evaluate.report.groups import (
+    Group,
+    arm,
+    by_scenario,
+    in_order,
+    overall,
+    source,
+    succeeded,
+    violated_limit,
+)
 from homeostat.evaluate.report.measures.comparison import Comparison, comparisons
 from homeostat.evaluate.report.measures.diagnosis import Bin, reliability
 from homeostat.evaluate.report.measures.references import References
@@ -137,15 +146,15 @@ def _shown(tables: Sequence[Table]) -> tuple[Table, ...]:
 
 
 def failed(rows: Sequence[Row]) -> list[Row]:
-    """Runs that did not succeed or broke a hard limit, in order."""
-    return [row for row in in_order(rows) if not succeeded(row) or broke_limit(row)]
+    """Runs that did not succeed or violated a hard limit, in order."""
+    return [row for row in in_order(rows) if not succeeded(row) or violated_limit(row)]
 
 
 def what_failed(row: Row) -> str:
     """In a few words."""
     if succeeded(row):
-        return "limit broken"
-    return "no success, limit broken" if broke_limit(row) else "no success"
+        return "limit violated"
+    return "no success, limit violated" if violated_limit(row) else "no success"
 
 
 def _scored(rows: Sequence[Row], groups: Sequence[Group], who: Scores, end: str, scope: str) -> list[Table]:
@@ -159,7 +168,7 @@ def _scored(rows: Sequence[Row], groups: Sequence[Group], who: Scores, end: str,
         ("success", SUCCESS, groups),
         ("safety", (*SAFETY, *reported(rows)), groups),
         ("diagnosis", DIAGNOSIS, groups),
-        ("yardsticks", possible, compared),
+        ("reference_policies", possible, compared),
         ("effort", EFFORT, asking),
     ):
         said = words()[name]
@@ -184,6 +193,6 @@ def _actors(rows: Sequence[Row]) -> Scores:
 
 
 def _failures(rows: Sequence[Row]) -> Table:
-    """Every run that did not succeed or broke a hard limit, with all columns even where there is none."""
+    """Every run that did not succeed or violated a hard limit, with all columns even where there is none."""
     found = table("failures", _FAILURES, failed(rows))
     return found if found.lines else replace(found, note="There are none.")

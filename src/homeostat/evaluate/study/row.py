@@ -14,7 +14,7 @@ DO_NOTHING = "do-nothing"
 """Proposer of the rows in which nobody acts, not even the fallback."""
 FALLBACK_ONLY = "fallback-only"
 """Proposer of the rows in which nobody proposes, so that only the fallback may act."""
-YARDSTICKS = (HINDSIGHT, DO_NOTHING, FALLBACK_ONLY)
+REFERENCE_POLICIES = (HINDSIGHT, DO_NOTHING, FALLBACK_ONLY)
 """Proposers of the rows that others are measured by."""
 WHOLE = "none"
 """Ablation of the rows in which nothing is left out."""
@@ -85,7 +85,7 @@ class Row:
     exposure_detected_s: float | None
     """The same from detection on [s]; None where nothing was detected."""
     least_margin: float
-    """Least true margin to any hard limit since start-up, each in scales of its unit; negative: broken [1]."""
+    """Least true margin to any hard limit since start-up, each in scales of its unit; negative: violated [1]."""
     least_margin_limit: str
     """Name of that limit."""
     approved_margin: float | None

@@ -15,7 +15,7 @@ from homeostat.evaluate.run import Run, finite
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.evaluate.score.scoring import inside_at_end
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.row import YARDSTICKS, Row
+from homeostat.evaluate.study.row import REFERENCE_POLICIES, Row
 from homeostat.evaluate.study.usage import usage_of
 from homeostat.journal.calls import ModelCalled
 from homeostat.plants.plant import Plant
@@ -33,11 +33,11 @@ def succeeded(run: Run) -> bool:
 
 
 def notable(job: Job, run: Run) -> bool:
-    """Whether somebody will want to see why a run ended as it did: no success, or a hard limit was broken.
+    """Whether somebody will want to see why a run ended as it did: no success, or a hard limit was violated.
 
     What nobody proposed is no matter for anybody: reference policies are there to fail.
     """
-    if job.arm.who in YARDSTICKS:
+    if job.arm.who in REFERENCE_POLICIES:
         return False
     hard = {limit.name for limit in run.plant.description.limits.hard}
     return not succeeded(run) or any(e.total_s > 0.0 for e in run.exposures if e.limit in hard)
