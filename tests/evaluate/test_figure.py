@@ -30,7 +30,7 @@ from homeostat.stl.formula import parse
 
 
 def limit(text: str) -> Limit:
-    return Limit("LIM", LimitKind.INTERLOCK, parse(text), True, "table", "what it protects")
+    return Limit("LIM", LimitKind.TRIP_LIMIT, parse(text), True, "table", "what it protects")
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,7 @@ def criterion(name: str, text: str, hard: bool = False, owner: Owner = Owner.ACT
     return Criterion(name, owner, parse(text, TAGS), hard, "Test document 2", f"What {name} asks for")
 
 
-HOT = rule("LIM-HOT", LimitKind.INTERLOCK, "T <= 313", hard=True)
+HOT = rule("LIM-HOT", LimitKind.TRIP_LIMIT, "T <= 313", hard=True)
 COLD = rule("LIM-COLD", LimitKind.ENVELOPE, "T >= 298")
 FEED = rule("PRM-FEED", LimitKind.PERMISSIVE, "L <= 11")
 CALM = criterion("ACC-CALM", "always (T <= 312.9)", hard=True)

@@ -44,7 +44,7 @@ def best_constant(
     """The point of ``grid`` (setpoint tag -> values) with the least production loss on the true plant.
 
     The setpoints are ramped from ``released_s`` on, at their rate limits, and then stay. A point is admissible if the
-    true plant keeps every interlock and envelope to the end of the run and meets every soft acceptance criterion; it
+    true plant keeps every trip limit and envelope to the end of the run and meets every soft acceptance criterion; it
     sees the very faults, parameters and noise of the scenario. ``healthy_made`` is the fault-free production from the
     onset to the end, in the unit of the plant's delivered quantities.
     """
