@@ -123,7 +123,7 @@ def run(
             assembly.exchange.remember(operation.past.retrace(link, local))
         assembly.run(link.source, _hook(shown, assembly, operation, local), operation.pace)
     result = _score(plant, scenario, record, process, clock.total_s, time.monotonic() - begin)
-    return replace(result, said=tuple(transcribed.said)) if transcribed else result
+    return replace(result, transcript=tuple(transcribed.transcript)) if transcribed else result
 
 
 def _go_on(plant: Plant, past: Past, record: RunRecord, trace: Trace) -> None:

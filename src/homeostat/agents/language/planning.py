@@ -22,7 +22,7 @@ from homeostat.knowledge.context.context import Context
 from homeostat.llm.model import Question
 
 SAME: Final = "; this is what follows without action"
-"""TranscriptEntry of the path that the plant takes if nobody interferes."""
+"""Said of the path that the plant takes if nobody interferes."""
 MOST_PATHS: Final = 24
 """Most paths that are offered, those with least risk."""
 

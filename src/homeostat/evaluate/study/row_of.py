@@ -52,7 +52,7 @@ def row_of(job: Job, run: Run, trace: str) -> Row:
         **_endured(run),
         **_believed(run.hypotheses, job.scenario.fault),
         **_steps(run.steps),
-        **usage_of(run.record.of_kind(ModelCalled), run.said),
+        **usage_of(run.record.of_kind(ModelCalled), run.transcript),
         wall_decision_s=None if run.actor == NOBODY else run.thinking_s,
         wall_thinking_s=run.thought_s,
         wall_s=run.wall_s,

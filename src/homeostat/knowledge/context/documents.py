@@ -25,7 +25,7 @@ _GUARD: Final = {HS.QualityRule, HS.TripRule, HS.WriteRule, HS.StartUpLimit, HS.
 _UNTOLD: Final = _GUARD | {HS.SourceTable, DINEN61360.Type_Description, DINEN61360.Instance_Description}
 """Types of things without a document."""
 _HEADING: Final = frozenset({RDF.type, RDFS.label, HS.belongsTo})
-"""TranscriptEntry by the first words of a document; that everything belongs to the one plant is not said."""
+"""Said by the first words of a document; that everything belongs to the one plant is not said."""
 _TOLD: Final = {term: former for former, term in TERMS.items()}
 """What documents call by its former name: recorded answers of models are found by the words that these were shown."""
 _WORD: Final = re.compile(r"[A-Z]?[a-z0-9]+|[A-Z]+(?![a-z])|[^\sA-Za-z0-9_-]+")
