@@ -6,16 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-from homeostat.evaluate.report.groups import (
-    Group,
-    arm,
-    by_scenario,
-    in_order,
-    overall,
-    source,
-    succeeded,
-    violated_limit,
-)
+from homeostat.evaluate.report.groups import Group, arm, by_scenario, in_order, overall, source, succeeded, violated
 from homeostat.evaluate.report.measures.comparison import Comparison, comparisons
 from homeostat.evaluate.report.measures.diagnosis import Bin, reliability
 from homeostat.evaluate.report.measures.references import References
@@ -33,16 +24,7 @@ from homeostat.evaluate.report.tables.score import (
     table,
     words,
 )
-from homeostat.evaluate.report.tables.scores import (
-    DIAGNOSIS,
-    EFFORT,
-    LATENCY,
-    SAFETY,
-    SUCCESS,
-    Scores,
-    beside,
-    reported,
-)
+from homeostat.evaluate.report.tables.scores import DIAGNOSIS, EFFORT, LATENCY, SUCCESS, Scores, beside, safety
 from homeostat.evaluate.report.tables.table import Column, Kind, Table, compact
 from homeostat.evaluate.study.row import HINDSIGHT, Row
 
@@ -147,14 +129,14 @@ def _shown(tables: Sequence[Table]) -> tuple[Table, ...]:
 
 def failed(rows: Sequence[Row]) -> list[Row]:
     """Runs that did not succeed or violated a hard limit, in order."""
-    return [row for row in in_order(rows) if not succeeded(row) or violated_limit(row)]
+    return [row for row in in_order(rows) if not succeeded(row) or violated(row)]
 
 
 def what_failed(row: Row) -> str:
     """In a few words."""
     if succeeded(row):
         return "limit violated"
-    return "no success, limit violated" if violated_limit(row) else "no success"
+    return "no success, limit violated" if violated(row) else "no success"
 
 
 def _scored(rows: Sequence[Row], groups: Sequence[Group], who: Scores, end: str, scope: str) -> list[Table]:
@@ -166,7 +148,7 @@ def _scored(rows: Sequence[Row], groups: Sequence[Group], who: Scores, end: str,
     made = []
     for name, scores, shown in (
         ("success", SUCCESS, groups),
-        ("safety", (*SAFETY, *reported(rows)), groups),
+        ("safety", safety(rows), groups),
         ("diagnosis", DIAGNOSIS, groups),
         ("reference_policies", possible, compared),
         ("effort", EFFORT, asking),

@@ -15,7 +15,7 @@ from homeostat.evaluate.report.groups import (
     overall,
     scenarios,
     succeeded,
-    violated_limit,
+    violated,
 )
 from homeostat.evaluate.report.measures.comparison import Comparison, comparisons
 from homeostat.evaluate.report.measures.references import References
@@ -74,9 +74,9 @@ def _sentence(group: Group, missed: Rate | None, compared: Comparison | None) ->
     good = rate([succeeded(row) for row in group.rows])
     assert good is not None
     words = f"{group.name}{_origin(group)}: {good.count} of {good.of} runs succeeded{_interval(good)}"
-    violated = [row.exposure_s for row in group.rows if violated_limit(row)]
-    if violated:
-        words += f"; {_runs(len(violated))} violated a hard limit, for {max(violated):.0f} s at most"
+    outside = [row.exposure_s for row in group.rows if violated(row)]
+    if outside:
+        words += f"; {_runs(len(outside))} violated a hard limit, for {max(outside):.0f} s at most"
     else:
         words += "; none violated a hard limit"
     if missed is not None:

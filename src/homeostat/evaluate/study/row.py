@@ -162,9 +162,7 @@ class Row:
     def __post_init__(self) -> None:
         """ValueError where a total has the name of another column."""
         if taken := OWN & self.totals.keys():
-            raise ValueError(
-                f"the plant {self.case!r} reports a total {min(taken)!r}, which is another column of a row"
-            )
+            raise ValueError(f"the plant {self.case!r} reports a total {min(taken)!r}, which is another column")
 
     @property
     def pair(self) -> tuple[str, str, int]:

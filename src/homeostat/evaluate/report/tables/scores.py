@@ -30,7 +30,7 @@ SUCCESS: Final[Scores] = (
     part("precision", lambda row: row.on_right, lambda row: (row.on_right or 0) + (row.on_wrong or 0)),
     part("recall", lambda row: row.on_right, lambda row: (row.on_right or 0) + (row.on_missed or 0)),
 )
-SAFETY: Final[Scores] = (
+_SAFETY: Final[Scores] = (
     share("no limit broken", lambda row: row.exposure_s <= 0.0),
     middle("exposure [s]", lambda row: row.exposure_s),
     middle("after detection [s]", lambda row: row.exposure_detected_s),
@@ -56,9 +56,9 @@ LATENCY: Final[Scores] = (
 )
 
 
-def reported(rows: Iterable[Row]) -> Scores:
-    """What the plants of ``rows`` report of what they add up over a run; a name is a quantity, ``_`` and its unit."""
-    return tuple(map(_total, sorted({name for row in rows for name in row.totals})))
+def safety(rows: Iterable[Row]) -> Scores:
+    """What the plant went through, with the totals in ``rows``; a total's name is a quantity, ``_`` and its unit."""
+    return *_SAFETY, *map(_total, sorted({name for row in rows for name in row.totals}))
 
 
 def _total(name: str) -> Score[Group]:
