@@ -30,8 +30,8 @@ RUNS = ROOT / "runs"
 TEMPLATE = Path(__file__).with_suffix(".md")
 PAPER, ROBUST = "paper", "robust"
 SHOWN = {
-    PAPER: ("paper_mixing_module", "paper_cstr", "safety", "yardsticks"),
-    ROBUST: ("success", "safety", "yardsticks", "diagnosis", "comparison", "success_by_scenario"),
+    PAPER: ("paper_mixing_module", "paper_cstr", "safety", "reference_policies"),
+    ROBUST: ("success", "safety", "reference_policies", "diagnosis", "comparison", "success_by_scenario"),
 }
 """Names of the tables that the page has of each campaign."""
 

@@ -24,7 +24,7 @@ import numpy as np
 from benchmarks.host import kept, measured_on
 from homeostat.domain.outcome import Outcome
 from homeostat.evaluate.reference.best_constant import best_constant
-from homeostat.evaluate.reference.unsupervised import run_unattended
+from homeostat.evaluate.reference.unsupervised import run_unsupervised
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
@@ -74,7 +74,7 @@ class Row:
     loss: float
     best_loss: float | None
     outside_s: dict[str, float]
-    unattended_s: dict[str, float]
+    unsupervised_s: dict[str, float]
     top_k: float
     reason: str
 
@@ -86,18 +86,18 @@ def the_case() -> Plant:
 
 
 def measure(job: tuple[str, int, bool]) -> Row:
-    """Run one scenario; with the yardstick where asked for."""
-    fault, seed, yardstick = job
+    """Run one scenario; with the reference policy where asked for."""
+    fault, seed, compared = job
     plant = the_case()
     s = scenario(plant, fault, seed)
     result = run(plant, s, clock=DeclaredClock(1.0))
-    alone = run_unattended(plant, s)
+    alone = run_unsupervised(plant, s)
     started = 600.0
     unsupervised = exposures(alone, LimitsInForce.after(plant.description, started), None)
     onset = s.onset_s or 0.0
     best = None
-    if yardstick and result.released_s is not None:
-        healthy = run_unattended(plant, Scenario(plant.name, (), seed, s.end_s)).signals
+    if compared and result.released_s is not None:
+        healthy = run_unsupervised(plant, Scenario(plant.name, (), seed, s.end_s)).signals
         made = sum(float(healthy[d][0, -1] - healthy[d][0, int(onset) - 1]) for d in plant.delivered)
         best = best_constant(plant, s, result.released_s, GRID[fault], made).production_loss
     top = float(result.truth.signals["T1"][0, int(started) :].max())
@@ -159,9 +159,9 @@ def other_line(name: str, rows: list[Row]) -> Sequence[object]:
     """Outcomes of one fault or pair, and whether anything was worse than without action."""
     kinds = {kind: sum(r.outcome == kind for r in rows) for kind in Outcome}
     delays = [r.delay_s for r in rows if r.delay_s is not None]
-    worse = sum(r.outside_s[x] > r.unattended_s[x] for r in rows for x in LIMITS)
+    worse = sum(r.outside_s[x] > r.unsupervised_s[x] for r in rows for x in LIMITS)
     ours = max(sum(r.outside_s[x] for x in LIMITS) for r in rows)
-    alone = max(sum(r.unattended_s[x] for x in LIMITS) for r in rows)
+    alone = max(sum(r.unsupervised_s[x] for x in LIMITS) for r in rows)
     delay = f"{median(delays):.0f}" if delays else "-"
     return (name, *kinds.values(), delay, f"{ours:.0f}", f"{alone:.0f}", worse)
 
@@ -213,8 +213,8 @@ Faults begin at 2000 s, runs end at 6000 s. One deliberation is charged 1 s of p
 ## Recovery by search
 
 Exposure is of the *true* temperature to 313 K, over the whole run. Loss is of production from the onset to the end. The
-yardstick is the best constant setpoint that an exhaustive grid (temperature, level, feed) finds admissible *on the true
-plant*, with hindsight.
+reference policy is the best constant setpoint that an exhaustive grid (temperature, level, feed) finds admissible
+*on the true plant*, with hindsight.
 
 {
         table(

@@ -99,7 +99,7 @@ def step_by_step(job: tuple[str, int, bool]) -> StepRow:
     conditions = Conditions(AskingProtocol.PER_STEP, label_given)
     result = run(module(), chosen, trace, DeclaredClock(1.0), language=Language(model), conditions=conditions)
     alone = all(released.proposer == "language" for released in trace.of(ReleasedActions))
-    scores = score_steps(module(), chosen, result.said)
+    scores = score_steps(module(), chosen, result.transcript)
     assert scores is not None, "every published fault leaves a way"
     return StepRow(
         fault, seed, label_given, result.complete_s is not None and alone, scores.plans,

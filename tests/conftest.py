@@ -29,6 +29,9 @@ def pytest_configure(config: pytest.Config) -> None:
     """Every session draws other examples; the workers of one session draw with the seed that it shows."""
     if config.getoption("--hypothesis-seed") is None:
         config.option.hypothesis_seed = str(random.SystemRandom().randrange(2**32))
+    if "PYTEST_XDIST_WORKER" not in os.environ and not config.option.collectonly:
+        for plant in ("cstr", "mixing_module"):  # no test is the first to simulate, and says that it compiles
+            load_plant(plant)
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -56,7 +56,7 @@ class Decision:
     actor: str
     """Who acted first: ``search``, ``fallback`` or ``none``."""
     latency_s: float
-    """Wall-clock time from the notice to the first action, without the neighbours' simulation [s]; NaN for none."""
+    """Wall-clock time from detection to the first action, without the neighbours' simulation [s]; NaN for none."""
     cpu_s: float
     """Processor time of all threads for the same [s]; NaN for none."""
     planning_tokens: int
@@ -83,7 +83,7 @@ class Decision:
 
 
 class Stopwatch:
-    """Follows a trace: how long the first action took since it was noticed that something is wrong."""
+    """Follows a trace: how long the first action took since it was detected that something is wrong."""
 
     def __init__(self, site: Site) -> None:
         """The simulation of the neighbours in ``site`` is not thinking."""

@@ -82,7 +82,7 @@ def _latency(ax: Axes, sizes: Sequence[int], studies: Sequence[Study]) -> None:
         ax.plot(sizes, [np.median(values) for values in mine], "o-", color=colour, label=f"fault in a {name}, median")
     cost = [s.footprint.simulate_s / 600.0 for s in studies]
     ax.plot(sizes, cost, "s--", color="0.4", mfc="none", label="simulating all modules, per process second")
-    ax.set(yscale="log", ylabel="wall-clock time [s]", title="From notice to first action")
+    ax.set(yscale="log", ylabel="wall-clock time [s]", title="From detection to first action")
 
 
 def _mean(study: Study, name: str) -> float:

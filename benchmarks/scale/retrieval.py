@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from benchmarks.scale.decisions import FAULTS
 from benchmarks.scale.prompts import tokens
 from homeostat.agents.grounding.grounding import Grounding
-from homeostat.knowledge.context.context import Excerpt
+from homeostat.knowledge.context.context import Context
 from homeostat.plants.plant import Plant
 
 UNLIMITED = 1_000_000
@@ -52,15 +52,15 @@ def retrievals(plant: Plant) -> Iterator[Retrieval]:
             times.append(1000.0 * (time.perf_counter() - began))
         yield Retrieval(
             plant.name, name, statistics.median(times), max(times), statistics.median(worked), max(worked),
-            tokens(answer.text) if isinstance(answer, Excerpt) else 0,
+            tokens(answer.text) if isinstance(answer, Context) else 0,
         )  # fmt: skip
 
 
-def context(plant: Plant) -> tuple[Excerpt, ...]:
+def context(plant: Plant) -> tuple[Context, ...]:
     """What planning and action are shown of ``case`` where nothing has to be left out."""
     grounding = Grounding(plant.graph, plant.namespace)
     found = (ask(grounding) for ask in _questions(plant).values())
-    return tuple(shown for shown in found if isinstance(shown, Excerpt))
+    return tuple(shown for shown in found if isinstance(shown, Context))
 
 
 def _questions(plant: Plant) -> dict[str, Callable[[Grounding], object]]:
@@ -79,7 +79,7 @@ def _questions(plant: Plant) -> dict[str, Callable[[Grounding], object]]:
     return {
         "candidate_faults": lambda g: g.candidate_faults(symptoms),
         "allows": lambda g: g.allows((here, states[0]), faults),
-        "planning_excerpt": lambda g: g.planning_excerpt(here, event, ends, faults, UNLIMITED),
-        "action_excerpt": lambda g: g.action_excerpt(states, tags, faults, hard, UNLIMITED),
-        "step_excerpt": lambda g: g.step_excerpt(states[0], faults, UNLIMITED),
+        "planning_excerpt": lambda g: g.planning_context(here, event, ends, faults, UNLIMITED),
+        "action_excerpt": lambda g: g.action_context(states, tags, faults, hard, UNLIMITED),
+        "step_excerpt": lambda g: g.step_context(states[0], faults, UNLIMITED),
     }

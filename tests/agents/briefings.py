@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from homeostat.agents.grounding.context import Excerpts
+from homeostat.agents.grounding.context import ContextFinder
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import Simulation
@@ -15,8 +15,8 @@ def briefing(
     plant: Plant,
     simulation: Simulation,
     notes: tuple[str, ...] = (),
-    shown: Excerpts | None = None,
+    shown: ContextFinder | None = None,
 ) -> Briefing:
-    """A briefing on ``case``; ``shown`` finds its excerpts, those of the graph where not given."""
+    """A briefing on ``case``; ``shown`` finds its context, that of the graph where not given."""
     grounding = Grounding(plant.graph, plant.namespace)
     return Briefing(model, plant.description, plant.production, grounding, shown or grounding, simulation, notes)

@@ -13,7 +13,7 @@ from tests.twin.followed import follow, reactor, readings
 
 STUCK = FaultState("cool_stuck_closed", 0.7, 1450.0)
 NOW_S = 1460
-BELIEF = Diagnosis(float(NOW_S), (), (Hypothesis((STUCK,), 0.9), Hypothesis((), 0.1)))
+DIAGNOSIS = Diagnosis(float(NOW_S), (), (Hypothesis((STUCK,), 0.9), Hypothesis((), 0.1)))
 
 
 @functools.cache
@@ -29,7 +29,7 @@ def grounding() -> Grounding:
 
 
 def now() -> Situation:
-    return Situation(stuck()[NOW_S - 1], BELIEF, "normal", stuck()[:NOW_S])
+    return Situation(stuck()[NOW_S - 1], DIAGNOSIS, "normal", stuck()[:NOW_S])
 
 
 QUICK = SearchSettings(coarse=(0.1,), finalists=3, fine=(0.05,))

@@ -28,7 +28,7 @@ from tests.agents.scripted import (
     ScriptedValidation,
 )
 from tests.agents.scripted import diagnosis as runaway
-from tests.agents.stuck_valve import BELIEF, NOW_S, QUICK, grounding, now, search, stuck
+from tests.agents.stuck_valve import DIAGNOSIS, NOW_S, QUICK, grounding, now, search, stuck
 from tests.contracts.action import ActionContract
 from tests.contracts.monitoring import MonitoringContract
 from tests.contracts.planning import PlanningContract
@@ -116,7 +116,7 @@ class TestTwinSimulation(SimulationContract):
 
     @pytest.fixture
     def diagnosis(self) -> Diagnosis:
-        return BELIEF
+        return DIAGNOSIS
 
     @pytest.fixture
     def actions(self) -> ActionSet:

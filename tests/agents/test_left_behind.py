@@ -18,7 +18,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Rollout
 from homeostat.process.model import ProcessModel
 from homeostat.twin.twin import Twin
-from tests.agents.stuck_valve import BELIEF, NOW_S, now, stuck
+from tests.agents.stuck_valve import DIAGNOSIS, NOW_S, now, stuck
 from tests.twin.followed import reactor
 
 NOTHING = ActionSet((), "normal")
@@ -67,19 +67,19 @@ def same(one: Rollout, other: Rollout) -> bool:
 
 def test_what_is_observed_during_a_rollout_does_not_reach_it() -> None:
     quiet, _ = followed()
-    expected = asyncio.run(simulation(quiet).roll_out(BELIEF, NOTHING))
+    expected = asyncio.run(simulation(quiet).roll_out(DIAGNOSIS, NOTHING))
     twin, model = followed()
     model.first = lambda: [twin.observe(s) for s in later()]
-    assert same(asyncio.run(simulation(twin).roll_out(BELIEF, NOTHING)), expected)
+    assert same(asyncio.run(simulation(twin).roll_out(DIAGNOSIS, NOTHING)), expected)
 
 
 def test_what_was_learned_meanwhile_does_not_reach_a_rollout_either() -> None:
     quiet, _ = followed()
-    expected = asyncio.run(simulation(quiet).roll_out(BELIEF, NOTHING))
+    expected = asyncio.run(simulation(quiet).roll_out(DIAGNOSIS, NOTHING))
     twin, model = followed()
     model.first = lambda: twin.calibrate(300)
-    assert same(asyncio.run(simulation(twin).roll_out(BELIEF, NOTHING)), expected)
-    assert not same(asyncio.run(simulation(twin).roll_out(BELIEF, NOTHING)), expected), "the next one knows it"
+    assert same(asyncio.run(simulation(twin).roll_out(DIAGNOSIS, NOTHING)), expected)
+    assert not same(asyncio.run(simulation(twin).roll_out(DIAGNOSIS, NOTHING)), expected), "the next one knows it"
 
 
 def search(twin: Twin) -> SearchAction:

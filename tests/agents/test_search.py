@@ -26,7 +26,7 @@ from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Approve, Revise
 from homeostat.guard.requests.seal import Sealer, genuine
 from homeostat.recovery.release_check import Checked, ReleaseCheck
-from tests.agents.stuck_valve import BELIEF, NOW_S, QUICK, grounding, now, search, stuck
+from tests.agents.stuck_valve import DIAGNOSIS, NOW_S, QUICK, grounding, now, search, stuck
 from tests.contracts.reprompting import advise, finding
 from tests.twin.followed import follow, reactor
 
@@ -75,10 +75,10 @@ def test_no_state_is_proposed_that_needs_what_the_fault_disables(fault: str) -> 
         assert planned(situation(fault)) == planned(situation(None))
 
 
-BELIEFS = [(0.9, True), (LIKELY, True), (LIKELY - 1e-9, False), (0.001, False)]
+PROBABILITIES = [(0.9, True), (LIKELY, True), (LIKELY - 1e-9, False), (0.001, False)]
 
 
-@pytest.mark.parametrize(("probability", "counts"), BELIEFS)
+@pytest.mark.parametrize(("probability", "counts"), PROBABILITIES)
 def test_a_fault_that_is_hardly_believed_takes_nothing_away(probability: float, counts: bool) -> None:
     believed = situation("cool_stuck_closed", probability=probability)
     assert likely_faults(believed.diagnosis) == (("cool_stuck_closed",) if counts else ())
@@ -114,7 +114,7 @@ def test_the_search_finds_what_validation_approves() -> None:
     """A valve stuck at 30 %: less feed is needed, and most of the production can be kept."""
     d = reactor().description
     twin = follow(stuck()[:NOW_S])
-    rollout = asyncio.run(TwinSimulation(twin, d.tags_by_name, d.limits).roll_out(BELIEF, found()))
+    rollout = asyncio.run(TwinSimulation(twin, d.tags_by_name, d.limits).roll_out(DIAGNOSIS, found()))
     verdict = judge(found(), rollout, d.limits, d.machine.state("reduced_load"), d.tags_by_name)
     assert isinstance(verdict, Approve), [f.message for f in verdict.violated]
     feed = found().command("F1.sp")
@@ -141,7 +141,7 @@ def test_the_release_check_repeats_what_validation_said() -> None:
 
     def checked(actions: ActionSet) -> Checked:
         approval = Approve(actions.digest, ())
-        return check.check(stuck()[NOW_S:], Approved(actions, reduce(), approval, "search"), BELIEF)
+        return check.check(stuck()[NOW_S:], Approved(actions, reduce(), approval, "search"), DIAGNOSIS)
 
     passed = checked(found())
     assert isinstance(passed.verdict, Approve) and passed.request is not None

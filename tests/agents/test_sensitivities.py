@@ -79,12 +79,12 @@ class Line:
 
 
 def differences(
-    twin: Line, criteria: Sequence[str], actions: ActionSet | None = None, belief: Diagnosis | None = None
+    twin: Line, criteria: Sequence[str], actions: ActionSet | None = None, given: Diagnosis | None = None
 ) -> dict[tuple[str, str], float]:
     """(criterion, tag) -> slope."""
     simulation = TwinSimulation(twin, TAGS, LIMITS)  # type: ignore[arg-type]
     found = asyncio.run(
-        simulation.sensitivities(belief or diagnosis(50.0), actions or feeding(FULL), (RUNNING,), criteria)
+        simulation.sensitivities(given or diagnosis(50.0), actions or feeding(FULL), (RUNNING,), criteria)
     )
     assert all(isinstance(s, Sensitivity) for s in found)
     slopes = {(s.criterion, s.tag): s.slope for s in found}
@@ -188,10 +188,10 @@ def test_a_manual_output_is_moved_where_it_has_a_value() -> None:
 
 def test_hypotheses_that_are_hardly_believed_are_left_out() -> None:
     twin, names = Line(), ("a", "b", "c")
-    beliefs = tuple(
+    hypotheses = tuple(
         Hypothesis((FaultState(n, 1.0, 0.0),), p) for n, p in zip(names, (0.9, PLAUSIBLE, 0.019), strict=True)
     )
-    differences(twin, ["ACC-CALM"], belief=Diagnosis(0.0, (), beliefs))
+    differences(twin, ["ACC-CALM"], given=Diagnosis(0.0, (), hypotheses))
     assert [h.name for h in twin.asked[0]] == ["a", "b"]
 
 

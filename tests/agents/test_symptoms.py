@@ -18,10 +18,10 @@ BASELINE = Baseline("F", MEAN, WITHIN, BETWEEN, 0.0, 0.0, MEAN, 0.0, 0.0)
 
 
 def watch(
-    direction: Direction = Direction.HIGH, sigma: float = 2.0, deadband: float = 0.0, on_delay_s: float = 3.0
+    direction: Direction = Direction.HIGH, sigma: float = 2.0, threshold: float = 0.0, on_delay_s: float = 3.0
 ) -> SymptomWatch:
     """Threshold 2 * 5 = 10 before centring, 2 * 3 = 6 after."""
-    return SymptomWatch(SymptomRule("S", "F", direction, sigma, deadband, on_delay_s, (), ""), BASELINE)
+    return SymptomWatch(SymptomRule("S", "F", direction, sigma, threshold, on_delay_s, (), ""), BASELINE)
 
 
 def feed(watch: SymptomWatch, *values: float, start_s: float = 0.0) -> list[Symptom | None]:
@@ -82,9 +82,9 @@ def test_it_comes_back_only_after_another_delay() -> None:
     ]  # fmt: skip
 
 
-def test_the_deadband_is_the_least_that_counts() -> None:
-    assert watch(deadband=12.0).threshold == 12.0 and watch(deadband=9.0).threshold == 10.0
-    assert active(watch(deadband=12.0, on_delay_s=0.0), 21.0, 22.0) == [False, True]
+def test_the_threshold_is_the_least_that_counts() -> None:
+    assert watch(threshold=12.0).threshold == 12.0 and watch(threshold=9.0).threshold == 10.0
+    assert active(watch(threshold=12.0, on_delay_s=0.0), 21.0, 22.0) == [False, True]
 
 
 def test_the_plant_s_own_mean_replaces_the_design_s() -> None:

@@ -132,6 +132,6 @@ def test_every_header_reaches_every_module_that_uses_it(site: EmbeddedStore) -> 
 def test_a_timed_store_answers_as_the_store_and_counts(site: EmbeddedStore) -> None:
     timed = TimedStore(site)
     grounding = Grounding(timed, namespace(2))
-    shown = grounding.step_excerpt("reduced_load", (), UNLIMITED)
-    assert shown == Grounding(site, namespace(2)).step_excerpt("reduced_load", (), UNLIMITED)
+    shown = grounding.step_context("reduced_load", (), UNLIMITED)
+    assert shown == Grounding(site, namespace(2)).step_context("reduced_load", (), UNLIMITED)
     assert len(timed.took_ms) == 1 and timed.median_ms > 0.0

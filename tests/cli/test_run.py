@@ -63,14 +63,14 @@ def test_a_run_names_the_configuration_that_it_was_made_with(record: Path) -> No
     assert stated["configuration"] == manifest.configuration == load_plant("cstr").configuration
 
 
-def test_beliefs_and_actions_as_json(recovered_json: Done) -> None:
+def test_probabilities_and_actions_as_json(recovered_json: Done) -> None:
     result = strict(recovered_json.out)
-    beliefs = result["hypotheses"]
-    assert all(tuple(b) == ("fault", "probability", "severity") for b in beliefs)
-    assert len({b["fault"] for b in beliefs}) == len(beliefs)
-    assert [b["probability"] for b in beliefs] == sorted((b["probability"] for b in beliefs), reverse=True)
-    assert 0.9 < sum(b["probability"] for b in beliefs) <= 1.0 + 1e-9
-    assert beliefs[0]["fault"] == "cool_stuck_closed" and beliefs[0]["severity"] == pytest.approx(0.7, abs=0.05)
+    items = result["hypotheses"]
+    assert all(tuple(b) == ("fault", "probability", "severity") for b in items)
+    assert len({b["fault"] for b in items}) == len(items)
+    assert [b["probability"] for b in items] == sorted((b["probability"] for b in items), reverse=True)
+    assert 0.9 < sum(b["probability"] for b in items) <= 1.0 + 1e-9
+    assert items[0]["fault"] == "cool_stuck_closed" and items[0]["severity"] == pytest.approx(0.7, abs=0.05)
     assert all(tuple(a) == ("tag", "value", "rate") for a in result["actions"])
     plant = load_plant("cstr").description
     for action in result["actions"]:
@@ -116,10 +116,10 @@ def test_several_faults(tmp_path: Path) -> None:
     done = homeostat(*arguments, cwd=tmp_path)
     result = strict(done.out)
     assert done.status in (0, 3) and result["fault"] == "inlet_stuck_open+leak"
-    for belief in result["hypotheses"]:
-        several = "+" in belief["fault"]
-        assert isinstance(belief["severity"], dict) == several
-        assert not several or belief["severity"].keys() == set(belief["fault"].split("+"))
+    for item in result["hypotheses"]:
+        several = "+" in item["fault"]
+        assert isinstance(item["severity"], dict) == several
+        assert not several or item["severity"].keys() == set(item["fault"].split("+"))
 
 
 def test_the_lines_of_a_run(recovered: Done) -> None:

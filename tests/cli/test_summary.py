@@ -62,4 +62,4 @@ def test_a_fallback_is_told_with_its_own_time(result: Result) -> None:
 
 def test_a_limit_that_was_not_kept_is_violated(result: Result) -> None:
     outside = replace(result, limit_exposure_s=(Exposure("LIM-T-HIGH", 3.0, 49.0),))
-    assert rows(outside)["Limits"] == ("LIM-T-HIGH violated for 49 s, 3 s of them after the fault was noticed")
+    assert rows(outside)["Limits"] == ("LIM-T-HIGH violated for 49 s, 3 s of them after the fault was detected")

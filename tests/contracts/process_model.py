@@ -12,7 +12,7 @@ import pytest
 from homeostat.process.batch import Batch, BatchResult, simulate
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Row, Table
-from homeostat.twin.shared_prefix import simulate_with_past
+from homeostat.twin.shared_prefix import simulate_with_prefix
 
 SECONDS = 120
 
@@ -237,7 +237,7 @@ class ProcessModelContract:
         onset[-1] = np.inf
         several = replace(what, severity=severity, onset_s=onset, record=(3, 0, len(model.states) - 1))
         names = model.states.__getitem__
-        plain, shared = (f(model.kernel, several, names) for f in (simulate, simulate_with_past))
+        plain, shared = (f(model.kernel, several, names) for f in (simulate, simulate_with_prefix))
         assert shared.record.tobytes() == plain.record.tobytes() and shared.state.tobytes() == plain.state.tobytes()
 
     def test_every_fault_acts_from_its_onset_on(

@@ -1,4 +1,4 @@
-"""Beliefs: hypotheses that differ in severity alone are one."""
+"""Probabilities of faults: hypotheses that differ in severity alone are one."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ HYPOTHESES = st.lists(st.builds(Hypothesis, FAULTS, st.floats(0.0, 1.0)), max_si
 
 def test_probabilities_add_up_and_the_most_probable_severity_speaks() -> None:
     small, large, other = (FaultState("leak", 0.1, 5.0), FaultState("leak", 0.2, 6.0), FaultState("bias", 1.0, 7.0))
-    beliefs = by_fault_set([Hypothesis((small,), 0.3), Hypothesis((other,), 0.25), Hypothesis((large,), 0.45)])
-    assert [(b.name, b.faults) for b in beliefs] == [("leak", (large,)), ("bias", (other,))]
-    assert beliefs[0].probability == pytest.approx(0.75)
+    items = by_fault_set([Hypothesis((small,), 0.3), Hypothesis((other,), 0.25), Hypothesis((large,), 0.45)])
+    assert [(b.name, b.faults) for b in items] == [("leak", (large,)), ("bias", (other,))]
+    assert items[0].probability == pytest.approx(0.75)
 
 
 @given(HYPOTHESES)
 def test_nothing_is_lost_and_nothing_is_twice(hypotheses: list[Hypothesis]) -> None:
-    beliefs = by_fault_set(hypotheses)
-    assert sum(b.probability for b in beliefs) == pytest.approx(sum(h.probability for h in hypotheses))
-    assert {b.name for b in beliefs} == {h.name for h in hypotheses}
-    assert len({b.name for b in beliefs}) == len(beliefs)
-    assert [b.probability for b in beliefs] == sorted((b.probability for b in beliefs), reverse=True)
+    items = by_fault_set(hypotheses)
+    assert sum(b.probability for b in items) == pytest.approx(sum(h.probability for h in hypotheses))
+    assert {b.name for b in items} == {h.name for h in hypotheses}
+    assert len({b.name for b in items}) == len(items)
+    assert [b.probability for b in items] == sorted((b.probability for b in items), reverse=True)

@@ -30,7 +30,7 @@ from homeostat.stl.formula import parse
 
 
 def limit(text: str) -> Limit:
-    return Limit("LIM", LimitKind.INTERLOCK, parse(text), True, "table", "what it protects")
+    return Limit("LIM", LimitKind.TRIP_LIMIT, parse(text), True, "table", "what it protects")
 
 
 @pytest.mark.parametrize(
@@ -71,7 +71,7 @@ def test_moments_in_their_order_and_equal_runs_equal_pictures(plant: Plant) -> N
     done = leaking(plant)
     marks = explained(done, plant.description.machine)
     assert [m.at_s for m in marks] == sorted(m.at_s for m in marks) and marks[0].at_s == 700.0
-    assert [m.words.split()[0] for m in marks] == ["leak", "noticed", "fallback"]
+    assert [m.words.split()[0] for m in marks] == ["leak", "detected", "fallback"]
     assert draw(done) == draw(leaking(plant))
 
 
@@ -113,7 +113,7 @@ def test_words_of_moments_and_names_of_states_can_be_read(batch: Plant, clogged:
         "Ready for a batch",
         *(labels[state] for state, _ in clogged.record.states),
     ]
-    assert [t.get_text().split()[0] for t in moments] == ["clogging_main", "noticed", "actions", "Batch"]
+    assert [t.get_text().split()[0] for t in moments] == ["clogging_main", "detected", "released", "Batch"]
     for texts in (moments, states, figure.texts):
         assert crossing(texts) == []
         assert all(figure.bbox.x0 <= b.x0 and b.x1 <= figure.bbox.x1 for b in (t.get_window_extent() for t in texts))

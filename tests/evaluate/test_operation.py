@@ -115,7 +115,7 @@ def test_what_a_person_does_not_want_is_not_written(verb: Verb, about: dict[str,
 def test_a_tag_out_of_service_is_not_written_and_the_limit_holds_all_the_same() -> None:
     person = Person([
         (5.0, Verb.OUT_OF_SERVICE, {"subject": "VI202.cmd", "reason": "maintenance"}),
-        (56.0, Verb.RESET, {"reason": "the valve is mended"}), (57.0, Verb.IN_SERVICE, {"subject": "VI202.cmd"}),
+        (56.0, Verb.RESET, {"reason": "the valve is repaired"}), (57.0, Verb.IN_SERVICE, {"subject": "VI202.cmd"}),
     ])  # fmt: skip
     operated(Mode.CLOSED_LOOP, person, end_s=60.0)
     assert [(e.tag, e.in_service) for e in person.of(ServiceChanged)] == [("VI202.cmd", False), ("VI202.cmd", True)]

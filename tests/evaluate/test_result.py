@@ -41,9 +41,9 @@ RESULT_OF_TWO = Result(
 
 
 def test_severity_is_a_number_an_object_or_null() -> None:
-    beliefs = json.loads(RESULT_OF_TWO.to_json())["hypotheses"]
-    assert [b["fault"] for b in beliefs] == ["leak+fouling", "leak", "none"]
-    assert [b["severity"] for b in beliefs] == [{"leak": 0.005, "fouling": 0.7}, 0.005, None]
+    items = json.loads(RESULT_OF_TWO.to_json())["hypotheses"]
+    assert [b["fault"] for b in items] == ["leak+fouling", "leak", "none"]
+    assert [b["severity"] for b in items] == [{"leak": 0.005, "fouling": 0.7}, 0.005, None]
 
 
 @pytest.mark.parametrize("detected_s", [2004.5, None])

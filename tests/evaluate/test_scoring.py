@@ -32,7 +32,7 @@ from tests.twin.followed import reactor
 
 LIMITS = Limits((HOT, COLD, FEED), (CALM,))
 FORCE = LimitsInForce(LIMITS)
-WARM = rule("LIM-HOT", LimitKind.INTERLOCK, "T <= 340", hard=True)
+WARM = rule("LIM-HOT", LimitKind.TRIP_LIMIT, "T <= 340", hard=True)
 STARTING = StartUp(frozenset({"waiting"}), {"LIM-HOT": WARM}, {"waiting": 5.0})
 
 

@@ -86,15 +86,15 @@ def test_what_is_said_is_kept_with_the_state_also_where_nothing_was() -> None:
             raise ModelError(Failure.TIMEOUT, "late")
         return "yes"
 
-    listening = TranscribedModel(ScriptedModel("m", answer), lambda: "idle")
-    assert listening.name == "m" and listening.settings == {}
+    transcribed = TranscribedModel(ScriptedModel("m", answer), lambda: "idle")
+    assert transcribed.name == "m" and transcribed.settings == {}
     question = Question("planning", 1.0, "", "", {}, "")
-    assert asyncio.run(listening.ask(question, 1.0)).answer == "yes"
+    assert asyncio.run(transcribed.ask(question, 1.0)).answer == "yes"
     with pytest.raises(ModelError):
-        asyncio.run(listening.ask(Question("action", 1.0, "", "x", {}, ""), 1.0))
-    told = [(s.agent, s.state, s.answer, s.served) for s in listening.said]
+        asyncio.run(transcribed.ask(Question("action", 1.0, "", "x", {}, ""), 1.0))
+    told = [(s.agent, s.state, s.answer, s.served) for s in transcribed.transcript]
     assert told == [("planning", "idle", "yes", "m"), ("action", "idle", "", "")]
-    assert listening.said[0].asked_tokens > 0 and listening.said[0].answered_tokens == 1
+    assert transcribed.transcript[0].asked_tokens > 0 and transcribed.transcript[0].answered_tokens == 1
 
 
 def test_the_label_is_told_once_at_each_onset_and_is_the_truth() -> None:

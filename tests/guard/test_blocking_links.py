@@ -162,9 +162,9 @@ def test_a_heartbeat_that_hangs_is_an_alarm_until_one_is_taken() -> None:
 
 @pytest.mark.parametrize("late_s", [0.0, 0.15, 0.6])
 def test_a_lease_that_comes_late_is_claimed_by_the_next_order_or_given_back(late_s: float) -> None:
-    patience = GuardSettings(sync_s=5.0, call_s=0.05, lease_s=0.1, lease_within_s=0.3)
+    settings = GuardSettings(sync_s=5.0, call_s=0.05, lease_s=0.1, lease_within_s=0.3)
     vessel = Blocked("take", most=1)
-    lease = bounded.BoundedLease(vessel, patience)
+    lease = bounded.BoundedLease(vessel, settings)
     with pytest.raises(NoAnswer, match="taking the lease has not answered"):
         lease.take()
     with pytest.raises(NoAnswer):

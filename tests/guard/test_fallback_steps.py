@@ -148,7 +148,7 @@ def test_the_later_steps_of_a_fallback_follow_also_where_its_answer_comes_late(h
 
 def test_what_answers_the_limit_that_nothing_answers_yet_comes_before_what_would_help_against_more() -> None:
     """Two limits are answered when the third is violated."""
-    warm = limit("LIM-WARM", LimitKind.INTERLOCK, "Tx <= 330", hard=True)
+    warm = limit("LIM-WARM", LimitKind.TRIP_LIMIT, "Tx <= 330", hard=True)
 
     def named(name: str, *limits: str) -> FallbackStrategy:
         return replace(CLOSE, name=name, serves={limit: Effect(50.0) for limit in limits})

@@ -109,7 +109,7 @@ def test_a_trip_acts_and_nothing_of_the_recipe_is_followed_while_latched() -> No
     world.tick(4, L=14.0)
     assert world.guard.latched is not None and [w.cause.value for w in world.journal.of(WriteIntended)] == ["fallback"]
     assert world.seen[-1].state == "shut"
-    world.order(Verb.RESET, reason="mended")
+    world.order(Verb.RESET, reason="repaired")
     world.tick(3, L=3.0)
     assert world.seen[-1].state == "shut" and world.guard.latched is None
     world.order(Verb.MODE, "closed-loop")

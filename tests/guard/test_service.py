@@ -45,7 +45,7 @@ def test_a_journal_of_another_configuration_takes_nothing_out_that_may_not_be_wr
 
 def test_what_a_journal_says_is_expected_and_not_said_again() -> None:
     own, _ = service()
-    own.recall({"T.sp": 310.0, "V.man": None})
+    own.restore_targets({"T.sp": 310.0, "V.man": None})
     assert own.news() == {} and own.target("T.sp") == 310.0 and own.target("V.man") is None
     assert own.moved(told(T_sp=305.0, V_man=None), nobody) == (Moved("T.sp", 310.0, 305.0),)
     assert own.news() == {"T.sp": 305.0} and own.news() == {}
@@ -119,7 +119,7 @@ def test_a_restart_says_no_target_again_that_the_journal_knows() -> None:
 @pytest.mark.parametrize(("target", "changed"), [(310.05, False), (310.06, True)])
 def test_what_has_changed_since_the_last_reading_is_told_within_the_tolerance(target: float, changed: bool) -> None:
     own, _ = service()
-    own.recall({"T.sp": 310.0, "F.sp": 0.03, "gone": 1.0})
+    own.restore_targets({"T.sp": 310.0, "F.sp": 0.03, "gone": 1.0})
     assert own.changed(told(T_sp=target)) == ((Moved("T.sp", 310.0, target),) if changed else ())
     assert own.changed(told(T_sp=310.0, gone=1.0)) == ()
     assert own.changed(told(gone=1.1)) == (Moved("gone", 1.0, 1.1),), "of what may not be written nothing is known"

@@ -1,4 +1,4 @@
-"""The guard's patience: what its settings are by default, and that senseless ones are refused."""
+"""The guard's settings: what they are by default, and that senseless ones are refused."""
 
 from __future__ import annotations
 

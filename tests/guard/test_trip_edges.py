@@ -81,7 +81,7 @@ def test_a_reading_at_its_limit_is_not_above_it(t: float, above: int) -> None:
 
 def test_start_up_forgets_only_what_was_judged_by_another_limit() -> None:
     start = StartUp(frozenset({"waiting"}), {"LIM-HOT": _hot("T <= 350")})
-    other = limit("LIM-OTHER", LimitKind.INTERLOCK, "Tx <= 300", hard=True)
+    other = limit("LIM-OTHER", LimitKind.TRIP_LIMIT, "Tx <= 300", hard=True)
     w = Watch(TripRule("LIM-OTHER", 0.5, 6.0), limits=Limits((LIMIT, other), ()), start_up=start)
     warm = filling(300.0) | {"Tx": 300.25}
     assert [w.judge(warm, s) for s in ("waiting", "running", "running")] == [(), (), ("LIM-OTHER",)]
@@ -110,7 +110,7 @@ def test_the_sum_of_the_readings_counts_in_full_after_start_up() -> None:
 
 @pytest.mark.parametrize(("text", "found"), [("true", ()), ("false", TRIPS)])
 def test_a_limit_that_needs_no_reading_is_judged_without_one(text: str, found: tuple[str, ...]) -> None:
-    never = Limit("LIM-HOT", LimitKind.INTERLOCK, parse(text, TAGS), True, "", "")
+    never = Limit("LIM-HOT", LimitKind.TRIP_LIMIT, parse(text, TAGS), True, "", "")
     assert Watch(ALONE, limits=Limits((never,), ())).judge(None) == found
 
 
@@ -219,7 +219,7 @@ def test_the_sentence_says_on_which_side_the_reading_is(t: float, said: str) -> 
 
 
 def _hot(text: str) -> Limit:
-    return limit("LIM-HOT", LimitKind.INTERLOCK, text, hard=True)
+    return limit("LIM-HOT", LimitKind.TRIP_LIMIT, text, hard=True)
 
 
 def test_a_trip_that_is_lifted_stays_so_while_nobody_sees_the_reading() -> None:

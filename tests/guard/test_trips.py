@@ -21,7 +21,7 @@ from tests.guard.vessel import HOT, RULES, TAGS, limit, running
 
 pytestmark = pytest.mark.quick
 
-LIMIT = limit("LIM-HOT", LimitKind.INTERLOCK, "T <= 313", hard=True)
+LIMIT = limit("LIM-HOT", LimitKind.TRIP_LIMIT, "T <= 313", hard=True)
 RULE = TripRule("LIM-HOT", 8.0, 6.0, parse("Tx <= 311.5", TAGS), lift=10.0, lift_s=20.0)
 
 
@@ -99,10 +99,10 @@ def test_a_violation_lasts_until_its_sum_is_gone() -> None:
 
 
 def test_an_infinite_margin_trips_and_is_forgotten_again() -> None:
-    never = Limit("LIM-HOT", LimitKind.INTERLOCK, parse("false", TAGS), True, "", "")
+    never = Limit("LIM-HOT", LimitKind.TRIP_LIMIT, parse("false", TAGS), True, "", "")
     w = Watch(TripRule("LIM-HOT", 8.0, 6.0), limits=Limits((never,), ()))
     assert w.judge(hot(300.0)) == ("LIM-HOT",)
-    ever = Limit("LIM-HOT", LimitKind.INTERLOCK, parse("true", TAGS), True, "", "")
+    ever = Limit("LIM-HOT", LimitKind.TRIP_LIMIT, parse("true", TAGS), True, "", "")
     w = Watch(TripRule("LIM-HOT", 8.0, 6.0), limits=Limits((ever,), ()))
     assert w.judge(hot(300.0)) == ()
 
@@ -164,7 +164,7 @@ def test_blindness_is_counted_though_the_clock_stands() -> None:
 
 
 def test_a_formula_that_is_none_for_a_point_makes_its_own_limit_blind_only() -> None:
-    ahead = Limit("LIM-ODD", LimitKind.INTERLOCK, parse("always[0,5](T <= 313)", TAGS), True, "", "")
+    ahead = Limit("LIM-ODD", LimitKind.TRIP_LIMIT, parse("always[0,5](T <= 313)", TAGS), True, "", "")
     w = Watch(
         RULE, limits=Limits((ahead, LIMIT), ()), trips={"LIM-HOT": RULE, "LIM-ODD": TripRule("LIM-ODD", 1.0, 2.0)}
     )
@@ -284,7 +284,7 @@ def test_too_many_explanations_are_turned_away() -> None:
         w.watch.correct(({}, dict.fromkeys([*TAGS, "Q"], 1.0)))
 
 
-START = StartUp(frozenset({"waiting"}), {"LIM-HOT": limit("LIM-HOT", LimitKind.INTERLOCK, "T <= 350", hard=True)})
+START = StartUp(frozenset({"waiting"}), {"LIM-HOT": limit("LIM-HOT", LimitKind.TRIP_LIMIT, "T <= 350", hard=True)})
 
 
 def test_start_up_has_limits_of_its_own_and_only_there() -> None:

@@ -43,8 +43,8 @@ def limit(name: str, kind: LimitKind, text: str, hard: bool = False) -> Limit:
     return Limit(name, kind, parse(text, TAGS), hard, "Test document 1", f"What {name} protects")
 
 
-HOT = limit("LIM-HOT", LimitKind.INTERLOCK, "T <= 313", hard=True)
-FULL = limit("LIM-FULL", LimitKind.INTERLOCK, "L <= 12", hard=True)
+HOT = limit("LIM-HOT", LimitKind.TRIP_LIMIT, "T <= 313", hard=True)
+FULL = limit("LIM-FULL", LimitKind.TRIP_LIMIT, "L <= 12", hard=True)
 FEED = limit("PRM-FEED", LimitKind.PERMISSIVE, "F.sp <= 0.001 or L <= 11")
 OPEN = limit("PRM-OPEN", LimitKind.PERMISSIVE, "X.cmd >= 0.5 or F.sp <= 0.001")
 LIMITS = Limits((HOT, FULL, FEED, OPEN), ())
@@ -120,7 +120,7 @@ WRITABLES = {
 }
 RULES = GuardRules(
     "vessel", TAGS, MACHINE, LIMITS, TRIPS, QUALITIES, WRITABLES, (DRAIN, CLOSE), (BEGIN,),
-    StartUp(frozenset({"waiting"}), {"LIM-HOT": limit("LIM-HOT", LimitKind.INTERLOCK, "T <= 350", hard=True)}),
+    StartUp(frozenset({"waiting"}), {"LIM-HOT": limit("LIM-HOT", LimitKind.TRIP_LIMIT, "T <= 350", hard=True)}),
     configuration="configuration-1",
 )  # fmt: skip
 KEY = b"k" * 32

@@ -43,7 +43,7 @@ ABSURD: list[tuple[str, Change, Code, str, str]] = [
     ("writables", where(lambda row: row["tag"] == "XV1.cmd", tolerance="0.99"), NUMBER, "writable tag 'XV1.cmd'", "writables.csv, tolerance 0.99 1 is more than 0.02 1, 2% of its range; lower it"),
     ("writables", where(lambda row: row["tag"] == "XV1.cmd", tolerance="0.99"), NUMBER, "writable tag 'XV1.cmd'", "tolerance 0.99 1 is not less than 0.5 1: 0 and 1 1 are both commanded, and must be told apart; lower it"),
     ("setpoints", feed("0.0005"), NUMBER, "writable tag 'F1.sp'", "tolerance 0.00025 L/s is not less than 0.00025 L/s: 0 and 0.0005 L/s are both commanded"),
-    ("symptoms", cell("deadband", "1e8"), NUMBER, "symptom 'S-V1-OFF'", "symptoms.csv, deadband 1e+08 1 is more than 1.05 1, 50% of what 'F-V1-POS' can vary by"),
+    ("symptoms", cell("threshold", "1e8"), NUMBER, "symptom 'S-V1-OFF'", "symptoms.csv, threshold 1e+08 1 is more than 1.05 1, 50% of what 'F-V1-POS' can vary by"),
     ("limits", limit("T1 <= T1"), NEVER, "limit 'LIM-T-HIGH'", "holds for all values inside the ranges of its tags"),
     ("limits", limit("T1 - T1 <= 1"), NEVER, "limit 'LIM-T-HIGH'", "holds for all values"),
     ("limits", limit("abs(T1) - abs(T1) <= 1"), NEVER, "limit 'LIM-T-HIGH'", "holds for all values"),

@@ -74,7 +74,7 @@ def test_what_is_just_inside_its_bound_is_taken(bench: Workbench, table: str, ch
         ("limits.csv", "T1 <= 313,", "T1 - T1 <= 1,"),
         ("writables.csv", "XV1.cmd,0.01,", "XV1.cmd,0.99,"),
         ("fallback_limits.csv", "drain,LIM-T-HIGH,60,0", "drain,LIM-T-HIGH,60,1e9"),
-        ("limits.csv", "LIM-T-HIGH,interlock,yes", "LIM-T-HIGH,interlock,no"),
+        ("limits.csv", "LIM-T-HIGH,trip limit,yes", "LIM-T-HIGH,trip limit,no"),
     ],
 )
 def test_no_such_plant_is_loaded(tmp_path: Path, name: str, old: str, new: str) -> None:

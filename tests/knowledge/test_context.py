@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pyoxigraph import Literal, NamedNode, Triple
 
 from homeostat.domain.quotation import quoted
-from homeostat.knowledge.context.context import TEXT_LIMIT, Excerpt, excerpt
+from homeostat.knowledge.context.context import TEXT_LIMIT, Context, context
 from homeostat.knowledge.vocabulary.vocabulary import HS, RDF, RDFS, UML, XSD
 from homeostat.llm.tokens import estimate
 
@@ -37,11 +37,11 @@ def chain(length: int, text: str = "a thing") -> list[Triple]:
     return [label(n, text) for n in names] + [link(a, b) for a, b in pairwise(names)]
 
 
-def shown(triples: list[Triple], budget: int = 10_000, seed: str = "n0") -> Excerpt:
-    return excerpt(triples, [node(seed)], NS, budget, estimate)
+def shown(triples: list[Triple], budget: int = 10_000, seed: str = "n0") -> Context:
+    return context(triples, [node(seed)], NS, budget, estimate)
 
 
-def names(found: Excerpt) -> list[str]:
+def names(found: Context) -> list[str]:
     """What each line is about."""
     return [line.split(" ", 1)[0].removeprefix(":") for line in found.text.splitlines()]
 
@@ -109,12 +109,12 @@ def test_what_is_left_out_is_said_in_one_sentence() -> None:
 def test_the_nearest_comes_first_whatever_the_direction_of_a_statement() -> None:
     triples = [label(n, n) for n in "abcdxyz"]
     triples += [link("b", "a"), link("b", "c"), link("d", "c"), link("y", "x")]
-    found = excerpt(triples, [A], NS, 10_000, estimate)
+    found = context(triples, [A], NS, 10_000, estimate)
     assert names(found) == ["a", "b", "c", "d", "x", "y", "z"], "what is not connected comes last, by name"
 
 
 def test_every_seed_is_at_hand() -> None:
-    found = excerpt(chain(6), [node("n5"), node("n0")], NS, 10_000, estimate)
+    found = context(chain(6), [node("n5"), node("n0")], NS, 10_000, estimate)
     assert names(found) == ["n0", "n5", "n1", "n4", "n2", "n3"]
 
 
@@ -137,7 +137,7 @@ def test_a_thing_is_one_compact_line() -> None:
         Triple(A, HS.affects, node("c")), Triple(A, HS.affects, node("b")),
         Triple(A, HS.hard, Literal("true", datatype=XSD.boolean)), Triple(A, HS.affects, NamedNode("http://else.where/x")),
     ]  # fmt: skip
-    (line,) = excerpt(triples, [A], NS, 10_000, estimate).text.splitlines()
+    (line,) = context(triples, [A], NS, 10_000, estimate).text.splitlines()
     assert line.startswith(':a a UML:State; rdfs:label "Normal"; ')
     assert "hs:affects <http://else.where/x>, :b, :c; hs:hard true; hs:risk 0." in line
 
@@ -187,7 +187,7 @@ def test_a_name_is_quoted_as_well(name: str) -> None:
         thing = NamedNode(f"{NS}{name}")
     except ValueError:
         return
-    found = excerpt([Triple(thing, HS.risk, Literal(1))], [thing], NS, 10_000, estimate)
+    found = context([Triple(thing, HS.risk, Literal(1))], [thing], NS, 10_000, estimate)
     assert found.text.isprintable() and not set("«»") & set(found.text) and len(found.text) < 300
-    left = excerpt([Triple(thing, HS.risk, Literal(1))], [thing], NS, 0, estimate)
+    left = context([Triple(thing, HS.risk, Literal(1))], [thing], NS, 0, estimate)
     assert left.omission.isprintable() and len(left.omission) < 300

@@ -11,7 +11,7 @@ from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse, serialize
 
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.domain.plant.limits import Criterion, Limit
-from homeostat.knowledge.context.context import Excerpt
+from homeostat.knowledge.context.context import Context
 from homeostat.knowledge.questions.parameter import Argument
 from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.store.embedded import EmbeddedStore
@@ -33,17 +33,17 @@ def store() -> EmbeddedStore:
     return store_of(turtle())
 
 
-def planning(store: EmbeddedStore, state: str, *faults: str, budget: int = PLENTY) -> Excerpt:
-    return Grounding(store, NS).planning_excerpt(state, EVENT, (), faults, budget)
+def planning(store: EmbeddedStore, state: str, *faults: str, budget: int = PLENTY) -> Context:
+    return Grounding(store, NS).planning_context(state, EVENT, (), faults, budget)
 
 
-def acting(store: EmbeddedStore, target: str, *faults: str, budget: int = PLENTY) -> Excerpt:
+def acting(store: EmbeddedStore, target: str, *faults: str, budget: int = PLENTY) -> Context:
     tags = [r.tag for r in MACHINE.state(target).setpoints if r.high > r.low]
     hard = [limit.name for limit in PLANT.limits.hard]
-    return Grounding(store, NS).action_excerpt([target], tags, faults, hard, budget)
+    return Grounding(store, NS).action_context([target], tags, faults, hard, budget)
 
 
-def lines(found: Excerpt, kind: str) -> dict[str, str]:
+def lines(found: Context, kind: str) -> dict[str, str]:
     """Name -> line of every thing of one kind."""
     prefix = f":{kind}_"
     return {x.split(" ", 1)[0].removeprefix(prefix): x for x in found.text.splitlines() if x.startswith(prefix)}

@@ -142,11 +142,11 @@ def test_diagnosis(plant: PlantDescription) -> None:
         for row in table("features")
     }  # fmt: skip
     assert {
-        (r.name, r.feature, str(r.direction), r.sigma, r.deadband, r.on_delay_s, r.description)
+        (r.name, r.feature, str(r.direction), r.sigma, r.threshold, r.on_delay_s, r.description)
         for r in plant.symptom_rules
     } == {
         (
-            row["id"], row["feature"], row["direction"], float(row["sigma"]), float(row["deadband"]),
+            row["id"], row["feature"], row["direction"], float(row["sigma"]), float(row["threshold"]),
             float(row["on_delay_s"]), row["description"],
         )
         for row in table("symptoms")

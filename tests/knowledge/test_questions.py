@@ -39,7 +39,7 @@ p:operator a VDI3682:ProcessOperator ; VDI3682:isAssignedTo p:module ; VDI3682:h
     VDI3682:hasOutput p:clean_water ; CPSMod:processRealizesBehavior p:balance .
 p:water a VDI3682:Product . p:clean_water a VDI3682:Product ; rdfs:label "clean" .
 p:balance a VDI2206:MathematicalModel ; hs:equationText "dV/dt = F" .
-p:high a hs:Interlock ; hs:formula "level <= 2" ; hs:protects p:module .
+p:high a hs:TripLimit ; hs:formula "level <= 2" ; hs:protects p:module .
 p:dry a hs:Permissive ; hs:formula "level > 0" ; hs:protects p:pump ; hs:isRequiredFor p:t1 .
 p:slow a hs:Envelope ; hs:formula "flow > 0" ; hs:appliesInState p:bypass .
 p:clog a DIN17359:Fault ; hs:priorProbability 0.25e0 ; hs:affects p:pump ; hs:disables p:pump, p:t3 .

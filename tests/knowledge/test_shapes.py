@@ -127,7 +127,7 @@ BREAKS = [
     ("INSERT DATA { <urn:x#ghost> VDI3682:hasInput <urn:x#p> }", "no row in the operator table"),
     ("INSERT DATA { <urn:x#ghost> hs:requiresComponent <urn:x#p> }", "no row in the state table"),
     ("INSERT DATA { <urn:x#ghost> DIN17359:SymptomIndicatesFault <urn:x#p> }", "no row in the symptom table"),
-    ("DELETE { ?x a ?k } WHERE { VALUES ?k { hs:Interlock hs:Permissive } ?x a ?k }", "must be an interlock"),
+    ("DELETE { ?x a ?k } WHERE { VALUES ?k { hs:TripLimit hs:Permissive } ?x a ?k }", "must be a trip limit"),
     ("DELETE WHERE { ?x hs:drives ?y }", "needs a tag that drives it"),
     ("DELETE WHERE { ?x sosa:observes ?y }", "needs a tag that it measures"),
     ("DELETE { ?x hs:role ?r } INSERT { ?x hs:role 'PV' } WHERE { ?x hs:drives ?y ; hs:role ?r }", "needs role MV"),

@@ -160,7 +160,7 @@ ABSURD = [
     ("setpoints", {"low": "1", "high": "0", "design": ""}, Code.REVERSED_RANGE, "1 must not be above 0"),
     ("setpoints", {"design": "1e6"}, Code.SETPOINT_OUTSIDE_RANGE, "what the state admits"),
     ("transitions", {"guard": "maybe("}, Code.BAD_FORMULA, "guard: formula 'maybe('"),
-    ("limits", {"kind": "interlok"}, Code.BAD_WORD, "did you mean 'interlock'"),
+    ("limits", {"kind": "trip limt"}, Code.BAD_WORD, "did you mean 'trip limit'"),
     ("criteria", {"owner": "actor"}, Code.BAD_WORD, "did you mean 'action'"),
     ("fallbacks", {"step": "0"}, Code.BAD_NUMBER, "its place in the order"),
     ("fallbacks", {"value": "1e12"}, Code.BAD_NUMBER, "nothing in a plant is larger"),

@@ -55,7 +55,7 @@ class ModelContract:
         assert (model.name, dict(model.settings)) == before
 
     @pytest.mark.parametrize("within_s", [0.01, 0.2])
-    def test_with_patience_it_keeps_the_time(self, make: Callable[[], LanguageModel], within_s: float) -> None:
+    def test_with_retries_it_keeps_the_time(self, make: Callable[[], LanguageModel], within_s: float) -> None:
         outcome = ask(RetryingModel(make()), within_s)
         assert outcome.took_s < within_s + 20.0
         assert outcome.reply is not None or isinstance(outcome.failure, Failure)

@@ -63,7 +63,7 @@ class TestSituatedReplay(ModelContract):
         return lambda: SituatedReplay("situated:calls.jsonl", calls())
 
 
-class TestPatientModel(ModelContract):
+class TestRetryingModel(ModelContract):
     @pytest.fixture
     def make(self) -> Callable[[], LanguageModel]:
         return lambda: RetryingModel(Says(ANSWER, ModelError(Failure.REFUSAL), TimeoutError()))

@@ -53,11 +53,11 @@ REPEATED = {"server_error", "unavailable", "dropped", "reset", "header_bomb"}
 @pytest.fixture(scope="module")
 def server() -> Iterator[str]:
     with hostile() as url:
-        ask(patient(f"{url}#valid"), 60.0)  # the client library loads what it needs with its first question
+        ask(retrying(f"{url}#valid"), 60.0)  # the client library loads what it needs with its first question
         yield url
 
 
-def patient(address: str, policy: AddressPolicy | None = None) -> RetryingModel:
+def retrying(address: str, policy: AddressPolicy | None = None) -> RetryingModel:
     """A model as the command line makes it."""
     return RetryingModel(ProviderModel(parse_address(address), policy or AddressPolicy(local_only=True), Sampling()))
 
@@ -69,7 +69,7 @@ def key(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def asked(server: str, behaviour: str, within_s: float = WITHIN_S) -> Outcome:
-    outcome = ask(patient(f"{server}#{behaviour}"), within_s)
+    outcome = ask(retrying(f"{server}#{behaviour}"), within_s)
     assert outcome.took_s < within_s + LATE_S
     assert (outcome.reply is None) is not (outcome.error is None)
     return outcome
@@ -102,7 +102,7 @@ def test_headers_that_are_in_the_environment_go_nowhere(monkeypatch: pytest.Monk
     for name in ("OPENAI_CUSTOM_HEADERS", "ANTHROPIC_CUSTOM_HEADERS"):
         monkeypatch.setenv(name, "X-Gateway-Token: corporate-secret\nAuthorization: Bearer another")
     with replying() as server:
-        ask(patient(f"{server.url}/v1#m"), WITHIN_S)
+        ask(retrying(f"{server.url}/v1#m"), WITHIN_S)
     assert server.received
     for received in server.received:
         assert received["authorization"] == f"Bearer {KEY}"
@@ -113,7 +113,7 @@ def test_headers_that_are_in_the_environment_go_nowhere(monkeypatch: pytest.Monk
 @pytest.mark.parametrize("policy", [AddressPolicy(), AddressPolicy(local_only=True)], ids=["anywhere", "local only"])
 def test_a_redirection_is_not_followed(server: str, behaviour: str, policy: AddressPolicy) -> None:
     """`example.invalid` cannot be reached: following would be another failure, and asked again."""
-    outcome = ask(patient(f"{server}#{behaviour}", policy), WITHIN_S)
+    outcome = ask(retrying(f"{server}#{behaviour}", policy), WITHIN_S)
     assert outcome.failure is Failure.FORBIDDEN and outcome.error is not None
     assert "307" in str(outcome.error) and "redirections are not followed" in str(outcome.error)
     assert outcome.error.requests == 1 and outcome.took_s < WITHIN_S + LATE_S
@@ -126,7 +126,7 @@ def test_the_time_is_kept_however_short_it_is(server: str, behaviour: str) -> No
 
 @pytest.mark.parametrize("behaviour", ["huge", "gzip_bomb", "endless", "header_bomb", "deep"])
 def test_the_memory_is_kept(server: str, behaviour: str) -> None:
-    model = patient(f"{server}#{behaviour}")
+    model = retrying(f"{server}#{behaviour}")
     gc.collect()
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     tracemalloc.start()
@@ -143,7 +143,7 @@ def test_the_memory_is_kept(server: str, behaviour: str) -> None:
 def test_the_name_that_the_server_gives_itself_is_told(server: str) -> None:
     reply = asked(server, "wrong_model").reply
     assert reply is not None and reply.served == "a-cheaper-one"
-    assert patient(f"{server}#wrong_model").name.endswith("#wrong_model"), "beside the one that was asked for"
+    assert retrying(f"{server}#wrong_model").name.endswith("#wrong_model"), "beside the one that was asked for"
 
 
 def test_a_limited_server_is_asked_again(server: str) -> None:
@@ -154,7 +154,7 @@ def test_a_limited_server_is_asked_again(server: str) -> None:
 @pytest.mark.parametrize("behaviour", sorted(BEHAVIOURS.keys() - {"hang", "slow_drip"}))
 def test_no_key_gets_into_the_record(server: str, behaviour: str, tmp_path: Path) -> None:
     trace, file = MemoryTrace(), tmp_path / "calls.jsonl"
-    model = RecordedModel(patient(f"{server}#{behaviour}"), trace, MemoryArchive(), (KEY,), file)
+    model = RecordedModel(retrying(f"{server}#{behaviour}"), trace, MemoryArchive(), (KEY,), file)
     outcome = ask(model, 0.4)
     (event,) = trace.of(ModelCalled)
     (call,) = read_calls(file)
@@ -166,22 +166,22 @@ def test_no_key_gets_into_the_record(server: str, behaviour: str, tmp_path: Path
 
 
 def test_a_server_that_is_not_there(server: str) -> None:
-    outcome = ask(patient("http://127.0.0.1:9/v1#m"), WITHIN_S)
+    outcome = ask(retrying("http://127.0.0.1:9/v1#m"), WITHIN_S)
     assert outcome.failure is Failure.UNREACHABLE and outcome.took_s < WITHIN_S + LATE_S
 
 
 def test_nothing_is_sent_where_it_is_not_allowed() -> None:
     with pytest.raises(ModelError) as refused:
-        patient("https://api.openai.com/v1#gpt-4.1-mini")
+        retrying("https://api.openai.com/v1#gpt-4.1-mini")
     assert refused.value.failure is Failure.FORBIDDEN
 
 
 def test_a_prompt_of_a_megabyte_is_sent_or_fails(server: str) -> None:
-    outcome = ask(patient(f"{server}#valid"), 10.0, question(prompt="x" * 1_000_000))
+    outcome = ask(retrying(f"{server}#valid"), 10.0, question(prompt="x" * 1_000_000))
     assert outcome.reply is not None
 
 
 def test_one_model_serves_one_event_loop_after_the_other(server: str) -> None:
     """Nothing is kept open between questions: each of these runs in an event loop of its own."""
-    model = patient(f"{server}#valid")
+    model = retrying(f"{server}#valid")
     assert all(ask(model).reply is not None for _ in range(3))

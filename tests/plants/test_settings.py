@@ -18,7 +18,7 @@ from homeostat.guard.guard import Guard
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
-from homeostat.plants import assembly as wiring
+from homeostat.plants import assembly
 from homeostat.plants.assembly import wire
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.folder import CASES, PlantFiles
@@ -248,7 +248,7 @@ def test_the_guard_waits_for_a_lease_as_long_as_the_plant_states(monkeypatch: py
         made.append(settings)
         return Guard(rules, attachment, settings)
 
-    monkeypatch.setattr(wiring, "Guard", guard)
+    monkeypatch.setattr(assembly, "Guard", guard)
     plant = replace(load_plant("cstr"), lease_within_s=45.0)
     wire(plant, None, DeclaredClock(1.0), MemoryTrace(), 1)
     assert [s.lease_within_s for s in made] == [45.0]

@@ -54,7 +54,7 @@ class OnRollout(BoundaryAttack):
         return judged.pop()
 
 
-class TestInterlock(OnRollout):
+class TestTripLimit(OnRollout):
     tag, limits, limit, at_most = "T", ONLY_HOT, 313.0, True
 
 
@@ -70,7 +70,7 @@ class TestLimitAtZero(OnRollout):
     """Where the limit is zero there are denormal numbers on both sides of it."""
 
     tag, limit, at_most = "L", 0.0, False
-    limits = Limits((rule("LIM-DRY", LimitKind.INTERLOCK, "L >= 0"),), ())
+    limits = Limits((rule("LIM-DRY", LimitKind.TRIP_LIMIT, "L >= 0"),), ())
 
 
 class TestAllLimitsTogether(OnRollout):
@@ -78,7 +78,7 @@ class TestAllLimitsTogether(OnRollout):
 
     tag, limits, limit, at_most = (
         "T",
-        Limits((HOT, rule("LIM-HOTTER", LimitKind.INTERLOCK, "T <= 320")), (CALM,)),
+        Limits((HOT, rule("LIM-HOTTER", LimitKind.TRIP_LIMIT, "T <= 320")), (CALM,)),
         312.9,
         True,
     )

@@ -50,7 +50,7 @@ def test_a_strategy_whose_rollout_breaks_down_is_the_last_choice() -> None:
 
 
 def test_the_worst_margin_of_a_strategy_decides_not_its_best() -> None:
-    wet = Limits((*LIMITS.limits, rule("LIM-WET", LimitKind.INTERLOCK, "L <= 11", hard=True)), LIMITS.criteria)
+    wet = Limits((*LIMITS.limits, rule("LIM-WET", LimitKind.TRIP_LIMIT, "L <= 11", hard=True)), LIMITS.criteria)
     even = (DRAIN, rollout(DRAIN.actions, T=308.0, L=7.0))
     lopsided = (VENT, rollout(VENT.actions, T=280.0, L=10.0))
     assert rank([lopsided, even], wet)[0].strategy == DRAIN

@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.language_runs import reactor, unsafe
 from homeostat.agents.grounding.context import GroundingKind
-from homeostat.agents.grounding.documents import excerpts
+from homeostat.agents.grounding.documents import context_finder
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.action import LanguageAction
 from homeostat.agents.language.planning import LanguagePlanning
@@ -34,7 +34,7 @@ UNGROUNDED = [kind for kind in GroundingKind if kind is not GroundingKind.GRAPH]
 def asked(kind: GroundingKind, text: str) -> tuple[Question, Question]:
     """What planning and action ask about a stuck valve on the plant that says ``text`` everywhere."""
     plant = poisoned(reactor(), text)
-    shown = excerpts(kind, Grounding(plant.graph, plant.namespace), plant.graph, plant.namespace)
+    shown = context_finder(kind, Grounding(plant.graph, plant.namespace), plant.graph, plant.namespace)
     told = briefing(ScriptedModel("obedient", obedient), plant, simulation(), (text,), shown)
     choice = LanguagePlanning(told).choice(now(), Advice())
     action = LanguageAction(told)

@@ -110,8 +110,8 @@ def test_where_no_rule_protects_nothing_is_known_to_be_harmless() -> None:
     assert not policy(Limits((COLD,), (SOFT,))).harmless(revise(LIM_COLD=1.0, ACC_SOFT=1.0))
 
 
-def test_a_soft_interlock_does_not_protect() -> None:
-    mild = rule("LIM-MILD", LimitKind.INTERLOCK, "T <= 300")
+def test_a_soft_trip_limit_does_not_protect() -> None:
+    mild = rule("LIM-MILD", LimitKind.TRIP_LIMIT, "T <= 300")
     limits = Limits((HOT, mild), (CALM,))
     assert policy(limits).harmless(judge(IDLE, rollout(IDLE), limits, RUNNING, TAGS))
 

@@ -91,9 +91,9 @@ def test_a_breakdown_counts_even_where_the_trajectory_looks_fine() -> None:
 
 
 def test_one_violation_among_many_refuses() -> None:
-    rules = tuple(rule(f"LIM-{k}", LimitKind.INTERLOCK, f"T <= {306 + k}") for k in range(5))
+    rules = tuple(rule(f"LIM-{k}", LimitKind.TRIP_LIMIT, f"T <= {306 + k}") for k in range(5))
     for k in range(5):
-        tight = (*rules[:k], rule("LIM-TIGHT", LimitKind.INTERLOCK, "T <= 304"), *rules[k:])
+        tight = (*rules[:k], rule("LIM-TIGHT", LimitKind.TRIP_LIMIT, "T <= 304"), *rules[k:])
         assert only(verdict(limits=Limits(tight, ()))).criterion == "LIM-TIGHT"
 
 
@@ -243,8 +243,8 @@ def test_a_tag_that_goes_back_to_automatic_is_judged_by_what_the_twin_says() -> 
         assert isinstance(judge(hand_back, tried, limits, RUNNING, TAGS), Approve) is approved
 
 
-def test_interlocks_see_the_ramp_and_not_the_commanded_value() -> None:
-    limits = Limits((rule("LIM-LOAD", LimitKind.INTERLOCK, "F.sp <= 0.025"),), ())
+def test_trip_limits_see_the_ramp_and_not_the_commanded_value() -> None:
+    limits = Limits((rule("LIM-LOAD", LimitKind.TRIP_LIMIT, "F.sp <= 0.025"),), ())
     ramp = rollout(ACTIONS)
     ramp.trajectory.signals["F.sp"][:] = np.linspace(0.03, 0.02, SAMPLES)
     assert only(judge(ACTIONS, ramp, limits, RUNNING, TAGS)).margin == pytest.approx(-0.005)

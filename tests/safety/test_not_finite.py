@@ -69,13 +69,13 @@ def test_usable_readings_are_finite_and_not_marked() -> None:
 
 
 def test_every_missing_tag_is_named() -> None:
-    both = rule("LIM-BOTH", LimitKind.INTERLOCK, "T <= 313 and L <= 2")
+    both = rule("LIM-BOTH", LimitKind.TRIP_LIMIT, "T <= 313 and L <= 2")
     assert unjudged(both, {"T": 1.0, "L": 1.0}) is None
     assert "of 'L' (" in str(unjudged(both, {"T": 1.0})) and "of 'L', 'T' (" in str(unjudged(both, {}))
 
 
 def test_what_the_other_readings_decide_can_be_judged() -> None:
-    either = rule("LIM-EITHER", LimitKind.INTERLOCK, "T <= 313 or L <= 2")
+    either = rule("LIM-EITHER", LimitKind.TRIP_LIMIT, "T <= 313 or L <= 2")
     assert unjudged(either, {"T": 1.0}) is None
     assert "of 'L' (" in str(unjudged(either, {"T": 314.0}))
 

@@ -288,7 +288,7 @@ def test_a_permissive_sees_the_worst_of_all_steps(first: float | None, later: li
     assert finding.margin == pytest.approx(min(seen), abs=1e-15)
 
 
-def test_interlocks_are_judged_over_the_whole_rollout_whatever_the_steps_are() -> None:
+def test_trip_limits_are_judged_over_the_whole_rollout_whatever_the_steps_are() -> None:
     for at in ((0, 0), (1, SAMPLES // 2), (MEMBERS - 1, SAMPLES - 1)):
         tried = rollout(BATCH, at=at, T=313.5)
         tried.trajectory.signals["F.sp"][:, -1] = 0.0

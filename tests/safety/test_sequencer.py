@@ -181,8 +181,8 @@ def test_a_permissive_without_reading_holds_a_step_back() -> None:
 
 
 def test_only_permissives_hold_a_step_back() -> None:
-    """Interlocks and envelopes are watched by the gate; a batch that is out of its envelope may still go on."""
-    soft = Limits((rule("LIM-X", LimitKind.ENVELOPE, "T >= 400"), rule("LIM-Y", LimitKind.INTERLOCK, "T >= 400")), ())
+    """Trip limits and envelopes are watched by the gate; a batch that is out of its envelope may still go on."""
+    soft = Limits((rule("LIM-X", LimitKind.ENVELOPE, "T >= 400"), rule("LIM-Y", LimitKind.TRIP_LIMIT, "T >= 400")), ())
     assert loaded(soft).sample(reading(L=FULL)) == POUR.commands
 
 

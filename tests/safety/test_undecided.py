@@ -20,7 +20,7 @@ from homeostat.recovery.deadline import first_violated_s
 from homeostat.stl.formula import parse
 from tests.safety.world import ACTIONS, HOT, MEMBERS, RUNNING, SAMPLES, TAGS, criterion, rollout, rule
 
-RATIO = rule("LIM-RATIO", LimitKind.INTERLOCK, "T / L <= 100", hard=True)
+RATIO = rule("LIM-RATIO", LimitKind.TRIP_LIMIT, "T / L <= 100", hard=True)
 """Undecided where the level is zero."""
 QUOTIENT = criterion("ACC-RATIO", "always (T / L <= 100)", hard=True)
 EMPTY = rollout(at=(1, 3), L=0.0)

@@ -12,7 +12,7 @@ from homeostat.domain.plant.state_machine import SetpointRange, State, StateMach
 from homeostat.domain.plant.tag import Range, Role, Tag
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, RecoveryPath, Step
 from homeostat.domain.snapshot import Snapshot, Trajectory
-from homeostat.domain.verdict import Approve, Rollout, RolloutResult, Verdict
+from homeostat.domain.verdict import Rollout, RolloutResult
 from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.stl.formula import parse
 
@@ -40,7 +40,7 @@ def criterion(name: str, text: str, hard: bool = False, owner: Owner = Owner.ACT
     return Criterion(name, owner, parse(text, TAGS), hard, "Test document 2", f"What {name} asks for")
 
 
-HOT = rule("LIM-HOT", LimitKind.INTERLOCK, "T <= 313", hard=True)
+HOT = rule("LIM-HOT", LimitKind.TRIP_LIMIT, "T <= 313", hard=True)
 COLD = rule("LIM-COLD", LimitKind.ENVELOPE, "T >= 298")
 FEED = rule("PRM-FEED", LimitKind.PERMISSIVE, "L <= 11")
 CALM = criterion("ACC-CALM", "always (T <= 312.9)", hard=True)
@@ -138,20 +138,6 @@ class Bench:
 def sequencer(limits: Limits = LIMITS, *nominal: Step) -> Sequencer:
     """The vessel's sequencer; ``nominal`` is what follows by itself."""
     return Sequencer(MACHINE, limits, nominal)
-
-
-class Says:
-    """Implements the rehearsal's port: says what it was told to say, or raises it, and remembers the question."""
-
-    def __init__(self, answer: Verdict | Exception | None = None) -> None:
-        self._answer = answer
-        self.asked: list[tuple[tuple[Snapshot, ...], ActionSet]] = []
-
-    def rehearse(self, fresh: tuple[Snapshot, ...], actions: ActionSet) -> Verdict:
-        self.asked.append((fresh, actions))
-        if isinstance(self._answer, Exception):
-            raise self._answer
-        return Approve(actions.digest, ()) if self._answer is None else self._answer
 
 
 def command(tag: str, value: float | None, rate: float | None = None) -> Command:

@@ -24,7 +24,7 @@ def reactor() -> Plant:
 
 @functools.lru_cache(maxsize=64)
 def readings(seed: int, end_s: int, faults: tuple[FaultState, ...] = ()) -> tuple[Snapshot, ...]:
-    """Every snapshot of an unattended run."""
+    """Every snapshot of an unsupervised run."""
     plant = reactor()
     noise = noise_seed(seed, Stream.TRUTH_NOISE)
     configuration = PlantConfiguration(plant.true_parameters(seed), plant.start, faults, float(end_s), noise)

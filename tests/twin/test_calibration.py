@@ -9,7 +9,7 @@ import pytest
 
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.recovery import ActionSet
-from homeostat.twin.calibration import Belief, calibrate, prior
+from homeostat.twin.calibration import Posterior, calibrate, prior
 from homeostat.twin.history import History
 from tests.twin.followed import HEALTHY_S, LEARN_S, follow, reactor, readings
 
@@ -17,13 +17,13 @@ SEEDS = range(8)
 
 
 @functools.cache
-def before() -> Belief:
+def before() -> Posterior:
     plant = reactor()
     return prior(plant.model, plant.description.parameters)
 
 
 @functools.cache
-def after(seed: int) -> Belief:
+def after(seed: int) -> Posterior:
     plant = reactor()
     history = History(plant.description.variables, plant.model.inputs)
     for snapshot in readings(seed, HEALTHY_S):
@@ -31,8 +31,8 @@ def after(seed: int) -> Belief:
     return calibrate(plant.model, history.window(LEARN_S), before(), dict(plant.twin.errors), dict(plant.twin.initial))
 
 
-def deviation(belief: Belief) -> np.ndarray:
-    return np.sqrt((belief.root**2).sum(axis=1))
+def deviation(posterior: Posterior) -> np.ndarray:
+    return np.sqrt((posterior.root**2).sum(axis=1))
 
 
 UNCERTAIN = deviation(before()) > 0.0
@@ -40,8 +40,8 @@ UNCERTAIN = deviation(before()) > 0.0
 
 def scores(seed: int) -> np.ndarray:
     """Truth minus expectation in posterior standard deviations, uncertain parameters only."""
-    belief = after(seed)
-    return ((reactor().true_parameters(seed) - belief.mean) / deviation(belief).clip(1e-12))[UNCERTAIN]
+    posterior = after(seed)
+    return ((reactor().true_parameters(seed) - posterior.mean) / deviation(posterior).clip(1e-12))[UNCERTAIN]
 
 
 def test_the_prior_is_what_the_tables_say() -> None:
@@ -83,16 +83,16 @@ def test_learning_never_makes_more_uncertain() -> None:
         assert (after(seed).mean[~UNCERTAIN] == before().mean[~UNCERTAIN]).all()
 
 
-def test_draws_follow_the_belief() -> None:
-    belief = after(0)
-    draws = belief.draws(4000, np.random.default_rng(1))
+def test_draws_follow_the_posterior() -> None:
+    posterior = after(0)
+    draws = posterior.draws(4000, np.random.default_rng(1))
     assert draws.shape == (4000, len(reactor().model.parameters))
-    assert (draws[0] == belief.mean).all(), "the first draw is the expectation"
-    spread = deviation(belief)
-    assert np.abs(draws.mean(axis=0) - belief.mean)[UNCERTAIN] == pytest.approx(0.0, abs=float((spread * 0.1).max()))
+    assert (draws[0] == posterior.mean).all(), "the first draw is the expectation"
+    spread = deviation(posterior)
+    assert np.abs(draws.mean(axis=0) - posterior.mean)[UNCERTAIN] == pytest.approx(0.0, abs=float((spread * 0.1).max()))
     assert draws.std(axis=0)[UNCERTAIN] == pytest.approx(spread[UNCERTAIN], rel=0.1)
-    assert (draws[:, ~UNCERTAIN] == belief.mean[~UNCERTAIN]).all()
-    assert (belief.draws(5, np.random.default_rng(3)) == belief.draws(5, np.random.default_rng(3))).all()
+    assert (draws[:, ~UNCERTAIN] == posterior.mean[~UNCERTAIN]).all()
+    assert (posterior.draws(5, np.random.default_rng(3)) == posterior.draws(5, np.random.default_rng(3))).all()
 
 
 def test_a_stretch_that_is_too_short_to_compare_teaches_nothing() -> None:

@@ -66,7 +66,7 @@ def rollout_findings(
 ) -> tuple[Finding, ...]:
     """One finding per criterion and limit: the worst member's margin and its time; an undecided member is the worst.
 
-    Interlocks and envelopes must hold throughout; permissives at the moment of release, with every commanded tag at
+    Trip limits and envelopes must hold throughout; permissives at the moment of release, with every commanded tag at
     the value that it is commanded to, then with what each later step commands.
     """
     signals, dt_s = rollout.trajectory.signals, rollout.trajectory.dt_s

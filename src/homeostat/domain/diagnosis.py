@@ -50,7 +50,7 @@ class SymptomRule:
     """Which side counts."""
     sigma: float
     """Threshold in reference deviations [1]."""
-    deadband: float
+    threshold: float
     """Least deviation that counts, in the feature's unit."""
     on_delay_s: float
     """How long the deviation must last [s]."""

@@ -15,7 +15,7 @@ class Outcome(StrEnum):
     FALLBACK = "fallback"
     """The fallback acted."""
     NOT_DETECTED = "not_detected"
-    """A fault that violates a limit was never reported."""
+    """A fault that violates a limit was never detected."""
     NEEDLESS_ACTION = "needless_action"
     """Something was released although leaving alone keeps every hard limit and loses no more production."""
     RECOVERED = "recovered"

@@ -79,7 +79,7 @@ def record_run(
             started=started,
         )
         stepwise = language is not None and conditions.protocol is AskingProtocol.PER_STEP
-        done = replace(done, steps=score_steps(plant, scenario, done.said) if stepwise else None)
+        done = replace(done, steps=score_steps(plant, scenario, done.transcript) if stepwise else None)
         directory.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
         store(directory, done, whole=kept(done))
     except KeyboardInterrupt:

@@ -43,12 +43,12 @@ class Past:
     @classmethod
     def of(cls, records: Sequence[Record]) -> Past:
         """The past of a journal; ResumptionError where it holds no run that was killed."""
-        recalled = [(event, r.at_s) for r in records if (event := decode(r)) is not None]
-        if not recalled or not isinstance(recalled[0][0], RunStarted):
+        decoded = [(event, r.at_s) for r in records if (event := decode(r)) is not None]
+        if not decoded or not isinstance(decoded[0][0], RunStarted):
             raise ResumptionError("its journal does not begin with a run")
-        if any(isinstance(event, RunFinished) for event, _ in recalled):
+        if any(isinstance(event, RunFinished) for event, _ in decoded):
             raise ResumptionError("it came to its end; there is nothing to go on with")
-        return cls(recalled[0][0], tuple(recalled), Memory.of(records))
+        return cls(decoded[0][0], tuple(decoded), Memory.of(records))
 
     @property
     def at_s(self) -> float:

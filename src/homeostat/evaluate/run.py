@@ -62,7 +62,7 @@ class Run:
     """Wall-clock seconds of all thinking [s]."""
     wall_s: float
     """Wall-clock seconds of the whole run [s]."""
-    said: tuple[TranscriptEntry, ...] = ()
+    transcript: tuple[TranscriptEntry, ...] = ()
     """What a language model answered, in order."""
     texts: MemoryArchive = field(default_factory=MemoryArchive)
     """What graph and models were asked and answered, where it is not on disk."""

@@ -98,7 +98,7 @@ def run(
     if started is not None:
         trace.record(started, 0.0)
     process, shown = open_process(plant, scenario), Shown(plant.description.machine.initial.name, watcher)
-    listening = TranscribedModel(language.model, lambda: shown.state) if language else None
+    transcribed = TranscribedModel(language.model, lambda: shown.state) if language else None
     if propose is None:
         sequencer = new_sequencer(plant)
         watch(process, sequencer, shown.sampled)
@@ -110,7 +110,7 @@ def run(
             memory=operation.past.memory if operation.past else None,
             budget=budget or Budget(),
             archive=archive or MemoryArchive(),
-            language=replace(language, model=listening) if language and listening else None,
+            language=replace(language, model=transcribed) if language and transcribed else None,
             protocol=conditions.protocol,
             given=_informed(plant, scenario, conditions),
             propose=_once(propose, conditions),
@@ -123,7 +123,7 @@ def run(
             assembly.exchange.remember(operation.past.retrace(link, local))
         assembly.run(link.source, _hook(shown, assembly, operation, local), operation.pace)
     result = _score(plant, scenario, record, process, clock.total_s, time.monotonic() - begin)
-    return replace(result, said=tuple(listening.said)) if listening else result
+    return replace(result, transcript=tuple(transcribed.transcript)) if transcribed else result
 
 
 def _go_on(plant: Plant, past: Past, record: RunRecord, trace: Trace) -> None:

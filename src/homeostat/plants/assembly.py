@@ -1,4 +1,4 @@
-"""Wiring: from a plant and a plant's lease to a guard, and recovery in a thread beside it."""
+"""Assembly: from a plant and a plant's lease to a guard, and recovery in a thread beside it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from homeostat.agents.bounds import Budget
 from homeostat.agents.grounding.context import GroundingKind
-from homeostat.agents.grounding.documents import excerpts
+from homeostat.agents.grounding.documents import context_finder
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.proposer import language_proposer, step_proposer
 from homeostat.agents.language.speaker import Briefing
@@ -102,7 +102,7 @@ class Workbench:
             plant=plant.description,
             production=plant.production,
             grounding=self.grounding,
-            excerpts=excerpts(language.grounding, self.grounding, plant.graph, plant.namespace),
+            context=context_finder(language.grounding, self.grounding, plant.graph, plant.namespace),
             simulation=self.simulation,
             notes=tuple(map(Secrets(secrets).strike, language.notes)),  # before prompts cut them to half a key
         )

@@ -186,7 +186,7 @@ def read_result(run_dir: Path) -> Result | None:
                 **content,
                 "outcome": outcome_named(content["outcome"], content["actor"] == "fallback"),
                 "steps": None if content["steps"] is None else StepScores(**content["steps"]),
-                "hypotheses": tuple(_belief(item) for item in content["hypotheses"]),
+                "hypotheses": tuple(_fault_set(item) for item in content["hypotheses"]),
                 "actions": tuple(Command(**item) for item in content["actions"]),
                 "limit_exposure_s": tuple(
                     Exposure(name, e["from_detection"] or 0.0, e["total"]) for name, e in exposure.items()
@@ -197,14 +197,14 @@ def read_result(run_dir: Path) -> Result | None:
         raise ResultError(f"{str(run_dir / RESULT)!r} is not a result: {error!r}; verify the run") from error
 
 
-def _severity(belief: FaultProbability) -> Json:
+def _severity(fault_set: FaultProbability) -> Json:
     """A number for one fault, an object fault -> severity for several, null for none; in each fault's unit."""
-    if len(belief.faults) == 1:
-        return belief.faults[0].severity
-    return {f.fault: f.severity for f in belief.faults} or None
+    if len(fault_set.faults) == 1:
+        return fault_set.faults[0].severity
+    return {f.fault: f.severity for f in fault_set.faults} or None
 
 
-def _belief(item: dict[str, Any]) -> FaultProbability:
+def _fault_set(item: dict[str, Any]) -> FaultProbability:
     severity = item["severity"]
     if severity is None:
         severity = {}

@@ -1,6 +1,6 @@
 """The rule language: signal temporal logic over tags, evaluated to signed margins.
 
-Guards, permissives, interlocks, envelopes, symptoms and acceptance criteria are all formulas:
+Guards, permissives, trip limits, envelopes, symptoms and acceptance criteria are all formulas:
 
 >>> parse("not (P101.speed > 0 and V204.open < 0.5)").holds({"P101.speed": 0.0, "V204.open": 0.2})
 True

@@ -22,8 +22,8 @@ BLOCK_S = 60
 
 
 @dataclass(frozen=True, slots=True)
-class Belief:
-    """What is believed about the parameters: a normal distribution."""
+class Posterior:
+    """What is known of the parameters: a normal distribution."""
 
     mean: Row
     """Expected values, shape (parameters,)."""
@@ -37,34 +37,34 @@ class Belief:
         return np.asarray(self.mean + z @ self.root.T)
 
 
-def prior(model: ProcessModel, parameters: tuple[ModelParameter, ...]) -> Belief:
+def prior(model: ProcessModel, parameters: tuple[ModelParameter, ...]) -> Posterior:
     """What the engineering tables say."""
     by_symbol = {p.symbol: p for p in parameters}
     mean = np.array([by_symbol[s].value for s in model.parameters])
     sd = np.array([by_symbol[s].sd for s in model.parameters])
-    return Belief(mean, np.diag(sd)[:, sd > 0])
+    return Posterior(mean, np.diag(sd)[:, sd > 0])
 
 
 def calibrate(
     model: ProcessModel,
     window: Window,
-    belief: Belief,
+    posterior: Posterior,
     errors: dict[str, tuple[float, float]],
     initial: dict[str, float],
     faults: tuple[FaultState, ...] = (),
-) -> Belief:
-    """``belief`` after ``window``, in which nothing but ``faults`` was wrong.
+) -> Posterior:
+    """``posterior`` after ``window``, in which nothing but ``faults`` was wrong.
 
     Args:
         errors: variable -> (noise per reading, model error), standard deviations in the variable's unit.
         initial: state -> standard deviation of what smoothing may have got wrong at the window's start.
     """
     variables = tuple(errors)
-    count = belief.root.shape[1]
+    count = posterior.root.shape[1]
     offsets = np.zeros((1 + count + len(initial), len(model.states)))
     for k, (state, sd) in enumerate(initial.items()):
         offsets[1 + count + k, column(model.states, state)] = sd
-    sets = np.vstack([belief.mean, belief.mean + belief.root.T, np.tile(belief.mean, (len(initial), 1))])
+    sets = np.vstack([posterior.mean, posterior.mean + posterior.root.T, np.tile(posterior.mean, (len(initial), 1))])
     present = fault_columns(model, [faults] * len(sets))
     run = replay(model, window, sets, present, variables, offsets)
     blocks = (window.length - 1) // BLOCK_S
@@ -82,5 +82,5 @@ def calibrate(
     precision = np.eye(response.shape[1]) + response.T @ response
     z = np.linalg.solve(precision, response.T @ surprise)[:count]
     covariance = np.linalg.inv(precision)[:count, :count]
-    root = belief.root @ np.linalg.cholesky(covariance + 1e-12 * np.eye(count))
-    return Belief(belief.mean + belief.root @ z, root)
+    root = posterior.root @ np.linalg.cholesky(covariance + 1e-12 * np.eye(count))
+    return Posterior(posterior.mean + posterior.root @ z, root)

@@ -11,7 +11,7 @@ import numpy as np
 from homeostat.domain.diagnosis import Fault, FaultState, Hypothesis
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Row, Table
-from homeostat.twin.calibration import Belief
+from homeostat.twin.calibration import Posterior
 from homeostat.twin.history import Window
 from homeostat.twin.replay import fault_columns, replay
 
@@ -62,7 +62,7 @@ class FaultIsolation:
         self,
         model: ProcessModel,
         window: Window,
-        belief: Belief,
+        posterior: Posterior,
         accuracy: Accuracy,
         faults: Sequence[Fault],
         known: Sequence[FaultState] = (),
@@ -74,7 +74,7 @@ class FaultIsolation:
         errors = accuracy.errors
         self._model = model
         self._window = window
-        self._belief = belief
+        self._posterior = posterior
         self._variables = tuple(errors)
         self._noise = np.array([n for n, _ in errors.values()])
         self._bias = np.array([e for _, e in errors.values()])
@@ -92,7 +92,7 @@ class FaultIsolation:
 
     def score(self, sets: Sequence[tuple[FaultState, ...]]) -> Row:
         """Log posterior of each fault set up to a constant [nats], shape (len(sets),)."""
-        members = np.tile(self._belief.mean, (len(sets), 1))
+        members = np.tile(self._posterior.mean, (len(sets), 1))
         run = replay(self._model, self._window, members, fault_columns(self._model, list(sets)), self._variables)
         # Residual = constant model error + what parameters may be wrong by + white noise, all normal; all but the noise
         # is integrated out: r' (I + D D')^-1 r with the directions D.
@@ -116,8 +116,8 @@ class FaultIsolation:
         what was not learned in healthy operation, as the loss to the ambient of a plant that was never idle, is no sign
         of a fault.
         """
-        root = self._belief.root
-        members = np.vstack([self._belief.mean, self._belief.mean + root.T])
+        root = self._posterior.root
+        members = np.vstack([self._posterior.mean, self._posterior.mean + root.T])
         present = fault_columns(self._model, [known] * len(members))
         predicted = replay(self._model, self._window, members, present, self._variables).predicted / self._spread
         parameters = (predicted[1:] - predicted[0]).reshape(root.shape[1], -1).T

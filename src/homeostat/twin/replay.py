@@ -11,7 +11,7 @@ from homeostat.process.batch import Batch
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.types import Cube, Table
 from homeostat.twin.history import Window
-from homeostat.twin.shared_prefix import simulate_with_past
+from homeostat.twin.shared_prefix import simulate_with_prefix
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ def replay(
             process_noise=np.zeros(members),
             sensor_noise=np.zeros(members),
         )
-        result = simulate_with_past(model.kernel, batch, model.states.__getitem__)
+        result = simulate_with_prefix(model.kernel, batch, model.states.__getitem__)
         return result.record, result.state
 
     shown, _ = run(states, inputs, window.start_s, 1)

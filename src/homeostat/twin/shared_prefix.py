@@ -15,22 +15,22 @@ from homeostat.process.batch import Batch, BatchResult, Kernel, simulate
 from homeostat.process.types import Indices, Table
 
 
-def simulate_with_past(kernel: Kernel, batch: Batch, describe: Callable[[int], str]) -> BatchResult:
+def simulate_with_prefix(kernel: Kernel, batch: Batch, describe: Callable[[int], str]) -> BatchResult:
     """As :func:`~homeostat.process.batch.simulate`, to the bit, for members without noise that follow one schedule.
 
     ``batch`` records every second.
     """
     before = _without_newest(batch)
     state, begin = batch.state.copy(), np.zeros(len(batch.state), dtype=np.int64)
-    pasts = []
+    prefixes = []
     for members in _families(batch, before):
         length = int(before.seconds[members].max())
-        past = simulate(kernel, _leader(batch, before, members[0], length), describe).record[0]
+        prefix = simulate(kernel, _leader(batch, before, members[0], length), describe).record[0]
         begin[members] = before.seconds[members]
-        state[members] = past[begin[members] - 1]
-        pasts.append((members, past[:, batch.record]))
+        state[members] = prefix[begin[members] - 1]
+        prefixes.append((members, prefix[:, batch.record]))
     result = simulate(kernel, replace(batch, state=state, begin=begin), describe)
-    for members, shown in pasts:
+    for members, shown in prefixes:
         for m in members:
             result.record[m, : begin[m]] = shown[: begin[m]]
     return result
@@ -58,7 +58,7 @@ def _without_newest(batch: Batch) -> _Before:
 
 
 def _families(batch: Batch, before: _Before) -> list[list[int]]:
-    """Members with the same past; those that have none, or share it with nobody, are in no family."""
+    """Members with the same prefix; those that have none, or share it with nobody, are in no family."""
     rows = np.hstack([batch.state, batch.parameters, before.severity, before.onset_s])
     found: dict[bytes, list[int]] = {}
     for m in np.flatnonzero(before.seconds > 0).tolist():

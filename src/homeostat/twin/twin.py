@@ -23,7 +23,7 @@ from homeostat.process.seeds import Stream, generator
 from homeostat.process.sequence import Guard, InputSequence
 from homeostat.process.types import Cube, Row
 from homeostat.stl.formula import Formula
-from homeostat.twin.calibration import Belief, calibrate, prior
+from homeostat.twin.calibration import Posterior, calibrate, prior
 from homeostat.twin.explanation import Accuracy, FaultIsolation, explain
 from homeostat.twin.forecast import Ensemble, Forecast, follow, forecast, synchronise
 from homeostat.twin.history import History
@@ -47,7 +47,7 @@ class _Drawn:
 
     end_s: float
     """Process time of the last snapshot [s]."""
-    belief: Belief
+    posterior: Posterior
     """What was believed about the parameters."""
     ensembles: dict[tuple[tuple[Hypothesis, ...], int, Purpose], Ensemble]
     """(Hypotheses, draws, purpose) -> ensemble."""
@@ -64,9 +64,9 @@ class Twin:
         self._parameters: tuple[ModelParameter, ...] = description.parameters
         self.settings = settings
         self._seed = seed
-        self._belief: Belief = prior(model, self._parameters)
+        self._posterior: Posterior = prior(model, self._parameters)
         self._history = History(description.variables, model.inputs, settings.settle_rows)
-        self._drawn = _Drawn(-np.inf, self._belief, {})
+        self._drawn = _Drawn(-np.inf, self._posterior, {})
 
     def observe(self, snapshot: Snapshot) -> None:
         """Take one more snapshot of the plant."""
@@ -86,15 +86,15 @@ class Twin:
 
     def calibrate(self, seconds: int) -> None:
         """Learn the parameters from the last ``seconds``, in which the plant was healthy."""
-        self._belief = self._learned(prior(self._model, self._parameters), seconds, ())
+        self._posterior = self._learned(prior(self._model, self._parameters), seconds, ())
 
     def recalibrate(self, seconds: int, faults: Sequence[FaultState]) -> None:
         """Sharpen what is believed about the parameters by the last ``seconds``, in which ``faults`` were present."""
-        self._belief = self._learned(self._belief, seconds, tuple(faults))
+        self._posterior = self._learned(self._posterior, seconds, tuple(faults))
 
-    def _learned(self, belief: Belief, seconds: int, faults: tuple[FaultState, ...]) -> Belief:
+    def _learned(self, posterior: Posterior, seconds: int, faults: tuple[FaultState, ...]) -> Posterior:
         window, errors, initial = self._history.window(seconds), dict(self.settings.errors), dict(self.settings.initial)
-        return calibrate(self._model, window, belief, errors, initial, faults)
+        return calibrate(self._model, window, posterior, errors, initial, faults)
 
     def explain(
         self, candidates: Sequence[str], known: Sequence[FaultState], dense: bool = False
@@ -107,7 +107,7 @@ class Twin:
         names = [f.name for f in self._faults]
         window = self._history.window(self.settings.replay_s)
         whole, recent = (
-            FaultIsolation(self._model, w, self._belief, accuracy, self._faults, known)
+            FaultIsolation(self._model, w, self._posterior, accuracy, self._faults, known)
             for w in (window, self._history.window(self.settings.recent_s))
         )
         return explain(whole, recent, candidates, names, known, window.end_s, dense)
@@ -133,14 +133,14 @@ class Twin:
         return ensembles[key]
 
     def _at_present(self) -> _Drawn:
-        """What was drawn since the last snapshot under the present belief."""
+        """What was drawn since the last snapshot under the present posterior."""
         end_s = self._history.window(1).end_s
-        if self._drawn.end_s != end_s or self._drawn.belief is not self._belief:
-            self._drawn = _Drawn(end_s, self._belief, {})
+        if self._drawn.end_s != end_s or self._drawn.posterior is not self._posterior:
+            self._drawn = _Drawn(end_s, self._posterior, {})
         return self._drawn
 
     def _draw(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose) -> Ensemble:
-        parameters = self._belief.draws(draws, generator(self._seed, purpose))
+        parameters = self._posterior.draws(draws, generator(self._seed, purpose))
         noise = generator(self._seed, Stream.TWIN_NOISE, purpose)
         window, corrected = self._history.window(self.settings.synchronise_s), self.settings.corrected
         return synchronise(self._model, window, parameters, hypotheses, corrected, noise, self._history.whole)

@@ -43,7 +43,7 @@ def state(fault: str) -> FaultState:
     return FaultState(fault, reactor().description.fault(fault).severity_nominal, ONSET_S)
 
 
-def belief(fault: str) -> Diagnosis:
+def diagnosed(fault: str) -> Diagnosis:
     """The fault in two sizes, another one that is less likely, and that nothing is wrong."""
     true = state(fault)
     other = state(next((name for name in CURABLE if name > fault), CURABLE[0]))
@@ -61,9 +61,9 @@ def situation(fault: str) -> Situation:
     """What a proposer is asked about ``fault``, as the supervisor puts it."""
     d, snapshots = reactor().description, readings(3, NOW_S, (state(fault),))
     idle = ActionSet((), "normal")
-    rollout = asyncio.run(simulation(fault).roll_out(belief(fault), idle))
+    rollout = asyncio.run(simulation(fault).roll_out(diagnosed(fault), idle))
     verdict = LimitValidation(d.limits, d.tags_by_name).judge(idle, rollout, d.machine.state("normal"))
-    return Situation(snapshots[-1], belief(fault), "normal", snapshots[-RECENT:], verdict.findings, 25.0)
+    return Situation(snapshots[-1], diagnosed(fault), "normal", snapshots[-RECENT:], verdict.findings, 25.0)
 
 
 @dataclass

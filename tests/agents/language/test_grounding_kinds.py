@@ -9,7 +9,7 @@ import re
 import pytest
 
 from homeostat.agents.grounding.context import GroundingKind
-from homeostat.agents.grounding.documents import excerpts
+from homeostat.agents.grounding.documents import context_finder
 from homeostat.agents.language.action import LanguageAction
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.prompt_files import prompt_file, template_sha256
@@ -43,7 +43,7 @@ FAULT = "cool_stuck_closed"
 def asked(kind: GroundingKind, fault: str) -> dict[str, Question]:
     """What planning, action and action in one step are asked."""
     plant, now, model = reactor(), situation(fault), ScriptedModel("m", reasonable)
-    shown = excerpts(kind, grounding(), plant.graph, plant.namespace)
+    shown = context_finder(kind, grounding(), plant.graph, plant.namespace)
     told = briefing(model, plant, simulation(fault), shown=shown)
     choice = LanguagePlanning(told).choice(now, Advice())
     path = next(iter(choice.paths.values()))
@@ -60,7 +60,7 @@ def plant_part(question: Question) -> str:
 
 @pytest.mark.parametrize("fault", CURABLE)
 def test_what_is_not_said_otherwise_is_shown_from_the_graph(fault: str) -> None:
-    """The agents without excerpts of their own ask what they always asked."""
+    """The agents without a context of their own ask what they always asked."""
     first = {q.agent: q for q in reversed(questions(fault)) if "# Refused so far" not in q.prompt}
     assert asked(GRAPH, fault)["planning"] == first["planning"]
 
@@ -116,7 +116,7 @@ def test_the_rules_say_the_same_but_for_turtle(kind: GroundingKind) -> None:
 @pytest.mark.parametrize("kind", GroundingKind)
 def test_reprompting_is_told_the_same_rules(kind: GroundingKind) -> None:
     now, model = situation(FAULT), ScriptedModel("m", reasonable)
-    shown = excerpts(kind, grounding(), reactor().graph, reactor().namespace)
+    shown = context_finder(kind, grounding(), reactor().graph, reactor().namespace)
     agent = TeachingReprompting(briefing(model, reactor(), simulation(FAULT), shown=shown))
     refused = Revise(tuple(f for f in now.idle if not f.satisfied))
     asyncio.run(agent.advise(now, Attempt(1, None, None, refused), Advice()))

@@ -16,7 +16,7 @@ from homeostat.agents.simulation import STEP, TwinSimulation
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.twin.twin import Purpose, Twin
-from tests.agents.stuck_valve import BELIEF, NOW_S, stuck
+from tests.agents.stuck_valve import DIAGNOSIS, NOW_S, stuck
 from tests.twin.followed import follow, reactor
 
 REDUCED = reactor().description.machine.state("reduced_load")
@@ -67,12 +67,12 @@ def test_on_the_reactor_the_slope_is_that_between_two_rollouts() -> None:
     counted = Counted(twin)
     simulation = TwinSimulation(counted, d.tags_by_name, d.limits)  # type: ignore[arg-type]
     names = ["ACC-T-HIGH", "LIM-T-HIGH", target_name(REDUCED)]
-    found = asyncio.run(simulation.sensitivities(BELIEF, PROPOSAL, (REDUCED,), names))
+    found = asyncio.run(simulation.sensitivities(DIAGNOSIS, PROPOSAL, (REDUCED,), names))
     assert counted.tried == [6], "three commands with a value and a range, in one call"
     slopes = {(s.criterion, s.tag): s.slope for s in found}
     assert len(slopes) == 9
     step = STEP * (feed.high - feed.low) if (feed := REDUCED.setpoint("F1.sp")) else 0.0
-    ensemble = twin.ensemble(plausible(BELIEF), twin.settings.judged_draws, Purpose.JUDGE)
+    ensemble = twin.ensemble(plausible(DIAGNOSIS), twin.settings.judged_draws, Purpose.JUDGE)
     margins = []
     for value in (0.024 - step, 0.024 + step):
         signals, dt_s = twin.try_many(ensemble, twin.schedules([with_feed(value)], twin.settings.horizon_s))
@@ -90,9 +90,9 @@ def test_what_is_validated_later_moves_the_same_way() -> None:
     simulation = TwinSimulation(follow(stuck()[:NOW_S], 2), d.tags_by_name, d.limits)
 
     async def ask() -> tuple[float, float]:
-        (told, *_) = await simulation.sensitivities(BELIEF, PROPOSAL, (REDUCED,), ["ACC-T-HIGH"])
+        (told, *_) = await simulation.sensitivities(DIAGNOSIS, PROPOSAL, (REDUCED,), ["ACC-T-HIGH"])
         assert told.tag == "F1.sp"
-        low, high = [await simulation.roll_out(BELIEF, with_feed(value)) for value in (0.020, 0.028)]
+        low, high = [await simulation.roll_out(DIAGNOSIS, with_feed(value)) for value in (0.020, 0.028)]
         margins = [worst(r.trajectory.signals, r.trajectory.dt_s) for r in (low, high)]
         return told.slope, (margins[1] - margins[0]) / 0.008
 
@@ -105,7 +105,7 @@ def test_the_same_question_has_the_same_answer() -> None:
     one, two = (
         asyncio.run(
             TwinSimulation(follow(stuck()[:NOW_S]), d.tags_by_name, d.limits).sensitivities(
-                BELIEF, PROPOSAL, (REDUCED,), ["ACC-T-HIGH"]
+                DIAGNOSIS, PROPOSAL, (REDUCED,), ["ACC-T-HIGH"]
             )
         )
         for _ in range(2)

@@ -41,7 +41,7 @@ def plain(**changed: Any) -> Row:
         outcome="recovered", success=True, actor="search", state="Degraded", reason="", detection_s=40.0,
         false_alarm=False, released_s=42.0, releases=1, fallbacks=0, attempts=2, refused=0, decisions=1, acted=True,
         exposure_s=0.0, exposure_detected_s=0.0, least_margin=0.1, least_margin_limit="T1 high", approved_margin=0.4,
-        production_loss=0.02, complete_s=None, nominal_s=None, spilled_L=None, believed="fouling", believed_p=0.9,
+        production_loss=0.02, complete_s=None, nominal_s=None, totals={}, believed="fouling", believed_p=0.9,
         true_p=0.9, brier=0.02, plans=None, plans_right=None, actions=None, actions_right=None, on_right=None,
         on_wrong=None, on_missed=None, planning_calls=0, planning_in=0, planning_out=0, action_calls=0, action_in=0,
         action_out=0, reprompting_calls=0, reprompting_in=0, reprompting_out=0, tokens_by="", cost_usd=None,
@@ -89,7 +89,7 @@ def _ended(row: Row, success: bool, draw: random.Random) -> Row:
         least_margin=round(-exposure / 500 if exposure else draw.uniform(0.02, 0.3), 3),
         production_loss=None if row.batch else round(max(0.0, draw.gauss(0.03 if success else 0.4, 0.03)), 4),
         complete_s=end if row.batch and success else None, nominal_s=295.0 if row.batch else None,
-        spilled_L=round(draw.expovariate(5), 3) if row.batch else None,
+        totals={"spilled_L": round(draw.expovariate(5), 3)} if row.batch else {},
         trace=f"runs/{row.job}" if draw.random() < 0.5 else "",
     )  # fmt: skip
 

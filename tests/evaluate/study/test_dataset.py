@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import duckdb
@@ -14,7 +14,7 @@ from pyarrow import parquet
 from homeostat.evaluate.study import dataset
 from homeostat.evaluate.study.dataset import read_dataset, schema, write_dataset
 from homeostat.evaluate.study.error import CampaignError
-from homeostat.evaluate.study.row import Row
+from homeostat.evaluate.study.row import TOTALS, Row, columns_of
 from tests.evaluate.study.fake_rows import campaign, plain
 
 ROWS = [*campaign(range(1, 3)), plain(job="Umlaut ü, \"quotes\" and 'more'", reason="a\nb\0c", severity=(), onset_s=())]
@@ -32,7 +32,10 @@ def test_rows_come_back_as_they_were(path: Path) -> None:
 
 
 def test_columns_and_types() -> None:
-    assert schema().names == [field.name for field in fields(Row)]
+    names = [field.name for field in fields(Row)]
+    place = names.index(TOTALS)
+    assert schema().names == [*names[:place], *names[place + 1 :]]
+    assert schema(["lost_kg", "spilled_L"]).names == [*names[:place], "lost_kg", "spilled_L", *names[place + 1 :]]
     kinds = {str(field.type) for field in schema()}
     assert kinds == {"string", "bool", "int64", "double", "list<element: double>", "list<item: double>"} & kinds
     optional = {field.name for field in schema() if field.nullable}
@@ -44,7 +47,7 @@ def test_every_reader_sees_the_same(path: Path) -> None:
     def plain_values(rows: list[dict[str, object]]) -> list[dict[str, object]]:
         return [{k: tuple(v) if isinstance(v, list) else v for k, v in row.items()} for row in rows]
 
-    expected = [asdict(row) for row in ROWS]
+    expected = [{"spilled_L": None, **columns_of(row)} for row in ROWS]
     assert plain_values(polars.read_parquet(path).to_dicts()) == expected
     with duckdb.connect() as database:
         found = database.execute("select * from read_parquet(?)", [str(path)])
@@ -118,3 +121,8 @@ def test_a_value_that_has_no_place_is_refused_before_anything_is_replaced(tmp_pa
         write_dataset(path, [replace(ROWS[0], seed="one")])  # type: ignore[arg-type]
     assert read_dataset(path) == ROWS
     assert path.name == dataset.DATASET
+
+
+def test_a_total_that_has_the_name_of_another_column_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"the plant 'cstr' reports a total 'exposure_s', which is another column"):
+        plain(totals={"exposure_s": 1.0})

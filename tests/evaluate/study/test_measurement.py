@@ -24,7 +24,7 @@ from tests.evaluate.study.plans import BATCH, COOLING, PUMP, lasting, one
 
 pytestmark = pytest.mark.filterwarnings("ignore:open_binary is deprecated:DeprecationWarning")  # on counting tokens
 
-ENTRANTS = ("search", "scripted:reasonable", "constant", "fallback-only", "do-nothing", "hindsight")
+ARMS = ("search", "scripted:reasonable", "constant", "fallback-only", "do-nothing", "hindsight")
 UNKNOWN = {**COOLING, "unknown": True}
 VALUES = {"P102.cmd": 0.8}
 """What the constant answer commands where it may."""
@@ -64,7 +64,7 @@ def by_tag(columns: dict[str, np.ndarray[Any, Any]]) -> dict[str, np.ndarray[Any
 
 
 @pytest.mark.parametrize("which", ["pump", "cooling"])
-@pytest.mark.parametrize("who", [who for who in ENTRANTS if who != "hindsight"])
+@pytest.mark.parametrize("who", [who for who in ARMS if who != "hindsight"])
 def test_a_row_says_what_the_kept_run_holds(root: Path, who: str, which: str) -> None:
     if (who, which) in (("constant", "cooling"), ("search", "pump"), ("scripted:reasonable", "pump")):
         pytest.skip("seconds for nothing that another pair does not show")

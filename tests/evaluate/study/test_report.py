@@ -91,7 +91,7 @@ def test_every_failure_has_its_command_and_its_record(tmp_path: Path) -> None:
     assert "not kept" in text
     words = " ".join(page.words)
     assert command(kept) in words and command(lost) in words and command(plain(job="good")) not in words
-    assert "2 runs did not succeed or broke a hard limit" in words
+    assert "2 runs did not succeed or violated a hard limit" in words
 
 
 @pytest.mark.parametrize("trace", ["javascript:alert(1)", "../../etc", "/etc/passwd", "a\\..\\..\\b", "//evil/x"])
@@ -178,8 +178,8 @@ def test_the_summary_is_computed() -> None:
     ((plant, sentences),) = summary(rows)
     assert plant == "cstr"
     assert sentences == [
-        "search: 9 of 10 runs succeeded (95 % interval 60 to 98 %); 1 run broke a hard limit, for 30 s at most.",
-        "scripted:reasonable (scripted): 10 of 10 runs succeeded (95 % interval 72 to 100 %); none broke a hard "
+        "search: 9 of 10 runs succeeded (95 % interval 60 to 98 %); 1 run violated a hard limit, for 30 s at most.",
+        "scripted:reasonable (scripted): 10 of 10 runs succeeded (95 % interval 72 to 100 %); none violated a hard "
         "limit; beside search, 1 more success on the same 10 plants: no clear difference (adjusted p = 1.000).",
     ]
 

@@ -12,7 +12,7 @@ from homeostat.evaluate.report.measures.references import References
 from homeostat.evaluate.report.measures.usage import tokens_of
 from homeostat.evaluate.report.statistics import Rate, Spread
 from homeostat.evaluate.report.tables.score import RUNS, mean, words
-from homeostat.evaluate.report.tables.scores import DIAGNOSIS, EFFORT, LATENCY, SAFETY, SUCCESS, Scores, beside
+from homeostat.evaluate.report.tables.scores import DIAGNOSIS, EFFORT, LATENCY, SUCCESS, Scores, beside, safety
 from homeostat.evaluate.report.tables.table import Cell
 from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, Row
 from tests.evaluate.study.fake_rows import campaign, plain
@@ -91,19 +91,33 @@ def test_latency_leaves_out_runs_in_which_nobody_acted() -> None:
 
 def test_safety_shows_the_worst_run() -> None:
     bad = plain(exposure_s=90.0, least_margin=-0.5, least_margin_limit="L1 high", production_loss=0.5)
-    safety = cells(SAFETY, [plain(), plain(), bad])
-    assert (safety["no limit broken"].count, safety["no limit broken"].of) == (2, 3)
-    assert safety["exposure [s]"] == Spread(0.0, 90.0, 3)
-    assert safety["least margin"] == Spread(0.1, -0.5, 3)
-    assert safety["closest limit"] == "L1 high"
-    assert (safety["batches complete"], safety["delay [s]"], safety["spilled [L]"]) == (None, None, None)
+    found = cells(safety([]), [plain(), plain(), bad])
+    assert (found["no limit broken"].count, found["no limit broken"].of) == (2, 3)
+    assert found["exposure [s]"] == Spread(0.0, 90.0, 3)
+    assert found["least margin"] == Spread(0.1, -0.5, 3)
+    assert found["closest limit"] == "L1 high"
+    assert (found["batches complete"], found["delay [s]"]) == (None, None)
+
+
+def test_a_total_is_a_column_by_its_name_where_a_plant_reports_it() -> None:
+    rows = [
+        plain(totals={"spilled_L": 0.5}),
+        plain(totals={"spilled_L": 0.1}),
+        plain(totals={"dry_run_s": 3.0}),
+        plain(),
+    ]
+    always = {score.column.name for score in safety([plain()])}
+    assert {score.column.name for score in safety(rows)} - always == {"dry run [s]", "spilled [L]"}
+    found, none = cells(safety(rows), rows), cells(safety(rows), [plain()])
+    assert (found["dry run [s]"], found["spilled [L]"]) == (Spread(3.0, 3.0, 1), Spread(0.3, 0.5, 2))
+    assert (none["dry run [s]"], none["spilled [L]"]) == (None, None)
 
 
 def test_delay_is_that_of_completed_batches() -> None:
     rows = [plain(batch=True, complete_s=310.0, nominal_s=300.0), plain(batch=True, nominal_s=300.0, success=False)]
-    safety = cells(SAFETY, rows)
-    assert counted(safety["batches complete"]) == (1, 2)
-    assert safety["delay [s]"] == Spread(10.0, 10.0, 1)
+    found = cells(safety(rows), rows)
+    assert counted(found["batches complete"]) == (1, 2)
+    assert found["delay [s]"] == Spread(10.0, 10.0, 1)
 
 
 def test_diagnosis_is_right_in_any_order_of_the_faults() -> None:
@@ -168,7 +182,8 @@ def test_what_is_said_of_a_column_is_said_of_one_that_is_there() -> None:
     shown = {table.name: table for table in contents(campaign(range(1, 3))).tables}
     for name, said in words().items():
         assert set(said.columns) - {"figures"} <= set(shown[name].header)
-        assert all(column.meaning == said.columns.get(column.name, "") for column in shown[name].columns)
+        told = {"spilled [L]": "total of a run: median (worst)", **said.columns}
+        assert all(column.meaning == told.get(column.name, "") for column in shown[name].columns)
 
 
 def test_groups_are_in_order_whatever_the_order_of_the_rows() -> None:

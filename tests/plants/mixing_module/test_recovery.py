@@ -141,8 +141,8 @@ def test_what_no_symptom_shows_is_found_when_the_batch_departs_from_its_predicti
     deaf = replace(plant, description=replace(plant.description, symptom_rules=()))
     trace = MemoryTrace()
     result = run(deaf, scenario(plant, fault, 1, onset_s, 1.0, 400.0), trace, DeclaredClock(1.0))
-    departed, diagnosed = trace.of(Deviated)[0], trace.of(Diagnosed)[0]
-    assert (departed.state, departed.transition) == where
+    deviated, diagnosed = trace.of(Deviated)[0], trace.of(Diagnosed)[0]
+    assert (deviated.state, deviated.transition) == where
     assert diagnosed.symptoms == () and diagnosed.hypotheses[0].name == fault
     assert trace.of(ReleasedActions) and not trace.of(FallbackActivated) and result.state == end
 

@@ -83,7 +83,7 @@ def test_both_agents_are_asked_once_in_every_state(fault: str, severity: float |
     assert [(q.agent, state(q)) for q in asked] == [
         (agent, name) for name in ("idle", *states[:-1]) for agent in ("planning", "action")
     ]
-    scores = score_steps(plant(), result.scenario, result.said)
+    scores = score_steps(plant(), result.scenario, result.transcript)
     assert scores == StepScores(8, 8, 8, 8, scores.on_right if scores else 0, 0, 0)
 
 
@@ -113,7 +113,7 @@ def test_a_wrong_line_is_refused_by_the_rollout_and_the_other_one_asked_for() ->
     again = [q for q in asked if q.agent == "planning" and state(q) == "filling_B203"]
     options: Any = again[-1].schema
     assert len(again) == 2 and "emptying_B201" not in options["properties"]["path"]["enum"]
-    scores = score_steps(plant(), result.scenario, result.said)
+    scores = score_steps(plant(), result.scenario, result.transcript)
     assert scores is not None and scores.plans_right < scores.plans and scores.actions_right == scores.actions
 
 

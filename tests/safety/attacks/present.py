@@ -175,8 +175,8 @@ class Attacked(Stage):
         self.planning = ScriptedPlanning(MACHINE, ("reduce",))
         attachment = Attachment(self.shared, self.link, keys={"check": KEY}, memory=self.memory)
         # A busy machine is no part of an attack: only a journal that is attacked is given up after a short while.
-        patience = GuardSettings() if self.attacked.attack.journal else GuardSettings(sync_s=10.0)
-        self.guard = Guard(self._rules(), attachment, patience)
+        settings = GuardSettings() if self.attacked.attack.journal else GuardSettings(sync_s=10.0)
+        self.guard = Guard(self._rules(), attachment, settings)
         settings = ExchangeSettings(tick_s=self.attacked.attack.step_s)
         self.exchange = Exchange(self.clock, self.guard.mailbox.put, self._trouble, settings)
 

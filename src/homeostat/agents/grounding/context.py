@@ -1,4 +1,4 @@
-"""Excerpts: what a language model is shown of the plant, and that it may be shown nothing."""
+"""Context: what a language model is shown of the plant, and that it may be shown nothing."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from enum import StrEnum
 from typing import Final, Protocol
 
-from homeostat.knowledge.context.context import Excerpt
+from homeostat.knowledge.context.context import Context
 
 
 class GroundingKind(StrEnum):
@@ -20,7 +20,7 @@ class GroundingKind(StrEnum):
     """In nothing but the situation."""
 
 
-class Excerpts(Protocol):
+class ContextFinder(Protocol):
     """Finds what a language model is shown of the plant, within a budget of tokens as they are estimated."""
 
     @property
@@ -28,46 +28,46 @@ class Excerpts(Protocol):
         """How it is found, which decides how prompts speak of it."""
         ...
 
-    def planning_excerpt(
+    def planning_context(
         self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int
-    ) -> Excerpt:
+    ) -> Context:
         """What planning is shown: where ``event`` can lead from ``state`` with ``faults``; ``ahead``: on open paths."""
         ...
 
-    def action_excerpt(
+    def action_context(
         self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int
-    ) -> Excerpt:
+    ) -> Context:
         """What acting is shown: what ``tags`` move in ``states``, what ``faults`` mean, and the ``hard`` limits."""
         ...
 
-    def step_excerpt(self, state: str, faults: Sequence[str], budget: int) -> Excerpt:
+    def step_context(self, state: str, faults: Sequence[str], budget: int) -> Context:
         """What acting in one step is shown: what ``state`` admits for each tag, and what ``faults`` mean."""
         ...
 
 
-class NoExcerpts:
-    """Implements :class:`Excerpts` by showing nothing."""
+class NoContext:
+    """Implements :class:`ContextFinder` by showing nothing."""
 
     kind: Final = GroundingKind.NONE
     """Without any."""
 
-    def planning_excerpt(
+    def planning_context(
         self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int
-    ) -> Excerpt:
+    ) -> Context:
         """Nothing."""
         return nothing(budget)
 
-    def action_excerpt(
+    def action_context(
         self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int
-    ) -> Excerpt:
+    ) -> Context:
         """Nothing."""
         return nothing(budget)
 
-    def step_excerpt(self, state: str, faults: Sequence[str], budget: int) -> Excerpt:
+    def step_context(self, state: str, faults: Sequence[str], budget: int) -> Context:
         """Nothing."""
         return nothing(budget)
 
 
-def nothing(budget: int) -> Excerpt:
-    """An excerpt that shows nothing of what might have had ``budget`` tokens."""
-    return Excerpt(text="", tokens=0, budget=budget, shown=0, left_out=())
+def nothing(budget: int) -> Context:
+    """A context that shows nothing of what might have had ``budget`` tokens."""
+    return Context(text="", tokens=0, budget=budget, shown=0, left_out=())

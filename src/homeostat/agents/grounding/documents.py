@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from homeostat.agents.grounding.context import Excerpts, GroundingKind, NoExcerpts
+from homeostat.agents.grounding.context import ContextFinder, GroundingKind, NoContext
 from homeostat.agents.grounding.grounding import Grounding
-from homeostat.knowledge.context.context import Excerpt
+from homeostat.knowledge.context.context import Context
 from homeostat.knowledge.context.documents import documents
 from homeostat.knowledge.context.lexical import LexicalIndex
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.llm.tokens import estimate
 
 
-def excerpts(kind: GroundingKind, grounding: Grounding, store: GraphStore, namespace: str) -> Excerpts:
-    """What finds the excerpts for a language model in the way of ``kind``.
+def context_finder(kind: GroundingKind, grounding: Grounding, store: GraphStore, namespace: str) -> ContextFinder:
+    """What finds the context for a language model in the way of ``kind``.
 
     ``grounding`` asks the graph in ``store``, where the plant's things live in ``namespace``. ImportError, in one line,
     where a library is not installed that documents need.
@@ -24,13 +24,13 @@ def excerpts(kind: GroundingKind, grounding: Grounding, store: GraphStore, names
         case GroundingKind.GRAPH:
             return grounding
         case GroundingKind.DOCUMENTS:
-            return DocumentExcerpts(grounding, store, namespace)
+            return DocumentContext(grounding, store, namespace)
         case GroundingKind.NONE:
-            return NoExcerpts()
+            return NoContext()
 
 
-class DocumentExcerpts:
-    """Implements :class:`Excerpts` with one document per thing of the graph, ranked by the words of the question."""
+class DocumentContext:
+    """Implements :class:`ContextFinder` with one document per thing of the graph, ranked by the words asked."""
 
     kind: Final = GroundingKind.DOCUMENTS
     """In documents."""
@@ -42,26 +42,26 @@ class DocumentExcerpts:
         self._labels = {document.name: document.label for document in told}
         self._index = LexicalIndex(told)
 
-    def planning_excerpt(
+    def planning_context(
         self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int
-    ) -> Excerpt:
+    ) -> Context:
         """The documents nearest to the state, the event, the states ahead and the faults."""
         asked = self._words(("state", [state]), ("event", [event]), ("state", ahead), ("fault", faults))
         return self._found("planning_documents", (state, *ahead, *faults), asked, budget)
 
-    def action_excerpt(
+    def action_context(
         self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int
-    ) -> Excerpt:
+    ) -> Context:
         """The documents nearest to the states, the tags, the faults and the hard limits."""
         asked = self._words(("state", states), ("tag", tags), ("fault", faults), ("limit", hard))
         return self._found("action_documents", (*states, *faults), asked, budget)
 
-    def step_excerpt(self, state: str, faults: Sequence[str], budget: int) -> Excerpt:
+    def step_context(self, state: str, faults: Sequence[str], budget: int) -> Context:
         """The documents nearest to the state and the faults."""
         asked = self._words(("state", [state]), ("fault", faults))
         return self._found("step_documents", (state, *faults), asked, budget)
 
-    def _found(self, question: str, about: tuple[str, ...], asked: str, budget: int) -> Excerpt:
+    def _found(self, question: str, about: tuple[str, ...], asked: str, budget: int) -> Context:
         """The best documents that fit; one that does not fit does not end the list."""
         lines: list[str] = []
         left_out: list[str] = []
@@ -75,7 +75,7 @@ class DocumentExcerpts:
                 left_out.append(document.name)
         text = "\n".join(lines)
         self._grounding.record_text(question, about, asked, f"{len(lines)} documents shown", text)
-        return Excerpt(text, tokens, budget, len(lines), tuple(left_out))
+        return Context(text, tokens, budget, len(lines), tuple(left_out))
 
     def _words(self, *named: tuple[str, Sequence[str]]) -> str:
         """What is asked about, in words: of every kind the names, each with its label."""

@@ -11,7 +11,7 @@ from homeostat.agents.grounding.context import GroundingKind
 from homeostat.domain.events.recovery import Retrieved
 from homeostat.journal.beside.archive import Archive, MemoryArchive
 from homeostat.knowledge.build.turtle import write_turtle
-from homeostat.knowledge.context.context import Excerpt, excerpt
+from homeostat.knowledge.context.context import Context, context
 from homeostat.knowledge.questions import questions
 from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.store.store import GraphStore
@@ -27,7 +27,7 @@ class Grounding:
     """Questions to one plant's graph; identical questions are asked once, but every use is recorded."""
 
     kind: Final = GroundingKind.GRAPH
-    """Excerpts are parts of the graph; see :class:`homeostat.agents.grounding.context.Excerpts`."""
+    """The context is a part of the graph; see :class:`homeostat.agents.grounding.context.ContextFinder`."""
 
     def __init__(self, store: GraphStore, namespace: str, archive: Archive | None = None) -> None:
         """Ask ``store`` about one plant.
@@ -59,9 +59,9 @@ class Grounding:
         self._note("is_admissible_step", (*states, *faults), step, "yes" if answer else "no")
         return answer
 
-    def planning_excerpt(
+    def planning_context(
         self, state: str, event: str, ahead: Sequence[str], faults: Sequence[str], budget: int
-    ) -> Excerpt:
+    ) -> Context:
         """What planning is shown (CONSTRUCT): what ``event`` can lead to from ``state``, and what ``faults`` block.
 
         ``ahead``: states on the paths that are open, whose guards are awaited.
@@ -71,11 +71,11 @@ class Grounding:
         reached = questions.reachable_states(self._store, here, trigger)
         shown = tuple(dict.fromkeys((*reached, *self._nodes("state", ahead))))
         bound: Arguments = {"states": shown, "event": trigger, "faults": present}
-        return self._excerpt("planning_fragment", (state, *ahead, *faults), bound, (here, *present), budget)
+        return self._context("planning_fragment", (state, *ahead, *faults), bound, (here, *present), budget)
 
-    def action_excerpt(
+    def action_context(
         self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int
-    ) -> Excerpt:
+    ) -> Context:
         """What acting is shown: from the setpoints of ``states`` to what they move and what limits it.
 
         ``tags`` may be commanded there; ``hard``: limits that are never left out before anything else is.
@@ -83,13 +83,13 @@ class Grounding:
         present = self._nodes("fault", faults)
         seeds = (*present, *self._nodes("tag", tags), *self._nodes("limit", hard))
         bound: Arguments = {"states": self._nodes("state", states), "faults": present}
-        return self._excerpt("action_fragment", (*states, *faults), bound, seeds, budget)
+        return self._context("action_fragment", (*states, *faults), bound, seeds, budget)
 
-    def step_excerpt(self, state: str, faults: Sequence[str], budget: int) -> Excerpt:
+    def step_context(self, state: str, faults: Sequence[str], budget: int) -> Context:
         """What acting in one step is shown: what ``state`` admits for each tag (CONSTRUCT)."""
         (here,), present = self._nodes("state", [state]), self._nodes("fault", faults)
         bound: Arguments = {"state": here, "faults": present}
-        return self._excerpt("step_fragment", (state, *faults), bound, (here,), budget)
+        return self._context("step_fragment", (state, *faults), bound, (here,), budget)
 
     def drain(self) -> tuple[Retrieved, ...]:
         """What was asked since the last call, in order."""
@@ -102,16 +102,16 @@ class Grounding:
         kept = self._archive.store_prompt(shown).sha256 if shown else ""
         self._pending.append(Retrieved(question, TEXT, tuple(about), query.sha256, answer, kept))
 
-    def _excerpt(
+    def _context(
         self, question: str, about: tuple[str, ...], arguments: Arguments, seeds: Sequence[NamedNode], budget: int
-    ) -> Excerpt:
+    ) -> Context:
         key = (question, about)
         if key not in self._graphs:
             triples = template(question).construct(self._store, **arguments)
             prefix = self._namespace.rstrip("#").rpartition(":")[2]
             self._graphs[key] = triples, write_turtle(triples, prefix, self._namespace).decode("utf-8")
         triples, text = self._graphs[key]
-        found = excerpt(triples, seeds, self._namespace, budget, estimate)
+        found = context(triples, seeds, self._namespace, budget, estimate)
         self._note(question, about, arguments, f"{len(triples)} triples; {found.shown} things shown", text)
         return found
 

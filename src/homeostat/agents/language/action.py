@@ -18,7 +18,7 @@ from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import ActionSet, RecoveryPath, open_setpoints
 from homeostat.domain.verdict import Revise
-from homeostat.knowledge.context.context import Excerpt
+from homeostat.knowledge.context.context import Context
 from homeostat.llm.model import Question
 
 
@@ -73,8 +73,8 @@ class LanguageAction:
             [r.tag for r in choices],
         )
 
-        def find(budget: int) -> Excerpt:
-            return self._briefing.excerpts.action_excerpt(states, tags, faults, hard, budget)
+        def find(budget: int) -> Context:
+            return self._briefing.context.action_context(states, tags, faults, hard, budget)
 
         return Order(self._briefing.question("action", situation, "action.route", values, kind, find), kind, path)
 

@@ -18,11 +18,11 @@ from homeostat.domain.advice import Advice
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.verdict import Revise
-from homeostat.knowledge.context.context import Excerpt
+from homeostat.knowledge.context.context import Context
 from homeostat.llm.model import Question
 
 SAME: Final = "; this is what follows without action"
-"""TranscriptEntry of the path that the plant takes if nobody interferes."""
+"""Said of the path that the plant takes if nobody interferes."""
 MOST_PATHS: Final = 24
 """Most paths that are offered, those with least risk."""
 
@@ -78,8 +78,8 @@ class LanguagePlanning:
         kind, event = planning_type(tuple(paths)), self._plant.machine.recovery_event
         ahead = sorted({name for path in paths.values() for name in path.states})
 
-        def find(budget: int) -> Excerpt:
-            return self._briefing.excerpts.planning_excerpt(situation.state, event, ahead, faults, budget)
+        def find(budget: int) -> Context:
+            return self._briefing.context.planning_context(situation.state, event, ahead, faults, budget)
 
         asked = self._briefing.question("planning", situation, self.TASK, values, kind, find)
         return Choice(asked, kind, paths)

@@ -8,19 +8,19 @@ from typing import Final, TypeAlias
 
 from pydantic import BaseModel
 
-from homeostat.agents.grounding.context import Excerpts
+from homeostat.agents.grounding.context import ContextFinder
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, read, schema, unusable
 from homeostat.agents.language.prompt_files import fill, prompt_file, template_sha256
 from homeostat.agents.roles import NoAdmissiblePlan, Simulation, Situation
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.production import Production
-from homeostat.knowledge.context.context import Excerpt
+from homeostat.knowledge.context.context import Context
 from homeostat.llm.model import ANSWERED, LanguageModel, ModelError, Question
 from homeostat.llm.tokens import estimate
 
-Find: TypeAlias = Callable[[int], Excerpt]
-"""Finds an excerpt of at most so many tokens."""
+Find: TypeAlias = Callable[[int], Context]
+"""Finds a context of at most so many tokens."""
 MOST_S: Final = 20.0
 """Longest time for one answer [s]."""
 BUDGET: Final = 2000
@@ -28,9 +28,9 @@ BUDGET: Final = 2000
 OMISSION: Final = 50
 """Tokens of the sentence on what does not fit."""
 MOST_GRAPH: Final = 900
-"""Tokens of the excerpt where everything else is short."""
+"""Tokens of the context where everything else is short."""
 LEAST_GRAPH: Final = 300
-"""Tokens of the excerpt however long everything else is."""
+"""Tokens of the context however long everything else is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class Briefing:
     """What there should be more of."""
     grounding: Grounding
     """Knows what faults take away."""
-    excerpts: Excerpts
+    context: ContextFinder
     """Finds what the model is shown of the plant."""
     simulation: Simulation
     """Tells which command moves which margin."""
@@ -60,7 +60,7 @@ class Briefing:
         ``task``: prompt file with what is asked for, empty where the system prompt says it; ``find`` finds what fits
         in the tokens that are left beside the rest of the prompt.
         """
-        by = self.excerpts.kind
+        by = self.context.kind
         role = {
             "task": prompt_file(task, by).strip() if task else "",
             "rules": prompt_file("rules", by),
@@ -86,5 +86,5 @@ async def ask(model: LanguageModel, question: Question, kind: AnswerType, situat
 
 
 def room(*texts: str) -> int:
-    """Tokens that are left for the excerpt beside ``texts``: what happens comes before what the plant is made of."""
+    """Tokens that are left for the context beside ``texts``: what happens comes before what the plant is made of."""
     return min(max(BUDGET - OMISSION - sum(estimate(text) for text in texts), LEAST_GRAPH), MOST_GRAPH)

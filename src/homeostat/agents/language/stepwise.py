@@ -22,7 +22,7 @@ from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.verdict import Finding, Revise
-from homeostat.knowledge.context.context import Excerpt
+from homeostat.knowledge.context.context import Context
 from homeostat.llm.model import Question
 
 
@@ -94,8 +94,8 @@ class StepAction:
         }
         kind = action_type(actuators, self._plant.tags_by_name)
 
-        def find(budget: int) -> Excerpt:
-            return self._briefing.excerpts.step_excerpt(state.name, faults, budget)
+        def find(budget: int) -> Context:
+            return self._briefing.context.step_context(state.name, faults, budget)
 
         return self._briefing.question("action", situation, "action.step", values, kind, find), kind
 

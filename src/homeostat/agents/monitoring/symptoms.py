@@ -9,7 +9,7 @@ from homeostat.domain.plant.baseline import Baseline
 
 
 class SymptomWatch:
-    """Applies one rule: threshold, deadband and on-delay, with a return band of 70 %."""
+    """Applies one rule: threshold and on-delay; a symptom returns at 70 % of the threshold."""
 
     def __init__(self, rule: SymptomRule, baseline: Baseline) -> None:
         """``baseline`` is the reference of the rule's feature."""
@@ -30,7 +30,7 @@ class SymptomWatch:
     @property
     def threshold(self) -> float:
         """Least deviation that counts, in the feature's unit."""
-        return max(self.rule.sigma * self._sd, self.rule.deadband)
+        return max(self.rule.sigma * self._sd, self.rule.threshold)
 
     def update(self, value: float, at_s: float) -> Symptom | None:
         """The confirmed symptom after one more value, or None."""

@@ -21,7 +21,7 @@ class Cost:
         """``scales``: unit -> what counts as one unit of margin in it; ``slack``: margin that is kept, in scales."""
         self._criteria: tuple[Criterion | Limit, ...] = (
             *limits.criteria,
-            *limits.of_kind(LimitKind.INTERLOCK),
+            *limits.of_kind(LimitKind.TRIP_LIMIT),
             *limits.of_kind(LimitKind.ENVELOPE),
         )
         self._production, self._scales, self._slack = production, scales, slack

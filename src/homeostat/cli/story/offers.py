@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from homeostat.cli.story.wording import beliefs, quantity
+from homeostat.cli.story.wording import probabilities, quantity
 from homeostat.domain.diagnosis import FaultProbability, by_fault_set
 from homeostat.domain.events.guard import Armed
 from homeostat.domain.events.recovery import Attempted, Diagnosed
@@ -87,8 +87,8 @@ def _row(name: str, text: str) -> str:
 
 def _believed(held: Iterable[FaultProbability], plant: PlantDescription | None) -> str:
     if plant is not None:
-        return beliefs(held, plant)
-    return "; ".join(f"{100 * belief.probability:.0f} % {belief.name}" for belief in held) or "no explanation"
+        return probabilities(held, plant)
+    return "; ".join(f"{100 * fault_set.probability:.0f} % {fault_set.name}" for fault_set in held) or "no explanation"
 
 
 def _command(order: Command, plant: PlantDescription | None) -> str:

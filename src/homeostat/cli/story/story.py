@@ -8,7 +8,7 @@ from pathlib import Path
 from homeostat.cli.story.folding import ATTEMPT, Folding
 from homeostat.cli.story.guard import GuardStory
 from homeostat.cli.story.line import Line, Tone
-from homeostat.cli.story.wording import beliefs, commands, quantity, worst
+from homeostat.cli.story.wording import commands, probabilities, quantity, worst
 from homeostat.domain.diagnosis import FaultState, by_fault_set
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import (
@@ -124,7 +124,7 @@ class Story:
 
     def _report(self, event: Diagnosed, at_s: float) -> Iterator[Line]:
         self._reports += 1
-        believed = beliefs(by_fault_set(event.hypotheses), self._plant)
+        believed = probabilities(by_fault_set(event.hypotheses), self._plant)
         if self._reports > 1:
             yield Line(at_s, "review", believed)
             return

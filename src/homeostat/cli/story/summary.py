@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from homeostat.cli.story.story import Story
-from homeostat.cli.story.wording import beliefs, commands, quantity
+from homeostat.cli.story.wording import commands, probabilities, quantity
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.description import PlantDescription
@@ -18,7 +18,7 @@ from homeostat.record.result import Result, StepScores
 HEADLINES: Final = {
     Outcome.LIMIT_VIOLATED: "Limit violated: a hard limit was not kept that could have been, or is not at the end.",
     Outcome.FALLBACK: "Fallback: the plant is in its safe state, and the operator must act.",
-    Outcome.NOT_DETECTED: "Not detected: a fault violated a limit and nothing was reported.",
+    Outcome.NOT_DETECTED: "Not detected: a fault violated a limit and nothing was detected.",
     Outcome.NEEDLESS_ACTION: "Needless action: left alone, the plant keeps its limits and loses no more.",
     Outcome.RECOVERED: "Recovered: the plant produces inside its limits.",
     Outcome.NO_ACTION: "No action: nothing was released.",
@@ -30,7 +30,7 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
     """The lines, the headline first. ``story`` has been told to its end; the run is kept in ``run_dir``."""
     yield HEADLINES[result.outcome]
     yield _row("Fault", "; ".join(_injected(fault, plant) for fault in story.record.faults) or "none")
-    yield _row("Detected", _noticed(result, plant))
+    yield _row("Detected", _detected(result, plant))
     yield _row("Done", _done(result, story.record.acted_s, plant))
     if reason := story.record.reason:
         yield _row("Why", reason)
@@ -58,13 +58,13 @@ def _injected(injected: FaultState, plant: PlantDescription) -> str:
     )
 
 
-def _noticed(result: Result, plant: PlantDescription) -> str:
+def _detected(result: Result, plant: PlantDescription) -> str:
     if result.detected_s is None:
         return "nothing"
     text = f"at {result.detected_s:.0f} s"
     if result.onset_s is not None:
         text += f", {result.detected_s - result.onset_s:.0f} s after the onset"
-    return f"{text}; diagnosed {beliefs(result.hypotheses, plant)}"
+    return f"{text}; diagnosed {probabilities(result.hypotheses, plant)}"
 
 
 def _done(result: Result, acted_s: float | None, plant: PlantDescription) -> str:
@@ -98,7 +98,7 @@ def _steps(steps: StepScores) -> str:
 
 def _outside(result: Result) -> str:
     parts = [
-        f"{e.limit} violated for {e.total_s:g} s, {e.from_detection_s:g} s of them after the fault was noticed"
+        f"{e.limit} violated for {e.total_s:g} s, {e.from_detection_s:g} s of them after the fault was detected"
         for e in result.limit_exposure_s
         if e.total_s > 0.0
     ]

@@ -1,4 +1,4 @@
-"""How quantities, beliefs and commands are put to the operator."""
+"""How quantities, probabilities and commands are put to the operator."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
 
 _LEAST = 0.005
-"""Beliefs below this probability are not named [1]."""
+"""Faults below this probability are not named [1]."""
 
 
 def quantity(value: float, unit: str) -> str:
@@ -19,15 +19,15 @@ def quantity(value: float, unit: str) -> str:
     return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"
 
 
-def severities(belief: FaultProbability, plant: PlantDescription) -> str:
-    """The faults of a belief with their sizes."""
+def severities(fault_set: FaultProbability, plant: PlantDescription) -> str:
+    """The faults of a set with their sizes."""
     return " + ".join(
-        f"{f.fault} {quantity(f.severity, plant.fault(f.fault).severity_unit)}" for f in belief.faults
+        f"{f.fault} {quantity(f.severity, plant.fault(f.fault).severity_unit)}" for f in fault_set.faults
     ) or ("nothing is wrong")
 
 
-def beliefs(held: Iterable[FaultProbability], plant: PlantDescription) -> str:
-    """Every belief that matters, most probable first."""
+def probabilities(held: Iterable[FaultProbability], plant: PlantDescription) -> str:
+    """Every set of faults that matters with its probability, most probable first."""
     named = [b for b in held if b.probability >= _LEAST]
     return "; ".join(f"{100 * b.probability:.0f} % {severities(b, plant)}" for b in named) or "no explanation"
 

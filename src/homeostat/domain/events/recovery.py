@@ -157,7 +157,7 @@ class ReleasedActions:
 
 @dataclass(frozen=True, slots=True)
 class Noticed:
-    """Monitoring saw something, a batch departs from its prediction, or a step is to be asked for: thinking begins."""
+    """Monitoring saw something, a batch deviates from its prediction, or a step is to be asked for: thinking begins."""
 
     kind: ClassVar[str] = "noticed"
     symptoms: tuple[str, ...]
@@ -181,9 +181,9 @@ class Deviated:
     """One sentence."""
 
     @classmethod
-    def of(cls, departure: Deviation, state: str) -> Self:
-        """The event of one departure."""
-        return cls(state, departure.transition, departure.earliest_s, departure.latest_s, departure.reason)
+    def of(cls, deviation: Deviation, state: str) -> Self:
+        """The event of one deviation."""
+        return cls(state, deviation.transition, deviation.earliest_s, deviation.latest_s, deviation.reason)
 
 
 @dataclass(frozen=True, slots=True)

@@ -126,7 +126,7 @@ class PlantDescription:
     machine: StateMachine
     """Supervisory state machine."""
     limits: Limits
-    """Interlocks, permissives, envelopes and acceptance criteria."""
+    """Trip limits, permissives, envelopes and acceptance criteria."""
     faults: tuple[Fault, ...]
     """Fault modes."""
     features: tuple[Feature, ...]

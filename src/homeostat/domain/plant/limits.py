@@ -11,7 +11,7 @@ from homeostat.stl.formula import Formula
 class LimitKind(StrEnum):
     """What a limit does when it is violated."""
 
-    INTERLOCK = "interlock"
+    TRIP_LIMIT = "trip limit"
     """The plant must be brought to a safe state."""
     PERMISSIVE = "permissive"
     """A command must not be released unless it holds."""
@@ -28,7 +28,7 @@ class Owner(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """One interlock, permissive or envelope of the plant."""
+    """One trip limit, permissive or envelope of the plant."""
 
     name: str
     """Identifier in the cause-and-effect table."""
@@ -67,7 +67,7 @@ class Limits:
     """Everything that must hold, in one place: the twin's validation and the guard read the same object."""
 
     limits: tuple[Limit, ...]
-    """Interlocks, permissives and envelopes."""
+    """Trip limits, permissives and envelopes."""
     criteria: tuple[Criterion, ...]
     """Acceptance criteria."""
 

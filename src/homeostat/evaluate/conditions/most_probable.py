@@ -33,7 +33,7 @@ class MostProbable:
     def diagnose(self, deviates: bool = False) -> Diagnosis:
         """The most probable set of faults, each of its most probable size, as if it were certain."""
         diagnosis = self._monitoring.diagnose(deviates)
-        kept = tuple(Hypothesis(belief.faults, 1.0) for belief in by_fault_set(diagnosis.hypotheses)[:1])
+        kept = tuple(Hypothesis(fault_set.faults, 1.0) for fault_set in by_fault_set(diagnosis.hypotheses)[:1])
         return replace(diagnosis, hypotheses=kept)
 
     def follow(self, outcome: Resolution) -> None:

@@ -1,4 +1,4 @@
-"""Listening: what a language model was asked in which state, and what it answered."""
+"""Transcript: what a language model was asked in which state, and what it answered."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class TranscribedModel:
     def __init__(self, model: LanguageModel, state: Callable[[], str]) -> None:
         """``state`` says which state the plant is in."""
         self._model, self._state = model, state
-        self.said: list[TranscriptEntry] = []
+        self.transcript: list[TranscriptEntry] = []
         """Every answer so far."""
 
     @property
@@ -55,5 +55,5 @@ class TranscribedModel:
             answer, served = reply.answer, reply.served
         finally:
             asked = sum(map(estimate, (question.system, question.prompt, json.dumps(question.schema))))
-            self.said.append(TranscriptEntry(question.agent, state, answer, asked, estimate(answer), served))
+            self.transcript.append(TranscriptEntry(question.agent, state, answer, asked, estimate(answer), served))
         return reply

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _ONSET: Final = "#3a3a3a"
-_NOTICED: Final = "#b8860b"
+_DETECTED: Final = "#b8860b"
 _RELEASED: Final = "#00755a"
 _FALLBACK: Final = "#6a3d9a"
 _COMPLETE: Final = "#5f6b76"
@@ -37,7 +37,7 @@ class Mark:
 
 
 def strip_rows(marks: Sequence[Mark], run: Run) -> int:
-    """Lines of text above the panels: one per mark, one for silence, one for what was adjusted later."""
+    """Lines of text above the panels: one per mark, one for silence, one for later releases."""
     return len(marks) + _quiet(run) + (len(run.record.releases) > 1)
 
 
@@ -48,9 +48,7 @@ def draw_marks(strip: Axes, panels: Sequence[Axes], marks: Sequence[Mark], run: 
     strip.axis("off")
     first_s, last_s = strip.get_xlim()
     if _quiet(run):
-        strip.text(
-            first_s, total - 0.5, "Nothing was reported and nothing was done.", fontsize=9, color=_ONSET, va="center"
-        )
+        strip.text(first_s, total - 0.5, "Nothing detected, nothing released.", fontsize=9, color=_ONSET, va="center")
     for row, mark in enumerate(marks, start=_quiet(run)):
         for axis in panels:
             axis.axvline(mark.at_s, color=mark.colour, linewidth=1.3, linestyle=mark.dashes, zorder=5)
@@ -65,7 +63,7 @@ def draw_marks(strip: Axes, panels: Sequence[Axes], marks: Sequence[Mark], run: 
 
 
 def _quiet(run: Run) -> bool:
-    """Whether nothing was reported and nothing was done."""
+    """Whether nothing was detected and nothing was done."""
     return not (run.record.diagnosed or run.record.releases or run.record.fallbacks)
 
 
@@ -74,7 +72,7 @@ def _write_times(strip: Axes, later: Sequence[Release], apart_s: float) -> None:
     written_s = -apart_s
     for number, moment in enumerate(later):
         if number == 0 or moment.at_s - written_s >= apart_s:
-            words = f"adjusted {moment.at_s:.0f} s" if number == 0 else f"{moment.at_s:.0f}"
+            words = f"released {moment.at_s:.0f} s" if number == 0 else f"{moment.at_s:.0f}"
             _write(strip, words, moment.at_s, 0.4, 7.5, _RELEASED)
             written_s = moment.at_s
 
@@ -104,14 +102,14 @@ def explained(run: Run, machine: StateMachine) -> list[Mark]:
     if onset is not None:
         marks.append(Mark(onset, f"{run.scenario.fault} begins, {onset:g} s", _ONSET, (0, (2, 2))))
     if run.detected_s is not None:
-        marks.append(Mark(run.detected_s, f"noticed{_when(run.detected_s, onset)}", _NOTICED, "solid"))
+        marks.append(Mark(run.detected_s, f"detected{_when(run.detected_s, onset)}", _DETECTED, "solid"))
     if run.record.releases:
         first = run.record.releases[0]
-        words = f"actions released{_when(first.at_s, onset)}, to reach {labels.get(first.target, first.target)!r}"
+        words = f"released{_when(first.at_s, onset)}, to reach {labels.get(first.target, first.target)!r}"
         marks.append(Mark(first.at_s, words, _RELEASED, "solid"))
     if run.record.fallbacks:
         at_s, acted = run.record.fallbacks[0]
-        marks.append(Mark(at_s, f"fallback {acted.strategy!r} acts{_when(at_s, onset)}", _FALLBACK, "solid"))
+        marks.append(Mark(at_s, f"fallback {acted.strategy!r} activated{_when(at_s, onset)}", _FALLBACK, "solid"))
     if run.complete_s is not None:
         nominal = f" (without the fault {run.nominal_s:.0f} s)" if onset is not None and run.nominal_s else ""
         reached = [state for state, at_s in run.record.states if at_s <= run.complete_s][-1]

@@ -1,4 +1,4 @@
-"""The yardstick: the best constant setpoints that an exhaustive grid finds on the true plant."""
+"""A reference policy: the best constant setpoints that an exhaustive grid finds on the true plant."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def best_constant(
     """The point of ``grid`` (setpoint tag -> values) with the least production loss on the true plant.
 
     The setpoints are ramped from ``released_s`` on, at their rate limits, and then stay. A point is admissible if the
-    true plant keeps every interlock and envelope to the end of the run and meets every soft acceptance criterion; it
+    true plant keeps every trip limit and envelope to the end of the run and meets every soft acceptance criterion; it
     sees the very faults, parameters and noise of the scenario. ``healthy_made`` is the fault-free production from the
     onset to the end, in the unit of the plant's delivered quantities.
     """
@@ -88,7 +88,7 @@ def _batch(
 
 
 def _state_at(plant: Plant, scenario: Scenario, at_s: float) -> tuple[Row, float]:
-    """State of the unattended plant at ``at_s``, and what it made since the onset."""
+    """State of the unsupervised plant at ``at_s``, and what it made since the onset."""
     state = plant.model.initial_state(plant.true_parameters(scenario.seed))[None]
     inputs = np.tile(plant.start, (1, int(at_s), 1))
     result = simulate(plant.model.kernel, _batch(plant, scenario, state, inputs, 0.0, int(at_s), 1))

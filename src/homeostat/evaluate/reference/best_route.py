@@ -36,7 +36,7 @@ class Route:
     values: Mapping[str, float]
     """Values of the commands that are open on the way."""
     complete_s: float | None
-    """Process time at which it ended [s]; None where it did not end, or broke a hard limit or criterion."""
+    """Process time at which it ended [s]; None where it did not end, or violated a hard limit or criterion."""
 
     @property
     def states(self) -> tuple[str, ...]:

@@ -98,7 +98,7 @@ def watch(
     return process
 
 
-def run_unattended(plant: Plant, scenario: Scenario) -> Trajectory:
+def run_unsupervised(plant: Plant, scenario: Scenario) -> Trajectory:
     """True values of a scenario in which nobody acts."""
     return unsupervised(plant, scenario).truth
 

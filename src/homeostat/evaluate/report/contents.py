@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-from homeostat.evaluate.report.groups import Group, arm, broke_limit, by_scenario, in_order, overall, source, succeeded
+from homeostat.evaluate.report.groups import Group, arm, by_scenario, in_order, overall, source, succeeded, violated
 from homeostat.evaluate.report.measures.comparison import Comparison, comparisons
 from homeostat.evaluate.report.measures.diagnosis import Bin, reliability
 from homeostat.evaluate.report.measures.references import References
@@ -24,7 +24,7 @@ from homeostat.evaluate.report.tables.score import (
     table,
     words,
 )
-from homeostat.evaluate.report.tables.scores import DIAGNOSIS, EFFORT, LATENCY, SAFETY, SUCCESS, Scores, beside
+from homeostat.evaluate.report.tables.scores import DIAGNOSIS, EFFORT, LATENCY, SUCCESS, Scores, beside, safety
 from homeostat.evaluate.report.tables.table import Column, Kind, Table, compact
 from homeostat.evaluate.study.row import HINDSIGHT, Row
 
@@ -128,15 +128,15 @@ def _shown(tables: Sequence[Table]) -> tuple[Table, ...]:
 
 
 def failed(rows: Sequence[Row]) -> list[Row]:
-    """Runs that did not succeed or broke a hard limit, in order."""
-    return [row for row in in_order(rows) if not succeeded(row) or broke_limit(row)]
+    """Runs that did not succeed or violated a hard limit, in order."""
+    return [row for row in in_order(rows) if not succeeded(row) or violated(row)]
 
 
 def what_failed(row: Row) -> str:
     """In a few words."""
     if succeeded(row):
-        return "limit broken"
-    return "no success, limit broken" if broke_limit(row) else "no success"
+        return "limit violated"
+    return "no success, limit violated" if violated(row) else "no success"
 
 
 def _scored(rows: Sequence[Row], groups: Sequence[Group], who: Scores, end: str, scope: str) -> list[Table]:
@@ -148,9 +148,9 @@ def _scored(rows: Sequence[Row], groups: Sequence[Group], who: Scores, end: str,
     made = []
     for name, scores, shown in (
         ("success", SUCCESS, groups),
-        ("safety", SAFETY, groups),
+        ("safety", safety(rows), groups),
         ("diagnosis", DIAGNOSIS, groups),
-        ("yardsticks", possible, compared),
+        ("reference_policies", possible, compared),
         ("effort", EFFORT, asking),
     ):
         said = words()[name]
@@ -175,6 +175,6 @@ def _actors(rows: Sequence[Row]) -> Scores:
 
 
 def _failures(rows: Sequence[Row]) -> Table:
-    """Every run that did not succeed or broke a hard limit, with all columns even where there is none."""
+    """Every run that did not succeed or violated a hard limit, with all columns even where there is none."""
     found = table("failures", _FAILURES, failed(rows))
     return found if found.lines else replace(found, note="There are none.")

@@ -61,7 +61,7 @@ def succeeded(row: Row) -> bool:
     return row.success and row.fallbacks == 0
 
 
-def broke_limit(row: Row) -> bool:
+def violated(row: Row) -> bool:
     """Whether the plant truly left a hard limit."""
     return row.exposure_s > 0.0 or row.least_margin < 0.0
 

@@ -10,12 +10,12 @@ from homeostat.evaluate.report.groups import (
     Group,
     Source,
     arms,
-    broke_limit,
     cases,
     in_order,
     overall,
     scenarios,
     succeeded,
+    violated,
 )
 from homeostat.evaluate.report.measures.comparison import Comparison, comparisons
 from homeostat.evaluate.report.measures.references import References
@@ -74,11 +74,11 @@ def _sentence(group: Group, missed: Rate | None, compared: Comparison | None) ->
     good = rate([succeeded(row) for row in group.rows])
     assert good is not None
     words = f"{group.name}{_origin(group)}: {good.count} of {good.of} runs succeeded{_interval(good)}"
-    broken = [row.exposure_s for row in group.rows if broke_limit(row)]
-    if broken:
-        words += f"; {_runs(len(broken))} broke a hard limit, for {max(broken):.0f} s at most"
+    outside = [row.exposure_s for row in group.rows if violated(row)]
+    if outside:
+        words += f"; {_runs(len(outside))} violated a hard limit, for {max(outside):.0f} s at most"
     else:
-        words += "; none broke a hard limit"
+        words += "; none violated a hard limit"
     if missed is not None:
         words += f"; {missed.count} of the {missed.of} successes that hindsight shows possible were missed"
     return words + (f"; {_against(compared)}." if compared is not None else ".")

@@ -18,7 +18,7 @@ class Facts:
     fell_back: bool
     """The fallback acted."""
     missed: bool
-    """There was a fault that violates a limit, and it was never reported."""
+    """There was a fault that violates a limit, and it was never detected."""
     released: bool
     """Something was released: the guard has begun to write a request, whatever became of it."""
     needless: bool

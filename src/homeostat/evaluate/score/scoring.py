@@ -31,7 +31,7 @@ _EQUAL = 1e-9
 
 
 def exposures(truth: Trajectory, force: LimitsInForce, detected_s: float | None) -> tuple[Exposure, ...]:
-    """Exposure to every interlock and envelope, where it is in ``force``."""
+    """Exposure to every trip limit and envelope, where it is in ``force``."""
     late = truth.times_s > (np.inf if detected_s is None else detected_s)
     result = []
     for limit in force.limits.limits:

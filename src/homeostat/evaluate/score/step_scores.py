@@ -19,7 +19,7 @@ ON = 0.05
 """An actuator is on above this value; everything that is switched goes from 0 to 1 [1]."""
 
 
-def score_steps(plant: Plant, scenario: Scenario, said: Sequence[TranscriptEntry]) -> StepScores | None:
+def score_steps(plant: Plant, scenario: Scenario, transcript: Sequence[TranscriptEntry]) -> StepScores | None:
     """Scores of ``said`` against the best route by hindsight; None where no route completes.
 
     A plan is right where it names the successor of the present state on that route; beside the route none is. Actuators
@@ -28,12 +28,12 @@ def score_steps(plant: Plant, scenario: Scenario, said: Sequence[TranscriptEntry
     best = best_route(plant, scenario)
     if best is None:
         return None
-    said = [s for s in said if s.served != SUPPLIED]
+    transcript = [s for s in transcript if s.served != SUPPLIED]
     follows = dict(zip(best.states, best.states[1:], strict=False))
     states = {state.name: state for state in plant.description.machine.states}
-    plans = [(s.state, _field(s.answer, "path")) for s in said if s.agent == "planning"]
+    plans = [(s.state, _field(s.answer, "path")) for s in transcript if s.agent == "planning"]
     right = sum(follows.get(state) == named for state, named in plans)
-    acted = [(states[name], switched) for name, switched in _acted(said) if name in states]
+    acted = [(states[name], switched) for name, switched in _acted(transcript) if name in states]
     needed = [(_needed(state), switched) for state, switched in acted]
     return StepScores(
         plans=len(plans),
@@ -46,10 +46,10 @@ def score_steps(plant: Plant, scenario: Scenario, said: Sequence[TranscriptEntry
     )
 
 
-def _acted(said: Sequence[TranscriptEntry]) -> list[tuple[str, frozenset[str]]]:
+def _acted(transcript: Sequence[TranscriptEntry]) -> list[tuple[str, frozenset[str]]]:
     """The state that was named before, and what was switched on, for every answer of the action agent."""
     named, found = "", []
-    for s in said:
+    for s in transcript:
         if s.agent == "planning":
             named = str(_field(s.answer, "path"))
         elif s.agent == "action":

@@ -40,7 +40,7 @@ def hindsight_row(job: Job) -> Row:
     idle = run_steered(plant, chosen, new_sequencer(plant))
     found = _best_batch(plant, chosen) if idle.nominal_s is not None else _best_setpoints(plant, chosen)
     if found is None and succeeded(idle):
-        found = idle  # limits are broken whatever is done, and the plant comes back by itself
+        found = idle  # limits are violated whatever is done, and the plant comes back by itself
     row = row_of(job, found or idle, "")
     outcome = "possible" if found else "impossible"
     return replace(row, success=found is not None, actor=HINDSIGHT, outcome=outcome, wall_s=time.monotonic() - begin)

@@ -7,17 +7,15 @@ import fcntl
 import json
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, fields
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, final
 
 from homeostat.evaluate.study.error import CampaignError
-from homeostat.evaluate.study.row import Row, row_from
+from homeostat.evaluate.study.row import Row, columns_of, row_from
 
 LEDGER = "rows.jsonl"
 """Name of the file in the campaign's folder."""
-_COLUMNS = {f.name for f in fields(Row)}
 
 
 @final
@@ -40,7 +38,7 @@ class Ledger:
 
     def add(self, fingerprint: str, row: Row) -> None:
         """Keep ``row`` for good; OSError where the disk does not take it, and then the next start makes it again."""
-        left = (json.dumps({"fingerprint": fingerprint, **asdict(row)}, allow_nan=False) + "\n").encode()
+        left = (json.dumps({"fingerprint": fingerprint, **columns_of(row)}, allow_nan=False) + "\n").encode()
         before = os.fstat(self._file).st_size
         try:
             while left:  # a disk that is nearly full takes a part of a line, and says so at the next one only
@@ -76,8 +74,7 @@ class Ledger:
             with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError, RecursionError):
                 kept: dict[str, Any] = json.loads(line)
                 fingerprint = str(kept.pop("fingerprint"))
-                if kept.keys() == _COLUMNS:
-                    self._rows[fingerprint] = row_from(kept)
+                self._rows[fingerprint] = row_from(kept)
 
 
 def _locked(path: Path) -> int:

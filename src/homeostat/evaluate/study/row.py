@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 from homeostat.domain.outcome import FORMER, outcome_named
@@ -14,7 +14,7 @@ DO_NOTHING = "do-nothing"
 """Proposer of the rows in which nobody acts, not even the fallback."""
 FALLBACK_ONLY = "fallback-only"
 """Proposer of the rows in which nobody proposes, so that only the fallback may act."""
-YARDSTICKS = (HINDSIGHT, DO_NOTHING, FALLBACK_ONLY)
+REFERENCE_POLICIES = (HINDSIGHT, DO_NOTHING, FALLBACK_ONLY)
 """Proposers of the rows that others are measured by."""
 WHOLE = "none"
 """Ablation of the rows in which nothing is left out."""
@@ -85,7 +85,7 @@ class Row:
     exposure_detected_s: float | None
     """The same from detection on [s]; None where nothing was detected."""
     least_margin: float
-    """Least true margin to any hard limit since start-up, each in scales of its unit; negative: broken [1]."""
+    """Least true margin to any hard limit since start-up, each in scales of its unit; negative: violated [1]."""
     least_margin_limit: str
     """Name of that limit."""
     approved_margin: float | None
@@ -96,8 +96,8 @@ class Row:
     """Process time at which the batch was complete [s]; None where it was not, and where there is no batch."""
     nominal_s: float | None
     """The same in the fault-free run [s]."""
-    spilled_L: float | None
-    """Volume that leaked or overflowed [L]; None where the plant does not add it up."""
+    totals: Mapping[str, float]
+    """What the plant reports of what it adds up over a run; a name ends with its unit, and is a column of its own."""
 
     believed: str
     """Most probable faults before the first release, joined by '+'; ``none``; empty where nothing was diagnosed."""
@@ -159,6 +159,11 @@ class Row:
     trace: str
     """Folder of the run, relative to the campaign's; empty where it was not kept."""
 
+    def __post_init__(self) -> None:
+        """ValueError where a total has the name of another column."""
+        if taken := OWN & self.totals.keys():
+            raise ValueError(f"the plant {self.case!r} reports a total {min(taken)!r}, which is another column")
+
     @property
     def pair(self) -> tuple[str, str, int]:
         """What rows have in common that are the same plant with the same faults."""
@@ -170,6 +175,20 @@ class Row:
         return None if self.complete_s is None or self.nominal_s is None else self.complete_s - self.nominal_s
 
 
+TOTALS = "totals"
+"""The field whose entries are columns."""
+OWN = frozenset(field.name for field in fields(Row)) - {TOTALS}
+"""The columns that every row has."""
+
+
+def columns_of(row: Row) -> dict[str, Any]:
+    """What is kept of ``row``, column by column."""
+    columns: dict[str, Any] = {}
+    for name, value in asdict(row).items():
+        columns |= value if name == TOTALS else {name: value}
+    return columns
+
+
 def row_from(kept: Mapping[str, Any]) -> Row:
     """The row that was ``kept``, column by column, also by an older version.
 
@@ -179,4 +198,8 @@ def row_from(kept: Mapping[str, Any]) -> Row:
     if outcome == FORMER:
         outcome = outcome_named(FORMER, kept["fallbacks"] > 0).value
     sequences = {name: tuple(kept[name]) for name in ("severity", "onset_s")}
-    return Row(**{**kept, **sequences, "outcome": outcome})
+    totals = {name: value for name, value in kept.items() if name not in OWN and value is not None}
+    if odd := [name for name, value in totals.items() if not isinstance(value, float)]:
+        raise TypeError(f"{odd[0]!r} is no column of a row")
+    own = {name: kept[name] for name in OWN}
+    return Row(**{**own, **sequences, "outcome": outcome, TOTALS: totals})

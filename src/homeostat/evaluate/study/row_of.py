@@ -15,15 +15,12 @@ from homeostat.evaluate.run import Run, finite
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.evaluate.score.scoring import inside_at_end
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.row import YARDSTICKS, Row
+from homeostat.evaluate.study.row import REFERENCE_POLICIES, Row
 from homeostat.evaluate.study.usage import usage_of
 from homeostat.journal.calls import ModelCalled
 from homeostat.plants.plant import Plant
 from homeostat.record.result import StepScores
 from homeostat.record.run_record import NOBODY
-
-SPILLED = "spilled_L"
-"""Total of what leaked or overflowed, where a plant adds it up [L]."""
 
 STEPS = tuple(field.name for field in fields(StepScores))
 """Columns about single steps."""
@@ -36,11 +33,11 @@ def succeeded(run: Run) -> bool:
 
 
 def notable(job: Job, run: Run) -> bool:
-    """Whether somebody will want to see why a run ended as it did: no success, or a hard limit was broken.
+    """Whether somebody will want to see why a run ended as it did: no success, or a hard limit was violated.
 
     What nobody proposed is no matter for anybody: reference policies are there to fail.
     """
-    if job.arm.who in YARDSTICKS:
+    if job.arm.who in REFERENCE_POLICIES:
         return False
     hard = {limit.name for limit in run.plant.description.limits.hard}
     return not succeeded(run) or any(e.total_s > 0.0 for e in run.exposures if e.limit in hard)
@@ -55,7 +52,7 @@ def row_of(job: Job, run: Run, trace: str) -> Row:
         **_endured(run),
         **_believed(run.hypotheses, job.scenario.fault),
         **_steps(run.steps),
-        **usage_of(run.record.of_kind(ModelCalled), run.said),
+        **usage_of(run.record.of_kind(ModelCalled), run.transcript),
         wall_decision_s=None if run.actor == NOBODY else run.thinking_s,
         wall_thinking_s=run.thought_s,
         wall_s=run.wall_s,
@@ -98,7 +95,7 @@ def _ended(run: Run) -> dict[str, Any]:
         "production_loss": finite(run.production_loss),
         "complete_s": run.complete_s,
         "nominal_s": run.nominal_s,
-        "spilled_L": run.totals.get(SPILLED),
+        "totals": {name: run.totals[name] for name in run.plant.reported},
     }
 
 

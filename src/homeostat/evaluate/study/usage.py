@@ -15,12 +15,12 @@ SERVER, ESTIMATE = "server", "estimate"
 """Who counted tokens."""
 
 
-def usage_of(every: Sequence[ModelCalled], said: Sequence[TranscriptEntry]) -> dict[str, Any]:
+def usage_of(every: Sequence[ModelCalled], transcript: Sequence[TranscriptEntry]) -> dict[str, Any]:
     """The columns of a row that are about language models; ``said`` holds our own counts of the calls, in order.
 
     Tokens are the server's count where it counted in every call, else our estimate in every call.
     """
-    pairs = [(call, own) for call, own in zip(every, said, strict=True) if call.served != SUPPLIED]
+    pairs = [(call, own) for call, own in zip(every, transcript, strict=True) if call.served != SUPPLIED]
     calls = [call for call, _ in pairs]
     counted = bool(calls) and all(c.input_tokens > 0 for c in calls if not c.failure)
     columns: dict[str, Any] = {f"{agent}_{what}": 0 for agent in AGENTS for what in ("calls", "in", "out")}

@@ -101,7 +101,7 @@ class EffectWatch:
         """Another strategy acts, or none."""
         self._periods.clear()
 
-    def recall(self, effects: Mapping[str, Passed]) -> None:
+    def restore(self, effects: Mapping[str, Passed]) -> None:
         """Go on after a death: the time without the guard counts as one tick does."""
         self._periods = {name: _Period.of(passed) for name, passed in effects.items()}
 

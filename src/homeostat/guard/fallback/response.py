@@ -29,7 +29,7 @@ class Response:
         if latched:
             self._strategy = trial.acted or None
             self._answered, self._returned = trial.answered, trial.returned
-            self._effects.recall(trial.effects)
+            self._effects.restore(trial.effects)
 
     def take(self, violations: tuple[Violation, ...], now_s: float, readings: Snapshot | None, acts: bool) -> None:
         """Journal what is newly violated; ``acts``: whether somebody may write, so that a fallback may follow."""

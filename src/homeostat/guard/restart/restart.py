@@ -36,7 +36,7 @@ class Restart:
             latch.hold(memory.latched, memory.acted, memory.spent, memory.trial)
         parts.writer.numbered = memory.writes
         parts.service.restore(memory.out)
-        parts.service.recall(memory.targets)
+        parts.service.restore_targets(memory.targets)
 
     def take_position(self, now_s: float, start_up: StartUpPhase) -> None:
         """Take over where the sequence stood; nothing waits where the machine does not know it any more.

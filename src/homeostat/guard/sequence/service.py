@@ -50,7 +50,7 @@ class Service:
         """Take over from a journal what is out of service."""
         self._out = set(out) & set(self._rules)
 
-    def recall(self, targets: Mapping[str, float | None]) -> None:
+    def restore_targets(self, targets: Mapping[str, float | None]) -> None:
         """The plant held ``targets`` when the journal ended: what is different now was moved since."""
         self._expected.update(targets)
         self._told.update(targets)

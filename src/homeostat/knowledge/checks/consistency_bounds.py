@@ -37,7 +37,7 @@ TICK_S: Final = 1.0
 """What goes through the whole range of a tag in less than a tick is not limited at all [s]."""
 LARGEST_TOLERANCE: Final = 0.02
 """Share of a tag's range by which a target may differ from its command [1]."""
-LARGEST_DEADBAND: Final = 0.5
+LARGEST_THRESHOLD: Final = 0.5
 """Share of what a feature can vary by that may count as nothing [1]."""
 _SAME: Final = 1e-9
 """Share of a tag's range by which two values differ that are written differently and mean the same [1]."""
@@ -110,15 +110,15 @@ def commands(plant: PlantDescription) -> Found:
 
 
 def symptoms(plant: PlantDescription) -> Found:
-    """A symptom can show itself: its deadband is less than what its feature can be."""
+    """A symptom can show itself: its threshold is less than what its feature can be."""
     ranges = ranges_of(plant)
     features = {feature.name: feature for feature in plant.features}
     for rule in plant.symptom_rules:
         feature = features[rule.feature]
         low, high = _shown(feature, ranges)
-        if rule.deadband > (most := LARGEST_DEADBAND * (high - low)):
-            thing, why = f"symptom {rule.name!r}", f"{LARGEST_DEADBAND:.0%} of what {rule.feature!r} can vary by"
-            yield _too_much(thing, "symptoms.csv, deadband", rule.deadband, most, feature.unit, why)
+        if rule.threshold > (most := LARGEST_THRESHOLD * (high - low)):
+            thing, why = f"symptom {rule.name!r}", f"{LARGEST_THRESHOLD:.0%} of what {rule.feature!r} can vary by"
+            yield _too_much(thing, "symptoms.csv, threshold", rule.threshold, most, feature.unit, why)
 
 
 def _shown(feature: Feature, ranges: Intervals) -> Interval:

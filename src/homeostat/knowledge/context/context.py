@@ -26,7 +26,7 @@ PLAIN: Final = {kind: _NUMBER for kind in (XSD.integer, XSD.decimal, XSD.double)
 
 
 @dataclass(frozen=True, slots=True)
-class Excerpt:
+class Context:
     """The part of a subgraph, or of what was found otherwise, that fits a budget."""
 
     text: str
@@ -50,9 +50,9 @@ class Excerpt:
         )
 
 
-def excerpt(
+def context(
     triples: Iterable[Triple], seeds: Sequence[NamedNode], namespace: str, budget: int, count: Callable[[str], int]
-) -> Excerpt:
+) -> Context:
     """The things nearest to ``seeds`` that fit ``budget`` tokens as ``count`` counts them.
 
     Nearness is the number of statements between a thing and the nearest seed, whatever their direction. A thing is
@@ -75,7 +75,7 @@ def excerpt(
             tokens += cost
         else:
             left_out.append(_name(NamedNode(thing), namespace).removeprefix(":"))
-    return Excerpt("\n".join(lines), tokens, budget, len(lines), tuple(left_out))
+    return Context("\n".join(lines), tokens, budget, len(lines), tuple(left_out))
 
 
 def _hops(about: dict[str, list[Triple]], seeds: Sequence[NamedNode]) -> dict[str, int]:

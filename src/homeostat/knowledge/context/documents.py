@@ -18,13 +18,16 @@ from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse
 from homeostat.domain.quotation import quote, quoted
 from homeostat.knowledge.context.context import PLAIN, TEXT_LIMIT
 from homeostat.knowledge.store.store import GraphStore
+from homeostat.knowledge.vocabulary.former import TERMS, in_terms
 from homeostat.knowledge.vocabulary.vocabulary import DINEN61360, HS, RDF, RDFS, M
 
 _GUARD: Final = {HS.QualityRule, HS.TripRule, HS.WriteRule, HS.StartUpLimit, HS.Waiver, HS.FallbackEffect}
 _UNTOLD: Final = _GUARD | {HS.SourceTable, DINEN61360.Type_Description, DINEN61360.Instance_Description}
 """Types of things without a document."""
 _HEADING: Final = frozenset({RDF.type, RDFS.label, HS.belongsTo})
-"""TranscriptEntry by the first words of a document; that everything belongs to the one plant is not said."""
+"""Said by the first words of a document; that everything belongs to the one plant is not said."""
+_TOLD: Final = {term: former for former, term in TERMS.items()}
+"""What documents call by its former name: recorded answers of models are found by the words that these were shown."""
 _WORD: Final = re.compile(r"[A-Z]?[a-z0-9]+|[A-Z]+(?![a-z])|[^\sA-Za-z0-9_-]+")
 
 
@@ -45,7 +48,7 @@ def documents(store: GraphStore, namespace: str) -> tuple[Document, ...]:
     about: dict[str, list[Triple]] = {}
     for quad in parse(store.dump(RdfFormat.N_TRIPLES), RdfFormat.N_TRIPLES):
         if isinstance(quad.subject, NamedNode) and quad.subject.value.startswith(namespace):
-            about.setdefault(quad.subject.value.removeprefix(namespace), []).append(quad.triple)
+            about.setdefault(quad.subject.value.removeprefix(namespace), []).append(in_terms(quad.triple, _TOLD))
     told = {name: triples for name, triples in about.items() if _is_told(triples)}
     return tuple(_document(name, told[name], namespace, told) for name in sorted(told))
 

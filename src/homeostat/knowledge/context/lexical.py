@@ -9,7 +9,7 @@ from typing import Final
 from homeostat.knowledge.context.documents import Document
 
 EXTRA: Final = "retrieving documents needs 'bm25s': pip install 'homeostat[campaign]'"
-"""TranscriptEntry where the library is not installed."""
+"""Said where the library is not installed."""
 _WORD: Final = re.compile(r"\w+(?:[.-]\w+)*")
 _JOINTS: Final = re.compile(r"[_.-]")
 _COMMON: Final = frozenset(

@@ -80,7 +80,7 @@ def _transition(entry: Entry, tags: Mapping[str, Tag]) -> Transition:
 
 
 class _Kind(StrEnum):
-    INTERLOCK = "interlock"
+    TRIP_LIMIT = "trip limit"
     PERMISSIVE = "permissive"
     ENVELOPE = "envelope"
     CRITERION = "criterion"

@@ -59,7 +59,7 @@ def symptom_rules(store: GraphStore, system: NamedNode) -> tuple[SymptomRule, ..
             feature=entry.reference("feature", Code.UNKNOWN_FEATURE),
             direction=entry.word("direction", Direction),
             sigma=entry.number("sigma"),
-            deadband=entry.number("deadband"),
+            threshold=entry.number("threshold"),
             on_delay_s=entry.number("on_delay"),
             faults=tuple(fault for symptom, fault in pairs if symptom == entry.name),
             description=entry.words("description"),

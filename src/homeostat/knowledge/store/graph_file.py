@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
@@ -9,6 +10,7 @@ from pyoxigraph import NamedNode, RdfFormat, Triple, parse, serialize
 
 from homeostat.knowledge.store import answers
 from homeostat.knowledge.store.store import GraphStore
+from homeostat.knowledge.vocabulary.former import in_terms
 
 FORMATS: Final = {
     ".ttl": RdfFormat.TURTLE,
@@ -36,9 +38,14 @@ def load_file(store: GraphStore, path: Path, graph: NamedNode | None = None) -> 
         UnreadableGraph: the ending is unknown, the content is not what the ending says, or there is none.
         OSError: the file cannot be read.
     """
-    triples = serialize(_triples(path), format=RdfFormat.N_TRIPLES)
-    assert triples is not None  # only what is written to a file returns nothing
-    store.load(triples, RdfFormat.N_TRIPLES, graph)
+    load_triples(store, _triples(path), graph)
+
+
+def load_triples(store: GraphStore, triples: Iterable[Triple], graph: NamedNode | None = None) -> None:
+    """Add ``triples``, former terms as they are called today."""
+    content = serialize(map(in_terms, triples), format=RdfFormat.N_TRIPLES)
+    assert content is not None  # only what is written to a file returns nothing
+    store.load(content, RdfFormat.N_TRIPLES, graph)
 
 
 def _triples(path: Path) -> tuple[Triple, ...]:

@@ -164,7 +164,7 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     hasReset: NamedNode
     # limits
     Limit: NamedNode
-    Interlock: NamedNode
+    TripLimit: NamedNode
     Permissive: NamedNode
     Envelope: NamedNode
     AcceptanceCriterion: NamedNode
@@ -215,7 +215,7 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     watches: NamedNode
     sigma: NamedNode
     onDelay: NamedNode
-    deadband: NamedNode
+    threshold: NamedNode
     direction: NamedNode
     FallbackStrategy: NamedNode
     hasCommand: NamedNode

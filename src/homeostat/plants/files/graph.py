@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from pyoxigraph import NamedNode, RdfFormat
+from pyoxigraph import NamedNode, RdfFormat, parse
 
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.knowledge.checks.consistency import ModelInterface, refuse_inconsistent
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.store.graph_file import load_triples
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.process.model import ProcessModel
 
@@ -15,7 +16,7 @@ from homeostat.process.model import ProcessModel
 def open_graph(content: bytes) -> EmbeddedStore:
     """The A-Box in ``content`` (Turtle) in a store in memory."""
     store = EmbeddedStore()
-    store.load(content, RdfFormat.TURTLE)
+    load_triples(store, (quad.triple for quad in parse(content, format=RdfFormat.TURTLE)))
     return store
 
 

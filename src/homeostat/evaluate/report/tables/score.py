@@ -99,7 +99,7 @@ def words() -> Mapping[str, Words]:
 def table(name: str, scores: Sequence[Score[T]], items: Iterable[T], said: Words | None = None) -> Table:
     """One line per item; ``said`` are its words, by default those of the report's table of that name."""
     said = said or words()[name]
-    columns = tuple(replace(score.column, meaning=said.columns.get(score.column.name, "")) for score in scores)
+    columns = tuple(replace(c, meaning=said.columns.get(c.name, c.meaning)) for c in (s.column for s in scores))
     lines = tuple(tuple(score.of(item) for score in scores) for item in items)
     return Table(name, said.title, said.note, columns, lines)
 

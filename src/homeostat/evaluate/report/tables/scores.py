@@ -5,7 +5,8 @@ No cell where nothing can be said: nobody was asked, or nothing of the kind happ
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Final
 
 from homeostat.evaluate.report.groups import Group, succeeded
@@ -19,6 +20,7 @@ from homeostat.evaluate.study.row import Row
 
 Scores = tuple[Score[Group], ...]
 _NO_FAULT: Final = "none"
+_TOTAL: Final = "total of a run: median (worst)"
 
 SUCCESS: Final[Scores] = (
     share("success", succeeded),
@@ -28,7 +30,7 @@ SUCCESS: Final[Scores] = (
     part("precision", lambda row: row.on_right, lambda row: (row.on_right or 0) + (row.on_wrong or 0)),
     part("recall", lambda row: row.on_right, lambda row: (row.on_right or 0) + (row.on_missed or 0)),
 )
-SAFETY: Final[Scores] = (
+_SAFETY: Final[Scores] = (
     share("no limit broken", lambda row: row.exposure_s <= 0.0),
     middle("exposure [s]", lambda row: row.exposure_s),
     middle("after detection [s]", lambda row: row.exposure_detected_s),
@@ -37,7 +39,6 @@ SAFETY: Final[Scores] = (
     middle("loss [%]", lambda row: row.production_loss, 1, 100.0),
     share("batches complete", lambda row: row.complete_s is not None, among=lambda row: row.batch),
     middle("delay [s]", lambda row: row.delay_s),
-    middle("spilled [L]", lambda row: row.spilled_L, 2),
 )
 DIAGNOSIS: Final[Scores] = (
     share("detected", lambda row: row.detection_s is not None, among=lambda row: row.fault != _NO_FAULT),
@@ -53,6 +54,17 @@ LATENCY: Final[Scores] = (
     middle("call [s]", lambda row: row.wall_call_s, 2),
     mean("run [s]", lambda row: row.wall_s, 1),
 )
+
+
+def safety(rows: Iterable[Row]) -> Scores:
+    """What the plant went through, with the totals in ``rows``; a total's name is a quantity, ``_`` and its unit."""
+    return *_SAFETY, *map(_total, sorted({name for row in rows for name in row.totals}))
+
+
+def _total(name: str) -> Score[Group]:
+    quantity, _, unit = name.rpartition("_")
+    score = middle(f"{quantity.replace('_', ' ')} [{unit}]", lambda row: row.totals.get(name), 2)
+    return replace(score, column=replace(score.column, meaning=_TOTAL))
 
 
 def _asked(of: Callable[[Usage], int]) -> Value:

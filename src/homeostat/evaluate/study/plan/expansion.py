@@ -20,7 +20,7 @@ from homeostat.evaluate.study.plan.ablation import ABLATIONS, Ablation
 from homeostat.evaluate.study.plan.arm import CONSTANT, WITHOUT_MODEL, Arm
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.plan.plan import Plan, ProposerPlan, ScenarioPlan, seeds_of
-from homeostat.evaluate.study.row import WHOLE, YARDSTICKS
+from homeostat.evaluate.study.row import REFERENCE_POLICIES, WHOLE
 from homeostat.evaluate.thinking import Thinking
 from homeostat.plants.assembly import check_protocol
 from homeostat.plants.error import PlantError
@@ -29,7 +29,7 @@ from homeostat.process.seeds import Stream
 from homeostat.process.seeds import generator as draws
 from homeostat.stl.spelling import near_matches
 
-UNTOUCHED = (CONSTANT, *YARDSTICKS)
+UNTOUCHED = (CONSTANT, *REFERENCE_POLICIES)
 """Proposers without anything that could be left out."""
 LONGEST_NAME = 200
 """Most bytes of a job's name, which is a folder's."""

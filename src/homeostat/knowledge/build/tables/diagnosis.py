@@ -64,7 +64,7 @@ class Symptom(cells.Row):
     feature: Annotated[str, cells.Refers("feature")]
     direction: Annotated[str, cells.words_of(Direction)]
     sigma: Annotated[float, cells.number(cells.SMALL, 100.0, "standard deviations", "more is never seen")]
-    deadband: cells.Size
+    threshold: cells.Size
     on_delay_s: cells.Wait
     description: cells.Text
 

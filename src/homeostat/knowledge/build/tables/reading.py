@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from homeostat.knowledge.store.error import Code, GraphError
+from homeostat.knowledge.vocabulary.former import COLUMNS, WORDS
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,12 +22,16 @@ class Rows:
 
 
 def read_rows(path: Path) -> Rows:
-    """The table in ``path``; GraphError where it cannot be read, is ragged, or a cell begins or ends with a space."""
+    """The table in ``path``, with former names as those of today.
+
+    GraphError where it cannot be read, is ragged, or a cell begins or ends with a space.
+    """
     try:
         with path.open(encoding="utf-8", newline="") as file:
             reader = csv.DictReader(file, strict=True, restkey="", restval=None)
             rows = tuple(reader)
-            header = tuple(reader.fieldnames or ())
+            names, words = COLUMNS.get(path.stem, {}), WORDS.get(path.stem, {})
+            header = tuple(names.get(column, column) for column in reader.fieldnames or ())
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise GraphError(Code.BAD_TABLE, path.name, f"cannot be read: {error}") from error
     if not header or "" in header or len(set(header)) < len(header):
@@ -40,4 +45,7 @@ def read_rows(path: Path) -> Rows:
             raise GraphError(
                 Code.BAD_TABLE, f"{path.name} row {line}", f"column {stray[0]!r} begins or ends with a space"
             )
-    return Rows(header, rows)
+    return Rows(
+        header,
+        tuple({names.get(c, c): words.get(c, {}).get(cell, cell) for c, cell in row.items()} for row in rows),
+    )

@@ -1,4 +1,4 @@
-"""Excerpts by kind: the graph's, documents, none."""
+"""Context by kind: the graph's, documents, none."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.agents.grounding.context import Excerpts, GroundingKind, NoExcerpts
-from homeostat.agents.grounding.documents import DocumentExcerpts, excerpts
+from homeostat.agents.grounding.context import ContextFinder, GroundingKind, NoContext
+from homeostat.agents.grounding.documents import DocumentContext, context_finder
 from homeostat.agents.grounding.grounding import TEXT, Grounding
-from homeostat.knowledge.context.context import Excerpt
+from homeostat.knowledge.context.context import Context
 from homeostat.llm.tokens import estimate
 from homeostat.plants.plant import load_plant
 from homeostat.record.directory import RunDirectory
@@ -18,23 +18,23 @@ from homeostat.record.directory import RunDirectory
 PLANTS = ["cstr", "mixing_module"]
 
 
-def asked(kind: GroundingKind, plant: str, budget: int, grounding: Grounding | None = None) -> list[Excerpt]:
-    """One excerpt for each of the three questions."""
+def asked(kind: GroundingKind, plant: str, budget: int, grounding: Grounding | None = None) -> list[Context]:
+    """One context for each of the three questions."""
     case = load_plant(plant)
     d = case.description
     grounding = grounding or Grounding(case.graph, case.namespace)
-    shown: Excerpts = excerpts(kind, grounding, case.graph, case.namespace)
+    shown: ContextFinder = context_finder(kind, grounding, case.graph, case.namespace)
     assert shown.kind is kind
     state = next(s for s in d.machine.states if s.open_setpoints or s.setpoints)
     faults = [d.faults[0].name]
     return [
-        shown.planning_excerpt(
+        shown.planning_context(
             state.name, d.machine.recovery_event, [s.name for s in d.machine.states[:3]], faults, budget
         ),
-        shown.action_excerpt(
+        shown.action_context(
             [state.name], [r.tag for r in state.setpoints], faults, [x.name for x in d.limits.hard], budget
         ),
-        shown.step_excerpt(state.name, faults, budget),
+        shown.step_context(state.name, faults, budget),
     ]
 
 
@@ -94,8 +94,8 @@ def test_without_the_library_one_line_says_what_to_install(monkeypatch: pytest.M
     grounding = Grounding(case.graph, case.namespace)
     monkeypatch.setitem(sys.modules, "bm25s", None)
     with pytest.raises(ImportError) as caught:
-        DocumentExcerpts(grounding, case.graph, case.namespace)
+        DocumentContext(grounding, case.graph, case.namespace)
     assert str(caught.value) == "retrieving documents needs 'bm25s': pip install 'homeostat[campaign]'"
     assert caught.value.name == "bm25s"
     for kind in (GroundingKind.GRAPH, GroundingKind.NONE):  # these need nothing
-        assert isinstance(excerpts(kind, grounding, case.graph, case.namespace), Grounding | NoExcerpts)
+        assert isinstance(context_finder(kind, grounding, case.graph, case.namespace), Grounding | NoContext)

@@ -1,4 +1,4 @@
-"""Patience: asked again only where that may help, later each time, and never beyond the time that there is."""
+"""Retry: asked again only where that may help, later each time, and never beyond the time that there is."""
 
 from __future__ import annotations
 
