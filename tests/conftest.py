@@ -13,6 +13,8 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 import homeostat  # noqa: F401  # before numpy is loaded: one thread for its sums, as on the command line
+from homeostat.plants.cstr.kernel import advance as reactor
+from homeostat.plants.mixing_module.kernel import advance as module
 
 # A busy host draws and computes slowly, which says nothing about the code: time is no property of an example.
 settings.register_profile("tests", deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
@@ -30,8 +32,8 @@ def pytest_configure(config: pytest.Config) -> None:
     if config.getoption("--hypothesis-seed") is None:
         config.option.hypothesis_seed = str(random.SystemRandom().randrange(2**32))
     if "PYTEST_XDIST_WORKER" not in os.environ and not config.option.collectonly:
-        for plant in ("cstr", "mixing_module"):  # no test is the first to simulate, and says that it compiles
-            load_plant(plant)
+        for kernel in (reactor, module):  # no test is the first to simulate, and says that it compiles
+            kernel.load()
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -16,7 +16,7 @@ from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.store.graph_file import load_file
 from homeostat.knowledge.vocabulary.former import COLUMNS, TERMS, WORDS
 from homeostat.knowledge.vocabulary.vocabulary import HS
-from homeostat.plants.graph import open_graph
+from homeostat.plants.files.graph import open_graph
 from tests.knowledge.tables import CSTR, SYSTEM, Workbench
 
 NEW = (CSTR / "plant.ttl").read_text(encoding="utf-8")

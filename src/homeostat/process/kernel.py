@@ -99,6 +99,11 @@ class CompiledKernel:
             raise TypeError("a kernel takes float64 and int64, each array in its place")
         self._code(first, last, *sizes, t0, steps, stride, *map(_address, arrays))
 
+    def load(self) -> None:
+        """Compile it, or read what was compiled, now and not with the first call."""
+        if not interpreted():
+            _ = self._code
+
     @functools.cached_property
     def _code(self) -> Callable[..., None]:
         folder = Path(inspect.getfile(self.py_func)).parent
