@@ -33,7 +33,9 @@ CSTR: Final = NamedNode("http://www.hsu-ifa.de/graphs/CSTR_Simulation")
 MISPLACED: Final = '      OPTIONAL { BIND(REPLACE(STR(?actuator), ".*[/#]", "") AS ?actuator_id) }'
 PLACED: Final = '      BIND(REPLACE(STR(?actuator), ".*[/#]", "") AS ?actuator_id)'
 
-pytestmark = pytest.mark.reference("the published plant graphs and the recorded answers to their queries", *GRAPHS)
+pytestmark = pytest.mark.reference(
+    "published plant graphs and recorded answers (test_foreign_graphs has made ones)", *GRAPHS
+)
 
 
 @pytest.fixture(scope="module", params=STORES)

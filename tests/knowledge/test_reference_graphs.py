@@ -47,7 +47,9 @@ QUERY: Final = (
     "PREFIX mixer: <http://example.org/mixer#> SELECT ?t { mixer:MixerStateMachine UML:containsTransition ?t }"
 )
 
-pytestmark = pytest.mark.reference("the published plant graphs and the list of published terms", MIXER, REACTOR, TERMS)
+pytestmark = pytest.mark.reference(
+    "published graphs and terms (test_foreign_graphs has made ones)", MIXER, REACTOR, TERMS
+)
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,7 @@ from homeostat.knowledge.vocabulary.tbox import COMPAT_GRAPH, ONTOLOGY_GRAPH, br
 from homeostat.knowledge.vocabulary.vocabulary import DIN17359, HS, PREFIXES, RDF, RDFS, SOSA, UML, VDI3682, XSD
 
 PUBLISHED: Final = Path(__file__).parents[3] / "shared/data/reference/ontology_terms.json"
-TERMS = pytest.mark.reference("the list of the terms that the published ontologies declare", PUBLISHED)
+TERMS = pytest.mark.reference("the list of published terms (some are stated in this module)", PUBLISHED)
 WHOLE: Final = {"VDI2206", "VDI3682", "UML", "DIN17359", "M", "CPSMod"}
 """Prefixes of the vocabularies that are taken over whole; of the others we take a part."""
 OWL: Final = "http://www.w3.org/2002/07/owl#"

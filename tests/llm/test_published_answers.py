@@ -24,7 +24,9 @@ from homeostat.plants.plant import load_plant
 from tests.llm.asking import ask, question
 from tests.llm.published_records import RIGHT, STUCK, campaigns, written
 
-RECORDED = pytest.mark.reference("the recorded answers of others' models", FOLDER)
+RECORDED = pytest.mark.reference(
+    "the recorded answers of others' models (test_converted_answers has made ones)", FOLDER
+)
 NAMES = ("mixer_planning_calls", "mixer_action_calls", "mixer_jan2026_rows", "cstr_calls")
 
 

@@ -18,7 +18,9 @@ from benchmarks.published_rules import Judgement, Replayed, judge, replay
 from benchmarks.recorded_calls import FILE, Reason, Setpoints, by_run, read_calls, repeats
 
 CALLS_OF = {"cstr_20260803_182646": 90, "cstr_20260803_201135": 95}
-RECORDED = pytest.mark.reference("the recorded answers of others' models", FILE)
+RECORDED = pytest.mark.reference(
+    "the recorded answers of others' models (test_published_figures has some figures)", FILE
+)
 SHOWN_TEMPERATURE_K = 1e-9
 """Reached: 7.8e-11 K after up to 4806 s of noise; the published integrator is adaptive, this one has fixed steps."""
 SHOWN_POSITION = 1e-9
