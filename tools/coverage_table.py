@@ -1,4 +1,9 @@
-"""Print how much of each package the tests reach, and write it to docs/coverage.md: ``make coverage``."""
+"""Print how much of each package the tests reach, and write it to docs/coverage.md: ``make coverage``.
+
+    python tools/coverage_table.py REPORT [PAGE]
+
+REPORT is what ``pytest --cov --cov-report=json:REPORT`` writes; PAGE is another page than the one of the documentation.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +12,13 @@ import sys
 from collections import Counter, defaultdict
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "coverage.md"
+PAGE = Path(__file__).parents[1] / "docs" / "coverage.md"
 COUNTS = ("num_statements", "missing_lines", "num_branches", "missing_branches")
-HEAD = """# What the tests reach
+HEAD = """---
+orphan: true
+---
+
+# What the tests reach
 
 Lines and branches of each package that `make coverage` reaches: the tests of `make test`, without what they start in
 processes of their own. A figure to look at, no bar to pass.
@@ -35,17 +43,17 @@ def row(name: str, counts: Counter[str]) -> str:
     return f"| {name} | {statements} | {missing} | {branches} | {untaken} | {reached:.1f} % |"
 
 
-def main(report: Path) -> None:
-    """Print the table and keep it."""
+def main(report: Path, page: Path = PAGE) -> None:
+    """Print the table and keep it on ``page``."""
     found = by_package(report)
     lines = ["| package | statements | not reached | branches | not taken | reached |", "|---|---|---|---|---|---|"]
     lines += [row(name, counts) for name, counts in found.items()]
     lines.append(row("all", sum(found.values(), Counter())))
     text = "\n".join(lines) + "\n"
-    PAGE.write_text(HEAD + text, "utf-8")
+    page.write_text(HEAD + text, "utf-8")
     print(text)
-    print(f"wrote {PAGE.relative_to(ROOT)}")
+    print(f"wrote {page}")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(*map(Path, sys.argv[1:]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import time
+import threading
 from collections.abc import Callable, Mapping, Sequence
 
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
@@ -91,20 +91,26 @@ class ScriptedAction:
     def __init__(
         self, *answers: ActionSet | Revise | BaseException, delay_s: float = 0.0, thread_s: float = 0.0
     ) -> None:
-        """``delay_s``: thinking that can be interrupted; ``thread_s``: in a thread, which cannot."""
+        """``delay_s``: thinking that can be interrupted; ``thread_s``: in a thread, which only ``compute_on`` can."""
         self._answers = list(answers)
         self._delay_s, self._thread_s = delay_s, thread_s
         self.asked: list[tuple[Situation, RecoveryPath, Advice]] = []
+        self.compute_on, self.computed = threading.Event(), threading.Event()
+        """Set by a test: the thread need not compute any more; set by the thread: it has ended."""
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
         self.asked.append((situation, path, advice))
         await asyncio.sleep(self._delay_s)
         if self._thread_s:
-            await asyncio.to_thread(time.sleep, self._thread_s)
+            await asyncio.to_thread(self._compute)
         answer = self._answers[min(len(self.asked), len(self._answers)) - 1]
         if isinstance(answer, BaseException):
             raise answer
         return answer
+
+    def _compute(self) -> None:
+        self.compute_on.wait(self._thread_s)
+        self.computed.set()
 
 
 class ScriptedSimulation:

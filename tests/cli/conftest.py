@@ -3,12 +3,13 @@ from __future__ import annotations
 import json
 import os
 import time
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
 import pytest
 
-from tests.cli.command import LIMIT_S, Done, homeostat_process
+from tests.cli.command import LIMIT_S, Done, homeostat, homeostat_process
 
 RECOVERY = (
     "run", "cstr", "--fault", "cool_stuck_closed", "--onset", "900", "--end", "1300", "--thinking-declared", "1",
@@ -17,7 +18,9 @@ RECOVERY = (
 """A short run that recovers, the same whenever it runs; its record is in ``run``."""
 
 
-def once(factory: pytest.TempPathFactory, name: str, *arguments: str) -> Done:
+def once(
+    factory: pytest.TempPathFactory, name: str, *arguments: str, carried_out: Callable[..., Done] = homeostat
+) -> Done:
     """What ``homeostat arguments`` did in folder ``name``: carried out by the first test process that asks."""
     base = factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / f"cli-{name}"
@@ -31,7 +34,7 @@ def once(factory: pytest.TempPathFactory, name: str, *arguments: str) -> Done:
             time.sleep(0.05)
         kept = json.loads(answer.read_text())
         return Done(**{**kept, "cwd": Path(kept["cwd"])})
-    done = homeostat_process(*arguments, cwd=folder / "cwd")
+    done = carried_out(*arguments, cwd=folder / "cwd")
     fresh = answer.with_suffix(".new")
     fresh.write_text(json.dumps({**asdict(done), "cwd": str(done.cwd)}))
     fresh.replace(answer)
@@ -40,8 +43,8 @@ def once(factory: pytest.TempPathFactory, name: str, *arguments: str) -> Done:
 
 @pytest.fixture(scope="session")
 def recovered(tmp_path_factory: pytest.TempPathFactory) -> Done:
-    """A run that recovered, with its lines."""
-    return once(tmp_path_factory, "recovered", *RECOVERY)
+    """A run that recovered, with its lines, in a process of its own."""
+    return once(tmp_path_factory, "recovered", *RECOVERY, carried_out=homeostat_process)
 
 
 @pytest.fixture(scope="session")

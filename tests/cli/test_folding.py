@@ -13,9 +13,9 @@ from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
 from homeostat.journal import Event
-from homeostat.plants.plant import load_plant
+from tests.plants.cstr.reactor import plant
 
-PLANT = load_plant("cstr", learned=False).description
+PLANT = plant()
 HOT = Finding("LIM-T-HIGH", Owner.ACTION, -1.5, "K", 0.0, 0, "too hot")
 STUCK = Diagnosed((), (Hypothesis((FaultState("cool_stuck_closed", 0.3, 2000.0),), 1.0),))
 

@@ -14,9 +14,9 @@ from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
 from homeostat.journal import Event, Journal, Record, RunStarted, read_events
-from homeostat.plants.plant import load_plant
+from tests.plants.cstr.reactor import plant
 
-PLANT = load_plant("cstr", learned=False).description
+PLANT = plant()
 
 
 def found(criterion: str, margin: float, unit: str, message: str = "") -> Finding:

@@ -53,13 +53,13 @@ def going(cwd: Path, *arguments: str) -> Iterator[Going]:
 @pytest.fixture
 def faulty(tmp_path: Path) -> Iterator[Going]:
     """A run in mode approve, to whose fault the search has an answer."""
-    yield from going(tmp_path, "--mode", "approve", "--pace", "4", "--fault", "stuck_closed_VI202")
+    yield from going(tmp_path, "--mode", "approve", "--pace", "4", "--fault", "stuck_closed_VI202", "--onset", "30")
 
 
 @pytest.fixture
 def healthy(tmp_path: Path) -> Iterator[Going]:
     """A run in mode approve without a fault, slow enough to be talked to."""
-    yield from going(tmp_path, "--mode", "approve", "--pace", "1")
+    yield from going(tmp_path, "--mode", "approve", "--pace", "3")
 
 
 def test_a_request_is_listed_and_approved(faulty: Going) -> None:

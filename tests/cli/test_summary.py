@@ -13,10 +13,10 @@ from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.recovery import Command
 from homeostat.journal import Event
-from homeostat.plants.plant import load_plant
 from homeostat.record.result import Exposure, Result, read_result
+from tests.plants.cstr.reactor import plant
 
-PLANT = load_plant("cstr", learned=False).description
+PLANT = plant()
 FIRST, LAST = (Command("F1.sp", 0.01, None),), (Command("F1.sp", 0.02, None),)
 
 

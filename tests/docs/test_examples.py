@@ -22,6 +22,8 @@ REPO = Path(__file__).resolve().parents[2]
 PAGES = [page for page in [REPO / "README.md", *sorted((REPO / "docs").glob("**/*.md"))] if page.is_file()]
 BLOCK = re.compile(r"^```(?P<language>\w+)[^\n]*\n(?P<body>.*?)^```[ \t]*$", re.MULTILINE | re.DOTALL)
 LIMIT_S = 180
+HERE = {**os.environ, "PYTHONPATH": str(REPO / "src")}
+"""The environment of an example: the package of this tree, from whatever folder."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ def test_python_blocks_run(page: Path, tmp_path: Path) -> None:
         pytest.skip("the page has no Python block")
     program = f"exec(compile({source!r}, {str(page)!r}, 'exec'), {{'__name__': '__main__'}})"
     done = subprocess.run(
-        [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=LIMIT_S
+        [sys.executable, "-c", program], cwd=tmp_path, env=HERE, capture_output=True, text=True, timeout=LIMIT_S
     )
     assert done.returncode == 0, f"{named(page)}:\n{done.stderr}"
 
@@ -91,7 +93,7 @@ def test_commands_show_what_the_page_says(page: Path, tmp_path: Path) -> None:
         done = subprocess.run(
             ["sh", "-c", shown.command],
             cwd=tmp_path / "here",
-            env={**os.environ, "PATH": f"{bin_}{os.pathsep}{os.environ['PATH']}"},
+            env={**HERE, "PATH": f"{bin_}{os.pathsep}{os.environ['PATH']}"},
             capture_output=True,
             text=True,
             timeout=LIMIT_S,

@@ -176,8 +176,10 @@ FLOODS: dict[str, Callable[[str], Any]] = {
 
 @pytest.mark.parametrize("made", FLOODS.values(), ids=FLOODS)
 def test_a_thousand_requests_at_once_are_answered_within_the_tick(made: Callable[[str], Any]) -> None:
+    """Not much work beyond that of requests of usual size: what is not bounded takes hundreds of times as much."""
     world, took_s = delivered(made)
-    assert took_s < 1.0  # what is not bounded by size takes several seconds
+    _, usual_s = delivered(lambda name: asking(id=name))
+    assert took_s < 40.0 * usual_s
     answers = world.seen[-1].answers
     assert len(answers) == 1000 == len(world.journal.of(RequestAnswered))
     found = Counter(a.finding.criterion for a in answers if a.finding)

@@ -8,11 +8,15 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from urllib.parse import urlsplit
+
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.store.endpoint import SparqlEndpoint
+from homeostat.knowledge.store.store import GraphStore
 
 
 def free_port() -> int:
@@ -123,3 +127,22 @@ def graphdb_front(oxigraph: str, repository: str) -> Iterator[str]:
 
     with http_server(Front) as address:
         yield address
+
+
+STORES = ("embedded", "on disk", "oxigraph server", "graphdb paths")
+"""Every kind of store."""
+
+
+@contextmanager
+def empty_store(kind: str, oxigraph: str, folder: Path) -> Iterator[GraphStore]:
+    """An empty store of a kind of :data:`STORES`, on disk in ``folder``; ``oxigraph``: address of the server."""
+    with graphdb_front(oxigraph, "test") as address:
+        stores: dict[str, Callable[[], GraphStore]] = {
+            "embedded": EmbeddedStore,
+            "on disk": lambda: EmbeddedStore(folder),
+            "oxigraph server": lambda: SparqlEndpoint.oxigraph(oxigraph),
+            "graphdb paths": lambda: SparqlEndpoint.graphdb(address, "test"),
+        }
+        store = stores[kind]()
+        store.update("DROP ALL")
+        yield store

@@ -12,8 +12,9 @@ from homeostat.knowledge.checks.injection_scan import FORMAL, LONGEST, Reason, i
 from homeostat.knowledge.questions.query import parse as parse_template
 from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.knowledge.vocabulary.tbox import ontologies
 from homeostat.knowledge.vocabulary.vocabulary import HS, RDFS, XSD
-from homeostat.plants.files.folder import plant_folder
+from homeostat.plants.files.folder import CASES, plant_folder
 from tests.safety.injections import CORPUS, TEXTS, Injection
 
 PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "reference" / "knowledge_graphs"
@@ -131,8 +132,22 @@ def test_the_shipped_plant_has_none() -> None:
     assert injection_findings(shipped()) == ()
 
 
+def test_what_engineers_wrote_elsewhere_is_not_reported() -> None:
+    """The ontologies, whose terms others explained, the other plants, and a plant in the manner of published ones."""
+    texts = dict(ontologies())
+    texts |= {str(file): file.read_bytes() for file in sorted(CASES.glob("*/plant.ttl"))}
+    assert len(texts) >= 10 + 2
+    stores = {name: store_of(*(q.triple for q in parse(text, RdfFormat.TURTLE))) for name, text in texts.items()}
+    foreign = Path(__file__).with_name("dosing_station.jsonld").read_bytes()
+    stores["foreign"] = store_of(*(q.triple for q in parse(foreign, RdfFormat.JSON_LD)))
+    for name, store in stores.items():
+        assert template("plant_texts").select(store), name
+        assert injection_findings(store) == (), name
+
+
 @pytest.mark.reference("the published graphs and ontologies", PUBLISHED)
 def test_the_published_graphs_have_none() -> None:
+    """Without them: ``test_what_engineers_wrote_elsewhere_is_not_reported``."""
     files = [file for file in sorted(PUBLISHED.rglob("*")) if file.suffix in FORMATS]
     assert len(files) >= 10
     for file in files:

@@ -1,6 +1,7 @@
 """Published plant graphs are read as they are: our question for transitions, and lint that names what is likely wrong.
 
-The graphs lie outside this repository; without them these tests are skipped.
+The graphs lie outside this repository; without them these tests are skipped, and ``test_foreign_graphs`` claims the
+same of two small plants, ``test_lint`` of each kind of finding.
 """
 
 from __future__ import annotations
@@ -46,7 +47,9 @@ QUERY: Final = (
     "PREFIX mixer: <http://example.org/mixer#> SELECT ?t { mixer:MixerStateMachine UML:containsTransition ?t }"
 )
 
-pytestmark = pytest.mark.reference("the published plant graphs and the list of published terms", MIXER, REACTOR, TERMS)
+pytestmark = pytest.mark.reference(
+    "published graphs and terms (test_foreign_graphs has made ones)", MIXER, REACTOR, TERMS
+)
 
 
 @pytest.fixture(scope="module")

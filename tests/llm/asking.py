@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -29,7 +28,7 @@ class Asked:
     """One call of a scripted model."""
 
     at_s: float
-    """Monotonic time [s]."""
+    """Time of the event loop [s]."""
     within_s: float
     """Time that it was given [s]."""
 
@@ -52,7 +51,7 @@ class Says:
         return {"temperature": 0.0, "seed": None, "output": "native"}
 
     async def ask(self, question: Question, within_s: float) -> Reply:
-        self.calls.append(Asked(time.monotonic(), within_s))
+        self.calls.append(Asked(asyncio.get_running_loop().time(), within_s))
         outcome = self._outcomes[min(len(self.calls), len(self._outcomes)) - 1]
         await (asyncio.Event().wait() if self._delay_s == float("inf") else asyncio.sleep(self._delay_s))
         if isinstance(outcome, ModelError):  # a fresh one each time, as a real model would raise
@@ -77,12 +76,13 @@ class Outcome:
 
 async def asked(model: LanguageModel, within_s: float = 5.0, about: Question = QUESTION) -> Outcome:
     """Ask ``model``; a `ModelError` is an outcome, anything else is raised."""
-    begin = time.monotonic()
+    now = asyncio.get_running_loop().time
+    begin = now()
     try:
         reply = await model.ask(about, within_s)
     except ModelError as error:
-        return Outcome(None, error, time.monotonic() - begin)
-    return Outcome(reply, None, time.monotonic() - begin)
+        return Outcome(None, error, now() - begin)
+    return Outcome(reply, None, now() - begin)
 
 
 def ask(model: LanguageModel, within_s: float = 5.0, about: Question = QUESTION) -> Outcome:

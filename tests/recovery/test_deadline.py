@@ -17,44 +17,46 @@ from tests.recovery.line import BAD, GOOD, Stage, run, safe
 
 
 @pytest.mark.parametrize(
-    "action", [ScriptedAction(GOOD, delay_s=30.0), ScriptedAction(GOOD, thread_s=1.5)], ids=["waits", "computes"]
+    "action", [ScriptedAction(GOOD, delay_s=30.0), ScriptedAction(GOOD, thread_s=60.0)], ids=["waits", "computes"]
 )
 def test_a_slow_proposer_is_cut_off_at_the_deadline(action: ScriptedAction) -> None:
     stage = Stage(action, start=301.0, clock=ThinkingClock(), bounds=Bounds(Budget(latency_s=1.0)))
-    begun = time.monotonic()
-    stage.monitoring = FirstHandOver(50.0, begun)
+    stage.monitoring = FirstHandOver(50.0, action)
     run(stage)
     assert isinstance(stage.monitoring.outcomes[0], FallbackNeeded)
-    assert 0.9 <= stage.monitoring.after_s <= 1.4, "the fallback does not wait for a thread that computes on"
+    assert stage.monitoring.after_s >= 0.9
+    assert not stage.monitoring.finished, "the fallback does not wait for a thread that computes on"
     assert safe(stage) and "within 1.0 s" in str(stage.guard.latched)
     acted_s, _ = stage.plant.written[0]
-    assert 51.0 <= acted_s <= 53.0, "the plant ran on for the time that was thought"
+    assert stage.clock.total_s >= 0.9
+    assert acted_s == pytest.approx(51.0 + stage.clock.total_s, abs=1.0), "the plant ran on for the time of thinking"
 
 
 @pytest.mark.parametrize("scale", [5.0, 50.0])
 def test_the_deadline_holds_however_fast_the_process_is(scale: float) -> None:
     """The limit is 66 s away when thinking begins; 1 s of wall clock may be 50 s of the process."""
     stage = Stage(ScriptedAction(GOOD, delay_s=20.0), start=301.0, clock=ThinkingClock(scale), end_s=200.0)
-    begun = time.monotonic()
     stage.monitoring = ScriptedMonitoring(50.0)
     stage.bounds = Bounds(Budget(latency_s=2.0))
     run(stage)
-    assert time.monotonic() - begun < 3.0 and safe(stage)
+    assert isinstance(stage.monitoring.outcomes[0], FallbackNeeded) and safe(stage)
     assert stage.plant.hottest <= 313.0
 
 
 class FirstHandOver(ScriptedMonitoring):
-    """Notes when the first outcome came, in wall-clock seconds."""
+    """Notes how long after the beginning the first outcome came [s], and whether ``action`` had answered by then."""
 
-    def __init__(self, notice_s: float, begun: float) -> None:
+    def __init__(self, notice_s: float, action: ScriptedAction) -> None:
         super().__init__(notice_s)
-        self._begun = begun
+        self._action, self._begun = action, time.monotonic()
         self.after_s = math.nan
+        self.finished = False
 
     def follow(self, outcome) -> None:  # type: ignore[no-untyped-def]
         super().follow(outcome)
         if math.isnan(self.after_s):
-            self.after_s = time.monotonic() - self._begun
+            self.after_s, self.finished = time.monotonic() - self._begun, self._action.computed.is_set()
+            self._action.compute_on.set()
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,8 @@
-"""The engine against noise-free trajectories of the published reactor model."""
+"""The engine against noise-free trajectories of the published reactor model.
+
+They are not part of this project. Without them ``test_published_figures`` holds the engine to peaks, durations and end
+values of the same ten cases, and ``test_cstr_own`` to whole trajectories of an integrator of its own.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +23,9 @@ ONSET_S = 2000.0
 EXCEPTION = ("inlet_stuck_open", "V", 8000)
 """The published pump draws the vessel to -0.5 mL at 7505 s; ours delivers what is there, and keeps that difference."""
 
-pytestmark = pytest.mark.reference("the published noise-free trajectories (test_cstr_own.py has ours)", FILE)
+pytestmark = pytest.mark.reference(
+    "the published noise-free trajectories (test_published_figures.py has figures of them)", FILE
+)
 
 
 def differences(plant: str) -> tuple[np.ndarray, np.ndarray]:

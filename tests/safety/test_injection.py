@@ -42,6 +42,7 @@ def agents(plant: Plant, note: str) -> tuple[LanguagePlanning, LanguageAction]:
     return LanguagePlanning(told), LanguageAction(told)
 
 
+@functools.lru_cache(maxsize=2)
 def asked(text: str) -> tuple[Choice, Order, RecoveryPath, Plant]:
     """What both agents ask about a stuck valve on the plant that says ``text`` everywhere."""
     plant = poisoned(reactor(), text)
@@ -70,18 +71,23 @@ def skeleton(prompt: str) -> list[str]:
     return lines
 
 
-@pytest.mark.parametrize("injection", CORPUS, ids=lambda i: i.name)
+@pytest.fixture(scope="module", params=CORPUS, ids=lambda i: i.name)
+def injection(request: pytest.FixtureRequest) -> Injection:
+    """Each text in turn, so that what both agents ask about it is asked once for all tests."""
+    return request.param  # type: ignore[no-any-return]
+
+
 def test_a_text_stays_a_text(injection: Injection) -> None:
     """The prompt has the same lines as with harmless texts, and every quotation is closed in its line."""
     assert shape(injection.text) == shape(HARMLESS)
-    for question in (asked(injection.text)[0].question, asked(injection.text)[1].question):
+    choice, order, _, _ = asked(injection.text)
+    for question in (choice.question, order.question):
         assert all(line.count("«") == line.count("»") for line in question.prompt.splitlines())
         assert question.prompt.isprintable() or set(question.prompt) - {"\n"} == {
             c for c in question.prompt if c.isprintable()
         }
 
 
-@pytest.mark.parametrize("injection", CORPUS, ids=lambda i: i.name)
 def test_what_an_obedient_model_answers_is_a_finding_or_within_the_tables(injection: Injection) -> None:
     choice, order, path, plant = asked(injection.text)
     named = read(choice.kind, obedient(choice.question))

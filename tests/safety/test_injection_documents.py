@@ -31,6 +31,7 @@ from tests.safety.test_injection import HARMLESS, TECHNIQUES, simulation, skelet
 UNGROUNDED = [kind for kind in GroundingKind if kind is not GroundingKind.GRAPH]
 
 
+@functools.lru_cache(maxsize=1)
 def asked(kind: GroundingKind, text: str) -> tuple[Question, Question]:
     """What planning and action ask about a stuck valve on the plant that says ``text`` everywhere."""
     plant = poisoned(reactor(), text)

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine, Transition
 from homeostat.domain.plant.tag import Range, Role, Tag
 from homeostat.domain.recovery import RecoveryPath
-from homeostat.plants.plant import load_plant
 from homeostat.stl.formula import parse
+from tests.plants.cstr.reactor import plant
 
 EVENTS = ("fault", "trip")
 COMPONENTS = ("pump", "valve", "vessel")
@@ -257,7 +257,7 @@ def test_a_range_contains_what_lies_between_its_ends(value: float) -> None:
 
 
 STARTS = st.sampled_from(["normal", "compensated", "reduced_load", "holding"])
-REACTOR = load_plant("cstr").description.machine
+REACTOR = plant().machine
 
 
 @settings(max_examples=40)

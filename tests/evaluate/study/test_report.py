@@ -60,18 +60,31 @@ def command(row: Row) -> str:
     return f"homeostat campaign run file.toml --job '{row.job}'"
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a report on :data:`FEW`."""
+    folder = tmp_path_factory.mktemp("report")
+    write_report(folder, "T", FEW, command)
+    return folder
+
+
 def written(folder: Path, rows: tuple[Row, ...] | list[Row], title: str = "A campaign") -> tuple[str, Page]:
     paths = write_report(folder, title, rows, command)
     assert paths[0] == folder / REPORT
     assert all(path.is_file() and path.stat().st_size for path in paths)
-    text = paths[0].read_text(encoding="utf-8")
+    return read(folder)
+
+
+def read(folder: Path) -> tuple[str, Page]:
+    """The page in ``folder``, as it stands and taken apart."""
+    text = (folder / REPORT).read_text(encoding="utf-8")
     page = Page(text)
     assert page.open == []
     return text, page
 
 
-def test_the_page_is_whole_and_needs_nothing_else(tmp_path: Path) -> None:
-    text, page = written(tmp_path, FEW)
+def test_the_page_is_whole_and_needs_nothing_else(whole: Path) -> None:
+    text, page = read(whole)
     assert "://" not in text
     assert not {"script", "link", "iframe", "object"} & set(page.seen)
     assert page.seen.count("img") == len([link for link in page.links if link.startswith(PICTURE)]) > 0
@@ -81,7 +94,7 @@ def test_the_page_is_whole_and_needs_nothing_else(tmp_path: Path) -> None:
     assert {link for link in page.links if link.startswith("#")} <= {f"#{name}" for name in page.names}
     for link in page.links:
         if link.startswith("tables/"):
-            assert (tmp_path / link).is_file()
+            assert (whole / link).is_file()
 
 
 def test_every_failure_has_its_command_and_its_record(tmp_path: Path) -> None:
@@ -101,12 +114,14 @@ def test_links_lead_only_below_the_page(tmp_path: Path, trace: str) -> None:
     assert not any(".." in link for link in page.links)
 
 
-def test_the_same_rows_give_the_same_files_in_any_order(tmp_path: Path) -> None:
-    first = write_report(tmp_path / "a", "T", FEW, command)
-    second = write_report(tmp_path / "b", "T", FEW[::-1], command)
-    assert [path.name for path in first] == [path.name for path in second]
-    for one, other in zip(first, second, strict=True):
-        assert one.read_bytes() == other.read_bytes(), one.name
+def test_the_same_rows_give_the_same_files_in_any_order(tmp_path: Path, whole: Path) -> None:
+    again = write_report(tmp_path, "T", FEW[::-1], command)
+    assert all(path.stat().st_size for path in again)
+    assert {path.relative_to(whole) for path in whole.rglob("*") if path.is_file()} == {
+        path.relative_to(tmp_path) for path in again
+    }
+    for path in again:
+        assert path.read_bytes() == (whole / path.relative_to(tmp_path)).read_bytes(), path.name
 
 
 def test_only_tables_of_times_depend_on_the_machine() -> None:
