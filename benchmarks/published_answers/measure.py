@@ -28,7 +28,7 @@ from benchmarks.published_answers.runs import PublishedRun
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.events.recovery import Attempted, GaveUp, ReleasedActions
 from homeostat.domain.outcome import Outcome
-from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario

@@ -13,7 +13,7 @@ from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.mode import Mode
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import ActionSet, Command
-from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.reference.alternatives import as_usual, avoidable, diverted, needless, released_set
 from homeostat.evaluate.reference.unsupervised import run_unattended, unsupervised

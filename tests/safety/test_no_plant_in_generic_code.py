@@ -35,7 +35,7 @@ SHORT = 2
 TOKEN = re.compile(r"\w+(?:[.-]\w+)*")
 ROWS = (
     *("evaluate/study/row.py", "evaluate/study/row_of.py"),
-    *("evaluate/report/measures/safety.py", "evaluate/report/tables/scores.py"),
+    "evaluate/report/tables/scores.py",
 )
 """They name one total by its column until the totals that a plant reports are columns by their names."""
 ENDING = re.compile(r"[._][A-Za-z]+$")

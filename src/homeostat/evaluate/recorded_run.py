@@ -10,15 +10,14 @@ from importlib.metadata import version
 
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.snapshot import Snapshot
-from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.figure.figure import draw
-from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.recorded_plant import place
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.step_scores import score_steps
-from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import RunFinished, RunStarted, Setting, Subscriber, Summary
 from homeostat.plants.assembly import Language, Propose, in_operation
 from homeostat.plants.plant import Plant

@@ -12,9 +12,9 @@ from homeostat.domain.diagnosis import Hypothesis, by_fault_set
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
-from homeostat.evaluate.conditions.transcript import TranscriptEntry
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
+from homeostat.evaluate.transcript import TranscriptEntry
 from homeostat.journal import Summary
 from homeostat.journal.archive import MemoryArchive
 from homeostat.journal.files import write_whole

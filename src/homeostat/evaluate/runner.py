@@ -13,20 +13,17 @@ from homeostat.agents.roles import AskingProtocol, Monitoring, Proposer
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import Command
-from homeostat.evaluate.conditions.conditions import Conditions
-from homeostat.evaluate.conditions.label_given import LabelGiven
-from homeostat.evaluate.conditions.most_probable import MostProbable, without_ensemble
-from homeostat.evaluate.conditions.transcript import TranscribedModel
+from homeostat.evaluate.conditions import Conditions, LabelGiven, MostProbable, without_ensemble
 from homeostat.evaluate.local_control import LocalControl, Told
 from homeostat.evaluate.operation import Operation
-from homeostat.evaluate.reference.unsupervised import Steered, fault_free, open_process, watch
+from homeostat.evaluate.reference.unsupervised import fault_free, once, open_process, watch
 from homeostat.evaluate.resumption import Past
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Scenario
-from homeostat.evaluate.score.facts import completion_s, facts_of, limits_of
-from homeostat.evaluate.score.outcome import outcome
+from homeostat.evaluate.score.outcome import completion_s, facts_of, limits_of, outcome
 from homeostat.evaluate.score.scoring import exposures, production_loss
 from homeostat.evaluate.shown import Shown, Watcher
+from homeostat.evaluate.transcript import TranscribedModel
 from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.journal import MemoryTrace, RunStarted, Trace
 from homeostat.journal.archive import Archive, MemoryArchive
@@ -55,7 +52,7 @@ def run_steered(
     begin, clock, trace = time.monotonic(), DeclaredClock(0.0), MemoryTrace()
     record = RunRecord(lambda: clock.total_s)
     trace.subscribe(record)
-    process = watch(open_process(plant, scenario), Steered(sequencer, at_s, commands))
+    process = watch(open_process(plant, scenario), once(sequencer, at_s, lambda now_s: commands))
     _note_states(sequencer, trace)
     return _score(plant, scenario, record, process, clock.total_s, time.monotonic() - begin)
 
@@ -101,7 +98,7 @@ def run(
     listening = TranscribedModel(language.model, lambda: shown.state) if language else None
     if propose is None:
         sequencer = new_sequencer(plant)
-        watch(process, sequencer, shown.sampled)
+        watch(process, sequencer.sample, shown.sampled)
         _note_states(sequencer, trace)
     else:
         arrangement = Arrangement(

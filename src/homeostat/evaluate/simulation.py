@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from homeostat.evaluate import runner
+from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.recorded_run import run_started
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Fault, scenario_of
-from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import MemoryTrace, RunFinished
 from homeostat.journal.archive import MemoryArchive
 from homeostat.llm.model import LanguageModel

@@ -13,11 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.evaluate.study import done as one
+from homeostat.evaluate.study import engine as one
 from homeostat.evaluate.study import study as whole
 from homeostat.evaluate.study.dataset import DATASET, read_dataset
-from homeostat.evaluate.study.done import measured_alike
-from homeostat.evaluate.study.engine import carry_out
+from homeostat.evaluate.study.engine import carry_out, measured_alike
 from homeostat.evaluate.study.error import CampaignError
 from homeostat.evaluate.study.ledger import LEDGER, Ledger
 from homeostat.evaluate.study.measurement import Kept

@@ -13,10 +13,10 @@ from typing import Any
 import pytest
 
 from homeostat.evaluate.named_model import NamedModel
-from homeostat.evaluate.study.plan.ablation import ABLATIONS
+from homeostat.evaluate.operation import Thinking
+from homeostat.evaluate.study.plan.arm import ABLATIONS
 from homeostat.evaluate.study.plan.expansion import jobs_of, loaded
 from homeostat.evaluate.study.plan.file import read_plan
-from homeostat.evaluate.thinking import Thinking
 from tests.cli.command import environment
 from tests.evaluate.study.plans import COOLING, PUMP, jobs, one
 

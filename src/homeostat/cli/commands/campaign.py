@@ -20,7 +20,7 @@ from homeostat.cli import language
 from homeostat.cli.options.arguments import UsageError
 from homeostat.evaluate.named_model import REPLAY, SITUATED
 from homeostat.evaluate.report.summary import summary
-from homeostat.evaluate.study.done import measured
+from homeostat.evaluate.study.engine import measured
 from homeostat.evaluate.study.measurement import Kept
 from homeostat.evaluate.study.plan.expansion import jobs_of
 from homeostat.evaluate.study.plan.file import read_plan

@@ -14,11 +14,10 @@ from homeostat.cli.story.summary import summary
 from homeostat.cli.views import PlainView, View
 from homeostat.domain.quotation import printable
 from homeostat.domain.snapshot import Snapshot
-from homeostat.evaluate.conditions.conditions import Conditions
-from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.conditions import Conditions
+from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.recorded_run import record_run
 from homeostat.evaluate.scenario import Scenario, scenario
-from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import Event
 from homeostat.plants.assembly import Language, check_protocol
 from homeostat.plants.plant import Plant, load_plant
@@ -42,8 +41,8 @@ def carry_out(options: argparse.Namespace) -> int:
     """Check everything, run, show, keep; the exit status says what happened (:data:`STATUS`)."""
     speaker = language.speaker(options)
     operation.check(options)
-    from homeostat.evaluate.conditions.conditions import Conditions
-    from homeostat.evaluate.thinking import Thinking
+    from homeostat.evaluate.conditions import Conditions
+    from homeostat.evaluate.operation import Thinking
     from homeostat.record.directory import RunDirectory
 
     plant = load_plant(options.case)

@@ -11,9 +11,10 @@ from itertools import pairwise, product
 from homeostat.agents.search.candidates import design_commands
 from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.plant.state_machine import StateMachine
-from homeostat.domain.recovery import ActionSet, Command, Step
-from homeostat.domain.snapshot import Trajectory
-from homeostat.evaluate.reference.unsupervised import Diverted, fault_free, open_process, unsupervised, watch
+from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
+from homeostat.domain.snapshot import Snapshot, Trajectory
+from homeostat.evaluate.reference.best_route import inside
+from homeostat.evaluate.reference.unsupervised import fault_free, once, open_process, unsupervised, watch
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
 from homeostat.evaluate.score.scoring import kept_until, loses_no_more, outside_after, worse
@@ -72,9 +73,15 @@ def diverted(
     plant: Plant, scenario: Scenario, at_s: float, actions: ActionSet, aborting: bool = False
 ) -> Trajectory | None:
     """True values where ``actions`` are commanded at ``at_s`` [s]; None where the plant leaves the physical world."""
-    basic = Diverted(new_sequencer(plant), at_s, actions, aborting)
+    sequencer = new_sequencer(plant)
+
+    def take_over(now_s: float) -> tuple[Command, ...]:
+        sequencer.stop()
+        sequencer.load(actions, now_s, aborting=aborting)
+        return actions.commands
+
     try:
-        return watch(open_process(plant, scenario), basic).truth()
+        return watch(open_process(plant, scenario), once(sequencer, at_s, take_over)).truth()
     except ProcessError:
         return None
 
@@ -114,3 +121,32 @@ def _tried(plant: Plant, released: ActionSet | None) -> Iterator[tuple[ActionSet
         yield strategy.actions, True
     if released is not None:
         yield released, False
+
+
+def latest_fallback(plant: Plant, scenario: Scenario, longest_s: int = 60) -> int | None:
+    """Latest whole second after the first onset up to which some strategy keeps the plant inside every hard limit.
+
+    None where acting at the onset does not; at most ``longest_s``.
+    """
+    assert scenario.onset_s is not None
+    found: int | None = None
+    for after_s in range(longest_s + 1):
+        if not any(_keeps(plant, scenario, s, scenario.onset_s + after_s) for s in fallbacks(plant)):
+            return found
+        found = after_s
+    return found
+
+
+def _keeps(plant: Plant, scenario: Scenario, strategy: FallbackStrategy, at_s: float) -> bool:
+    """Whether ``strategy`` keeps every hard limit and criterion to the end if it acts at ``at_s`` [s]."""
+    sequencer, begun = new_sequencer(plant), False
+
+    def recipe(snapshot: Snapshot) -> tuple[Command, ...]:
+        nonlocal begun
+        if begun or snapshot.at_s < at_s:
+            return sequencer.sample(snapshot)
+        begun = True
+        sequencer.load(strategy.actions, snapshot.at_s, aborting=True)
+        return strategy.actions.commands
+
+    return inside(watch(open_process(plant, scenario), recipe).truth(), plant.description.limits)

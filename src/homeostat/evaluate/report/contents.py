@@ -7,24 +7,36 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from homeostat.evaluate.report.groups import Group, arm, broke_limit, by_scenario, in_order, overall, source, succeeded
-from homeostat.evaluate.report.measures.comparison import Comparison, comparisons
-from homeostat.evaluate.report.measures.diagnosis import Bin, reliability
-from homeostat.evaluate.report.measures.references import References
-from homeostat.evaluate.report.measures.usage import Tokens, asked, tokens_of
-from homeostat.evaluate.report.tables.score import (
+from homeostat.evaluate.report.measures import (
+    Bin,
+    Comparison,
+    References,
+    Tokens,
+    asked,
+    comparisons,
+    reliability,
+    tokens_of,
+)
+from homeostat.evaluate.report.tables.scores import (
     CASE,
+    DIAGNOSIS,
+    EFFORT,
     FIGURES,
+    LATENCY,
     PROPOSER,
     RUNS,
+    SAFETY,
     SCENARIO,
+    SUCCESS,
     WHO,
     Score,
+    Scores,
+    beside,
     count,
     each,
     table,
     words,
 )
-from homeostat.evaluate.report.tables.scores import DIAGNOSIS, EFFORT, LATENCY, SAFETY, SUCCESS, Scores, beside
 from homeostat.evaluate.report.tables.table import Column, Kind, Table, compact
 from homeostat.evaluate.study.row import HINDSIGHT, Row
 

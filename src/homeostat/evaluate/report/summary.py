@@ -17,8 +17,7 @@ from homeostat.evaluate.report.groups import (
     scenarios,
     succeeded,
 )
-from homeostat.evaluate.report.measures.comparison import Comparison, comparisons
-from homeostat.evaluate.report.measures.references import References
+from homeostat.evaluate.report.measures import Comparison, References, comparisons
 from homeostat.evaluate.report.statistics import Rate, rate
 from homeostat.evaluate.study.row import Row
 

@@ -8,9 +8,9 @@ from typing import Any
 
 from homeostat.agents.language.answers import unfenced
 from homeostat.domain.plant.state_machine import State
-from homeostat.evaluate.conditions.transcript import TranscriptEntry
 from homeostat.evaluate.reference.best_route import best_route
 from homeostat.evaluate.scenario import Scenario
+from homeostat.evaluate.transcript import TranscriptEntry
 from homeostat.llm.situated import SUPPLIED
 from homeostat.plants.plant import Plant
 from homeostat.record.result import StepScores

@@ -12,7 +12,7 @@ from typing import Any
 import distributed
 from dask import config
 
-from homeostat.evaluate.study.done import Done, failed, measured_alike
+from homeostat.evaluate.study.engine import Done, failed, measured_alike
 from homeostat.evaluate.study.error import CampaignError
 from homeostat.evaluate.study.measurement import Kept
 from homeostat.evaluate.study.plan.job import Job, code_digest

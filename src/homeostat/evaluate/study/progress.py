@@ -6,7 +6,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 
-from homeostat.evaluate.study.done import Done
+from homeostat.evaluate.study.engine import Done
 from homeostat.evaluate.study.plan.job import Job
 
 Group = tuple[str, str, str, str]

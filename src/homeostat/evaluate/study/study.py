@@ -15,11 +15,12 @@ from homeostat import __version__
 from homeostat.evaluate.recorded_run import LIBRARIES
 from homeostat.evaluate.report.report import Rerun, write_report
 from homeostat.evaluate.study.dataset import DATASET, write_dataset
-from homeostat.evaluate.study.done import Done
-from homeostat.evaluate.study.engine import carry_out
+from homeostat.evaluate.study.engine import Done, carry_out
 from homeostat.evaluate.study.error import CampaignError
 from homeostat.evaluate.study.ledger import Ledger, in_order
 from homeostat.evaluate.study.measurement import Kept
+from homeostat.evaluate.study.plan.expansion import jobs_of
+from homeostat.evaluate.study.plan.file import read_plan
 from homeostat.evaluate.study.plan.job import Job, code_digest
 from homeostat.evaluate.study.progress import Progress
 from homeostat.evaluate.study.row import Row
@@ -99,3 +100,26 @@ def rerun_command(source: Path, options: Sequence[str] = ()) -> Rerun:
 def _provenance(title: str) -> bytes:
     versions = {"homeostat": __version__, "python": sys.version.split()[0], **{n: version(n) for n in LIBRARIES}}
     return (json.dumps({"title": title, "package": code_digest(), "versions": versions}, indent=1) + "\n").encode()
+
+
+class Study:
+    """Many runs, described by one file: scenarios, proposers, seeds."""
+
+    def __init__(self, file: Path | str) -> None:
+        """Read ``file`` and find its jobs; CampaignError with place, value and remedy where that cannot be done."""
+        self._file = Path(file)
+        plan = read_plan(self._file)
+        self.title = plan.title
+        """What the file calls it."""
+        self.jobs = jobs_of(plan, self._file.parent)
+        """Every run that it asks for, in the order of the file."""
+
+    def run(self, folder: Path | str, workers: int = 1) -> Ended:
+        """Run what ``folder`` does not hold yet, and write dataset and report; the same call goes on after a stop.
+
+        ``workers``: processes on this machine. Raises CampaignError where ``folder`` is in use, workers cannot be had,
+        or what the report needs is not installed.
+        """
+        return run_campaign(
+            self.title, self.jobs, Path(folder), Workers(workers), lambda progress: None, rerun_command(self._file)
+        )

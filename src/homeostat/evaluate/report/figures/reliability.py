@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from homeostat.evaluate.report.figures.picture import QUIET, Picture, colours, picture, short, small
 from homeostat.evaluate.report.groups import Group, Source, cases, overall
-from homeostat.evaluate.report.measures.diagnosis import Bin, reliability
+from homeostat.evaluate.report.measures import Bin, reliability
 from homeostat.evaluate.study.row import Row
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from homeostat.evaluate.report.figures.picture import INK, Picture, lined, picture, short
 from homeostat.evaluate.report.groups import Group, Source, overall
-from homeostat.evaluate.report.measures.usage import AGENTS, Tokens, tokens_of
+from homeostat.evaluate.report.measures import AGENTS, Tokens, tokens_of
 from homeostat.evaluate.report.statistics import Spread
 from homeostat.evaluate.study.row import Row
 

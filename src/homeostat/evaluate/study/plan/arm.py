@@ -1,17 +1,44 @@
-"""Arms: who proposes in a campaign's run, as a value that can be sent to another process."""
+"""Arms, who proposes in a campaign's run, and ablations, what is left out: values that other processes can be sent."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Final
 
 from homeostat.agents.grounding.context import GroundingKind
 from homeostat.agents.roles import AskingProtocol, Proposer
 from homeostat.evaluate.named_model import NamedModel
 from homeostat.evaluate.study.plan.constant import constant_proposer
-from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT
+from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, WHOLE
 from homeostat.plants.assembly import Language, Propose, Workbench, in_operation
+
+
+@dataclass(frozen=True, slots=True)
+class Ablation:
+    """One thing that is left out."""
+
+    grounding: GroundingKind = GroundingKind.GRAPH
+    """What language models are shown of the plant; to any other proposer it makes no difference."""
+    label_given: bool = False
+    """The true faults are told: nothing is diagnosed."""
+    reprompting: bool = True
+    """A proposer may try again after a refusal."""
+    ensemble: bool = True
+    """A proposal must hold for every plausible fault and parameter set."""
+
+
+ABLATIONS: Final[Mapping[str, Ablation]] = {
+    WHOLE: Ablation(),
+    "no-graph": Ablation(grounding=GroundingKind.NONE),
+    "documents": Ablation(grounding=GroundingKind.DOCUMENTS),
+    "no-reprompting": Ablation(reprompting=False),
+    "no-ensemble": Ablation(ensemble=False),
+    "label-given": Ablation(label_given=True),
+}
+"""Name in files and tables -> what it leaves out."""
+
 
 SEARCH, CONSTANT = "search", "constant"
 WITHOUT_MODEL = (SEARCH, CONSTANT, DO_NOTHING, FALLBACK_ONLY, HINDSIGHT)

@@ -9,9 +9,9 @@ from functools import cache
 from pathlib import Path
 
 import homeostat
+from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.study.plan.arm import Arm
-from homeostat.evaluate.thinking import Thinking
 
 PARTS = (".py", ".csv", ".lark", ".md", ".rq", ".toml", ".ttl")
 """Files of the package that what is computed depends on."""

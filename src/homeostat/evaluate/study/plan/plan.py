@@ -8,8 +8,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictInt, fi
 
 from homeostat.evaluate.named_model import REPLAY, SCRIPT, SITUATED
 from homeostat.evaluate.scenario import LARGEST_SEED
-from homeostat.evaluate.study.plan.ablation import ABLATIONS
-from homeostat.evaluate.study.plan.arm import CONSTANT
+from homeostat.evaluate.study.plan.arm import ABLATIONS, CONSTANT
 from homeostat.evaluate.study.row import WHOLE
 
 MOST_SEEDS = 10_000
