@@ -36,7 +36,7 @@ from homeostat.journal import MemoryTrace
 from homeostat.journal.calls import ModelCalled
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Failure
-from homeostat.llm.situated import SUPPLIED, SituatedReplay
+from homeostat.llm.replay import SUPPLIED, SituatedReplay
 from homeostat.plants.assembly import Language
 from homeostat.plants.plant import load_plant
 

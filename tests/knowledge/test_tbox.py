@@ -254,16 +254,12 @@ def test_reasoning_finds_a_contradiction_where_there_is_one(tbox: EmbeddedStore)
 
 @pytest.mark.parametrize("namespace", NAMESPACES, ids=lambda item: item.__name__)
 def test_every_constant_is_a_term_of_the_vocabulary(terms: EmbeddedStore, namespace: ClosedNamespace) -> None:
-    assert len(namespace.terms) == len(set(namespace.terms)) > 4
+    assert len(namespace.terms) == len(set(namespace.terms)) > 0
     for name in vars(namespace)["__annotations__"]:
         assert getattr(namespace, name) == NamedNode(namespace.iri + name) == namespace[name]
         assert namespace[name] in namespace
     if namespace.iri in OURS:
         assert {term.value for term in namespace} <= set(kinds(terms))
-
-
-def test_every_term_of_ours_is_a_constant(terms: EmbeddedStore) -> None:
-    assert {term for term in kinds(terms) if term.startswith(HS.iri)} == {term.value for term in HS}
 
 
 def test_a_term_that_does_not_exist_cannot_be_named() -> None:

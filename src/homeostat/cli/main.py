@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import logging
 import os
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from io import TextIOWrapper
+from typing import final
 
-from homeostat.cli.notices import notices
 from homeostat.cli.options.arguments import UsageError
 from homeostat.cli.parser import parser
 
@@ -90,3 +92,21 @@ def _refusals() -> tuple[type[Exception], ...]:
 
     of_runs = (BrokenChain, KeyTrouble, OrderError, DecodeError, ResultError, ResumptionError, RunDirectoryError)
     return *of_runs, CampaignError, PlantError, GraphError, ScenarioError, StoreError
+
+
+@contextlib.contextmanager
+def notices() -> Iterator[None]:
+    """Tell what the package logs as a warning, as long as this lasts; a terminal view moves out of its way."""
+    logger, handler = logging.getLogger("homeostat"), _Teller(logging.WARNING)
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+
+
+@final
+class _Teller(logging.Handler):
+    def emit(self, record: logging.LogRecord) -> None:
+        with contextlib.suppress(OSError):  # nobody reads it: no reason to stop either
+            print(f"homeostat: {' '.join(record.getMessage().split())}", file=sys.stderr, flush=True)

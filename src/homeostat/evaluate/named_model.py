@@ -47,8 +47,7 @@ class NamedModel:
 
     def _replayed(self, path: Path) -> LanguageModel:
         from homeostat.llm.calls import CallFileError, read_calls
-        from homeostat.llm.replay import ReplayModel
-        from homeostat.llm.situated import SituatedReplay
+        from homeostat.llm.replay import ReplayModel, SituatedReplay
 
         replay = SituatedReplay if self.name.startswith(SITUATED) else ReplayModel
         try:

@@ -15,15 +15,13 @@ from homeostat.domain.observation import Correction, FallBack, NoAction, Observa
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.request import Request
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.attachment import Attachment
 from homeostat.guard.fallback.latch import Latch
 from homeostat.guard.fallback.response import Response
-from homeostat.guard.fallback.wanted import Wanted
+from homeostat.guard.fallback.wanted import TimeToAct, Wanted
 from homeostat.guard.hearing import Hearing
 from homeostat.guard.mailbox import Mailbox
-from homeostat.guard.modes import Modes
 from homeostat.guard.pace import Pace
-from homeostat.guard.parts import Parts
+from homeostat.guard.parts import Attachment, Parts
 from homeostat.guard.requests.persons import Floor, Persons
 from homeostat.guard.requests.requests import Requests
 from homeostat.guard.requests.verification import Present
@@ -33,12 +31,12 @@ from homeostat.guard.sequence.moves import Moves
 from homeostat.guard.sequence.steps import Steps
 from homeostat.guard.settings import GuardSettings
 from homeostat.guard.texts import said
+from homeostat.guard.watch.alarms import Troubles
 from homeostat.guard.watch.quality import QualityWatch
-from homeostat.guard.watch.time_to_act import TimeToAct
 from homeostat.guard.watch.trips import TripWatch
-from homeostat.guard.watch.troubles import Troubles
 from homeostat.guard.writing.flight import Progress, Write
 from homeostat.guard.writing.lapse import Lapse
+from homeostat.guard.writing.tenure import Modes
 
 
 class Guard:

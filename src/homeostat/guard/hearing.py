@@ -12,10 +12,10 @@ from homeostat.domain.alarm import Priority
 from homeostat.domain.observation import Arm, Correction, Trouble
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.fallback.latch import Latch
+from homeostat.guard.fallback.wanted import TimeToAct
 from homeostat.guard.mailbox import Mailbox
 from homeostat.guard.parts import Parts
 from homeostat.guard.texts import said
-from homeostat.guard.watch.time_to_act import TimeToAct
 
 MOST_HEARD = 50
 """Most messages of one kind that are heard in a tick, requests and orders apart, and most fallbacks in a ranking."""

@@ -21,7 +21,7 @@ def orders(commands: Commands) -> None:
     approve = _order(commands, "approve", "say yes to a request that waits, or list the requests that wait", "operator")
     approve.add_argument("subject", nargs="?", default="", metavar="REQUEST", help="the request; left out: list them")
     approve.add_argument("--digest", metavar="D", help=f"digest of what is approved, {LEAST_DIGITS} digits or more")
-    approve.set_defaults(carry_out="approve:carry_out")
+    approve.set_defaults(carry_out="orders:approve")
     reject = _order(commands, "reject", "say no to a request that waits", "operator", reason="required")
     reject.add_argument("subject", metavar="REQUEST", help="the request")
     after = "reset the latch after a fallback; the plant stands in observe then"

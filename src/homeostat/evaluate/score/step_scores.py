@@ -11,7 +11,7 @@ from homeostat.domain.plant.state_machine import State
 from homeostat.evaluate.reference.best_route import best_route
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.transcript import TranscriptEntry
-from homeostat.llm.situated import SUPPLIED
+from homeostat.llm.replay import SUPPLIED
 from homeostat.plants.plant import Plant
 from homeostat.record.result import StepScores
 

@@ -18,7 +18,7 @@ from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.row import YARDSTICKS, Row
 from homeostat.evaluate.transcript import TranscriptEntry
 from homeostat.journal.calls import ModelCalled
-from homeostat.llm.situated import SUPPLIED
+from homeostat.llm.replay import SUPPLIED
 from homeostat.plants.plant import Plant
 from homeostat.record.result import StepScores
 from homeostat.record.run_record import NOBODY

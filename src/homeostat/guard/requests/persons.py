@@ -12,7 +12,6 @@ from homeostat.domain.events.writes import Cause
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.domain.recovery import ActionSet
 from homeostat.guard.fallback.latch import Latch
-from homeostat.guard.modes import Modes
 from homeostat.guard.parts import Parts
 from homeostat.guard.requests.authority import Authority
 from homeostat.guard.requests.objections import no_alarm, no_start, unchanged_service
@@ -23,6 +22,7 @@ from homeostat.guard.sequence.sequencer import loaded, nominal_commands, what_fo
 from homeostat.guard.sequence.steps import Steps
 from homeostat.guard.texts import LONGEST_NAME, brief, said
 from homeostat.guard.writing.flight import Progress, Write
+from homeostat.guard.writing.tenure import Modes
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,8 +16,7 @@ from typing import Final
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse
 
 from homeostat.knowledge.build.derive import complete
-from homeostat.knowledge.build.provenance import namespace_of, sources
-from homeostat.knowledge.build.seal import seal
+from homeostat.knowledge.build.provenance import namespace_of, seal, sources
 from homeostat.knowledge.build.statements import MAPPED, stated, table_files
 from homeostat.knowledge.build.turtle import write_turtle
 from homeostat.knowledge.checks.conformance import check_shapes

@@ -9,23 +9,40 @@ from pyoxigraph import NamedNode
 
 from homeostat.knowledge.vocabulary.namespace import ClosedNamespace
 
-from .w3c import RDF, RDFS, SOSA, XSD
 
-__all__ = [
-    "DIN17359",
-    "DINEN61360",
-    "HS",
-    "PREFIXES",
-    "RDF",
-    "RDFS",
-    "SOSA",
-    "UML",
-    "VDI2206",
-    "VDI3682",
-    "XSD",
-    "CPSMod",
-    "M",
-]
+class SOSA(metaclass=ClosedNamespace, iri="http://www.w3.org/ns/sosa/"):
+    """W3C SOSA: sensors, actuators and what they observe or move."""
+
+    ActuatableProperty: NamedNode
+
+
+class RDF(metaclass=ClosedNamespace, iri="http://www.w3.org/1999/02/22-rdf-syntax-ns#"):
+    """RDF itself: the terms used here."""
+
+    type: NamedNode
+    first: NamedNode
+    rest: NamedNode
+    nil: NamedNode
+
+
+class RDFS(metaclass=ClosedNamespace, iri="http://www.w3.org/2000/01/rdf-schema#"):
+    """RDF Schema: the terms used here."""
+
+    label: NamedNode
+    comment: NamedNode
+    subClassOf: NamedNode
+    subPropertyOf: NamedNode
+
+
+class XSD(metaclass=ClosedNamespace, iri="http://www.w3.org/2001/XMLSchema#"):
+    """XML Schema datatypes: the ones used here."""
+
+    string: NamedNode
+    boolean: NamedNode
+    integer: NamedNode
+    double: NamedNode
+    decimal: NamedNode
+    dateTime: NamedNode
 
 
 class VDI2206(metaclass=ClosedNamespace, iri="http://www.w3id.org/hsu-aut/VDI2206#"):
@@ -93,11 +110,8 @@ class DIN17359(metaclass=ClosedNamespace, iri="http://www.hsu-ifa.de/ontologies/
 class DINEN61360(metaclass=ClosedNamespace, iri="http://www.hsu-ifa.de/ontologies/DINEN61360#"):
     """DIN EN 61360: data elements, their type and their values."""
 
-    Data_Element: NamedNode
     Instance_Description: NamedNode
     Type_Description: NamedNode
-    Code: NamedNode
-    Value: NamedNode
 
 
 class M(metaclass=ClosedNamespace, iri="http://openmath.org/vocab/math#"):
@@ -132,132 +146,54 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     # signals
     Tag: NamedNode
     name: NamedNode
-    role: NamedNode
     unit: NamedNode
-    rangeLow: NamedNode
-    rangeHigh: NamedNode
-    scale: NamedNode
     rateLimit: NamedNode
-    increment: NamedNode
-    noiseSd: NamedNode
-    modelVariable: NamedNode
     belongsTo: NamedNode
-    concerns: NamedNode
     measures: NamedNode
     drives: NamedNode
-    reportsPosition: NamedNode
-    isProvidedBy: NamedNode
-    isReportedBy: NamedNode
-    sets: NamedNode
-    overrides: NamedNode
-    isSetpointOf: NamedNode
-    isCarriedBy: NamedNode
     # structure and loops
     isConnectedTo: NamedNode
-    feeds: NamedNode
-    ControlLoop: NamedNode
-    hasProcessVariable: NamedNode
-    hasSetpoint: NamedNode
-    hasManipulatedVariable: NamedNode
-    proportionalGain: NamedNode
-    hasGain: NamedNode
-    hasReset: NamedNode
     # limits
     Limit: NamedNode
-    Interlock: NamedNode
-    Permissive: NamedNode
     Envelope: NamedNode
-    AcceptanceCriterion: NamedNode
     formula: NamedNode
     source: NamedNode
     hard: NamedNode
-    owner: NamedNode
-    window: NamedNode
-    appliesInState: NamedNode
     constrains: NamedNode
     protects: NamedNode
-    isRequiredFor: NamedNode
     # behaviour
     risk: NamedNode
     settledWhen: NamedNode
     isInitialState: NamedNode
-    isSafeState: NamedNode
-    isRecoveryTarget: NamedNode
     requiresComponent: NamedNode
     requirementReason: NamedNode
-    priority: NamedNode
-    isRecovery: NamedNode
     requiresActuator: NamedNode
-    writes: NamedNode
-    commandValue: NamedNode
-    order: NamedNode
-    SetpointRange: NamedNode
-    allowsSetpoint: NamedNode
-    ofTag: NamedNode
-    low: NamedNode
-    high: NamedNode
-    default: NamedNode
     # faults, symptoms, recovery
     affects: NamedNode
     hasFault: NamedNode
     disables: NamedNode
-    isBlockedBy: NamedNode
-    faultMode: NamedNode
     priorProbability: NamedNode
-    severityUnit: NamedNode
-    severityNominal: NamedNode
-    severityLow: NamedNode
-    severityHigh: NamedNode
     featureExpression: NamedNode
     accumulationExpression: NamedNode
-    filterTime: NamedNode
     usesTag: NamedNode
-    watches: NamedNode
     sigma: NamedNode
-    onDelay: NamedNode
-    deadband: NamedNode
-    direction: NamedNode
-    FallbackStrategy: NamedNode
-    hasCommand: NamedNode
-    leadsTo: NamedNode
-    actsOutOfService: NamedNode
     Waiver: NamedNode
     ofStrategy: NamedNode
     waives: NamedNode
     FallbackEffect: NamedNode
-    effectTime: NamedNode
-    largestRest: NamedNode
     # the guard
     QualityRule: NamedNode
     TripRule: NamedNode
     WriteRule: NamedNode
     StartUpLimit: NamedNode
-    ofLimit: NamedNode
-    staleTime: NamedNode
-    frozenTime: NamedNode
-    fastestChange: NamedNode
-    graceTime: NamedNode
-    cusumThreshold: NamedNode
     carrierFormula: NamedNode
-    largestLift: NamedNode
-    liftTime: NamedNode
-    tolerance: NamedNode
-    confirmTime: NamedNode
-    rampedBy: NamedNode
-    hasAutomatic: NamedNode
     startUpFormula: NamedNode
-    isStartUpState: NamedNode
-    startUpTime: NamedNode
     # physics
     ModelParameter: NamedNode
     symbol: NamedNode
     value: NamedNode
-    sd: NamedNode
-    relativeUncertainty: NamedNode
-    hasParameter: NamedNode
     equationText: NamedNode
     denotes: NamedNode
-    hasReferenceValue: NamedNode
     # provenance of the graph
     SourceTable: NamedNode
     wasBuiltFrom: NamedNode
