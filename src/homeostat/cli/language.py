@@ -1,7 +1,5 @@
 """The language model that the options name."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """From the arguments to the exit status."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import logging

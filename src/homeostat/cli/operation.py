@@ -1,7 +1,5 @@
 """How a run is operated: mode, pace and people."""
 
-from __future__ import annotations
-
 import argparse
 import logging
 from collections.abc import Callable, Iterable

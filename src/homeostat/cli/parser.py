@@ -1,7 +1,5 @@
 """Every command with its arguments."""
 
-from __future__ import annotations
-
 import argparse
 
 from homeostat import __version__

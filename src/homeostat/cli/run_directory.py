@@ -1,7 +1,5 @@
 """Where a run was recorded."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from homeostat.cli.options.arguments import UsageError

@@ -1,7 +1,5 @@
 """Where a story is shown: plain lines in a pipe, or a terminal (its own file)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Protocol, TextIO, final
 

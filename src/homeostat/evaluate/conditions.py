@@ -1,7 +1,5 @@
 """Conditions: how the agents of a run are asked, and what they are told."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Language models by name: from what a user writes to somebody who answers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Operation: what Homeostat may do to the plant during a run, how fast time passes, and who orders anything."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace

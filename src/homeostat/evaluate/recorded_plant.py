@@ -1,7 +1,5 @@
 """The plant that a run was made with, found again: by its folder, or its name where it is installed, and its digest."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Final
 

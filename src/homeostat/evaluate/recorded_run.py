@@ -1,7 +1,5 @@
 """A run that is kept: scored, drawn, and closed with a manifest, or closed as interrupted."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A run that has ended: its ground truth, its record, what the plant truly did, and the score."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """A scenario: which plant, which faults are truly there, which seed."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

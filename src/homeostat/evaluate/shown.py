@@ -1,7 +1,5 @@
 """What a run shows to whoever watches it: every snapshot, and the state that the plant is in."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import TypeAlias
 

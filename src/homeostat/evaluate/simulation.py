@@ -1,7 +1,5 @@
 """A simulated run as a caller from Python wants it: one call, and nothing on disk until it is saved."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The guard: one synchronous decision per tick; trip before request before sequence."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Hearing: what was put into the mailbox since the last tick, taken to whoever it is for."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """How patient the guard is with links, journals and seals; the plant's own numbers are in its tables."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ none), ``failure`` (name of the failure, null where there is none), ``detail``, 
 ``cost_usd`` (null where unknown), ``latency_s``.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Callable, Mapping

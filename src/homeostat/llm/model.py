@@ -1,7 +1,5 @@
 """What an agent needs from a language model: one question, one answer in JSON, within a time."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """Models behind an HTTP interface, in the cloud or beside the plant, and what their failures stand for."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import math

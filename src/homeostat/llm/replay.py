@@ -1,7 +1,5 @@
 """Models that answer from recorded calls: in their order, or each only to a question that it fits."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from homeostat.llm.calls import Call

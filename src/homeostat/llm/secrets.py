@@ -1,7 +1,5 @@
 """Secrets: keys that must not get into a trace, a file or a prompt, however they are spelled."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Iterable, Iterator

@@ -1,7 +1,5 @@
 """Feedback: what earlier attempts violated, and which command moves which margin how far."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from homeostat.agents.language.prompt_files import fill

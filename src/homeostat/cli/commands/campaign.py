@@ -1,7 +1,5 @@
 """``homeostat campaign``: scenarios, proposers and seeds from a file, side by side, with their report."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import importlib.util

@@ -1,7 +1,5 @@
 """What a person orders of a run that goes on: approve, reject, reset, mode, in-service, acknowledge, and more."""
 
-from __future__ import annotations
-
 import argparse
 import getpass
 import os

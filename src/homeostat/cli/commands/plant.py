@@ -1,7 +1,5 @@
 """``homeostat plant``: an engineer's signature under a plant's configuration."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

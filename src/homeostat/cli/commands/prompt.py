@@ -1,7 +1,5 @@
 """``homeostat prompt``: exactly what a language model would be shown, from a run that goes on to its end."""
 
-from __future__ import annotations
-
 import argparse
 import json
 

@@ -1,7 +1,5 @@
 """``homeostat replay``: a recorded run told again."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import sys

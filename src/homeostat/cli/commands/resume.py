@@ -1,7 +1,5 @@
 """``homeostat resume``: a run that was killed goes on from its journal."""
 
-from __future__ import annotations
-
 import argparse
 import shutil
 import sys

@@ -1,7 +1,5 @@
 """``homeostat run``: one scenario from start to score, shown as it happens and kept."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

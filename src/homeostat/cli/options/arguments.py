@@ -1,7 +1,5 @@
 """Arguments: numbers that are numbers, errors that are one line, commands that are imported where they are called."""
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Callable

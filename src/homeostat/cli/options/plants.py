@@ -1,7 +1,5 @@
 """Commands on plants: cases, graph check, query and export, plant keygen, sign and verify."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Final
 

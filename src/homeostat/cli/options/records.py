@@ -1,7 +1,5 @@
 """Commands on a run that goes on or is over: what people order of it, replay, trace verify."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Commands that carry runs out: run, resume, prompt, campaign."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from homeostat.cli.options.arguments import Commands, Parser, command, number, whole_number

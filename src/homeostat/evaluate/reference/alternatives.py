@@ -3,8 +3,6 @@
 Each alternative meets the very faults, parameters and noise of the run; no agent may see any of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import pairwise, product
 

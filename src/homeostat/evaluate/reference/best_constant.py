@@ -1,7 +1,5 @@
 """The yardstick: the best constant setpoints that an exhaustive grid finds on the true plant."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product

@@ -1,7 +1,5 @@
 """What a report holds, in its order."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final

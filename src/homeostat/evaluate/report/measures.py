@@ -1,10 +1,8 @@
 """What a study measures: proposers pair by pair, diagnoses, what was asked, and all of it beside what was possible."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Self
 
 from homeostat.evaluate.report.groups import Group, arm, arms, cases, in_order, overall, succeeded
 from homeostat.evaluate.report.statistics import Estimate, Rate, Spread, estimate, holm, mcnemar, rate, spread
@@ -172,7 +170,7 @@ class References:
     """What happened where nobody acted."""
 
     @classmethod
-    def among(cls, rows: Iterable[Row]) -> References:
+    def among(cls, rows: Iterable[Row]) -> Self:
         """The rows that show what was possible; where there are several for a pair, the first in order."""
         whole = [row for row in reversed(in_order(rows)) if row.ablation == WHOLE]
         hindsight, idle = ({r.pair: r for r in whole if r.proposer == who} for who in (HINDSIGHT, DO_NOTHING))

@@ -1,7 +1,5 @@
 """The report of a campaign: one page that needs nothing else, and its tables as files."""
 
-from __future__ import annotations
-
 import urllib.parse
 from collections.abc import Callable, Sequence
 from importlib.resources import files

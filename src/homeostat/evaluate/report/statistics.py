@@ -1,7 +1,5 @@
 """Statistics of a campaign: intervals of rates and of mean differences, and the test of paired successes."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass

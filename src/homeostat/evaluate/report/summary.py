@@ -1,7 +1,5 @@
 """What came out, in sentences that are computed from the rows."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import groupby
 from typing import Final

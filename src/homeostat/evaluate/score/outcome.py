@@ -1,7 +1,5 @@
 """What truly happened in a run, in one word; the only place that may say 'recovered'."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Scores of single steps, as studies that ask in every state define them; the truth is found by hindsight."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from typing import Any

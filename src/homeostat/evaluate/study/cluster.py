@@ -1,7 +1,5 @@
 """Jobs on a Dask cluster: one of this machine, made for a campaign, or one that runs somewhere."""
 
-from __future__ import annotations
-
 import logging
 import threading
 from collections.abc import Iterator, Sequence

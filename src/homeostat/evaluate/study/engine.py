@@ -1,7 +1,5 @@
 """Engines: where jobs are carried out, here, on several processes or on a Dask cluster, and what came of each."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What was possible: an exhaustive search on the true plant, with the true faults known from their onset on."""
 
-from __future__ import annotations
-
 import math
 import time
 from dataclasses import replace

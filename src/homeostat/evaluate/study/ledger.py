@@ -1,7 +1,5 @@
 """The ledger: every row on disk the moment it is known, so that a campaign that was killed goes on where it stopped."""
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import json

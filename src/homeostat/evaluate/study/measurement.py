@@ -1,7 +1,5 @@
 """The measurement of one job: run it where it is, keep what is to be kept, and make its row."""
 
-from __future__ import annotations
-
 import shutil
 import tempfile
 from collections.abc import Callable, Collection

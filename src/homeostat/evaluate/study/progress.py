@@ -1,7 +1,5 @@
 """The progress of a campaign: what is done, and about how long the rest will take."""
 
-from __future__ import annotations
-
 import time
 from collections import defaultdict
 from collections.abc import Callable, Sequence

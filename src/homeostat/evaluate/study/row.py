@@ -1,7 +1,5 @@
 """A row: everything that is kept of one run of a campaign, as one line of the dataset."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

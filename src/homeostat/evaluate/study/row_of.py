@@ -1,7 +1,5 @@
 """From a run to its row."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, fields
 from typing import Any

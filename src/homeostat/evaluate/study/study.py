@@ -1,7 +1,5 @@
 """A campaign from its jobs to its folder: ledger, dataset, provenance and report."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import shlex

@@ -1,7 +1,5 @@
 """Wanted: by when recovery must have acted, and the alarm in place of a fallback where a person has the say."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 from homeostat.domain.alarm import Priority

@@ -1,7 +1,5 @@
 """Authority: who may order what; person, role, four eyes and digest are one check."""
 
-from __future__ import annotations
-
 import unicodedata
 from collections.abc import Iterable
 

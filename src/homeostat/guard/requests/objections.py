@@ -1,7 +1,5 @@
 """Objections: what is said to a person whose order names something that is not there, or is not so."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from homeostat.domain.mode import Mode

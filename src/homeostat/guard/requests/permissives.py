@@ -1,7 +1,5 @@
 """Permissives: what must hold at the moment of a command, judged on one snapshot."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 

@@ -1,7 +1,5 @@
 """People: their orders are carried out by the guard, checked once, answered and journalled."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 

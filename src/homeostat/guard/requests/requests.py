@@ -1,7 +1,5 @@
 """Requests: verified on the very reading of a tick, the oldest that still stands first, each answered (NE 178)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

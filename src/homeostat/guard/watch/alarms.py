@@ -1,7 +1,5 @@
 """Alarms: raised once, acknowledged by a person, returned when the condition ends (ISA-18.2); others' troubles, too."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Tenure: the lease on the plant with its heartbeat, taken again where it was lost; and modes: who may write."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

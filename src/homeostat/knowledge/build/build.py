@@ -4,8 +4,6 @@
 compares what an RML processor made of ``mapping.rml.ttl``, so that neither is trusted alone.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys

@@ -1,7 +1,5 @@
 """What the tables imply and a mapping cannot say: rules, links from formulas to tags, equations."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from importlib import resources
 from itertools import groupby

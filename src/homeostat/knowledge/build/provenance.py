@@ -5,8 +5,6 @@ and in our CSV files. Line ends count as one byte, however a file was checked ou
 against somebody who computes a new one; that is what signatures are for.
 """
 
-from __future__ import annotations
-
 import hashlib
 import re
 import tomllib

@@ -6,8 +6,6 @@ what uses the common forms and disguises. Of orders in words of their own it fin
 without findings is no graph that can be trusted.
 """
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from dataclasses import dataclass

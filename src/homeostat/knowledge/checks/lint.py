@@ -5,8 +5,6 @@ asks for less: that names mean something, that a state machine can be entered an
 part of the plant was forgotten where its like are connected.
 """
 
-from __future__ import annotations
-
 import difflib
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping

@@ -6,8 +6,6 @@ stays, the second description of model parameters by DIN EN 61360, what the guar
 source tables.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass

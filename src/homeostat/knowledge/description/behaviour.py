@@ -1,7 +1,5 @@
 """How the plant behaves and must not behave: its state machine, limits and criteria, and the ways to the safe state."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """The whole plant, read once when a plant is opened."""
 
-from __future__ import annotations
-
 from pyoxigraph import NamedNode
 
 from homeostat.domain.plant.description import PlantDescription

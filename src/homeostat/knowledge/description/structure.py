@@ -1,7 +1,5 @@
 """What the plant is made of: its parts, tags, control loops, equations and parameters."""
 
-from __future__ import annotations
-
 from itertools import groupby
 
 from pyoxigraph import NamedNode

@@ -12,8 +12,6 @@ In the text, ``$machine`` stands for the term. A parameter of several terms (``i
 text, and never inside strings, IRIs or comments; so an argument cannot change the shape of a query.
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import math

@@ -3,8 +3,6 @@
 None of them knows a plant: every question starts at things that the caller names, and costs what its answer costs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise

@@ -1,9 +1,7 @@
 """A graph store behind a SPARQL 1.1 endpoint: query, update and graph store protocol over HTTP."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Final, Self
 from urllib.parse import quote, urlencode, urlsplit
 
 from pyoxigraph import NamedNode, QueryResultsFormat, RdfFormat, Triple, parse
@@ -48,19 +46,19 @@ class SparqlEndpoint:
                 raise ValueError(f"address {url!r} must be http(s)://host[:port]/path and nothing more")
 
     @classmethod
-    def oxigraph(cls, base_url: str, timeout_s: float = 30.0) -> SparqlEndpoint:
+    def oxigraph(cls, base_url: str, timeout_s: float = 30.0) -> Self:
         """An Oxigraph server, for example ``http://localhost:7878``."""
         base = base_url.rstrip("/")
         return cls(f"{base}/query", f"{base}/update", f"{base}/store", f"{base}/store", Transport(timeout_s))
 
     @classmethod
-    def graphdb(cls, base_url: str, repository: str, timeout_s: float = 30.0) -> SparqlEndpoint:
+    def graphdb(cls, base_url: str, repository: str, timeout_s: float = 30.0) -> Self:
         """A repository of a GraphDB or RDF4J server, for example ``http://localhost:7200`` and ``plant``."""
         base = f"{base_url.rstrip('/')}/repositories/{quote(repository, safe='')}"
         statements = f"{base}/statements"
         return cls(base, statements, f"{base}/rdf-graphs/service", statements, Transport(timeout_s))
 
-    def seeing(self, *graphs: NamedNode) -> SparqlEndpoint:
+    def seeing(self, *graphs: NamedNode) -> Self:
         """This store, with ``graphs`` as what a query sees where it names none."""
         return replace(self, default_graphs=graphs)
 

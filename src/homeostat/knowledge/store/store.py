@@ -9,8 +9,6 @@ Misuse and failure are exceptions:
     └── UnexpectedAnswer   an answer has a gap or a term of another kind than its reader needs: correct the graph
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final, Protocol, TypeAlias, TypeVar
 

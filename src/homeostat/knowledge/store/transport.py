@@ -1,7 +1,5 @@
 """One HTTP exchange, bounded in time and size, that never leaves the host it was meant for."""
 
-from __future__ import annotations
-
 import asyncio
 import ssl
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """``homeostat graph check``: does a graph have lint, and does a plant's own fit shapes, tables and model?"""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """``homeostat graph export``: a plant's graph in one of the RDF formats."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from typing import Final

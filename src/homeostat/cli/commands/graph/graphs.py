@@ -1,7 +1,5 @@
 """The graph that a graph command works on: a plant's own, or one in a file, of a plant or of any plant."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

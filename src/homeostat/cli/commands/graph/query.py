@@ -1,7 +1,5 @@
 """``homeostat graph query``: a question in SPARQL to a plant's graph."""
 
-from __future__ import annotations
-
 import argparse
 import re
 import sys

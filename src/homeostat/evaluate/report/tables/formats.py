@@ -1,7 +1,5 @@
 """Tables as Markdown, LaTeX and CSV. Names and reasons come from files and models: none may act as markup."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

@@ -1,7 +1,5 @@
 """Scores: a heading, how its cells are computed and read; the table that scores make, and all those of a report."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

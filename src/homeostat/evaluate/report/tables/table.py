@@ -1,7 +1,5 @@
 """A table of results: typed cells, and how each of them reads."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final

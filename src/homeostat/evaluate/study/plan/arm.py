@@ -1,7 +1,5 @@
 """Arms, who proposes in a campaign's run, and ablations, what is left out: values that other processes can be sent."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field

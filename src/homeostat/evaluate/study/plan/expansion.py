@@ -1,7 +1,5 @@
 """From a plan to its jobs: every scenario and seed with every proposer and every ablation that can matter to it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from functools import cache

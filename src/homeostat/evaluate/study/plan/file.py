@@ -1,7 +1,5 @@
 """Reading a campaign's file."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path

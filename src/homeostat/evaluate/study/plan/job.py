@@ -1,7 +1,5 @@
 """A job: one run of a campaign, with everything that it depends on; and its result is a row."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from dataclasses import asdict, dataclass, replace

@@ -1,8 +1,6 @@
 """The plan of a campaign: what its file may say."""
 
-from __future__ import annotations
-
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, Self, TypeAlias
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictInt, field_validator, model_validator
 
@@ -73,7 +71,7 @@ class ScenarioPlan(_Table):
     """Row of the published tables that this stands for."""
 
     @model_validator(mode="after")
-    def _is_whole(self) -> ScenarioPlan:
+    def _is_whole(self) -> Self:
         listed = isinstance(self.fault, tuple)
         if listed and not self.fault:
             raise ValueError("the list of faults is empty; name one at least")
@@ -112,7 +110,7 @@ class ProposerPlan(_Table):
     """Of ``constant``: tag -> value that is always commanded; the design value where it is not named."""
 
     @model_validator(mode="after")
-    def _has_values_for_somebody(self) -> ProposerPlan:
+    def _has_values_for_somebody(self) -> Self:
         if self.values and self.who != CONSTANT:
             raise ValueError(f"values are what {CONSTANT!r} commands; {self.who!r} has no use for them")
         return self
@@ -165,7 +163,7 @@ class Plan(_Table):
         return tuple(dict.fromkeys(s.case for s in self.scenarios))
 
     @model_validator(mode="after")
-    def _is_unambiguous(self) -> Plan:
+    def _is_unambiguous(self) -> Self:
         if self.thinking_measured and "thinking_declared_s" in self.model_fields_set:
             raise ValueError("thinking is declared or measured, not both")
         for what, names in (

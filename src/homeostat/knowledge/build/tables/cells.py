@@ -1,7 +1,5 @@
 """Cells: names, texts, words, numbers with bounds and units, formulas, and references to rows of other tables."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass

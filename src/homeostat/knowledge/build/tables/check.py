@@ -1,7 +1,5 @@
 """Checking a plant's tables before anything is made of them: a bad cell is one line with its place and the remedy."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final

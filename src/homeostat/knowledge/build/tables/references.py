@@ -1,7 +1,5 @@
 """Names in one table that another one must state."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Final, TypeAlias
 
