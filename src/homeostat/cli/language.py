@@ -1,11 +1,9 @@
 """The language model that the options name."""
 
 import argparse
-from pathlib import Path
 
 from homeostat.agents.grounding.context import GroundingKind
-from homeostat.cli.options.arguments import UsageError
-from homeostat.cli.options.running import SEARCH
+from homeostat.cli.arguments import SEARCH, UsageError
 from homeostat.evaluate.named_model import NamedModel, NoSuchModel
 from homeostat.plants.assembly import Language
 
@@ -27,7 +25,7 @@ def speaker(options: argparse.Namespace) -> Language | None:
     except NoSuchModel as error:
         raise UsageError(str(error)) from error
     if options.record is not None:
-        _try_to_write(options.record)
+        options.record.open("a").close()  # OSError where calls could not be added; an empty file where there was none
     grounding = GroundingKind(options.grounding or GroundingKind.GRAPH)
     return Language(model, tuple(options.note), options.record, grounding)
 
@@ -40,9 +38,3 @@ def chosen_model(name: str, options: argparse.Namespace) -> NamedModel:
     """The model called ``name``, to be asked as the options say."""
     temperature = TEMPERATURE if options.temperature is None else options.temperature
     return NamedModel(name, options.local_only, tuple(options.allow_host), temperature, options.model_seed)
-
-
-def _try_to_write(path: Path) -> None:
-    """OSError where calls could not be added to ``path``; an empty file is left where there was none."""
-    with path.open("a", encoding="utf-8"):
-        pass

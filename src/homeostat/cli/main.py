@@ -11,7 +11,7 @@ from importlib import import_module
 from io import TextIOWrapper
 from typing import final
 
-from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.arguments import UsageError
 from homeostat.cli.parser import parser
 
 BAD_USAGE = 2

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final
 
-from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.arguments import UsageError
 from homeostat.domain.mode import Mode, PersonCommand
 from homeostat.domain.quotation import printable
 from homeostat.evaluate.operation import Operation

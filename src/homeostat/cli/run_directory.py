@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.arguments import UsageError
 from homeostat.journal.files import JOURNAL, MANIFEST
 
 

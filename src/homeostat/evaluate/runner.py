@@ -1,16 +1,20 @@
 """Runs: one scenario from start to score."""
 
+from __future__ import annotations
+
 import contextlib
 import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeAlias
 
 from homeostat.agents.bounds import Budget
 from homeostat.agents.roles import AskingProtocol, Monitoring, Proposer
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import Command
+from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.conditions import Conditions, LabelGiven, MostProbable, without_ensemble
 from homeostat.evaluate.local_control import LocalControl, Told
 from homeostat.evaluate.operation import Operation
@@ -20,7 +24,6 @@ from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.outcome import completion_s, facts_of, limits_of, outcome
 from homeostat.evaluate.score.scoring import exposures, production_loss
-from homeostat.evaluate.shown import Shown, Watcher
 from homeostat.evaluate.transcript import TranscribedModel
 from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.journal import MemoryTrace, RunStarted, Trace
@@ -41,6 +44,31 @@ from homeostat.plants.assembly import (
 )
 from homeostat.plants.plant import Plant
 from homeostat.record.run_record import RunRecord
+
+Watcher: TypeAlias = Callable[[Snapshot], None]
+"""Called with each snapshot before anybody thinks about it."""
+
+
+class Shown:
+    """Follows a run, tick by tick."""
+
+    def __init__(self, state: str, watcher: Watcher | None = None) -> None:
+        """``state``: the one that the plant begins in; ``watcher`` is shown every snapshot, nobody where None."""
+        self._watcher = watcher
+        self.state = state
+        """State that the plant is in."""
+
+    def __call__(self, seen: Observation) -> None:
+        """Take one tick of a guard."""
+        self.state = seen.state
+        if seen.snapshot is not None:
+            self.sampled(seen.snapshot)
+
+    def sampled(self, snapshot: Snapshot) -> bool:
+        """Take one snapshot of a plant that nobody guards; False, as nobody wants it to end."""
+        if self._watcher is not None:
+            self._watcher(snapshot)
+        return False
 
 
 def run_steered(
@@ -112,7 +140,8 @@ def run(
         )
         link, local = _attach(plant, process, operation)
         lease = link if operation.mode.writes else None
-        assembly = wire(_known(known or plant, conditions), lease, clock, trace, scenario.seed, arrangement)
+        understood = (known or plant) if conditions.ensemble else without_ensemble(known or plant)
+        assembly = wire(understood, lease, clock, trace, scenario.seed, arrangement)
         if operation.past is not None:
             _go_on(plant, operation.past, record, trace)
             assembly.exchange.remember(operation.past.retrace(link, local))
@@ -147,10 +176,6 @@ def _hook(shown: Shown, assembly: Assembly, operation: Operation, local: LocalCo
             assembly.guard.mailbox.put(order)
 
     return hook
-
-
-def _known(plant: Plant, conditions: Conditions) -> Plant:
-    return plant if conditions.ensemble else without_ensemble(plant)
 
 
 def _informed(plant: Plant, scenario: Scenario, conditions: Conditions) -> Callable[[Monitoring], Monitoring]:

@@ -15,7 +15,7 @@ from rich.live import Live
 from rich.text import Text
 
 from homeostat.cli import language
-from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.arguments import UsageError
 from homeostat.evaluate.named_model import REPLAY, SITUATED
 from homeostat.evaluate.report.summary import summary
 from homeostat.evaluate.study.engine import measured
@@ -51,7 +51,9 @@ def carry_out(options: argparse.Namespace) -> int:
 
 def _run(plan: Plan, jobs: Sequence[Job], options: argparse.Namespace) -> int:
     folder: Path = options.out or FOLDER / options.file.stem
-    workers = Workers(options.workers or _usual_workers(), options.cluster)
+    # One worker per core; one where what several need is not installed.
+    usual = (os.cpu_count() or 1) if importlib.util.find_spec("distributed") else 1
+    workers = Workers(options.workers or usual, options.cluster)
     rerun = rerun_command(options.file, _given(options))
     try:
         with _shown(sys.stderr.isatty()) as show:
@@ -60,11 +62,6 @@ def _run(plan: Plan, jobs: Sequence[Job], options: argparse.Namespace) -> int:
         print(f"\nstopped; the same command goes on from what is in {folder}", file=sys.stderr)
         raise
     return _conclude(ended, len(jobs))
-
-
-def _usual_workers() -> int:
-    """One per core; one where what several need is not installed."""
-    return (os.cpu_count() or 1) if importlib.util.find_spec("distributed") else 1
 
 
 def _conclude(ended: Ended, asked: int) -> int:

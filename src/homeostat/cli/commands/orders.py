@@ -6,8 +6,7 @@ import os
 import secrets
 from typing import Final
 
-from homeostat.cli.options.arguments import UsageError
-from homeostat.cli.options.records import LEAST_DIGITS
+from homeostat.cli.arguments import LEAST_DIGITS, UsageError
 from homeostat.cli.run_directory import run_directory
 from homeostat.cli.story.offers import Offers
 from homeostat.domain.mode import PersonCommand, Role, Verb

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.arguments import UsageError
 from homeostat.journal.files import write_whole
 from homeostat.journal.signing.keys import SigningKey, make_key, read_private, read_public
 from homeostat.plants.folder import SIGNATURE

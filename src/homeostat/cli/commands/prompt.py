@@ -4,7 +4,7 @@ import argparse
 import json
 
 from homeostat.agents.language.scripts import reasonable
-from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.arguments import UsageError
 from homeostat.evaluate.scenario import scenario
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question

@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 
 from homeostat.agents.roles import AskingProtocol
+from homeostat.cli.arguments import UsageError
 from homeostat.cli.commands.run import Going, carry
 from homeostat.cli.operation import orders_to
-from homeostat.cli.options.arguments import UsageError
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.mode import Mode
 from homeostat.evaluate.conditions import Conditions
@@ -60,8 +60,6 @@ def _copied(run_dir: Path, out: Path) -> Path:
 
 
 def _thinking(past: Past, pace: float | None) -> Thinking:
-    from homeostat.evaluate.operation import Thinking
-
     chosen = past.settings
     if "thinking_declared_s" in chosen:
         return Thinking(declared_s=float(chosen["thinking_declared_s"]))

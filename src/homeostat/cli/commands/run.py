@@ -39,10 +39,6 @@ def carry_out(options: argparse.Namespace) -> int:
     """Check everything, run, show, keep; the exit status says what happened (:data:`STATUS`)."""
     speaker = language.speaker(options)
     operation.check(options)
-    from homeostat.evaluate.conditions import Conditions
-    from homeostat.evaluate.operation import Thinking
-    from homeostat.record.directory import RunDirectory
-
     plant = load_plant(options.case)
     chosen = scenario(
         plant, options.fault, options.seed, options.onset, options.severity, options.end, options.location
@@ -76,8 +72,6 @@ class Going(NamedTuple):
 
 def carry(going: Going, as_json: bool) -> int:
     """Run, show, keep; the exit status."""
-    from homeostat.domain.quotation import printable
-
     plant, chosen, directory = going.plant, going.chosen, going.directory
     story, view = Story(plant.description, directory.path), _view(plant, chosen, as_json)
 

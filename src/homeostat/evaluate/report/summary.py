@@ -70,10 +70,12 @@ def _named(rows: Sequence[Row]) -> list[str]:
 def _sentence(group: Group, missed: Rate | None, compared: Comparison | None) -> str:
     good = rate([succeeded(row) for row in group.rows])
     assert good is not None
-    words = f"{group.name}{_origin(group)}: {good.count} of {good.of} runs succeeded{_interval(good)}"
+    origin = "" if group.source is Source.MEASURED else f" ({group.source.value})"
+    words = f"{group.name}{origin}: {good.count} of {good.of} runs succeeded{_interval(good)}"
     broken = [row.exposure_s for row in group.rows if broke_limit(row)]
     if broken:
-        words += f"; {_runs(len(broken))} broke a hard limit, for {max(broken):.0f} s at most"
+        runs = "1 run" if len(broken) == 1 else f"{len(broken)} runs"
+        words += f"; {runs} broke a hard limit, for {max(broken):.0f} s at most"
     else:
         words += "; none broke a hard limit"
     if missed is not None:
@@ -92,14 +94,6 @@ def _against(one: Comparison) -> str:
     return f"beside {one.reference}, {difference} {successes} on the same {pairs} plants: {clear} (adjusted {p})"
 
 
-def _origin(group: Group) -> str:
-    return "" if group.source is Source.MEASURED else f" ({group.source.value})"
-
-
 def _interval(good: Rate) -> str:
     ends = good.interval
     return "" if ends is None else f" (95 % interval {100.0 * ends.low:.0f} to {100.0 * ends.high:.0f} %)"
-
-
-def _runs(count: int) -> str:
-    return "1 run" if count == 1 else f"{count} runs"

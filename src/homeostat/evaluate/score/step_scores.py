@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from homeostat.agents.language.answers import unfenced
-from homeostat.domain.plant.state_machine import State
 from homeostat.evaluate.reference.best_route import best_route
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.transcript import TranscriptEntry
@@ -32,7 +31,7 @@ def score_steps(plant: Plant, scenario: Scenario, said: Sequence[TranscriptEntry
     plans = [(s.state, _field(s.answer, "path")) for s in said if s.agent == "planning"]
     right = sum(follows.get(state) == named for state, named in plans)
     acted = [(states[name], switched) for name, switched in _acted(said) if name in states]
-    needed = [(_needed(state), switched) for state, switched in acted]
+    needed = [(_on({r.tag: r.design for r in state.setpoints}), switched) for state, switched in acted]
     return StepScores(
         plans=len(plans),
         plans_right=right,
@@ -53,11 +52,6 @@ def _acted(said: Sequence[TranscriptEntry]) -> list[tuple[str, frozenset[str]]]:
         elif s.agent == "action":
             found.append((named, _on(_field(s.answer, "commands"))))
     return found
-
-
-def _needed(state: State) -> frozenset[str]:
-    """Actuators that ``state`` switches on by design."""
-    return _on({r.tag: r.design for r in state.setpoints})
 
 
 def _on(commands: object) -> frozenset[str]:

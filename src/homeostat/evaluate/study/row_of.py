@@ -53,17 +53,13 @@ def row_of(job: Job, run: Run, trace: str) -> Row:
         **_done(job, run),
         **_endured(run),
         **_believed(run.hypotheses, job.scenario.fault),
-        **_steps(run.steps),
+        **(dict.fromkeys(STEPS) if run.steps is None else asdict(run.steps)),
         **usage_of(run.record.of_kind(ModelCalled), run.said),
         wall_decision_s=None if run.actor == NOBODY else run.thinking_s,
         wall_thinking_s=run.thought_s,
         wall_s=run.wall_s,
         trace=trace,
     )
-
-
-def _steps(steps: StepScores | None) -> dict[str, Any]:
-    return dict.fromkeys(STEPS) if steps is None else asdict(steps)
 
 
 def _asked(job: Job, run: Run) -> dict[str, Any]:

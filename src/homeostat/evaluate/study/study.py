@@ -61,7 +61,9 @@ def run_campaign(
     row that was shown is in ``folder``, and the same call goes on from there. Raises CampaignError where ``folder`` is
     in use, workers cannot be had, or what the report needs is not installed.
     """
-    _check_installed()
+    for name in REPORT_NEEDS:
+        if importlib.util.find_spec(name) is None:
+            raise CampaignError(f"the report of a campaign needs {name!r}: pip install 'homeostat[campaign]'")
     prints = {job.fingerprint: job for job in jobs}
     failed: list[Done] = []
     with Ledger(folder) as ledger:
@@ -80,13 +82,6 @@ def run_campaign(
         write_whole(folder / PROVENANCE, _provenance(title))
         files = write_report(folder, title, rows, rerun) if rows else ()
     return Ended(tuple(rows), tuple(failed), (folder / DATASET, *files))
-
-
-def _check_installed() -> None:
-    """CampaignError, before anything is run, where the report could not be written in the end."""
-    for name in REPORT_NEEDS:
-        if importlib.util.find_spec(name) is None:
-            raise CampaignError(f"the report of a campaign needs {name!r}: pip install 'homeostat[campaign]'")
 
 
 def rerun_command(source: Path, options: Sequence[str] = ()) -> Rerun:

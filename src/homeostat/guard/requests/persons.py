@@ -60,8 +60,10 @@ class Persons:
         self._starting: tuple[Write, str, ActionSet] | None = None
         self._unread: tuple[Write, str] | None = None
         self._orders: dict[Verb, Callable[[PersonCommand, Present], str | Counted]] = {
-            Verb.APPROVE: self._approve,
-            Verb.REJECT: self._reject,
+            Verb.APPROVE: lambda given, present: floor.requests.agree(given.subject, given.digest),
+            Verb.REJECT: lambda given, present: floor.requests.reject(
+                given.subject, f"{given.person}: {given.reason}", present.now_s
+            ),
             Verb.RESET: self._reset,
             Verb.MODE: self._mode,
             Verb.IN_SERVICE: self._service,
@@ -119,12 +121,6 @@ class Persons:
         if self._floor.latch.reason is None:
             parts.sequencer.stop()
             parts.note(loaded(start, ActionSet((), parts.sequencer.state), aborting=False), now_s)
-
-    def _approve(self, command: PersonCommand, present: Present) -> str:
-        return self._floor.requests.agree(command.subject, command.digest)
-
-    def _reject(self, command: PersonCommand, present: Present) -> str:
-        return self._floor.requests.reject(command.subject, f"{command.person}: {command.reason}", present.now_s)
 
     def _acknowledge(self, command: PersonCommand, present: Present) -> str:
         alarms = self._floor.parts.alarms

@@ -101,14 +101,12 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         graph = build(options.folder)
         if options.triples:
-            refuse_difference(options.folder, _read_triples(options.triples))
+            refuse_difference(
+                options.folder, frozenset(q.triple for q in parse(path=options.triples, format=RdfFormat.N_TRIPLES))
+            )
         refuse_incomplete(graph)
     except GraphError as error:
         print(f"{options.folder}: {error}", file=sys.stderr)
         return 1
     (options.out or options.folder / GRAPH).write_bytes(graph)
     return 0
-
-
-def _read_triples(path: Path) -> frozenset[Triple]:
-    return frozenset(quad.triple for quad in parse(path=path, format=RdfFormat.N_TRIPLES))

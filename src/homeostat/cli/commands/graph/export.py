@@ -6,14 +6,11 @@ from typing import Final
 
 from pyoxigraph import RdfFormat, serialize
 
+from homeostat.cli.arguments import UsageError
 from homeostat.cli.commands.graph.graphs import opened, place
-from homeostat.cli.options.arguments import UsageError
-from homeostat.cli.options.plants import FORMATS
 from homeostat.journal.files import write_whole
 
-_FORMATS: Final = dict(
-    zip(FORMATS, (RdfFormat.TURTLE, RdfFormat.N_TRIPLES, RdfFormat.TRIG, RdfFormat.JSON_LD), strict=True)
-)
+_FORMATS: Final = dict(turtle=RdfFormat.TURTLE, nt=RdfFormat.N_TRIPLES, trig=RdfFormat.TRIG, jsonld=RdfFormat.JSON_LD)
 
 
 def carry_out(options: argparse.Namespace) -> int:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pyoxigraph import NamedNode
 
-from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.arguments import UsageError
 from homeostat.knowledge.build.build import GRAPH
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.graph_file import UnreadableGraph, load_file

@@ -8,8 +8,8 @@ from typing import Final
 
 from pyoxigraph import Literal, NamedNode, RdfFormat, serialize
 
+from homeostat.cli.arguments import UsageError
 from homeostat.cli.commands.graph.graphs import Place, place, with_ontology
-from homeostat.cli.options.arguments import UsageError
 from homeostat.cli.table import show_table
 from homeostat.knowledge.store.endpoint import SparqlEndpoint
 from homeostat.knowledge.store.store import GraphStore, QueryRejected, Term

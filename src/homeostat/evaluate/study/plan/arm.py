@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from homeostat.agents.grounding.context import GroundingKind
-from homeostat.agents.roles import AskingProtocol, Proposer
+from homeostat.agents.roles import AskingProtocol
 from homeostat.evaluate.named_model import NamedModel
 from homeostat.evaluate.study.plan.constant import constant_proposer
 from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, WHOLE
-from homeostat.plants.assembly import Language, Propose, Workbench, in_operation
+from homeostat.plants.assembly import Language, Propose, in_operation
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,18 +78,7 @@ class Arm:
         if self.who == DO_NOTHING:
             return None
         if self.who == FALLBACK_ONLY:
-            return _nobody
+            return lambda bench: ()
         if self.who == CONSTANT:
-            return self._constant
-        return in_operation if self.model is None or self.then_search else _alone
-
-    def _constant(self, bench: Workbench) -> tuple[Proposer, ...]:
-        return (constant_proposer(bench, self.values),)
-
-
-def _nobody(bench: Workbench) -> tuple[Proposer, ...]:
-    return ()
-
-
-def _alone(bench: Workbench) -> tuple[Proposer, ...]:
-    return (bench.speaking(),)
+            return lambda bench: (constant_proposer(bench, self.values),)
+        return in_operation if self.model is None or self.then_search else lambda bench: (bench.speaking(),)

@@ -1,6 +1,6 @@
 """Names in one table that another one must state."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Final, TypeAlias
 
 from homeostat.knowledge.build.tables.cells import CellError, Reads, Refers, Row, shown
@@ -34,7 +34,7 @@ def unknown_names(tables: Mapping[str, Rows], models: Mapping[str, type[Row]]) -
     What a table states that is missing or cannot be read is not known, so nobody is blamed for naming it.
     """
     known = {
-        kind: _stated(tables, places)
+        kind: frozenset(row.get(column, "") for name, column in places for row in tables[name].rows) - {""}
         for kind, (_, places) in _STATED.items()
         if all(name in tables and column in tables[name].columns for name, column in places)
     }
@@ -43,10 +43,6 @@ def unknown_names(tables: Mapping[str, Rows], models: Mapping[str, type[Row]]) -
             for mark in field.metadata:
                 if isinstance(mark, Refers | Reads) and column in tables[name].columns and _kinds(mark) <= known.keys():
                     yield from _unknown_in(name, column, tables[name], mark, known)
-
-
-def _stated(tables: Mapping[str, Rows], places: Iterable[tuple[str, str]]) -> frozenset[str]:
-    return frozenset(row.get(column, "") for name, column in places for row in tables[name].rows) - {""}
 
 
 def _unknown_in(

@@ -1,13 +1,16 @@
-"""Arguments: numbers that are numbers, errors that are one line, commands that are imported where they are called."""
+"""Arguments: numbers that are numbers, and errors that are one line."""
 
 import argparse
 import math
 from collections.abc import Callable
-from typing import Final, NoReturn, TypeAlias, final
+from typing import Final, NoReturn, final
 
-Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
 ENDINGS: Final = "its ending says the format: .ttl, .nt, .jsonld, .rdf, .owl, .trig or .nq"
 """What the help says about a file with a graph."""
+LEAST_DIGITS: Final = 8
+"""Fewest digits that name a digest."""
+SEARCH: Final = "search"
+"""The proposer that is always there."""
 
 
 class UsageError(ValueError):
@@ -21,13 +24,6 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Leave with the message."""
         self.exit(2, f"homeostat: {' '.join(message.split())}; see '{self.prog} --help'\n")
-
-
-def command(commands: Commands, name: str, by: str, about: str, description: str, epilog: str | None = None) -> Parser:
-    """A command that the function ``by`` ("module:function" below `homeostat.cli.commands`) carries out."""
-    made = commands.add_parser(name, help=about, description=description, epilog=epilog, allow_abbrev=False)
-    made.set_defaults(carry_out=by)
-    return made
 
 
 def number(low: float = -math.inf, high: float = math.inf) -> Callable[[str], float]:
@@ -48,7 +44,7 @@ def number(low: float = -math.inf, high: float = math.inf) -> Callable[[str], fl
     return convert
 
 
-def whole_number(low: int, high: int) -> Callable[[str], int]:
+def whole(low: int, high: int) -> Callable[[str], int]:
     """A converter for a whole number from ``low`` to ``high``."""
 
     def convert(text: str) -> int:
