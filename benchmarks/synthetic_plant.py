@@ -11,7 +11,8 @@ from typing import Final
 
 from pyoxigraph import Literal, NamedNode, Triple
 
-from homeostat.knowledge.vocabulary.vocabulary import DIN17359, HS, RDF, RDFS, UML, VDI2206, VDI3682, CPSMod
+from homeostat.knowledge.vocabulary.vocabulary import RDF, RDFS
+from tests.knowledge.terms import DIN17359, HS, UML, VDI2206, VDI3682, CPSMod
 
 NAMESPACE: Final = "urn:synthetic:"
 

@@ -9,7 +9,8 @@ from typing import Final
 from pyoxigraph import Literal, NamedNode, Triple
 
 from homeostat.knowledge.vocabulary.openmath import equation
-from homeostat.knowledge.vocabulary.vocabulary import HS, RDF, RDFS, VDI2206, VDI3682, CPSMod
+from homeostat.knowledge.vocabulary.vocabulary import HS, RDF, RDFS
+from tests.knowledge.terms import VDI2206, VDI3682, CPSMod
 
 SITE: Final = "urn:homeostat:site#"
 """Namespace of what belongs to no module."""

@@ -17,8 +17,9 @@ from pyoxigraph import NamedNode, RdfFormat, Triple, parse, serialize
 from benchmarks.scale.header_graph import HEADERS, SITE, connections, equipment_triples, header_triples
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary.tbox import load_ontology
-from homeostat.knowledge.vocabulary.vocabulary import RDF, VDI2206, VDI3682, CPSMod
+from homeostat.knowledge.vocabulary.vocabulary import RDF
 from homeostat.plants.folder import CASES
+from tests.knowledge.terms import VDI2206, VDI3682, CPSMod
 
 KINDS: Final = ("mixing_module", "cstr")
 """Cases that modules are copies of, in turn."""

@@ -20,7 +20,7 @@ from pyoxigraph import BlankNode, CanonicalizationAlgorithm, Dataset, Literal, N
 from benchmarks.synthetic_plant import node, plant
 from homeostat.knowledge.questions import questions
 from homeostat.knowledge.store.store import GraphStore, QueryRejected, StoreError
-from homeostat.knowledge.vocabulary.vocabulary import XSD
+from tests.knowledge.terms import XSD
 
 See: TypeAlias = Callable[[tuple[NamedNode, ...]], GraphStore]
 """The store under test, seen with other default graphs."""

@@ -25,9 +25,10 @@ from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.vocabulary.openmath import equation
 from homeostat.knowledge.vocabulary.tbox import ontologies
-from homeostat.knowledge.vocabulary.vocabulary import HS, PREFIXES, RDF, CPSMod, M
+from homeostat.knowledge.vocabulary.vocabulary import HS, PREFIXES, RDF, M
 from homeostat.stl.formula import parse_expression
 from tests.knowledge.tables import CASES, SYSTEM, TABLES, Rows, Workbench, reactor, store_of
+from tests.knowledge.terms import CPSMod
 
 PLANTS = sorted(path.parent for path in CASES.glob("*/case.toml"))
 SHIPPED = Path(module.__file__).with_name(MAPPING)

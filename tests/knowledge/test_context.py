@@ -12,8 +12,9 @@ from pyoxigraph import Literal, NamedNode, Triple
 
 from homeostat.domain.quotation import quoted
 from homeostat.knowledge.context.context import TEXT_LIMIT, Excerpt, excerpt
-from homeostat.knowledge.vocabulary.vocabulary import HS, RDF, RDFS, UML, XSD
+from homeostat.knowledge.vocabulary.vocabulary import RDF, RDFS, UML, XSD
 from homeostat.llm.tokens import estimate
+from tests.knowledge.terms import HS
 
 NS = "urn:homeostat:test#"
 A = NamedNode(f"{NS}a")

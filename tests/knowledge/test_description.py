@@ -17,11 +17,11 @@ from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.description.structure import components, equations, loops, model_parameters, signals
 from homeostat.knowledge.store.endpoint import SparqlEndpoint
 from homeostat.knowledge.store.error import Code, GraphError
-from homeostat.knowledge.vocabulary.vocabulary import HS
 from homeostat.stl.constants import filled
 from homeostat.stl.formula import Expression, Formula, parse, parse_expression
 from homeostat.stl.text import render
 from tests.knowledge.tables import CSTR, SYSTEM, Rows, reactor, store_of
+from tests.knowledge.terms import HS
 
 
 def table(name: str) -> Rows:

@@ -12,8 +12,9 @@ from homeostat.knowledge.checks.injection_scan import FORMAL, LONGEST, Reason, i
 from homeostat.knowledge.questions.query import parse as parse_template
 from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.store.embedded import EmbeddedStore
-from homeostat.knowledge.vocabulary.vocabulary import HS, RDFS, XSD
+from homeostat.knowledge.vocabulary.vocabulary import RDFS, XSD
 from homeostat.plants.folder import plant_folder
+from tests.knowledge.terms import HS
 from tests.safety.injections import CORPUS, TEXTS, Injection
 
 PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "reference" / "knowledge_graphs"

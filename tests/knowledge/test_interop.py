@@ -22,8 +22,8 @@ from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.endpoint import SparqlEndpoint
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.knowledge.vocabulary.tbox import bridge, load_ontology
-from homeostat.knowledge.vocabulary.vocabulary import DIN17359, HS, UML, VDI3682
 from tests.knowledge.servers import graphdb_front
+from tests.knowledge.terms import DIN17359, HS, UML, VDI3682
 
 REFERENCE: Final = Path(__file__).parents[3] / "shared/data/reference"
 GRAPHS: Final = (

@@ -12,8 +12,9 @@ from homeostat.knowledge.checks.conformance import check_shapes
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.knowledge.vocabulary.tbox import ontologies
-from homeostat.knowledge.vocabulary.vocabulary import DIN17359, HS, PREFIXES, RDF, RDFS, UML, VDI2206, VDI3682
+from homeostat.knowledge.vocabulary.vocabulary import PREFIXES, RDF, RDFS, UML
 from tests.knowledge.tables import reactor, store_of
+from tests.knowledge.terms import DIN17359, HS, VDI2206, VDI3682
 
 SHAPES = sorted(
     (

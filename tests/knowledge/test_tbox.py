@@ -14,9 +14,10 @@ from pyoxigraph import NamedNode, RdfFormat
 
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary import vocabulary
-from homeostat.knowledge.vocabulary.namespace import ClosedNamespace
 from homeostat.knowledge.vocabulary.tbox import COMPAT_GRAPH, ONTOLOGY_GRAPH, bridge, load_ontology, ontologies
-from homeostat.knowledge.vocabulary.vocabulary import DIN17359, HS, PREFIXES, RDF, RDFS, SOSA, UML, VDI3682, XSD
+from homeostat.knowledge.vocabulary.vocabulary import PREFIXES, RDF, RDFS, XSD, ClosedNamespace
+from tests.knowledge import terms as tested
+from tests.knowledge.terms import DIN17359, HS, SOSA, UML, VDI3682
 
 PUBLISHED: Final = Path(__file__).parents[3] / "shared/data/reference/ontology_terms.json"
 TERMS = pytest.mark.reference("the list of the terms that the published ontologies declare", PUBLISHED)
@@ -32,7 +33,9 @@ KINDS: Final = {
 }
 OURS: Final = tuple(iri for prefix, iri in PREFIXES if prefix not in ("rdf", "rdfs", "xsd"))
 PREAMBLE: Final = "".join(f"PREFIX {prefix}: <{iri}>\n" for prefix, iri in PREFIXES) + f"PREFIX owl: <{OWL}>\n"
-NAMESPACES: Final = tuple(item for item in vars(vocabulary).values() if isinstance(item, ClosedNamespace))
+NAMESPACES: Final = tuple(
+    item for module in (vocabulary, tested) for item in vars(module).values() if isinstance(item, ClosedNamespace)
+)
 
 
 @pytest.fixture(scope="module")

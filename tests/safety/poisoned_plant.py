@@ -8,9 +8,10 @@ from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse, serialize
 
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.embedded import EmbeddedStore
-from homeostat.knowledge.vocabulary.vocabulary import HS, RDFS, UML, VDI3682
+from homeostat.knowledge.vocabulary.vocabulary import RDFS
 from homeostat.plants.folder import CASES
 from homeostat.plants.plant import Plant
+from tests.knowledge.terms import HS, UML, VDI3682
 
 TEXTS = (RDFS.label, RDFS.comment, HS.source, HS.requirementReason, UML.stateName, VDI3682.shortName)
 """Properties whose values are text for people."""

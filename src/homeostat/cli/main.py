@@ -23,10 +23,7 @@ NOBODY_READS = 141
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Carry a command out; the exit status. A mistake in the command is one line on standard error, a bug a traceback.
-
-    ``arguments`` are the process's own where None.
-    """
+    """Carry a command out; the exit status. A mistake in the command is one line on standard error, a bug raises."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a terminal without Unicode must not stop a run

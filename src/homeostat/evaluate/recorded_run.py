@@ -48,12 +48,9 @@ def record_run(
 
     ``proposer`` is what was asked for; ``language``, ``conditions``, ``propose``, ``known`` and ``operation`` are
     as in :func:`homeostat.evaluate.run.run`; ``kept`` says whether anybody will look at the run: if not, there is
-    neither trajectory nor figure.
-
-    Where the disk is full, the run goes on to its end; what is missing of its record is in ``directory.missing``.
-
-    A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other exception leaves it
-    without manifest, which verifies as incomplete.
+    neither trajectory nor figure. Where the disk is full, the run goes on to its end, and ``directory.missing`` says
+    what its record lacks. A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other
+    exception leaves it without manifest, which verifies as incomplete.
     """
     trace, seen = directory.trace, _LastTime(watcher)
     trace.subscribe(subscriber)

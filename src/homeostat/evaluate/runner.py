@@ -1,7 +1,5 @@
 """Runs: one scenario from start to score."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import time

@@ -95,13 +95,10 @@ class LanguageModel(Protocol):
     @property
     def name(self) -> str:
         """Name under which it was asked for: ``openai:gpt-4.1-mini``."""
-        ...
 
     @property
     def settings(self) -> Mapping[str, float | int | str | None]:
         """How it samples: temperature, seed, and what else shapes its answers."""
-        ...
 
     async def ask(self, question: Question, within_s: float) -> Reply:
         """The answer to ``question`` within ``within_s`` wall-clock seconds; ModelError where there is none."""
-        ...

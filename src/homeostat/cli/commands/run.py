@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from homeostat.agents.roles import AskingProtocol
-from homeostat.cli import language, operation
+from homeostat.cli import operation
 from homeostat.cli.story.story import Story
 from homeostat.cli.story.summary import summary
 from homeostat.cli.views import PlainView, View
@@ -37,7 +37,7 @@ NOT_STORED = 1
 
 def carry_out(options: argparse.Namespace) -> int:
     """Check everything, run, show, keep; the exit status says what happened (:data:`STATUS`)."""
-    speaker = language.speaker(options)
+    speaker = operation.speaker(options)
     operation.check(options)
     plant = load_plant(options.case)
     chosen = scenario(

@@ -122,10 +122,7 @@ def _tried(plant: Plant, released: ActionSet | None) -> Iterator[tuple[ActionSet
 
 
 def latest_fallback(plant: Plant, scenario: Scenario, longest_s: int = 60) -> int | None:
-    """Latest whole second after the first onset up to which some strategy keeps the plant inside every hard limit.
-
-    None where acting at the onset does not; at most ``longest_s``.
-    """
+    """Latest second after the first onset (to ``longest_s``) at which a fallback keeps every hard limit; or None."""
     assert scenario.onset_s is not None
     found: int | None = None
     for after_s in range(longest_s + 1):

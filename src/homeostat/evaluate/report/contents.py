@@ -112,8 +112,7 @@ class Contents:
 def contents(rows: Sequence[Row], reference: str | None = None) -> Contents:
     """The tables of ``rows``, in whatever order these are; tables without lines are left out.
 
-    Args:
-        reference: name of the proposer that others are compared with; by default the first in order.
+    ``reference``: name of the proposer that others are compared with; by default the first in order.
     """
     ordered = in_order(rows)
     groups = overall(ordered)

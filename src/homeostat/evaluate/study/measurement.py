@@ -12,9 +12,8 @@ from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.recorded_run import record_run
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.study.hindsight import hindsight_row
-from homeostat.evaluate.study.plan.arm import ABLATIONS
 from homeostat.evaluate.study.plan.expansion import loaded
-from homeostat.evaluate.study.plan.job import Job
+from homeostat.evaluate.study.plan.job import ABLATIONS, Job
 from homeostat.evaluate.study.row import HINDSIGHT, Row
 from homeostat.evaluate.study.row_of import notable, row_of
 from homeostat.knowledge.store.embedded import EmbeddedStore

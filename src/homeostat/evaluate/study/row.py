@@ -169,10 +169,7 @@ class Row:
 
 
 def row_from(kept: Mapping[str, Any]) -> Row:
-    """The row that was ``kept``, column by column, also by an older version.
-
-    TypeError, KeyError or ValueError where that is no row.
-    """
+    """The row that was ``kept``, also by an older version; TypeError, KeyError or ValueError where that is no row."""
     outcome = kept["outcome"]
     if outcome == FORMER:
         outcome = outcome_named(FORMER, kept["fallbacks"] > 0).value

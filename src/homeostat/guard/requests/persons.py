@@ -11,8 +11,7 @@ from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.domain.recovery import ActionSet
 from homeostat.guard.fallback.latch import Latch
 from homeostat.guard.parts import Parts
-from homeostat.guard.requests.authority import Authority
-from homeostat.guard.requests.objections import no_alarm, no_start, unchanged_service
+from homeostat.guard.requests.authority import Authority, no_alarm, no_start, unchanged_service
 from homeostat.guard.requests.requests import Requests
 from homeostat.guard.requests.verification import Present, Unfit, verify_start
 from homeostat.guard.sequence.recognition import recognise

@@ -25,12 +25,10 @@ class Recorded(Protocol):
     @property
     def kind(self) -> str:
         """The event's kind."""
-        ...
 
     @property
     def fields(self) -> Mapping[str, Any]:
         """The event's fields in JSON form."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)

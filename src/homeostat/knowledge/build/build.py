@@ -28,10 +28,7 @@ GRAPH: Final = "plant.ttl"
 
 
 def build(folder: Path) -> bytes:
-    """The graph of the plant in ``folder`` as sorted Turtle; equal tables give equal bytes.
-
-    Raises GraphError that names the table, row or thing.
-    """
+    """The graph of the plant in ``folder`` as sorted Turtle, equal for equal tables; GraphError names what is bad."""
     from homeostat.knowledge.build.tables.check import (
         refuse_bad_tables,  # a plant whose graph is there already is loaded without the schemas
     )

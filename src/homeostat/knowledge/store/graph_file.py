@@ -29,10 +29,7 @@ def load_file(store: GraphStore, path: Path, graph: NamedNode | None = None) -> 
 
     A plant's export often wraps all it says into one named graph. The names of graphs say nothing about the plant, so
     everything in the file is read as one graph. Nothing is fetched: JSON-LD must carry its context with it.
-
-    Raises:
-        UnreadableGraph: the ending is unknown, the content is not what the ending says, or there is none.
-        OSError: the file cannot be read.
+    UnreadableGraph where the ending is unknown, the content is not what it says, or says nothing; OSError as the file.
     """
     triples = serialize(_triples(path), format=RdfFormat.N_TRIPLES)
     assert triples is not None  # only what is written to a file returns nothing

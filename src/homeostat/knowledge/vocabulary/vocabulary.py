@@ -1,19 +1,69 @@
 """The terms of the T-Box that code names, one closed namespace per vocabulary; queries and shapes use more of them.
 
-A term is a pyoxigraph NamedNode: ``UML.State``, ``HS.rateLimit``. A name that is not listed does not exist.
+A term is a pyoxigraph NamedNode: ``UML.State``, ``HS.formula``. A name that is not listed does not exist.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NoReturn
+
 from pyoxigraph import NamedNode
 
-from homeostat.knowledge.vocabulary.namespace import ClosedNamespace
+from homeostat.stl.spelling import near_matches
 
 
-class SOSA(metaclass=ClosedNamespace, iri="http://www.w3.org/ns/sosa/"):
-    """W3C SOSA: sensors, actuators and what they observe or move."""
+class ClosedNamespace(type):
+    """Metaclass: turns every annotated name of the class body into the term of that name, and refuses all others.
 
-    ActuatableProperty: NamedNode
+    ``class UML(metaclass=ClosedNamespace, iri="http://...#"): State: NamedNode`` gives ``UML.State``.
+    A type checker sees the annotations; at run time an unknown name raises AttributeError naming the nearest terms.
+    """
+
+    iri: str
+    """The namespace IRI that every term starts with."""
+    terms: tuple[NamedNode, ...]
+    """All terms, in the order written."""
+
+    def __new__(mcs, name: str, bases: tuple[type, ...], body: dict[str, Any], *, iri: str) -> ClosedNamespace:
+        """Fill the annotated names in with terms of namespace ``iri``."""
+        filled = {term: NamedNode(iri + term) for term in body.get("__annotations__", {})}
+        return super().__new__(mcs, name, bases, {**body, **filled, "iri": iri, "terms": tuple(filled.values())})
+
+    def __init__(cls, name: str, bases: tuple[type, ...], body: dict[str, Any], *, iri: str) -> None:
+        """Accept the keyword that ``__new__`` used."""
+        super().__init__(name, bases, body)
+
+    if not TYPE_CHECKING:  # a type checker must go by the annotations alone
+
+        def __getattr__(cls, name: str) -> NoReturn:
+            """Refuse a name that is no term."""
+            raise AttributeError(cls._unknown(name))
+
+    def __setattr__(cls, name: str, value: object) -> None:
+        """Refuse to add or change a term, except what the interpreter itself keeps on classes."""
+        if not name.startswith("__"):
+            raise AttributeError(f"namespace {cls.__name__} is closed: {name!r} cannot be set")
+        super().__setattr__(name, value)
+
+    def __getitem__(cls, name: str) -> NamedNode:
+        """The term of local name ``name``, for names read from data; KeyError naming the nearest terms otherwise."""
+        term = NamedNode(cls.iri + name)
+        if term not in cls.terms:
+            raise KeyError(cls._unknown(name))
+        return term
+
+    def __contains__(cls, term: object) -> bool:
+        """Whether ``term`` is one of the terms."""
+        return term in cls.terms
+
+    def __iter__(cls) -> Iterator[NamedNode]:
+        """All terms, in the order written."""
+        return iter(cls.terms)
+
+    def _unknown(cls, name: str) -> str:
+        known = [term.value.removeprefix(cls.iri) for term in cls.terms]
+        return f"term {name!r} is not in namespace {cls.__name__} <{cls.iri}>{near_matches(name, known)}"
 
 
 class RDF(metaclass=ClosedNamespace, iri="http://www.w3.org/1999/02/22-rdf-syntax-ns#"):
@@ -42,69 +92,39 @@ class XSD(metaclass=ClosedNamespace, iri="http://www.w3.org/2001/XMLSchema#"):
     integer: NamedNode
     double: NamedNode
     decimal: NamedNode
-    dateTime: NamedNode
 
 
 class VDI2206(metaclass=ClosedNamespace, iri="http://www.w3id.org/hsu-aut/VDI2206#"):
     """VDI 2206: what the plant is made of."""
 
-    Actuator: NamedNode
-    BasicSystem: NamedNode
     Component: NamedNode
-    MathematicalModel: NamedNode
-    Module: NamedNode
-    Sensor: NamedNode
-    System: NamedNode
-    ModuleConsistsOfComponent: NamedNode
-    SystemConsistsOfModule: NamedNode
-    SystemConsistsOfSystem: NamedNode
     hasInput: NamedNode
     hasInterface: NamedNode
     hasOutput: NamedNode
-    isPartOf: NamedNode
 
 
 class VDI3682(metaclass=ClosedNamespace, iri="http://www.w3id.org/hsu-aut/VDI3682#"):
     """VDI/VDE 3682: what the plant does to products, energy and information."""
 
-    Energy: NamedNode
-    Process: NamedNode
-    ProcessOperator: NamedNode
-    Product: NamedNode
-    consistsOf: NamedNode
     hasInput: NamedNode
     hasOutput: NamedNode
-    hasPredecessor: NamedNode
-    hasSuccessor: NamedNode
-    isAssignedTo: NamedNode
-    shortName: NamedNode
 
 
 class UML(metaclass=ClosedNamespace, iri="http://www.hsu-ifa.de/ontologies/UMLStateMachine#"):
     """UML state machines: how the plant behaves over time."""
 
-    Action: NamedNode
     State: NamedNode
     StateMachine: NamedNode
     Transition: NamedNode
     containsState: NamedNode
-    containsTransition: NamedNode
-    doAction: NamedNode
-    sourceState: NamedNode
-    targetState: NamedNode
     transitionEvent: NamedNode
-    stateName: NamedNode
     transitionGuard: NamedNode
 
 
 class DIN17359(metaclass=ClosedNamespace, iri="http://www.hsu-ifa.de/ontologies/DIN17359#"):
     """DIN ISO 17359: from parameters over symptoms to faults."""
 
-    Fault: NamedNode
-    Symptom: NamedNode
     ParameterIsDescribedByFeature: NamedNode
-    SymptomIndicatesFault: NamedNode
-    SymptomIsExtractedFromFeature: NamedNode
 
 
 class DINEN61360(metaclass=ClosedNamespace, iri="http://www.hsu-ifa.de/ontologies/DINEN61360#"):
@@ -132,12 +152,6 @@ class CPSMod(metaclass=ClosedNamespace, iri="http://www.hsu-ifa.de/ontologies/CP
     """CPSMod: the system model that joins structure, function, behaviour and diagnosis."""
 
     SystemModel: NamedNode
-    consistsOfBehaviorModel: NamedNode
-    consistsOfDiagnosticModel: NamedNode
-    consistsOfFunctionModel: NamedNode
-    consistsOfStructureModel: NamedNode
-    isChangedByActuator: NamedNode
-    processRealizesBehavior: NamedNode
 
 
 class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
@@ -147,39 +161,20 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     Tag: NamedNode
     name: NamedNode
     unit: NamedNode
-    rateLimit: NamedNode
     belongsTo: NamedNode
-    measures: NamedNode
-    drives: NamedNode
     # structure and loops
     isConnectedTo: NamedNode
     # limits
-    Limit: NamedNode
-    Envelope: NamedNode
     formula: NamedNode
-    source: NamedNode
-    hard: NamedNode
     constrains: NamedNode
-    protects: NamedNode
     # behaviour
-    risk: NamedNode
     settledWhen: NamedNode
     isInitialState: NamedNode
-    requiresComponent: NamedNode
-    requirementReason: NamedNode
-    requiresActuator: NamedNode
     # faults, symptoms, recovery
-    affects: NamedNode
-    hasFault: NamedNode
-    disables: NamedNode
-    priorProbability: NamedNode
     featureExpression: NamedNode
     accumulationExpression: NamedNode
     usesTag: NamedNode
-    sigma: NamedNode
     Waiver: NamedNode
-    ofStrategy: NamedNode
-    waives: NamedNode
     FallbackEffect: NamedNode
     # the guard
     QualityRule: NamedNode
@@ -208,7 +203,7 @@ PREFIXES: tuple[tuple[str, str], ...] = (
     ("DIN17359", DIN17359.iri),
     ("DINEN61360", DINEN61360.iri),
     ("M", M.iri),
-    ("sosa", SOSA.iri),
+    ("sosa", "http://www.w3.org/ns/sosa/"),
     ("CPSMod", CPSMod.iri),
     ("hs", HS.iri),
     ("rdf", RDF.iri),

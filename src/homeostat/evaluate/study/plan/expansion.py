@@ -15,8 +15,7 @@ from homeostat.evaluate.named_model import REPLAY, SITUATED, NamedModel, NoSuchM
 from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.scenario import Scenario, ScenarioError, scenario
 from homeostat.evaluate.study.error import CampaignError
-from homeostat.evaluate.study.plan.arm import ABLATIONS, CONSTANT, WITHOUT_MODEL, Ablation, Arm
-from homeostat.evaluate.study.plan.job import Job
+from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT, WITHOUT_MODEL, Ablation, Arm, Job
 from homeostat.evaluate.study.plan.plan import Plan, ProposerPlan, ScenarioPlan, seeds_of
 from homeostat.evaluate.study.row import WHOLE, YARDSTICKS
 from homeostat.plants.assembly import check_protocol

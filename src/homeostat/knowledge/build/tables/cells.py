@@ -50,7 +50,7 @@ class Refers:
     """Marks a column whose cell is the name of something that another row states."""
 
     kind: str
-    """What is referred to; see `homeostat.knowledge.build.tables.references`."""
+    """What is referred to; see `homeostat.knowledge.build.tables.check`."""
 
 
 @dataclass(frozen=True, slots=True)
