@@ -9,9 +9,8 @@ from itertools import pairwise, product
 from homeostat.agents.search.candidates import design_commands
 from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.plant.state_machine import StateMachine
-from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
-from homeostat.domain.snapshot import Snapshot, Trajectory
-from homeostat.evaluate.reference.best_route import inside
+from homeostat.domain.recovery import ActionSet, Command, Step
+from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.reference.unsupervised import fault_free, once, open_process, unsupervised, watch
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
@@ -38,11 +37,12 @@ def avoidable(
     outside = outside_after(truth, force, detected_s)
     if not outside:
         return False
-    for actions, aborting in _tried(plant, released):
-        tried = diverted(plant, scenario, detected_s, actions, aborting)
-        if tried is None:
+    tried = [(strategy.actions, True) for strategy in fallbacks(plant)]
+    for actions, aborting in tried if released is None else [*tried, (released, False)]:
+        other = diverted(plant, scenario, detected_s, actions, aborting)
+        if other is None:
             continue
-        until = kept_until(outside_after(tried, force, detected_s), tried, force.settled_s(detected_s))
+        until = kept_until(outside_after(other, force, detected_s), other, force.settled_s(detected_s))
         if until is not None and worse(outside, until):
             return True
     return False
@@ -111,37 +111,3 @@ def _between(
         commands = tuple(chosen.get(c.tag, c) if c.tag in opened else c for c in designed)
         ways = [t for t in machine.transitions if (t.source, t.target) == (here, there) and not t.on_decision]
         yield tuple(Step(t, commands) for t in ways)
-
-
-def _tried(plant: Plant, released: ActionSet | None) -> Iterator[tuple[ActionSet, bool]]:
-    """What might have been done at detection, each with whether it is a fallback."""
-    for strategy in fallbacks(plant):
-        yield strategy.actions, True
-    if released is not None:
-        yield released, False
-
-
-def latest_fallback(plant: Plant, scenario: Scenario, longest_s: int = 60) -> int | None:
-    """Latest second after the first onset (to ``longest_s``) at which a fallback keeps every hard limit; or None."""
-    assert scenario.onset_s is not None
-    found: int | None = None
-    for after_s in range(longest_s + 1):
-        if not any(_keeps(plant, scenario, s, scenario.onset_s + after_s) for s in fallbacks(plant)):
-            return found
-        found = after_s
-    return found
-
-
-def _keeps(plant: Plant, scenario: Scenario, strategy: FallbackStrategy, at_s: float) -> bool:
-    """Whether ``strategy`` keeps every hard limit and criterion to the end if it acts at ``at_s`` [s]."""
-    sequencer, begun = new_sequencer(plant), False
-
-    def recipe(snapshot: Snapshot) -> tuple[Command, ...]:
-        nonlocal begun
-        if begun or snapshot.at_s < at_s:
-            return sequencer.sample(snapshot)
-        begun = True
-        sequencer.load(strategy.actions, snapshot.at_s, aborting=True)
-        return strategy.actions.commands
-
-    return inside(watch(open_process(plant, scenario), recipe).truth(), plant.description.limits)

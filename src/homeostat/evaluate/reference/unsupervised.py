@@ -72,11 +72,6 @@ def watch(
     return process
 
 
-def run_unattended(plant: Plant, scenario: Scenario) -> Trajectory:
-    """True values of a scenario in which nobody acts."""
-    return unsupervised(plant, scenario).truth
-
-
 def unsupervised(plant: Plant, scenario: Scenario) -> Unsupervised:
     """A scenario in which nobody acts."""
     sequencer = new_sequencer(plant)

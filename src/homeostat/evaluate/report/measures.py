@@ -6,7 +6,7 @@ from typing import Final, NamedTuple, Self
 
 from homeostat.evaluate.report.groups import Group, arm, arms, cases, in_order, overall, succeeded
 from homeostat.evaluate.report.statistics import Estimate, Rate, Spread, estimate, holm, mcnemar, rate, spread
-from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, WHOLE, Row
+from homeostat.evaluate.study.row import AGENTS, DO_NOTHING, HINDSIGHT, WHOLE, Row
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,10 +97,6 @@ def reliability(rows: Sequence[Row]) -> list[Bin]:
         mean = sum(sorted(p for p, _ in members)) / len(members)
         bins.append(Bin(place / BINS, (place + 1) / BINS, mean, right))
     return bins
-
-
-AGENTS: Final = ("planning", "action", "reprompting")
-"""Agents that may ask a language model."""
 
 
 class Usage(NamedTuple):

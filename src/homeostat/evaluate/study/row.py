@@ -16,6 +16,8 @@ YARDSTICKS = (HINDSIGHT, DO_NOTHING, FALLBACK_ONLY)
 """Proposers of the rows that others are measured by."""
 WHOLE = "none"
 """Ablation of the rows in which nothing is left out."""
+AGENTS = ("planning", "action", "reprompting")
+"""Agents that may ask a language model."""
 WALL = "wall_"
 """Beginning of the names of columns that depend on the machine; all others follow from the file alone."""
 

@@ -13,7 +13,7 @@ from homeostat.evaluate.run import Run, finite
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.evaluate.score.scoring import inside_at_end
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.row import YARDSTICKS, Row
+from homeostat.evaluate.study.row import AGENTS, YARDSTICKS, Row
 from homeostat.evaluate.transcript import TranscriptEntry
 from homeostat.journal.calls import ModelCalled
 from homeostat.llm.replay import SUPPLIED
@@ -159,8 +159,6 @@ def _after(at_s: float | None, origin_s: float | None) -> float | None:
     return None if at_s is None or origin_s is None else at_s - origin_s
 
 
-AGENTS = ("planning", "action", "reprompting")
-"""Who asks language models."""
 SERVER, ESTIMATE = "server", "estimate"
 """Who counted tokens."""
 
