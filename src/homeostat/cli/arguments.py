@@ -26,16 +26,18 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"homeostat: {' '.join(message.split())}; see '{self.prog} --help'\n")
 
 
-def number(low: float = -math.inf, high: float = math.inf) -> Callable[[str], float]:
-    """A converter for a finite number from ``low`` to ``high``."""
+def number(
+    low: float = -math.inf, high: float = math.inf, read: Callable[[str], float] = float, kind: str = "finite"
+) -> Callable[[str], float]:
+    """A converter for a number of a ``kind`` from ``low`` to ``high``, as ``read`` makes it of a text."""
 
     def convert(text: str) -> float:
         try:
-            value = float(text)
+            value = read(text)
         except ValueError:
             value = math.nan
-        if not math.isfinite(value):
-            raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
+        if not abs(value) < math.inf:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a {kind} number")
         if not low <= value <= high:
             allowed = f"at least {low:g}" if high == math.inf else f"from {low:g} to {high:g}"
             raise argparse.ArgumentTypeError(f"{text} must be {allowed}")
@@ -44,16 +46,6 @@ def number(low: float = -math.inf, high: float = math.inf) -> Callable[[str], fl
     return convert
 
 
-def whole(low: int, high: int) -> Callable[[str], int]:
+def whole(low: int, high: int) -> Callable[[str], float]:
     """A converter for a whole number from ``low`` to ``high``."""
-
-    def convert(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
-        if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"{text} must be from {low} to {high}")
-        return value
-
-    return convert
+    return number(low, high, int, "whole")

@@ -5,7 +5,6 @@ A term is a pyoxigraph NamedNode: ``UML.State``, ``HS.formula``. A name that is 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from pyoxigraph import NamedNode
@@ -52,14 +51,6 @@ class ClosedNamespace(type):
         if term not in cls.terms:
             raise KeyError(cls._unknown(name))
         return term
-
-    def __contains__(cls, term: object) -> bool:
-        """Whether ``term`` is one of the terms."""
-        return term in cls.terms
-
-    def __iter__(cls) -> Iterator[NamedNode]:
-        """All terms, in the order written."""
-        return iter(cls.terms)
 
     def _unknown(cls, name: str) -> str:
         known = [term.value.removeprefix(cls.iri) for term in cls.terms]
