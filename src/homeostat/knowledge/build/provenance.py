@@ -77,9 +77,7 @@ def stale_tables(folder: Path, graph: bytes, format: RdfFormat = RdfFormat.TURTL
         if isinstance(triple.object, Literal) and triple.predicate in (HS.fileName, HS.sha256):
             entries = names if triple.predicate == HS.fileName else hashes
             entries[str(triple.subject)] = triple.object.value
-    places = {node: _place(folder, name) for node, name in names.items()}
-    kept = {node for node, path in places.items() if path.is_file() and sha256(path.read_bytes()) == hashes.get(node)}
-    stale = {name for node, name in names.items() if node not in kept}
+    stale = {name for node, name in names.items() if _changed(_place(folder, name), hashes.get(node))}
     if not all(node.startswith(f"<{namespace_of(folder)}") for node in names):
         stale.add(_SETTINGS)
     return tuple(sorted(stale | _unread(folder, names.values())))
@@ -95,3 +93,7 @@ def _unread(folder: Path, recorded: Iterable[str]) -> set[str]:
 
 def _place(folder: Path, name: str) -> Path:
     return Path(__file__).with_name(MAPPING) if name == MAPPING else folder / name
+
+
+def _changed(path: Path, recorded: str | None) -> bool:
+    return not path.is_file() or sha256(path.read_bytes()) != recorded
