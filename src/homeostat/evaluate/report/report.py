@@ -1,51 +1,18 @@
 """The report of a campaign: one page that needs nothing else, and its tables as files."""
 
 import urllib.parse
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from importlib.resources import files
 from pathlib import Path, PurePosixPath
-from typing import Final, NamedTuple
+from typing import Final
 
 from homeostat import __version__
 from homeostat.evaluate.report.contents import Contents, contents, failed, what_failed
-from homeostat.evaluate.report.figures.heat_map import heat_map
-from homeostat.evaluate.report.figures.picture import Picture
-from homeostat.evaluate.report.figures.reliability import reliability_plot
-from homeostat.evaluate.report.figures.strips import PROCESS, TIMES, strips
-from homeostat.evaluate.report.figures.tokens import token_bars
-from homeostat.evaluate.report.figures.trade_off import trade_off
-from homeostat.evaluate.report.groups import Source, arm, cases, in_order, source
+from homeostat.evaluate.report.groups import Source, arm, source
 from homeostat.evaluate.report.summary import summary, what_was_run
 from homeostat.evaluate.report.tables.formats import comma_separated, latex, markdown
 from homeostat.evaluate.report.tables.table import Table, said
 from homeostat.evaluate.study.row import Row
-
-
-class Gallery(NamedTuple):
-    """The figures of a campaign; what there is no data for is left out."""
-
-    pictures: tuple[Picture, ...]
-    """Success, what the plant went through, what was believed, what was asked."""
-    times: tuple[Picture, ...]
-    """Wall-clock times; they depend on the machine."""
-
-
-def gallery(rows: Sequence[Row]) -> Gallery:
-    """Draw them."""
-    ordered = in_order(rows)
-    own = {plant: [row for row in ordered if row.case == plant] for plant in cases(ordered)}
-
-    def drawn() -> Iterator[Picture | None]:
-        yield from (heat_map(plant, mine) for plant, mine in own.items())
-        for plant, mine in own.items():
-            yield strips(f"Every run: {plant}", mine, PROCESS)
-            yield trade_off(plant, mine)
-        yield reliability_plot(ordered)
-        yield from (token_bars(plant, mine) for plant, mine in own.items())
-
-    times = [strips(f"Times: {plant}", mine, TIMES) for plant, mine in own.items()]
-    return Gallery(tuple(filter(None, drawn())), tuple(filter(None, times)))
-
 
 REPORT: Final = "report.html"
 """Name of the page in the campaign's folder."""
@@ -87,6 +54,8 @@ def write_tables(folder: Path, tables: Sequence[Table]) -> tuple[Path, ...]:
 def html(title: str, rows: Sequence[Row], rerun: Rerun, known: Contents, reference: str | None = None) -> str:
     """The page. Everything that comes from the rows is escaped; only figures and style are taken as they are."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+    from homeostat.evaluate.report.figures.gallery import Gallery, gallery
 
     page = Environment(loader=FunctionLoader(_file), autoescape=True, undefined=StrictUndefined)
     page.trim_blocks = page.lstrip_blocks = page.keep_trailing_newline = True
