@@ -19,9 +19,8 @@ from benchmarks.host import measured_on
 from benchmarks.paper.tables import paper_tables
 from homeostat.evaluate.report.contents import contents
 from homeostat.evaluate.report.tables.formats import markdown
-from homeostat.evaluate.study.dataset import DATASET, read_dataset
-from homeostat.evaluate.study.ledger import LEDGER
-from homeostat.evaluate.study.plan.arm import SEARCH
+from homeostat.evaluate.study.ledger import DATASET, LEDGER, read_dataset
+from homeostat.evaluate.study.plan.job import SEARCH
 from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, WALL, WHOLE, Row
 
 ROOT = Path(__file__).parents[1]

@@ -24,7 +24,7 @@ import numpy as np
 from benchmarks.host import kept, measured_on
 from homeostat.domain.outcome import Outcome
 from homeostat.evaluate.reference.best_constant import best_constant
-from homeostat.evaluate.reference.unsupervised import run_unsupervised
+from homeostat.evaluate.reference.unsupervised import unsupervised
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
@@ -91,13 +91,13 @@ def measure(job: tuple[str, int, bool]) -> Row:
     plant = the_case()
     s = scenario(plant, fault, seed)
     result = run(plant, s, clock=DeclaredClock(1.0))
-    alone = run_unsupervised(plant, s)
+    alone = unsupervised(plant, s).truth
     started = 600.0
-    unsupervised = exposures(alone, LimitsInForce.after(plant.description, started), None)
+    idle = exposures(alone, LimitsInForce.after(plant.description, started), None)
     onset = s.onset_s or 0.0
     best = None
     if compared and result.released_s is not None:
-        healthy = run_unsupervised(plant, Scenario(plant.name, (), seed, s.end_s)).signals
+        healthy = unsupervised(plant, Scenario(plant.name, (), seed, s.end_s)).truth.signals
         made = sum(float(healthy[d][0, -1] - healthy[d][0, int(onset) - 1]) for d in plant.delivered)
         best = best_constant(plant, s, result.released_s, GRID[fault], made).production_loss
     top = float(result.truth.signals["T1"][0, int(started) :].max())
@@ -105,7 +105,7 @@ def measure(job: tuple[str, int, bool]) -> Row:
         fault, seed, result.outcome.value, result.actor,
         None if result.detected_s is None else result.detected_s - onset, result.released_s, result.attempts,
         result.production_loss, best, {e.limit: e.total_s for e in result.exposures},
-        {e.limit: e.total_s for e in unsupervised}, top, result.reason,
+        {e.limit: e.total_s for e in idle}, top, result.reason,
     )  # fmt: skip
 
 

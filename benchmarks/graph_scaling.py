@@ -17,8 +17,7 @@ from pathlib import Path
 from pyoxigraph import RdfFormat
 
 from benchmarks.synthetic_plant import node, plant
-from homeostat.knowledge.questions.parameter import Argument
-from homeostat.knowledge.questions.query import Form, template
+from homeostat.knowledge.questions.query import Argument, Form, template
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.store import GraphStore
 

@@ -10,7 +10,7 @@ import numpy as np
 from homeostat.agents.bounds import Budget
 from homeostat.domain.events.recovery import Attempted, ReleasedActions
 from homeostat.domain.events.trips import FallbackActivated
-from homeostat.evaluate.reference.unsupervised import run_unsupervised
+from homeostat.evaluate.reference.unsupervised import unsupervised
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario, scenario
@@ -108,7 +108,7 @@ def unsafe(plant: Plant, chosen: Scenario, result: Run, trace: MemoryTrace) -> s
         if seen.size and (seen.min() < low - 1e-9 or seen.max() > high + 1e-9):
             return f"{tag} reached {seen.min():.6g} to {seen.max():.6g}; admitted {low:.6g} to {high:.6g}"
     force = LimitsInForce.after(plant.description, STARTED_S)
-    alone = exposures(run_unsupervised(plant, chosen), force, None)
+    alone = exposures(unsupervised(plant, chosen).truth, force, None)
     without = {e.limit: e.total_s for e in alone}
     for e in exposures(result.truth, force, None):
         if e.limit in _hard(plant) and e.total_s > without[e.limit]:

@@ -7,11 +7,11 @@ from functools import cache
 
 import numpy as np
 
+from benchmarks.latest_fallback import latest_fallback
 from homeostat.domain.diagnosis import Fault, FaultState
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Deviated
 from homeostat.evaluate.reference.best_route import best_route
-from homeostat.evaluate.reference.latest_fallback import latest_fallback
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.journal import MemoryTrace

@@ -13,7 +13,7 @@ from benchmarks.mixing_calls import FAULTS
 from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.events.recovery import Attempted, ReleasedActions
-from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.score.step_scores import score_steps

@@ -30,7 +30,7 @@ def forced(chosen: Scenario) -> Verdict:
     plant, sequencer = module(), new_sequencer(module())
     machine, tags = plant.description.machine, plant.description.tags_by_name
     twin = Twin(plant.model, plant.description, plant.twin, chosen.seed)
-    watch(open_process(plant, chosen), sequencer, twin.observe)
+    watch(open_process(plant, chosen), sequencer.sample, twin.observe)
     path = RecoveryPath(machine, machine.paths(sequencer.state, {}, machine.recovery_event, (), longest=0)[0])
     assert not any(state.startswith("bypass") for state in path.states)
     actions = ActionSet.along(path, lambda state: design_commands(state, tags))

@@ -14,8 +14,8 @@ from homeostat.domain.mode import Mode
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command
-from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
+from homeostat.guard.parts import Attachment
 from homeostat.guard.restart.memory import Memory
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Journal, Record, read_events

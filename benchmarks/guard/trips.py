@@ -11,8 +11,8 @@ from homeostat.domain.events.trips import Tripped
 from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import GuardEvent
-from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
+from homeostat.guard.parts import Attachment
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.assembly import guard_rules
 from homeostat.plants.plant import Plant, load_plant

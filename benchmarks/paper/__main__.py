@@ -15,7 +15,7 @@ from benchmarks.paper.names import distinct, file_name
 from benchmarks.paper.tables import paper_latency, paper_tables
 from homeostat.evaluate.report.groups import cases, in_order
 from homeostat.evaluate.report.report import write_tables
-from homeostat.evaluate.study.dataset import DATASET, read_dataset
+from homeostat.evaluate.study.ledger import DATASET, read_dataset
 from homeostat.evaluate.study.row import Row
 
 FOLDER = "paper"

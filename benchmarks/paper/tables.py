@@ -10,8 +10,7 @@ from benchmarks.paper.names import file_name
 from benchmarks.paper.published import Published, published_lines, published_rows
 from homeostat.evaluate.report.groups import ALL, Group, cases, grouped, in_order, overall
 from homeostat.evaluate.report.statistics import Estimate, Rate, wilson
-from homeostat.evaluate.report.tables.score import RUNS, WHO, Score, Words, mean, table, words
-from homeostat.evaluate.report.tables.scores import EFFORT, SUCCESS
+from homeostat.evaluate.report.tables.scores import EFFORT, RUNS, SUCCESS, WHO, Score, Words, mean, table, words
 from homeostat.evaluate.report.tables.table import Cell, Column, Kind, Percent, Table, compact
 from homeostat.evaluate.study.row import Row
 

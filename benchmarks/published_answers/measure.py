@@ -28,7 +28,7 @@ from benchmarks.published_answers.runs import PublishedRun
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.events.recovery import Attempted, GaveUp, ReleasedActions
 from homeostat.domain.outcome import Outcome
-from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
@@ -36,7 +36,7 @@ from homeostat.journal import MemoryTrace
 from homeostat.journal.calls import ModelCalled
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Failure
-from homeostat.llm.situated import SUPPLIED, SituatedReplay
+from homeostat.llm.replay import SUPPLIED, SituatedReplay
 from homeostat.plants.assembly import Language
 from homeostat.plants.plant import load_plant
 

@@ -24,7 +24,7 @@ from benchmarks.published_answers.runs import (
     said,
 )
 from homeostat.llm.calls import Call
-from homeostat.llm.situated import SUPPLIED
+from homeostat.llm.replay import SUPPLIED
 
 CASE = "mixing_module"
 DRAINING, END = "emptying_B204", "complete"

@@ -15,8 +15,7 @@ from homeostat.domain.events.recovery import Noticed, ReleasedActions
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import scenario
-from homeostat.evaluate.score.facts import limits_of
-from homeostat.evaluate.score.outcome import Facts, outcome
+from homeostat.evaluate.score.outcome import Facts, limits_of, outcome
 from homeostat.evaluate.score.scoring import inside_at_end
 from homeostat.journal import MemoryTrace
 from homeostat.journal.events import Event

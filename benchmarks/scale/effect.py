@@ -8,7 +8,7 @@ from dataclasses import replace
 from benchmarks.scale.decisions import END_S
 from benchmarks.scale.plant_graph import GROUP, kind_of
 from benchmarks.scale.site import Site
-from homeostat.evaluate.reference.unsupervised import run_unsupervised
+from homeostat.evaluate.reference.unsupervised import unsupervised
 from homeostat.evaluate.scenario import scenario
 from homeostat.plants.plant import Plant
 
@@ -25,5 +25,5 @@ def _supply_t(cases: Mapping[str, Plant], fault: str) -> float:
     kinds = [kind_of(k) for k in range(1, GROUP + 1)]
     site, plant = Site(cases, kinds, range(1, GROUP + 1), REACTOR), cases[kind_of(REACTOR)]
     within = replace(plant, model=site.join(plant.model))
-    run_unsupervised(within, scenario(plant, fault, REACTOR, end_s=END_S[plant.name]))
+    unsupervised(within, scenario(plant, fault, REACTOR, end_s=END_S[plant.name]))
     return float(site.supply_t[0])

@@ -34,11 +34,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from homeostat.domain.outcome import Outcome
     from homeostat.domain.ports import Link
+    from homeostat.evaluate.operation import declared
     from homeostat.evaluate.run import Run
     from homeostat.evaluate.scenario import Fault
     from homeostat.evaluate.simulation import run
-    from homeostat.evaluate.study.from_file import Study
-    from homeostat.evaluate.thinking import declared
+    from homeostat.evaluate.study.study import Study
     from homeostat.llm.model import LanguageModel
     from homeostat.plants.plant import load_plant as load_plant
     from homeostat.plants.supervisor import Supervisor
@@ -72,9 +72,9 @@ _HOMES = {
     "Link": "domain.ports:Link",
     "Outcome": "domain.outcome:Outcome",
     "Run": "evaluate.run:Run",
-    "Study": "evaluate.study.from_file:Study",
+    "Study": "evaluate.study.study:Study",
     "Supervisor": "plants.supervisor:Supervisor",
-    "declared": "evaluate.thinking:declared",
+    "declared": "evaluate.operation:declared",
     "events": "record.events:",
     "formula": "stl.formula:parse",
     "load_plant": "plants.plant:load_plant",

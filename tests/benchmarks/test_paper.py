@@ -14,7 +14,7 @@ from benchmarks.paper.published import ORIGINS, published, published_lines, publ
 from benchmarks.paper.tables import RUN, by_published, paper_latency, paper_tables
 from homeostat.evaluate.report.groups import ALL
 from homeostat.evaluate.report.tables.table import Table
-from homeostat.evaluate.study.dataset import DATASET, write_dataset
+from homeostat.evaluate.study.ledger import DATASET, write_dataset
 from tests.evaluate.study.fake_rows import campaign, plain
 
 

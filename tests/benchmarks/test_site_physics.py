@@ -29,7 +29,7 @@ def cases() -> dict[str, Plant]:
 def alone(plant: Plant, chosen: Scenario, site: Site | None = None) -> Trajectory:
     """True values of a scenario in which nobody acts, within ``site`` where one is given."""
     around = plant if site is None else replace(plant, model=site.join(plant.model))
-    return watch(open_process(around, chosen), new_sequencer(plant)).truth()
+    return watch(open_process(around, chosen), new_sequencer(plant).sample).truth()
 
 
 @pytest.mark.parametrize(("kind", "end_s", "column", "variable"), [

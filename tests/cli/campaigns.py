@@ -14,8 +14,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from homeostat.evaluate.study.dataset import DATASET, read_dataset
-from homeostat.evaluate.study.ledger import LEDGER
+from homeostat.evaluate.study.ledger import DATASET, LEDGER, read_dataset
 from homeostat.evaluate.study.row import WALL
 from tests.cli.command import LIMIT_S, environment
 

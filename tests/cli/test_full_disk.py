@@ -9,10 +9,9 @@ from pathlib import Path
 import pytest
 
 from homeostat.cli.commands.run import STATUS, Going, carry
-from homeostat.evaluate.conditions.conditions import Conditions
-from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.conditions import Conditions
+from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.scenario import scenario
-from homeostat.evaluate.thinking import Thinking
 from homeostat.plants.plant import load_plant
 from homeostat.record.directory import RunDirectory
 from tests.cli.command import COMMAND, LIMIT_S, Done, environment, homeostat, refused

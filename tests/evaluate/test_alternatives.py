@@ -13,10 +13,10 @@ from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.mode import Mode
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import ActionSet, Command
-from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.reference.alternatives import as_usual, avoidable, diverted, needless, released_set
-from homeostat.evaluate.reference.unsupervised import run_unsupervised, unsupervised
+from homeostat.evaluate.reference.unsupervised import unsupervised
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run, run_steered
 from homeostat.evaluate.scenario import Scenario, scenario
@@ -56,7 +56,7 @@ def stop_feed() -> ActionSet:
 @pytest.mark.parametrize(("detected_s", "found"), [(1454.0, True), (2390.0, False)])
 def test_nobody_acting_violates_what_a_fallback_would_have_kept(detected_s: float, found: bool) -> None:
     """Ten seconds before the end no fallback brings it back, so nobody can be blamed for that."""
-    truth = run_unsupervised(reactor(), STUCK)
+    truth = unsupervised(reactor(), STUCK).truth
     assert avoidable(reactor(), STUCK, truth, FORCE, detected_s, None) is found
 
 
@@ -74,7 +74,7 @@ def test_what_was_released_late_would_have_kept_the_limit_at_detection() -> None
 
 
 def test_diverted_only_from_its_time_on() -> None:
-    alone, ours = run_unsupervised(reactor(), STUCK), diverted(reactor(), STUCK, 1454.0, stop_feed(), aborting=True)
+    alone, ours = unsupervised(reactor(), STUCK).truth, diverted(reactor(), STUCK, 1454.0, stop_feed(), aborting=True)
     assert ours is not None
     before, after = alone.times_s <= 1454.0, alone.times_s > 1500.0
     np.testing.assert_array_equal(ours.signals["T1"][0, before], alone.signals["T1"][0, before])
@@ -82,7 +82,7 @@ def test_diverted_only_from_its_time_on() -> None:
 
 
 def test_leaving_alone_is_enough_where_nothing_is_wrong() -> None:
-    truth = run_unsupervised(reactor(), QUIET)
+    truth = unsupervised(reactor(), QUIET).truth
     assert needless(reactor(), QUIET, truth, STARTED_S)
 
 
@@ -173,7 +173,7 @@ def test_a_reactor_that_never_leaves_start_up_is_outside_its_limits(fault: str) 
 
 def test_a_limit_of_start_up_is_violated_although_a_fallback_would_have_kept_it() -> None:
     chosen = scenario(reactor(), "cool_stuck_closed", 1, 5.0, 1.0, 300.0)
-    truth = run_unsupervised(reactor(), chosen)
+    truth = unsupervised(reactor(), chosen).truth
     force = in_force(reactor().description, [], truth.start_s)
     assert force.starting(truth).all() and avoidable(reactor(), chosen, truth, force, 20.0, None)
 

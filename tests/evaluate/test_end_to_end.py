@@ -10,7 +10,7 @@ import pytest
 from homeostat.agents.bounds import Budget
 from homeostat.domain.events.recovery import Attempted, Diagnosed, FallbackArmed, Noticed, ReleasedActions
 from homeostat.domain.outcome import Outcome
-from homeostat.evaluate.reference.unsupervised import run_unsupervised
+from homeostat.evaluate.reference.unsupervised import unsupervised
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario, scenario
@@ -76,7 +76,7 @@ def test_the_fault_is_named_before_anything_is_released(fault: str, seed: int) -
 def test_without_action_the_same_valve_overheats_the_reactor() -> None:
     """The test above means something: nobody acting is worse."""
     force = LimitsInForce.after(reactor().description, 600.0)
-    truth = run_unsupervised(reactor(), short("cool_stuck_closed", 1))
+    truth = unsupervised(reactor(), short("cool_stuck_closed", 1)).truth
     exposed = {e.limit: e.total_s for e in exposures(truth, force, None)}
     assert exposed["LIM-T-HIGH"] > 100.0
 
@@ -103,7 +103,7 @@ OTHERS = ("cool_stuck_open", "outlet_block", "inlet_stuck_open", "temp_bias", "l
 def test_acting_never_breaks_a_limit_for_longer_than_not_acting(fault: str) -> None:
     result, _ = done(fault, 1)
     limits, force = reactor().description.limits, LimitsInForce.after(reactor().description, 600.0)
-    alone = {e.limit: e.total_s for e in exposures(run_unsupervised(reactor(), short(fault, 1)), force, None)}
+    alone = {e.limit: e.total_s for e in exposures(unsupervised(reactor(), short(fault, 1)).truth, force, None)}
     acted = {e.limit: e.total_s for e in exposures(result.truth, force, None)}
     hard = {limit.name for limit in limits.hard}
     assert {name: (acted[name], alone[name]) for name in hard if acted[name] > alone[name]} == {}

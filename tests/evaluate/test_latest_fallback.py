@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from homeostat.evaluate.reference.latest_fallback import latest_fallback
+from benchmarks.latest_fallback import latest_fallback
 from homeostat.evaluate.scenario import scenario
 from homeostat.plants.plant import load_plant
 

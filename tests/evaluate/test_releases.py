@@ -17,12 +17,11 @@ from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding, Owner
-from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.recorded_run import record_run
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
-from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import Event, MemoryTrace
 from homeostat.journal.verify.verify import verify
 from homeostat.links.clock import DeclaredClock

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from homeostat.domain.outcome import Outcome
-from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.recorded_run import record_run
 from homeostat.evaluate.resumption import Past
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import scenario
-from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
 from homeostat.plants.plant import Plant, load_plant

@@ -11,13 +11,13 @@ import pytest
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded
-from homeostat.evaluate.conditions.label_given import LabelGiven
-from homeostat.evaluate.conditions.transcript import TranscribedModel, TranscriptEntry
+from homeostat.evaluate.conditions import LabelGiven
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.score.step_scores import score_steps
+from homeostat.evaluate.transcript import TranscribedModel, TranscriptEntry
 from homeostat.llm.model import Failure, ModelError, Question
+from homeostat.llm.replay import SUPPLIED
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.llm.situated import SUPPLIED
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.result import StepScores
 from tests.agents.scripted import ScriptedMonitoring

@@ -18,8 +18,8 @@ from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import Command
 from homeostat.domain.request import Request, RequestStatus
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
+from homeostat.guard.parts import Attachment
 from homeostat.guard.restart.memory import Memory
 from homeostat.guard.settings import GuardSettings
 from tests.guard.oracle import KEY, OLDEST_S, Oracle

@@ -70,7 +70,7 @@ KNOWN: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("memory = memory if trial is memory.trial else replace(memory, trial=trial)", ("if -> never",),
      "a copy that is equal"),
     ("started: bool = False", ("False -> True",), "where no start-up has begun nobody asks whether it is over"),
-    ("waiting=(), aborting=False, released=False, owed=None, left=None,", ("False -> True",),
+    ("memory = replace(memory, waiting=(), aborting=False, released=False, owed=None, left=None)", ("False -> True",),
      "nothing waits after a reset, and whatever is loaded next says whose it is"),
     ("latched: bool = False", ("False -> True",), "whoever reads a journal says it"),
     ("return replace(memory, waiting=()) if last is not None and last.taken else memory", ("operand 0 -> nothing",),

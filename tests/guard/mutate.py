@@ -89,8 +89,8 @@ AREAS = {
 }
 NEAREST = {
     "lane": "blocking_links", "bounded": "blocking_links",
-    "persons": "orders", "verification": "refusals", "seal": "verification", "mailbox": "sizes", "texts": "sizes",
-    "modes": "people", "response": "effect",
+    "persons": "orders", "verification": "refusals", "seal": "verification", "mailbox": "sizes", "hearing": "sizes",
+    "texts": "sizes", "wanted": "time_to_act", "response": "effect",
 }  # fmt: skip
 """Module of the guard -> the tests that look at it most closely, where they do not have its name."""
 CPU_LIMIT_S, STILL_S = 60.0, 15.0

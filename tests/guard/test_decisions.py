@@ -17,8 +17,8 @@ from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.observation import Arm, Correction, FallBack, Settled, Trouble
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
+from homeostat.guard.parts import Attachment
 from homeostat.guard.restart.memory import Memory
 from tests.guard.vessel import ADJUSTED, RULES, Journal, Vessel, World, running, statuses
 

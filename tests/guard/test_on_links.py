@@ -9,8 +9,8 @@ from homeostat.domain.events.writes import LeaseLost, LeaseTried, WriteEnded, Wr
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
+from homeostat.guard.parts import Attachment
 from homeostat.guard.restart.memory import Memory
 from homeostat.journal.encode import encode_fields
 from homeostat.links.errors import LinkError

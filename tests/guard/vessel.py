@@ -18,8 +18,8 @@ from homeostat.domain.ports import GuardEvent
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
 from homeostat.domain.request import Request, Seal
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
+from homeostat.guard.parts import Attachment
 from homeostat.guard.requests.seal import Sealer
 from homeostat.guard.settings import GuardSettings
 from homeostat.stl.formula import parse

@@ -17,8 +17,7 @@ from pyoxigraph import BlankNode, Literal, NamedNode, RdfFormat, Triple, parse
 from homeostat.knowledge.build import build as module
 from homeostat.knowledge.build import statements
 from homeostat.knowledge.build.build import build, main, refuse_difference, refuse_incomplete
-from homeostat.knowledge.build.provenance import MAPPING, stale_tables
-from homeostat.knowledge.build.seal import is_sealed, sha256
+from homeostat.knowledge.build.provenance import MAPPING, is_sealed, sha256, stale_tables
 from homeostat.knowledge.build.statements import MAPPED, SCRATCH, stated
 from homeostat.knowledge.build.tables.check import SCHEMAS
 from homeostat.knowledge.build.turtle import write_turtle

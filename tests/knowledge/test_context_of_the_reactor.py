@@ -12,8 +12,7 @@ from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse, serialize
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.domain.plant.limits import Criterion, Limit
 from homeostat.knowledge.context.context import Context
-from homeostat.knowledge.questions.parameter import Argument
-from homeostat.knowledge.questions.query import template
+from homeostat.knowledge.questions.query import Argument, template
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary.vocabulary import RDF, RDFS, UML, XSD
 from tests.knowledge.tables import reactor as turtle

@@ -10,8 +10,7 @@ from pyoxigraph import Literal, NamedNode, Triple
 
 from homeostat.domain.quotation import quoted
 from homeostat.knowledge.context.context import TEXT_LIMIT
-from homeostat.knowledge.context.documents import Document, documents
-from homeostat.knowledge.context.lexical import LexicalIndex, words
+from homeostat.knowledge.context.documents import Document, LexicalIndex, documents, words
 from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.vocabulary.vocabulary import PREFIXES, RDF
 from homeostat.plants.plant import Plant, load_plant

@@ -10,9 +10,8 @@ from contextlib import contextmanager
 import pytest
 from pyoxigraph import NamedNode, RdfFormat
 
-from homeostat.knowledge.store.endpoint import SparqlEndpoint
+from homeostat.knowledge.store.endpoint import SparqlEndpoint, Transport
 from homeostat.knowledge.store.store import QueryRejected, StoreError, StoreUnavailable
-from homeostat.knowledge.store.transport import Transport
 from tests.contracts.graph_store import one_line
 from tests.knowledge.servers import Quiet, free_port, http_server
 

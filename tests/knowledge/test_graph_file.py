@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from pyoxigraph import DefaultGraph, Literal, NamedNode, Quad, RdfFormat, serialize
 
-from homeostat.cli.options.arguments import ENDINGS
+from homeostat.cli.arguments import ENDINGS
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.graph_file import FORMATS, UnreadableGraph, load_file
 

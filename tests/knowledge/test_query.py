@@ -11,8 +11,17 @@ from pyoxigraph import NamedNode, RdfFormat
 
 from benchmarks.graph_scaling import questions, size_of_answer
 from benchmarks.synthetic_plant import node, plant
-from homeostat.knowledge.questions.parameter import Argument, Kind, ParameterError
-from homeostat.knowledge.questions.query import Form, Template, TemplateError, names, parse, template
+from homeostat.knowledge.questions.query import (
+    Argument,
+    Form,
+    Kind,
+    ParameterError,
+    Template,
+    TemplateError,
+    names,
+    parse,
+    template,
+)
 from homeostat.knowledge.store.embedded import EmbeddedStore
 
 ECHO = parse(

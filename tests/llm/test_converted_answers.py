@@ -18,7 +18,7 @@ from benchmarks.published_answers.runs import PublishedRun
 from homeostat.agents.language.answers import MOST_REASONING
 from homeostat.llm.calls import read_calls
 from homeostat.llm.model import Failure
-from homeostat.llm.situated import SUPPLIED, SituatedReplay
+from homeostat.llm.replay import SUPPLIED, SituatedReplay
 from homeostat.plants.plant import load_plant
 from tests.llm.asking import ask, question
 from tests.llm.published_records import (

@@ -11,10 +11,9 @@ from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.llm.calls import Call
 from homeostat.llm.model import Failure, LanguageModel, ModelError, Question
 from homeostat.llm.recorded import RecordedModel
-from homeostat.llm.replay import ReplayModel
+from homeostat.llm.replay import ReplayModel, SituatedReplay
 from homeostat.llm.retry import RetryingModel
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.llm.situated import SituatedReplay
 from tests.llm.asking import ANSWER, QUESTION, Says
 from tests.llm.model_contract import AGENTS, ModelContract
 

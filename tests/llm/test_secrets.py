@@ -17,8 +17,8 @@ from homeostat.journal import MemoryTrace
 from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.journal.calls import ModelCalled
 from homeostat.journal.encode import canonical, encode
-from homeostat.llm.failures import failure_of
 from homeostat.llm.model import STRUCK_OUT, Failure, ModelError, Question, Reply, Usage
+from homeostat.llm.providers import failure_of
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.secrets import SHORTEST_KEY, Secrets

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from homeostat.llm.calls import Call
 from homeostat.llm.model import Failure, Usage
-from homeostat.llm.situated import SituatedReplay, fits
+from homeostat.llm.replay import SituatedReplay, fits
 from tests.llm.asking import QUESTION, ask, question
 
 

@@ -6,7 +6,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from homeostat.knowledge.build.seal import seal
+from homeostat.knowledge.build.provenance import seal
 from homeostat.plants.files.folder import CASES
 from homeostat.plants.plant import Plant, load_plant
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from homeostat.journal import read_events
 from homeostat.knowledge.build.build import GRAPH
-from homeostat.knowledge.build.seal import is_sealed, seal, with_one_line_end
+from homeostat.knowledge.build.provenance import is_sealed, seal, with_one_line_end
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.baselines import read_baselines

@@ -260,7 +260,7 @@ def test_a_member_that_is_the_plant_runs_the_batch_as_the_plant_does() -> None:
     setting = scenario(plant, "none", seed, end_s=float(seconds))
     route, model, variables = sequencer.rest().then, plant.model, plant.description.variables
     entered: list[str] = []
-    process = watch(open_process(plant, setting), sequencer, lambda snapshot: entered.append(sequencer.state))
+    process = watch(open_process(plant, setting), sequencer.sample, lambda snapshot: entered.append(sequencer.state))
     assert len(set(entered)) >= 4, "the batch went on for a few steps"
 
     targets = np.full((len(route) + 1, len(model.inputs)), NAN)

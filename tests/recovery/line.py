@@ -25,8 +25,8 @@ from homeostat.domain.ports import Clock, Ticket
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.verdict import Rollout, RolloutResult, StepBand
-from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
+from homeostat.guard.parts import Attachment
 from homeostat.guard.requests.seal import Sealer
 from homeostat.guard.sequence.sequencer import nominal_route
 from homeostat.journal import MemoryTrace

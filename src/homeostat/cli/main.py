@@ -1,17 +1,17 @@
 """From the arguments to the exit status."""
 
-from __future__ import annotations
-
 import argparse
+import contextlib
+import logging
 import os
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from io import TextIOWrapper
+from typing import final
 
-from homeostat.cli.notices import notices
-from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.arguments import UsageError
 from homeostat.cli.parser import parser
 
 BAD_USAGE = 2
@@ -23,10 +23,7 @@ NOBODY_READS = 141
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Carry a command out; the exit status. A mistake in the command is one line on standard error, a bug a traceback.
-
-    ``arguments`` are the process's own where None.
-    """
+    """Carry a command out; the exit status. A mistake in the command is one line on standard error, a bug raises."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a terminal without Unicode must not stop a run
@@ -90,3 +87,21 @@ def _refusals() -> tuple[type[Exception], ...]:
 
     of_runs = (BrokenChain, KeyTrouble, OrderError, DecodeError, ResultError, ResumptionError, RunDirectoryError)
     return *of_runs, CampaignError, PlantError, GraphError, ScenarioError, StoreError
+
+
+@contextlib.contextmanager
+def notices() -> Iterator[None]:
+    """Tell what the package logs as a warning, as long as this lasts; a terminal view moves out of its way."""
+    logger, handler = logging.getLogger("homeostat"), _Teller(logging.WARNING)
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+
+
+@final
+class _Teller(logging.Handler):
+    def emit(self, record: logging.LogRecord) -> None:
+        with contextlib.suppress(OSError):  # nobody reads it: no reason to stop either
+            print(f"homeostat: {' '.join(record.getMessage().split())}", file=sys.stderr, flush=True)

@@ -1,13 +1,17 @@
-"""Every command with its arguments."""
-
-from __future__ import annotations
+"""Every command with its arguments, as ``commands.toml`` has them."""
 
 import argparse
+import tomllib
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from typing import Any, TypeAlias
 
 from homeostat import __version__
-from homeostat.cli.options import plants, records, running
-from homeostat.cli.options.arguments import Parser
+from homeostat.cli.arguments import ENDINGS, LEAST_DIGITS, Parser, number, whole
 
+Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
 ENDING = """\
 exit status:
   0  done; a run: the plant recovered, or was rightly left alone
@@ -33,21 +37,38 @@ def parser() -> Parser:
         allow_abbrev=False,
     )
     top.add_argument("--version", action="version", version=f"homeostat {__version__}")
-    commands = top.add_subparsers(metavar="COMMAND", required=True)
-    running.run(commands)
-    records.orders(commands)
-    running.campaign(commands)
-    running.resume(commands)
-    records.replay(commands)
-    running.prompt(commands)
-    plants.cases(commands)
-    traces = commands.add_parser("trace", help="work with recorded runs").add_subparsers(metavar="WHAT", required=True)
-    records.trace_verify(traces)
-    graph = commands.add_parser("graph", help="work with a plant's knowledge graph")
-    graphs = graph.add_subparsers(metavar="WHAT", required=True)
-    plants.graph_check(graphs)
-    plants.graph_query(graphs)
-    plants.graph_export(graphs)
-    plant = commands.add_parser("plant", help="sign a plant's configuration")
-    plants.plant(plant.add_subparsers(metavar="WHAT", required=True))
+    content = tomllib.loads(files(__package__).joinpath("commands.toml").read_text("utf-8"))
+    texts = {**content.pop("texts"), "endings": ENDINGS, "digits": str(LEAST_DIGITS)}
+    shared = content.pop("shared")
+
+    def declare(commands: Commands, entries: Mapping[str, Any]) -> None:
+        for name, entry in entries.items():
+            if "does" in entry:
+                _command(commands, name, entry, shared, texts)
+            else:
+                inner = commands.add_parser(name, help=entry.pop("help"))
+                declare(inner.add_subparsers(metavar="WHAT", required=True), entry)
+
+    declare(top.add_subparsers(metavar="COMMAND", required=True), content)
     return top
+
+
+def _command(
+    commands: Commands, name: str, entry: Mapping[str, Any], shared: Mapping[str, Any], texts: Mapping[str, str]
+) -> None:
+    """One command, which the function ``does`` ("module:function" below `homeostat.cli.commands`) carries out."""
+    about, ending = entry["about"], Template(entry.get("ending", "")).substitute(texts)
+    made = commands.add_parser(name, help=entry["help"], description=about, epilog=ending or None, allow_abbrev=False)
+    groups: dict[str, Any] = {}
+    for option in (o for given in entry["options"] for o in shared.get(given.get("use"), (given,))):
+        given = {**option, "help": Template(option["help"]).substitute(texts)}
+        names, kind, either = given.pop("name").split(), given.pop("type", None), given.pop("either", None)
+        if kind is not None:
+            given["type"] = {"path": Path, "int": int}[kind]
+        for converter in (number, whole):
+            if (ends := given.pop(converter.__name__, None)) is not None:
+                given["type"] = converter(*ends)
+        if either is not None and either not in groups:
+            groups[either] = made.add_mutually_exclusive_group()
+        groups.get(either, made).add_argument(*names, **given)
+    made.set_defaults(carry_out=entry["does"], **entry.get("defaults", {}))

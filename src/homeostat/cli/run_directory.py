@@ -1,10 +1,8 @@
 """Where a run was recorded."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
-from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.arguments import UsageError
 from homeostat.journal.beside.files import JOURNAL, MANIFEST
 
 

@@ -1,7 +1,5 @@
 """Rows of text as aligned columns."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from typing import Final

@@ -1,7 +1,5 @@
 """A run on a terminal: coloured lines above, the plant as it is now in the last line."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Final, TextIO, final
 

@@ -1,7 +1,5 @@
 """Where a story is shown: plain lines in a pipe, or a terminal (its own file)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Protocol, TextIO, final
 
@@ -13,15 +11,12 @@ class View(Protocol):
 
     def show(self, line: Line) -> None:
         """Show one line."""
-        ...
 
     def progress(self, at_s: float, values: Mapping[str, float], phase: str, state: str) -> None:
         """The plant at process time ``at_s`` [s]: tag -> measured value, what the system does, the state."""
-        ...
 
     def close(self) -> None:
         """Nothing more comes."""
-        ...
 
 
 @final

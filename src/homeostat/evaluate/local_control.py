@@ -1,7 +1,5 @@
 """Local control of a simulated plant: its own recipe, which takes the nominal sequence up where the plant stands."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

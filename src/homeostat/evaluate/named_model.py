@@ -1,7 +1,5 @@
 """Language models by name: from what a user writes to somebody who answers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -47,8 +45,7 @@ class NamedModel:
 
     def _replayed(self, path: Path) -> LanguageModel:
         from homeostat.llm.calls import CallFileError, read_calls
-        from homeostat.llm.replay import ReplayModel
-        from homeostat.llm.situated import SituatedReplay
+        from homeostat.llm.replay import ReplayModel, SituatedReplay
 
         replay = SituatedReplay if self.name.startswith(SITUATED) else ReplayModel
         try:

@@ -1,7 +1,5 @@
 """The plant that a run was made with, found again: by its folder, or its name where it is installed, and its digest."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Final
 
@@ -24,33 +22,24 @@ def place(plant: Plant) -> tuple[Setting, ...]:
 
 def recorded_folder(started: RunStarted) -> str | None:
     """The folder that the run ``started`` in; None for an installed plant."""
-    value = _setting(started, FOLDER)
-    return None if value is None else str(value)
+    return next((str(setting.value) for setting in started.configuration if setting.name == FOLDER), None)
 
 
 def recorded_plant_of(started: RunStarted, given: str | None = None) -> Plant:
     """The plant of a run: in the folder ``given`` or by that name, else where the run had it.
 
-    Raises:
-        PlantError: there is none, or its configuration is not that of the run; the message names both.
-        GraphError: its generated files were altered or disagree.
+    PlantError where there is none, or another configuration than the run's; GraphError where generated files disagree.
     """
     where = given or recorded_folder(started) or started.case
     try:
         plant = load_plant(str(Path(where).resolve()) if (Path(where) / SETTINGS).is_file() else where)
     except PlantError as error:
-        remedy = "name its folder with --case"
-        raise PlantError(
-            f"plant {started.case!r} of the run cannot be read from {where!r}: {error}; {remedy}"
-        ) from None
-    made = _setting(started, "configuration")
+        text = f"plant {started.case!r} of the run cannot be read from {where!r}: {error}"
+        raise PlantError(f"{text}; name its folder with --case") from None
+    made = next((str(setting.value) for setting in started.configuration if setting.name == "configuration"), None)
     if made is not None and plant.configuration != made:
         raise PlantError(
             f"the plant in {str(plant.files.folder)!r} has configuration {plant.configuration[:_DIGITS]}, and the run "
-            f"was made with {started.case!r} in configuration {str(made)[:_DIGITS]}; name its folder with --case"
+            f"was made with {started.case!r} in configuration {made[:_DIGITS]}; name its folder with --case"
         )
     return plant
-
-
-def _setting(started: RunStarted, name: str) -> str | float | bool | None:
-    return next((setting.value for setting in started.configuration if setting.name == name), None)

@@ -1,7 +1,5 @@
 """A run that is kept: scored, drawn, and closed with a manifest, or closed as interrupted."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,15 +8,14 @@ from importlib.metadata import version
 
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.snapshot import Snapshot
-from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.figure.figure import draw
-from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.recorded_plant import place
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.step_scores import score_steps
-from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import RunFinished, RunStarted, Setting, Subscriber, Summary
 from homeostat.plants.assembly import Language, Propose, in_operation
 from homeostat.plants.plant import Plant
@@ -51,12 +48,9 @@ def record_run(
 
     ``proposer`` is what was asked for; ``language``, ``conditions``, ``propose``, ``known`` and ``operation`` are
     as in :func:`homeostat.evaluate.run.run`; ``kept`` says whether anybody will look at the run: if not, there is
-    neither trajectory nor figure.
-
-    Where the disk is full, the run goes on to its end; what is missing of its record is in ``directory.missing``.
-
-    A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other exception leaves it
-    without manifest, which verifies as incomplete.
+    neither trajectory nor figure. Where the disk is full, the run goes on to its end, and ``directory.missing`` says
+    what its record lacks. A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other
+    exception leaves it without manifest, which verifies as incomplete.
     """
     trace, seen = directory.trace, _LastTime(watcher)
     trace.subscribe(subscriber)

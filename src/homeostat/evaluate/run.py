@@ -1,7 +1,5 @@
 """A run that has ended: its ground truth, its record, what the plant truly did, and the score."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,9 +10,9 @@ from homeostat.domain.diagnosis import Hypothesis, by_fault_set
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
-from homeostat.evaluate.conditions.transcript import TranscriptEntry
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
+from homeostat.evaluate.transcript import TranscriptEntry
 from homeostat.journal import Summary
 from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.journal.beside.files import write_whole

@@ -1,32 +1,28 @@
 """Runs: one scenario from start to score."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeAlias
 
 from homeostat.agents.bounds import Budget
 from homeostat.agents.roles import AskingProtocol, Monitoring, Proposer
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import Command
-from homeostat.evaluate.conditions.conditions import Conditions
-from homeostat.evaluate.conditions.label_given import LabelGiven
-from homeostat.evaluate.conditions.most_probable import MostProbable, without_ensemble
-from homeostat.evaluate.conditions.transcript import TranscribedModel
+from homeostat.domain.snapshot import Snapshot
+from homeostat.evaluate.conditions import Conditions, LabelGiven, MostProbable, without_ensemble
 from homeostat.evaluate.local_control import LocalControl, Told
 from homeostat.evaluate.operation import Operation
-from homeostat.evaluate.reference.unsupervised import Steered, fault_free, open_process, watch
+from homeostat.evaluate.reference.unsupervised import fault_free, once, open_process, watch
 from homeostat.evaluate.resumption import Past
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Scenario
-from homeostat.evaluate.score.facts import completion_s, facts_of, limits_of
-from homeostat.evaluate.score.outcome import outcome
+from homeostat.evaluate.score.outcome import completion_s, facts_of, limits_of, outcome
 from homeostat.evaluate.score.scoring import exposures, production_loss
-from homeostat.evaluate.shown import Shown, Watcher
+from homeostat.evaluate.transcript import TranscribedModel
 from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.journal import MemoryTrace, RunStarted, Trace
 from homeostat.journal.beside.archive import Archive, MemoryArchive
@@ -47,6 +43,31 @@ from homeostat.plants.assembly import (
 from homeostat.plants.plant import Plant
 from homeostat.record.run_record import RunRecord
 
+Watcher: TypeAlias = Callable[[Snapshot], None]
+"""Called with each snapshot before anybody thinks about it."""
+
+
+class Shown:
+    """Follows a run, tick by tick."""
+
+    def __init__(self, state: str, watcher: Watcher | None = None) -> None:
+        """``state``: the one that the plant begins in; ``watcher`` is shown every snapshot, nobody where None."""
+        self._watcher = watcher
+        self.state = state
+        """State that the plant is in."""
+
+    def __call__(self, seen: Observation) -> None:
+        """Take one tick of a guard."""
+        self.state = seen.state
+        if seen.snapshot is not None:
+            self.sampled(seen.snapshot)
+
+    def sampled(self, snapshot: Snapshot) -> bool:
+        """Take one snapshot of a plant that nobody guards; False, as nobody wants it to end."""
+        if self._watcher is not None:
+            self._watcher(snapshot)
+        return False
+
 
 def run_steered(
     plant: Plant, scenario: Scenario, sequencer: Sequencer, at_s: float = math.inf, commands: tuple[Command, ...] = ()
@@ -55,7 +76,7 @@ def run_steered(
     begin, clock, trace = time.monotonic(), DeclaredClock(0.0), MemoryTrace()
     record = RunRecord(lambda: clock.total_s)
     trace.subscribe(record)
-    process = watch(open_process(plant, scenario), Steered(sequencer, at_s, commands))
+    process = watch(open_process(plant, scenario), once(sequencer, at_s, lambda now_s: commands))
     _note_states(sequencer, trace)
     return _score(plant, scenario, record, process, clock.total_s, time.monotonic() - begin)
 
@@ -101,7 +122,7 @@ def run(
     transcribed = TranscribedModel(language.model, lambda: shown.state) if language else None
     if propose is None:
         sequencer = new_sequencer(plant)
-        watch(process, sequencer, shown.sampled)
+        watch(process, sequencer.sample, shown.sampled)
         _note_states(sequencer, trace)
     else:
         arrangement = Arrangement(
@@ -117,7 +138,8 @@ def run(
         )
         link, local = _attach(plant, process, operation)
         lease = link if operation.mode.writes else None
-        assembly = wire(_known(known or plant, conditions), lease, clock, trace, scenario.seed, arrangement)
+        understood = (known or plant) if conditions.ensemble else without_ensemble(known or plant)
+        assembly = wire(understood, lease, clock, trace, scenario.seed, arrangement)
         if operation.past is not None:
             _go_on(plant, operation.past, record, trace)
             assembly.exchange.remember(operation.past.retrace(link, local))
@@ -152,10 +174,6 @@ def _hook(shown: Shown, assembly: Assembly, operation: Operation, local: LocalCo
             assembly.guard.mailbox.put(order)
 
     return hook
-
-
-def _known(plant: Plant, conditions: Conditions) -> Plant:
-    return plant if conditions.ensemble else without_ensemble(plant)
 
 
 def _informed(plant: Plant, scenario: Scenario, conditions: Conditions) -> Callable[[Monitoring], Monitoring]:

@@ -1,7 +1,5 @@
 """A scenario: which plant, which faults are truly there, which seed."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -76,14 +74,9 @@ def scenario(
 ) -> Scenario:
     """The scenario of ``fault``: a fault's name, several joined by '+', or 'none'.
 
-    Args:
-        onset_s: process time from which the faults act [s]; the plant's default where None.
-        severity: in the fault's unit; the nominal one where None; only for a single fault.
-        end_s: length of the run [s]; the plant's default where None.
-        location: where a single fault is, for faults that are named ``fault_location``.
-
-    Raises:
-        ScenarioError: unknown fault, severity, onset, end or seed out of range.
+    They act from ``onset_s`` on, and the run ends at ``end_s`` [s of process time]; the plant's defaults where None. Of
+    a single fault, ``severity`` is in its unit, the nominal one where None; ``location`` says where it is, for faults
+    that are named ``fault_location``. ScenarioError where the plant has no such thing, or one is out of range.
     """
     end = plant.end_s if end_s is None else end_s
     onset = plant.onset_s if onset_s is None else onset_s

@@ -1,15 +1,13 @@
 """A simulated run as a caller from Python wants it: one call, and nothing on disk until it is saved."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 
 from homeostat.evaluate import runner
+from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.recorded_run import run_started
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Fault, scenario_of
-from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import MemoryTrace, RunFinished
 from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.llm.model import LanguageModel

@@ -1,38 +1,25 @@
 """The guard: one synchronous decision per tick; trip before request before sequence."""
 
-from __future__ import annotations
-
 import math
-from collections import Counter
-from itertools import islice
+from collections.abc import Callable
+from typing import Any
 
 from homeostat.domain.alarm import Alarm, Priority
 from homeostat.domain.events.guard import GuardStarted, StateEntered, Stopped
 from homeostat.domain.events.people import ModeEntered
 from homeostat.domain.events.writes import Cause, TargetsHeld
 from homeostat.domain.mode import Mode, PersonCommand, Side
-from homeostat.domain.observation import (
-    Arm,
-    Correction,
-    FallBack,
-    Message,
-    NoAction,
-    Observation,
-    Settled,
-    Trouble,
-    Withdraw,
-)
+from homeostat.domain.observation import Correction, FallBack, NoAction, Observation, Settled, Trouble, Withdraw
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.request import Request
 from homeostat.domain.snapshot import Snapshot
-from homeostat.guard.attachment import Attachment
 from homeostat.guard.fallback.latch import Latch
 from homeostat.guard.fallback.response import Response
-from homeostat.guard.fallback.wanted import Wanted
+from homeostat.guard.fallback.wanted import TimeToAct, Wanted
+from homeostat.guard.hearing import Hearing
 from homeostat.guard.mailbox import Mailbox
-from homeostat.guard.modes import Modes
 from homeostat.guard.pace import Pace
-from homeostat.guard.parts import Parts
+from homeostat.guard.parts import Attachment, Parts
 from homeostat.guard.requests.persons import Floor, Persons
 from homeostat.guard.requests.requests import Requests
 from homeostat.guard.requests.verification import Present
@@ -42,15 +29,12 @@ from homeostat.guard.sequence.moves import Moves
 from homeostat.guard.sequence.steps import Steps
 from homeostat.guard.settings import GuardSettings
 from homeostat.guard.texts import said
+from homeostat.guard.watch.alarms import Troubles
 from homeostat.guard.watch.quality import QualityWatch
-from homeostat.guard.watch.time_to_act import TimeToAct
 from homeostat.guard.watch.trips import TripWatch
-from homeostat.guard.watch.troubles import Troubles
 from homeostat.guard.writing.flight import Progress, Write
 from homeostat.guard.writing.lapse import Lapse
-
-MOST_HEARD = 50
-"""Most messages of one kind that are heard in a tick, requests and orders apart, and most fallbacks in a ranking."""
+from homeostat.guard.writing.tenure import Modes
 
 
 class Guard:
@@ -81,6 +65,7 @@ class Guard:
         self._lost, self._stopped = 0, False
         self.mailbox = Mailbox()
         """Where anybody leaves requests and orders."""
+        self._hearing = Hearing(self.mailbox, parts, self._latch, self._time, self._takers())
 
     @property
     def mode(self) -> Mode:
@@ -258,41 +243,20 @@ class Guard:
         return self._steps.objection(write, readings)
 
     def _hear(self, sample: Snapshot | None) -> None:
-        """What was put into the mailbox since the last tick: all requests and orders, so much of everything else."""
-        heard: Counter[type] = Counter()
-        for message in self.mailbox.take():
-            heard[type(message)] += 1
-            try:
-                if heard[type(message)] > MOST_HEARD and isinstance(message, Arm | Correction | Trouble):
-                    raise ValueError(f"more than {MOST_HEARD} messages of this kind came at once")
-                self._take(message)
-            except BaseException as error:  # a message may be anything
-                text = f"a message could not be taken: {said(error)}"
-                self._parts.alarms.say("mailbox", text, Priority.LOW, self._now_s)
+        self._hearing.hear(self._seen, self._now_s)
 
-    def _take(self, message: Message) -> None:
-        now_s = self._now_s
-        match message:
-            case Request():
-                self._requests.receive(message, now_s, self._oldest_s, self.latched)
-            case Withdraw():
-                self._requests.withdraw(message.request, message.reason, now_s)
-            case Correction():
-                self._trips.correct(message.errors)
-            case Arm():
-                self._arm(message)
-            case NoAction():
-                self._time.end(self._now_s)
-            case FallBack():
-                self._wish(message.reason)
-            case Trouble():
-                self._troubles.begin(message, now_s)
-            case Settled():
-                self._troubles.end(message, now_s)
-            case PersonCommand():
-                self._persons.hear(message, self._present())
-            case _:
-                raise ValueError(f"nobody knows what {type(message).__name__!r} asks for")
+    def _takers(self) -> dict[type, Callable[[Any], None]]:
+        """Kind of message -> who takes it."""
+        return {
+            Request: lambda m: self._requests.receive(m, self._now_s, self._oldest_s, self.latched),
+            Withdraw: lambda m: self._requests.withdraw(m.request, m.reason, self._now_s),
+            Correction: lambda m: self._trips.correct(m.errors),
+            NoAction: lambda m: self._time.end(self._now_s),
+            FallBack: lambda m: self._wish(m.reason),
+            Trouble: lambda m: self._troubles.begin(m, self._now_s),
+            Settled: lambda m: self._troubles.end(m, self._now_s),
+            PersonCommand: lambda m: self._persons.hear(m, self._present()),
+        }
 
     def _present(self) -> Present:
         """What is asked or ordered at this moment is judged on this."""
@@ -300,20 +264,6 @@ class Guard:
         near = () if readings is None else self._trips.near(readings)
         above = () if readings is None else self._trips.above(readings)
         return Present(self._now_s, readings, parts.sequencer.state, parts.service.tags, near, above)
-
-    def _arm(self, message: Arm) -> None:
-        """Rank the fallbacks, and take note of a time by which recovery must have acted, which only comes nearer."""
-        if self.latched is not None:
-            return  # one is acting already, in the order in which they were ranked
-        by_s = message.act_by_s
-        if by_s is not None and not math.isfinite(by_s):
-            raise ValueError(f"fallbacks cannot be armed to act by {by_s!r} s")
-        names = tuple(islice(message.strategies, MOST_HEARD + 1))
-        if len(names) > MOST_HEARD:
-            raise ValueError(f"more than {MOST_HEARD} fallbacks cannot be ranked")
-        for line in self._latch.fallbacks.arm(names, self._seen, self._parts.service.tags):
-            self._parts.alarms.say("arming", line, Priority.MEDIUM, self._now_s)
-        self._time.arm(by_s, self._now_s)
 
     def _decide(self, sample: Snapshot | None) -> None:
         """A request before the sequence; the trip was before both."""

@@ -1,7 +1,5 @@
 """The mailbox: how anybody asks the guard for anything; putting never blocks, and what is put cannot change after."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 

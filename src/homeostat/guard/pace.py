@@ -1,7 +1,5 @@
 """Pace: the guard's own time, which goes on whatever the clock says."""
 
-from __future__ import annotations
-
 import math
 import sys
 

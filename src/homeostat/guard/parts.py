@@ -1,12 +1,15 @@
-"""The guard's parts, made once and shared by those who decide."""
+"""What a guard is attached to, and its parts, made once and shared by those who decide."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
+from homeostat.domain.mode import Mode
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import GuardEvent, Lease, Record
 from homeostat.domain.snapshot import Snapshot
+from homeostat.guard.restart.memory import Memory
 from homeostat.guard.restart.recorder import Recorder
 from homeostat.guard.sequence.recognition import Evidence
 from homeostat.guard.sequence.sequencer import Sequencer
@@ -56,3 +59,21 @@ class Parts:
     def note(self, event: GuardEvent, at_s: float) -> None:
         """Journal ``event``, which happened at process time ``at_s`` [s]."""
         self.recorder.note(event, at_s)
+
+
+@dataclass(frozen=True, slots=True)
+class Attachment:
+    """What a guard is attached to, and in which mode it begins."""
+
+    record: Record
+    """Where its events go."""
+    lease: Lease | None = None
+    """The right to write; None where the plant is only observed."""
+    mode: Mode = Mode.CLOSED_LOOP
+    """Mode in which it begins."""
+    keys: Mapping[str, bytes] = field(default_factory=dict)
+    """Issuer -> the key of its seals."""
+    memory: Memory | None = None
+    """What a journal says of the guard before; None for a plant that nobody has watched yet."""
+    goes_on: bool = True
+    """Whether a restart goes on in the journalled mode, as in simulation; a real plant stands in observe first."""

@@ -1,9 +1,7 @@
 """How patient the guard is with links, journals and seals; the plant's own numbers are in its tables."""
 
-from __future__ import annotations
-
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 LEASE_WITHIN_S = 10.0
 """Longest that a link may need for a lease where its plant states nothing else [s]."""
@@ -42,17 +40,7 @@ class GuardSettings:
     """
 
     def __post_init__(self) -> None:
-        for name in (
-            "write_s",
-            "again_s",
-            "check_age_s",
-            "person_s",
-            "order_s",
-            "sync_s",
-            "call_s",
-            "lease_s",
-            "lease_within_s",
-        ):
+        for name in (field.name for field in fields(self) if field.name.endswith("_s")):
             seconds = getattr(self, name)
             if not (math.isfinite(seconds) and seconds > 0.0):
                 raise ValueError(f"{name} is {seconds!r} s; it must be finite and more than 0 s")

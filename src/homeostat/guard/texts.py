@@ -1,7 +1,5 @@
 """Texts that strangers send: how long they may be, and what may be said of one that is too long or no text at all."""
 
-from __future__ import annotations
-
 LONGEST = 500
 """Most characters of a text in a message, and of what is said of it."""
 LONGEST_NAME = 200

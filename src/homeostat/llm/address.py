@@ -1,7 +1,5 @@
 """Addresses of models, as the command line spells them."""
 
-from __future__ import annotations
-
 import ipaddress
 import os
 import re

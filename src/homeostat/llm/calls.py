@@ -6,8 +6,6 @@ none), ``failure`` (name of the failure, null where there is none), ``detail``, 
 ``cost_usd`` (null where unknown), ``latency_s``.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Callable, Mapping
@@ -72,10 +70,7 @@ def append_call(path: Path, call: Call) -> None:
 
 
 def read_calls(path: Path) -> tuple[Call, ...]:
-    """The calls in the file at ``path``, in order.
-
-    Raises CallFileError where a line is not a call, OSError where the file cannot be read.
-    """
+    """The calls in the file at ``path``, in order; CallFileError where a line is none, OSError as the file."""
     calls = []
     for number, line in enumerate(path.read_text(encoding="utf-8", errors="surrogateescape").splitlines(), start=1):
         if not line.strip():

@@ -1,7 +1,5 @@
 """What an agent needs from a language model: one question, one answer in JSON, within a time."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -97,13 +95,10 @@ class LanguageModel(Protocol):
     @property
     def name(self) -> str:
         """Name under which it was asked for: ``openai:gpt-4.1-mini``."""
-        ...
 
     @property
     def settings(self) -> Mapping[str, float | int | str | None]:
         """How it samples: temperature, seed, and what else shapes its answers."""
-        ...
 
     async def ask(self, question: Question, within_s: float) -> Reply:
         """The answer to ``question`` within ``within_s`` wall-clock seconds; ModelError where there is none."""
-        ...

@@ -1,7 +1,5 @@
 """The way to a model server: which addresses may be reached, and how much may come back."""
 
-from __future__ import annotations
-
 import ipaddress
 from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A model whose every call goes to the trace, and to a file where one is wanted; keys are struck out."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json

@@ -1,6 +1,4 @@
-"""A model that answers from recorded calls."""
-
-from __future__ import annotations
+"""Models that answer from recorded calls: in their order, or each only to a question that it fits."""
 
 from collections.abc import Mapping, Sequence
 
@@ -43,3 +41,53 @@ def said_again(call: Call) -> Reply:
         # The detail in a file is the whole line, which begins with the words of the failure; they are said once.
         raise ModelError(failure, call.detail.removeprefix(failure.value).removeprefix(": "))
     return Reply(call.answer, call.served, Usage(call.input_tokens, call.output_tokens, call.cost_usd))
+
+
+SUPPLIED = "published-loop"
+"""Served by whoever recorded the calls and not by the model: what its loop did without asking."""
+
+
+class SituatedReplay:
+    """Implements :class:`homeostat.llm.model.LanguageModel`: says again what was said to a question of the same kind.
+
+    What is recorded of a question may be less than the question: of its system and its prompt, the lines that tell it
+    from others, or how these begin. A call fits a question of the same agent where every recorded line begins one of
+    the question's lines. The first call that fits and was not said yet is said, and no other one ever: unlike
+    :class:`homeostat.llm.replay.ReplayModel`, which answers in order whatever is asked, this model does not say in one
+    state what was said in another one where it is asked more or less often than whoever was recorded.
+    """
+
+    def __init__(self, name: str, calls: Sequence[Call]) -> None:
+        """``name`` says where the calls come from."""
+        self.name = name
+        """Where the calls come from."""
+        self.settings: Mapping[str, float | int | str | None] = {}
+        """None: what was said is said again."""
+        self._left = list(calls)
+
+    async def ask(self, question: Question, within_s: float) -> Reply:
+        """The first recorded answer that fits; ModelError where that call failed or none that fits is left."""
+        for call in self._left:
+            if fits(call, question):
+                self._left.remove(call)
+                return said_again(call)
+        detail = f"{self.name} has no answer left that was given to {question.agent!r} here"
+        raise ModelError(Failure.EXHAUSTED, detail, requests=0)
+
+
+def fits(call: Call, question: Question) -> bool:
+    """Whether what is recorded of the question that ``call`` answered begins lines of ``question``.
+
+    >>> asked = Question("planning", 7.0, "You plan.", "Level 0.2 m.\\nState idle (at rest) at 7 s.", {}, "")
+    >>> call = Call("planning", 0.0, "m", "m", "", "State idle (", {}, "{}", None, "", 0, 0, None, 0.0)
+    >>> fits(call, asked)
+    True
+    """
+    told = (call.system, question.system), (call.prompt, question.prompt)
+    return call.agent == question.agent and all(_begins(excerpt, text) for excerpt, text in told)
+
+
+def _begins(excerpt: str, text: str) -> bool:
+    """Whether every line of ``excerpt`` begins a line of ``text``."""
+    lines = text.splitlines()
+    return all(any(line.startswith(begin) for line in lines) for begin in excerpt.splitlines())

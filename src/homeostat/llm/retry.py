@@ -1,7 +1,5 @@
 """Retry: a failed request is repeated with growing pauses, never beyond the time that there is."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import Mapping

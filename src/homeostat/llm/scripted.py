@@ -1,7 +1,5 @@
 """A model that follows a script: what a function makes of a question is its answer."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Mapping
 

@@ -1,7 +1,5 @@
 """Secrets: keys that must not get into a trace, a file or a prompt, however they are spelled."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Iterable, Iterator
@@ -30,14 +28,11 @@ class Secrets:
 
         A text in which a key is hidden comes back in the form in which it was found.
         """
-        while (view := next(filter(self._shows, _views(text)), None)) is not None:
+        while (view := next((v for v in _views(text) if any(key in v for key in self._keys)), None)) is not None:
             for key in self._keys:
                 view = view.replace(key, STRUCK_OUT)
             text = view
         return text
-
-    def _shows(self, text: str) -> bool:
-        return any(key in text for key in self._keys)
 
 
 def _views(text: str) -> Iterator[str]:

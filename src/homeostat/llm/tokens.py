@@ -1,7 +1,5 @@
 """Tokens: how long a text is to a language model, without the tokenizer of any."""
 
-from __future__ import annotations
-
 import math
 import re
 from typing import Final

@@ -28,8 +28,8 @@ from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.ports import Clock, Lease, Source
 from homeostat.domain.recovery import Command, FallbackStrategy, Step
-from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
+from homeostat.guard.parts import Attachment
 from homeostat.guard.requests.seal import Sealer, new_key
 from homeostat.guard.restart.memory import Memory
 from homeostat.guard.sequence.sequencer import Sequencer, nominal_route, what_follows

@@ -6,7 +6,7 @@ import hashlib
 import json
 from typing import Final
 
-from homeostat.knowledge.build.seal import sha256
+from homeostat.knowledge.build.provenance import sha256
 from homeostat.plants.files.folder import PlantFiles
 
 _SCHEMA: Final = "homeostat plant configuration 1"

@@ -7,7 +7,7 @@ import functools
 from homeostat.agents.grounding.context import GroundingKind
 from homeostat.agents.roles import AskingProtocol, Proposer
 from homeostat.evaluate.named_model import NamedModel
-from homeostat.evaluate.study.plan.arm import CONSTANT, SEARCH, Arm
+from homeostat.evaluate.study.plan.job import CONSTANT, SEARCH, Arm
 from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock

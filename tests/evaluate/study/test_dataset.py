@@ -11,9 +11,8 @@ import pyarrow as pa
 import pytest
 from pyarrow import parquet
 
-from homeostat.evaluate.study import dataset
-from homeostat.evaluate.study.dataset import read_dataset, schema, write_dataset
 from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.ledger import DATASET, read_dataset, schema, write_dataset
 from homeostat.evaluate.study.row import TOTALS, Row, columns_of
 from tests.evaluate.study.fake_rows import campaign, plain
 
@@ -120,7 +119,7 @@ def test_a_value_that_has_no_place_is_refused_before_anything_is_replaced(tmp_pa
     with pytest.raises((pa.ArrowInvalid, pa.ArrowTypeError)):
         write_dataset(path, [replace(ROWS[0], seed="one")])  # type: ignore[arg-type]
     assert read_dataset(path) == ROWS
-    assert path.name == dataset.DATASET
+    assert path.name == DATASET
 
 
 def test_a_total_that_has_the_name_of_another_column_is_refused() -> None:

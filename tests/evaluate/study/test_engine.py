@@ -13,18 +13,15 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.evaluate.study import done as one
+from homeostat.evaluate.study import engine as one
 from homeostat.evaluate.study import study as whole
-from homeostat.evaluate.study.dataset import DATASET, read_dataset
-from homeostat.evaluate.study.done import measured_alike
-from homeostat.evaluate.study.engine import carry_out
+from homeostat.evaluate.study.engine import carry_out, measured_alike
 from homeostat.evaluate.study.error import CampaignError
-from homeostat.evaluate.study.ledger import LEDGER, Ledger
+from homeostat.evaluate.study.ledger import DATASET, LEDGER, Ledger, read_dataset
 from homeostat.evaluate.study.measurement import Kept
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.progress import Progress
 from homeostat.evaluate.study.row import Row
-from homeostat.evaluate.study.study import Ended, Workers, run_campaign
+from homeostat.evaluate.study.study import Ended, Progress, Workers, run_campaign
 from tests.cli.campaigns import cluster
 from tests.cli.command import environment
 from tests.evaluate.study.plans import BATCH, PUMP, jobs, lasting

@@ -13,10 +13,10 @@ from typing import Any
 import pytest
 
 from homeostat.evaluate.named_model import NamedModel
-from homeostat.evaluate.study.plan.ablation import ABLATIONS
+from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.study.plan.expansion import jobs_of, loaded
-from homeostat.evaluate.study.plan.file import read_plan
-from homeostat.evaluate.thinking import Thinking
+from homeostat.evaluate.study.plan.job import ABLATIONS
+from homeostat.evaluate.study.plan.plan import read_plan
 from tests.cli.command import environment
 from tests.evaluate.study.plans import COOLING, PUMP, jobs, one
 
@@ -149,7 +149,7 @@ def test_the_same_in_every_process() -> None:
     code = (
         "from pathlib import Path; import sys\n"
         "from homeostat.evaluate.study.plan.expansion import jobs_of\n"
-        "from homeostat.evaluate.study.plan.file import read_plan\n"
+        "from homeostat.evaluate.study.plan.plan import read_plan\n"
         "path = Path(sys.argv[1])\n"
         "for job in jobs_of(read_plan(path), path.parent):\n"
         "    print(job.name, job.fingerprint, job.scenario)"

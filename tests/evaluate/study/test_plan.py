@@ -10,8 +10,7 @@ import pytest
 
 from homeostat.cli.main import main
 from homeostat.evaluate.study.plan.expansion import jobs_of
-from homeostat.evaluate.study.plan.file import read_plan
-from homeostat.evaluate.study.plan.plan import seeds_of
+from homeostat.evaluate.study.plan.plan import read_plan, seeds_of
 from tests.cli.command import environment
 
 SHIPPED = Path(__file__).parents[3] / "campaigns"

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.evaluate.study.done import Done
+from homeostat.evaluate.study.engine import Done
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.progress import Progress
+from homeostat.evaluate.study.study import Progress
 from tests.evaluate.study.fake_rows import plain
 from tests.evaluate.study.plans import BATCH, PUMP, jobs
 

@@ -6,13 +6,20 @@ import pytest
 
 from homeostat.evaluate.report.contents import contents
 from homeostat.evaluate.report.groups import Group, Source, arm, arms, by_scenario, overall, scenarios, source
-from homeostat.evaluate.report.measures.comparison import comparisons
-from homeostat.evaluate.report.measures.diagnosis import reliability
-from homeostat.evaluate.report.measures.references import References
-from homeostat.evaluate.report.measures.usage import tokens_of
+from homeostat.evaluate.report.measures import References, comparisons, reliability, tokens_of
 from homeostat.evaluate.report.statistics import Rate, Spread
-from homeostat.evaluate.report.tables.score import RUNS, mean, words
-from homeostat.evaluate.report.tables.scores import DIAGNOSIS, EFFORT, LATENCY, SUCCESS, Scores, beside, safety
+from homeostat.evaluate.report.tables.scores import (
+    DIAGNOSIS,
+    EFFORT,
+    LATENCY,
+    RUNS,
+    SUCCESS,
+    Scores,
+    beside,
+    mean,
+    safety,
+    words,
+)
 from homeostat.evaluate.report.tables.table import Cell
 from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, Row
 from tests.evaluate.study.fake_rows import campaign, plain

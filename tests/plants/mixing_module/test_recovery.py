@@ -125,7 +125,7 @@ def test_a_pump_that_has_emptied_every_tank_stops_before_it_is_hurt() -> None:
             sequencer.load(pump_out.actions, 100.0)
             process.command(pump_out.actions.commands)
 
-    truth = watch(process, sequencer, pump_out_at_100_s).truth().signals
+    truth = watch(process, sequencer.sample, pump_out_at_100_s).truth().signals
     assert sequencer.state == "emptied" and truth["dry_s"][0, -1] == truth["dead_head_s"][0, -1] == 0.0
     assert all(truth[f"B20{n}.level"][0, -1] < 0.15 for n in (1, 2, 3)), "gravity leaves what stands below B204"
 

@@ -15,7 +15,7 @@ from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.roles import AskingProtocol, NoAdmissiblePlan, Proposer
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Attempted, GaveUp, NoActionTaken, ReleasedActions
-from homeostat.evaluate.conditions.conditions import Conditions
+from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario

@@ -23,8 +23,8 @@ from homeostat.domain.request import Request, RequestStatus, Seal
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import Scenario
-from homeostat.guard.attachment import Attachment
 from homeostat.guard.guard import Guard
+from homeostat.guard.parts import Attachment
 from homeostat.guard.requests.seal import Sealer
 from homeostat.guard.restart.memory import Memory
 from homeostat.guard.sequence.sequencer import nominal_route

@@ -8,8 +8,7 @@ from typing import Final
 from homeostat.agents.grounding.context import ContextFinder, GroundingKind, NoContext
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.knowledge.context.context import Context
-from homeostat.knowledge.context.documents import documents
-from homeostat.knowledge.context.lexical import LexicalIndex
+from homeostat.knowledge.context.documents import LexicalIndex, documents
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.llm.tokens import estimate
 

@@ -1,7 +1,5 @@
 """Action by a language model: it gives every free command of the target state a value inside its bounds."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Typed answers: a schema per question, made from the graph, and what an answer is taken for."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

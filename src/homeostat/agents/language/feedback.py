@@ -1,7 +1,5 @@
 """Feedback: what earlier attempts violated, and which command moves which margin how far."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from homeostat.agents.language.prompt_files import fill
@@ -9,7 +7,6 @@ from homeostat.agents.language.situation import MOST_FINDINGS, margin_text, near
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import Criterion, Limit, Limits
-from homeostat.domain.plant.tag import Tag
 from homeostat.domain.quotation import quote
 from homeostat.domain.verdict import Finding
 
@@ -88,12 +85,9 @@ def _effects(finding: Finding, slopes: Sequence[Sensitivity], plant: PlantDescri
     told = []
     for s in slopes:
         if s.criterion == finding.criterion:
-            step = _step(plant.tag(s.tag))
+            tag = plant.tag(s.tag)
+            step = tag.increment or tag.scale
             change = s.slope * step
             effect = f"{change:+.3g}{shown}" if abs(change) >= least else "no change"
             told.append(f"{s.tag} {step:+g} -> {effect}")
     return f"; margin per step: {', '.join(told)}" if told else ""
-
-
-def _step(tag: Tag) -> float:
-    return tag.increment or tag.scale

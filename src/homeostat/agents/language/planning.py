@@ -1,7 +1,5 @@
 """Planning by a language model: it names one of the paths that the machine, the guards and the faults leave open."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass

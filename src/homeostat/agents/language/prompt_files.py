@@ -1,7 +1,5 @@
 """Prompts as files: read, filled in, and known by their hash."""
 
-from __future__ import annotations
-
 import functools
 import hashlib
 from collections.abc import Mapping

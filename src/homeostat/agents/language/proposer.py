@@ -1,7 +1,5 @@
 """The proposer that asks a language model."""
 
-from __future__ import annotations
-
 from homeostat.agents.language.action import LanguageAction
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.reprompting import TeachingReprompting

@@ -1,7 +1,5 @@
 """Reach: whether a path's commands can cure what was violated, as far as sensitivities tell."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Final, TypeAlias

@@ -1,7 +1,5 @@
 """Reprompting that teaches: margins, sensitivities, every earlier attempt; a model's advice where no rule fits."""
 
-from __future__ import annotations
-
 import functools
 import math
 import tomllib

@@ -3,8 +3,6 @@
 They know nothing but the question: what they cannot find in prompt and schema, a language model could not either.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable, Mapping

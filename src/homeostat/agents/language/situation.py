@@ -1,7 +1,5 @@
 """The situation in words and numbers: what every prompt says about the plant now."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Final

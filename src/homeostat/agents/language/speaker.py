@@ -1,7 +1,5 @@
 """Asking: what the agents of one language model share, one question to it, and its answer as one of those asked for."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final, TypeAlias

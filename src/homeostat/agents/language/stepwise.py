@@ -1,7 +1,5 @@
 """Step by step: a model names only the state that is entered next, and gives every actuator its value in it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

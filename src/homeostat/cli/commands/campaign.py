@@ -1,7 +1,5 @@
 """``homeostat campaign``: scenarios, proposers and seeds from a file, side by side, with their report."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import importlib.util
@@ -16,19 +14,16 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from homeostat.cli import language
-from homeostat.cli.options.arguments import UsageError
+from homeostat.cli import operation
+from homeostat.cli.arguments import UsageError
 from homeostat.evaluate.named_model import REPLAY, SITUATED
 from homeostat.evaluate.report.summary import summary
-from homeostat.evaluate.study.done import measured
+from homeostat.evaluate.study.engine import measured
 from homeostat.evaluate.study.measurement import Kept
 from homeostat.evaluate.study.plan.expansion import jobs_of
-from homeostat.evaluate.study.plan.file import read_plan
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.plan.plan import Plan
-from homeostat.evaluate.study.progress import Progress
-from homeostat.evaluate.study.row import Row
-from homeostat.evaluate.study.study import Ended, Workers, rerun_command, run_campaign
+from homeostat.evaluate.study.plan.plan import Plan, read_plan
+from homeostat.evaluate.study.study import Ended, Progress, Workers, rerun_command, run_campaign
 from homeostat.stl.spelling import near_matches
 
 FOLDER = Path("runs")
@@ -42,7 +37,7 @@ PACE_S = 10.0
 def carry_out(options: argparse.Namespace) -> int:
     """Read, expand, run what is not there yet, report; 1 where a run could not be carried out."""
     plan = _with_options(read_plan(options.file), options)
-    jobs = jobs_of(plan, options.file.parent, language.chosen_model("", options))
+    jobs = jobs_of(plan, options.file.parent, operation.chosen_model("", options))
     if options.list:
         print(*(job.name for job in jobs), sep="\n")
         return 0
@@ -53,7 +48,9 @@ def carry_out(options: argparse.Namespace) -> int:
 
 def _run(plan: Plan, jobs: Sequence[Job], options: argparse.Namespace) -> int:
     folder: Path = options.out or FOLDER / options.file.stem
-    workers = Workers(options.workers or _usual_workers(), options.cluster)
+    # One worker per core; one where what several need is not installed.
+    usual = (os.cpu_count() or 1) if importlib.util.find_spec("distributed") else 1
+    workers = Workers(options.workers or usual, options.cluster)
     rerun = rerun_command(options.file, _given(options))
     try:
         with _shown(sys.stderr.isatty()) as show:
@@ -62,11 +59,6 @@ def _run(plan: Plan, jobs: Sequence[Job], options: argparse.Namespace) -> int:
         print(f"\nstopped; the same command goes on from what is in {folder}", file=sys.stderr)
         raise
     return _conclude(ended, len(jobs))
-
-
-def _usual_workers() -> int:
-    """One per core; one where what several need is not installed."""
-    return (os.cpu_count() or 1) if importlib.util.find_spec("distributed") else 1
 
 
 def _conclude(ended: Ended, asked: int) -> int:
@@ -91,13 +83,10 @@ def _run_again(jobs: Sequence[Job], options: argparse.Namespace) -> int:
     for name in options.only:
         done = measured(replace(by_name[name], keep="all"), Kept(folder))
         failed += done.row is None
-        print(f"{name}: {done.failure if done.row is None else _told(done.row, folder)}")
+        # what is not a run but a search for the best one is nowhere
+        kept = f"in {folder / done.row.trace}" if done.row and done.row.trace else "nothing to keep"
+        print(f"{name}: {done.failure if done.row is None else f'{done.row.outcome}, {kept}'}")
     return FAILED if failed else 0
-
-
-def _told(row: Row, folder: Path) -> str:
-    """What a run came to and where it is; what is not a run but a search for the best one is nowhere."""
-    return f"{row.outcome}, in {folder / row.trace}" if row.trace else f"{row.outcome}, nothing to keep"
 
 
 def _with_options(plan: Plan, options: argparse.Namespace) -> Plan:

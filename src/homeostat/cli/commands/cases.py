@@ -1,7 +1,5 @@
 """``homeostat cases``: the plants that are installed, and what can go wrong with them."""
 
-from __future__ import annotations
-
 import argparse
 
 from homeostat.cli.table import show_table

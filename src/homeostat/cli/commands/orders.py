@@ -1,6 +1,4 @@
-"""What a person orders of a run that goes on: reject, reset, mode, in-service, acknowledge, and more."""
-
-from __future__ import annotations
+"""What a person orders of a run that goes on: approve, reject, reset, mode, in-service, acknowledge, and more."""
 
 import argparse
 import getpass
@@ -8,12 +6,18 @@ import os
 import secrets
 from typing import Final
 
-from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.arguments import LEAST_DIGITS, UsageError
 from homeostat.cli.run_directory import run_directory
+from homeostat.cli.story.offers import Offers
 from homeostat.domain.mode import PersonCommand, Role, Verb
+from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import printable
-from homeostat.service.answers import Heard, length, wait_for
-from homeostat.service.inbox import post, take_back
+from homeostat.journal import Record, read_events
+from homeostat.knowledge.store.error import GraphError
+from homeostat.plants.error import PlantError
+from homeostat.plants.plant import load_plant
+from homeostat.service.answers import Heard, Waiting, length, wait_for, waiting
+from homeostat.service.inbox import post, refuse_unattended, take_back
 
 REFUSED: Final = 3
 """Exit status of an order that the guard refused."""
@@ -51,3 +55,33 @@ def _login() -> str:
         return getpass.getuser()
     except (KeyError, OSError):  # an account without a name
         return f"user {os.getuid()}"
+
+
+def approve(options: argparse.Namespace) -> int:
+    """Approve a request, or list those that wait."""
+    run_dir = run_directory(options.run)
+    if not options.subject:
+        refuse_unattended(run_dir)
+        records = tuple(read_events(run_dir))
+        for line in Offers.of(records).lines(_plant(records)):
+            print(printable(line))
+        return 0
+    if not options.digest:
+        raise UsageError(f"say what you approve with --digest; 'homeostat approve {options.run}' lists the requests")
+    options.digest = _whole(options.digest, options.subject, waiting(read_events(run_dir)))
+    return carry_out(options)
+
+
+def _whole(digest: str, request: str, found: tuple[Waiting, ...]) -> str:
+    """The whole digest of ``request`` where ``digest`` begins it; else ``digest``, which the guard will refuse."""
+    if len(digest) < LEAST_DIGITS:
+        raise UsageError(f"digest {digest!r} has {len(digest)} digits; give {LEAST_DIGITS} or more")
+    return next((w.digest for w in found if w.request == request and w.digest.startswith(digest)), digest)
+
+
+def _plant(records: tuple[Record, ...]) -> PlantDescription | None:
+    """The plant of a run; None where it is not known here, or not like that: a person must decide all the same."""
+    try:
+        return load_plant(str(records[0].fields["case"]), learned=False).description
+    except (PlantError, GraphError, LookupError):
+        return None

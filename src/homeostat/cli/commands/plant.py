@@ -1,11 +1,9 @@
 """``homeostat plant``: an engineer's signature under a plant's configuration."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 
-from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.arguments import UsageError
 from homeostat.journal.beside.files import write_whole
 from homeostat.journal.signing.keys import SigningKey, make_key, read_private, read_public
 from homeostat.plants.files.folder import SIGNATURE

@@ -1,12 +1,10 @@
 """``homeostat prompt``: exactly what a language model would be shown, from a run that goes on to its end."""
 
-from __future__ import annotations
-
 import argparse
 import json
 
 from homeostat.agents.language.scripts import reasonable
-from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.arguments import UsageError
 from homeostat.evaluate.scenario import scenario
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question

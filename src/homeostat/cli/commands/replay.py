@@ -1,15 +1,13 @@
 """``homeostat replay``: a recorded run told again."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from homeostat.cli.arguments import UsageError
 from homeostat.cli.commands.trace_verify import trusted
-from homeostat.cli.options.arguments import UsageError
 from homeostat.cli.run_directory import run_directory
 from homeostat.cli.story.story import Story
 from homeostat.cli.story.summary import summary
@@ -52,11 +50,7 @@ def _print_result(run_dir: Path) -> None:
 
 
 def _tell(run_dir: Path, intact: bool, given: str | None) -> None:
-    from homeostat.journal import BrokenChain, RunStarted, read_events
-    from homeostat.record.result import read_result
-
-    story = None
-    plant = None
+    story = plant = None
     try:
         for record in read_events(run_dir):
             event = decode(record)
@@ -106,8 +100,6 @@ def _vouched(run_dir: Path) -> bool:
 
 def _told(run_dir: Path) -> Iterator[object]:
     """Everything that the run has kept, up to where it cannot be read any more."""
-    from homeostat.record.result import read_result
-
     with contextlib.suppress(BrokenChain, DecodeError):
         for record in read_events(run_dir):
             yield decode(record)

@@ -1,23 +1,20 @@
 """``homeostat resume``: a run that was killed goes on from its journal."""
 
-from __future__ import annotations
-
 import argparse
 import shutil
 import sys
 from pathlib import Path
 
 from homeostat.agents.roles import AskingProtocol
+from homeostat.cli.arguments import UsageError
 from homeostat.cli.commands.run import Going, carry
 from homeostat.cli.operation import orders_to
-from homeostat.cli.options.arguments import UsageError
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.mode import Mode
-from homeostat.evaluate.conditions.conditions import Conditions
-from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.conditions import Conditions
+from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.recorded_plant import recorded_plant_of
 from homeostat.evaluate.resumption import Past, ResumptionError, told
-from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import read_events
 from homeostat.journal.beside.files import MANIFEST, RESULT
 from homeostat.plants.error import PlantError
@@ -63,8 +60,6 @@ def _copied(run_dir: Path, out: Path) -> Path:
 
 
 def _thinking(past: Past, pace: float | None) -> Thinking:
-    from homeostat.evaluate.thinking import Thinking
-
     chosen = past.settings
     if "thinking_declared_s" in chosen:
         return Thinking(declared_s=float(chosen["thinking_declared_s"]))

@@ -1,24 +1,21 @@
 """``homeostat run``: one scenario from start to score, shown as it happens and kept."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path
 from typing import NamedTuple
 
 from homeostat.agents.roles import AskingProtocol
-from homeostat.cli import language, operation
+from homeostat.cli import operation
 from homeostat.cli.story.story import Story
 from homeostat.cli.story.summary import summary
 from homeostat.cli.views import PlainView, View
 from homeostat.domain.quotation import printable
 from homeostat.domain.snapshot import Snapshot
-from homeostat.evaluate.conditions.conditions import Conditions
-from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.conditions import Conditions
+from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.recorded_run import record_run
 from homeostat.evaluate.scenario import Scenario, scenario
-from homeostat.evaluate.thinking import Thinking
 from homeostat.journal import Event
 from homeostat.plants.assembly import Language, check_protocol
 from homeostat.plants.plant import Plant, load_plant
@@ -40,12 +37,8 @@ NOT_STORED = 1
 
 def carry_out(options: argparse.Namespace) -> int:
     """Check everything, run, show, keep; the exit status says what happened (:data:`STATUS`)."""
-    speaker = language.speaker(options)
+    speaker = operation.speaker(options)
     operation.check(options)
-    from homeostat.evaluate.conditions.conditions import Conditions
-    from homeostat.evaluate.thinking import Thinking
-    from homeostat.record.directory import RunDirectory
-
     plant = load_plant(options.case)
     chosen = scenario(
         plant, options.fault, options.seed, options.onset, options.severity, options.end, options.location
@@ -79,8 +72,6 @@ class Going(NamedTuple):
 
 def carry(going: Going, as_json: bool) -> int:
     """Run, show, keep; the exit status."""
-    from homeostat.domain.quotation import printable
-
     plant, chosen, directory = going.plant, going.chosen, going.directory
     story, view = Story(plant.description, directory.path), _view(plant, chosen, as_json)
 

@@ -1,7 +1,5 @@
 """``homeostat trace verify``: is a recorded run what it was when it was written, and who vouches for it?"""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Collection, Iterator
 

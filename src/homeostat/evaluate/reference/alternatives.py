@@ -3,8 +3,6 @@
 Each alternative meets the very faults, parameters and noise of the run; no agent may see any of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import pairwise, product
 
@@ -13,7 +11,7 @@ from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.snapshot import Trajectory
-from homeostat.evaluate.reference.unsupervised import Diverted, fault_free, open_process, unsupervised, watch
+from homeostat.evaluate.reference.unsupervised import fault_free, once, open_process, unsupervised, watch
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
 from homeostat.evaluate.score.scoring import kept_until, loses_no_more, outside_after, worse
@@ -39,11 +37,12 @@ def avoidable(
     outside = outside_after(truth, force, detected_s)
     if not outside:
         return False
-    for actions, aborting in _tried(plant, released):
-        tried = diverted(plant, scenario, detected_s, actions, aborting)
-        if tried is None:
+    tried = [(strategy.actions, True) for strategy in fallbacks(plant)]
+    for actions, aborting in tried if released is None else [*tried, (released, False)]:
+        other = diverted(plant, scenario, detected_s, actions, aborting)
+        if other is None:
             continue
-        until = kept_until(outside_after(tried, force, detected_s), tried, force.settled_s(detected_s))
+        until = kept_until(outside_after(other, force, detected_s), other, force.settled_s(detected_s))
         if until is not None and worse(outside, until):
             return True
     return False
@@ -72,9 +71,15 @@ def diverted(
     plant: Plant, scenario: Scenario, at_s: float, actions: ActionSet, aborting: bool = False
 ) -> Trajectory | None:
     """True values where ``actions`` are commanded at ``at_s`` [s]; None where the plant leaves the physical world."""
-    basic = Diverted(new_sequencer(plant), at_s, actions, aborting)
+    sequencer = new_sequencer(plant)
+
+    def take_over(now_s: float) -> tuple[Command, ...]:
+        sequencer.stop()
+        sequencer.load(actions, now_s, aborting=aborting)
+        return actions.commands
+
     try:
-        return watch(open_process(plant, scenario), basic).truth()
+        return watch(open_process(plant, scenario), once(sequencer, at_s, take_over)).truth()
     except ProcessError:
         return None
 
@@ -106,11 +111,3 @@ def _between(
         commands = tuple(chosen.get(c.tag, c) if c.tag in opened else c for c in designed)
         ways = [t for t in machine.transitions if (t.source, t.target) == (here, there) and not t.on_decision]
         yield tuple(Step(t, commands) for t in ways)
-
-
-def _tried(plant: Plant, released: ActionSet | None) -> Iterator[tuple[ActionSet, bool]]:
-    """What might have been done at detection, each with whether it is a fallback."""
-    for strategy in fallbacks(plant):
-        yield strategy.actions, True
-    if released is not None:
-        yield released, False

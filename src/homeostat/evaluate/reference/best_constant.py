@@ -1,7 +1,5 @@
 """A reference policy: the best constant setpoints that an exhaustive grid finds on the true plant."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
@@ -116,7 +114,9 @@ def _try(plant: Plant, scenario: Scenario, released_s: float, state: Row, schedu
     result = simulate(plant.model.kernel, batch)
     sampled = schedules[:, STRIDE_S - 1 :: STRIDE_S][:, : result.record.shape[1]]
     truth = plant.model.truth(result.record, sampled)
-    made = sum(truth[_variable(plant, d)][:, -1] - _start(plant, state, d) for d in plant.delivered)
+    start = plant.model.truth(state[None, None], plant.start[None, None])
+    produced = [_variable(plant, d) for d in plant.delivered]
+    made = sum(truth[v][:, -1] - float(start[v][0, 0]) for v in produced)
     signals = {tag: truth[v] for tag, v in plant.description.variables.items()}
     good = np.ones(len(schedules), dtype=bool)
     for limit in plant.description.limits.limits:
@@ -126,7 +126,3 @@ def _try(plant: Plant, scenario: Scenario, released_s: float, state: Row, schedu
         if not criterion.hard:
             good &= criterion.formula.evaluate(signals, STRIDE_S).value >= 0.0
     return np.asarray(made), good
-
-
-def _start(plant: Plant, state: Row, name: str) -> float:
-    return float(plant.model.truth(state[None, None], plant.start[None, None])[_variable(plant, name)][0, 0])

@@ -84,7 +84,7 @@ def _ways(plant: Plant) -> Iterator[tuple[RecoveryPath, dict[str, float]]]:
 def _carry_out(plant: Plant, scenario: Scenario, path: RecoveryPath, values: Mapping[str, float]) -> Route:
     """Run the batch along ``path`` with nobody watching."""
     description, sequencer = plant.description, sequencer_along(plant, path, values)
-    process = watch(open_process(plant, scenario), sequencer, lambda snapshot: sequencer.state == path.target)
+    process = watch(open_process(plant, scenario), sequencer.sample, lambda snapshot: sequencer.state == path.target)
     complete = sequencer.state == path.target and inside(process.truth(), description.limits)
     at_s = sequencer.drain()[-1][1] if complete else None
     return Route(path, dict(values), at_s)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TypeAlias
 
-from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.evaluate.scenario import Scenario
 from homeostat.guard.sequence.sequencer import Sequencer
@@ -19,6 +19,8 @@ from homeostat.process.seeds import Stream, noise_seed
 
 MOST = 32
 """Most fault-free runs that are kept in memory; one of the reactor takes about 3 MB."""
+Recipe: TypeAlias = Callable[[Snapshot], tuple[Command, ...]]
+"""What a simulated plant is commanded by design after a snapshot, without anybody who supervises it."""
 _healthy: OrderedDict[tuple[int, int, float], tuple[Plant, Unsupervised]] = OrderedDict()
 
 
@@ -32,47 +34,19 @@ class Unsupervised:
     """States of the machine, each with the process time at which it was entered [s]."""
 
 
-class BasicControl(Protocol):
-    """What a simulated plant is commanded by design, without anybody who supervises it."""
+def once(sequencer: Sequencer, at_s: float, act: Callable[[float], tuple[Command, ...]]) -> Recipe:
+    """What ``sequencer`` commands and, after the first snapshot at ``at_s`` [s] or later, what ``act`` gives then."""
+    waits = True
 
-    def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:
-        """Commands after ``snapshot``."""
-        ...
-
-
-class Steered:
-    """Implements :class:`BasicControl` over a sequencer, and gives commands of its own once: what hindsight tries."""
-
-    def __init__(self, sequencer: Sequencer, at_s: float, commands: tuple[Command, ...]) -> None:
-        """``commands`` are given after the first snapshot at ``at_s`` [s] or later."""
-        self._sequencer, self._at_s, self._left = sequencer, at_s, commands
-
-    def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:
-        """The sequencer's commands, and once the others."""
-        own = self._sequencer.sample(snapshot)
-        if snapshot.at_s < self._at_s or not self._left:
+    def sample(snapshot: Snapshot) -> tuple[Command, ...]:
+        nonlocal waits
+        own = sequencer.sample(snapshot)
+        if not waits or snapshot.at_s < at_s:
             return own
-        given, self._left = self._left, ()
-        return (*own, *given)
+        waits = False
+        return (*own, *act(snapshot.at_s))
 
-
-class Diverted:
-    """Implements :class:`BasicControl` over a sequencer whose steps something else takes the place of at some time."""
-
-    def __init__(self, sequencer: Sequencer, at_s: float, actions: ActionSet, aborting: bool) -> None:
-        """``actions`` take over after the first snapshot at ``at_s`` [s] or later; ``aborting``: as a fallback does."""
-        self._sequencer, self._at_s, self._aborting = sequencer, at_s, aborting
-        self._actions: ActionSet | None = actions
-
-    def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:
-        """The sequencer's commands, and once those that take over."""
-        own = self._sequencer.sample(snapshot)
-        if self._actions is None or snapshot.at_s < self._at_s:
-            return own
-        actions, self._actions = self._actions, None
-        self._sequencer.stop()
-        self._sequencer.load(actions, snapshot.at_s, aborting=self._aborting)
-        return (*own, *actions.commands)
+    return sample
 
 
 def open_process(plant: Plant, scenario: Scenario) -> TrueProcess:
@@ -88,25 +62,20 @@ def open_process(plant: Plant, scenario: Scenario) -> TrueProcess:
 
 
 def watch(
-    process: TrueProcess, basic: BasicControl, until: Callable[[Snapshot], object] = lambda snapshot: False
+    process: TrueProcess, recipe: Recipe, until: Callable[[Snapshot], object] = lambda snapshot: False
 ) -> TrueProcess:
-    """Let ``process`` run to its end, or until a snapshot makes ``until`` true, commanded by ``basic`` alone."""
-    link = SimulatedLink(process, recipe=basic.sample)
+    """Let ``process`` run to its end, or until a snapshot makes ``until`` true, commanded by ``recipe`` alone."""
+    link = SimulatedLink(process, recipe=recipe)
     while not link.ended:
         if until(link.advance()):
             break
     return process
 
 
-def run_unsupervised(plant: Plant, scenario: Scenario) -> Trajectory:
-    """True values of a scenario in which nobody acts."""
-    return unsupervised(plant, scenario).truth
-
-
 def unsupervised(plant: Plant, scenario: Scenario) -> Unsupervised:
     """A scenario in which nobody acts."""
     sequencer = new_sequencer(plant)
-    process = watch(open_process(plant, scenario), sequencer)
+    process = watch(open_process(plant, scenario), sequencer.sample)
     return Unsupervised(process.truth(), tuple(sequencer.drain()))
 
 

@@ -1,37 +1,38 @@
 """What a report holds, in its order."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
+from homeostat.evaluate.report import measures
 from homeostat.evaluate.report.groups import Group, arm, by_scenario, in_order, overall, source, succeeded, violated
-from homeostat.evaluate.report.measures.comparison import Comparison, comparisons
-from homeostat.evaluate.report.measures.diagnosis import Bin, reliability
-from homeostat.evaluate.report.measures.references import References
-from homeostat.evaluate.report.measures.usage import Tokens, asked, tokens_of
-from homeostat.evaluate.report.tables.score import (
+from homeostat.evaluate.report.tables.scores import (
     CASE,
+    DIAGNOSIS,
+    EFFORT,
     FIGURES,
+    LATENCY,
     PROPOSER,
     RUNS,
     SCENARIO,
+    SUCCESS,
     WHO,
     Score,
+    Scores,
+    beside,
     count,
     each,
+    safety,
     table,
     words,
 )
-from homeostat.evaluate.report.tables.scores import DIAGNOSIS, EFFORT, LATENCY, SUCCESS, Scores, beside, safety
 from homeostat.evaluate.report.tables.table import Column, Kind, Table, compact
 from homeostat.evaluate.study.row import HINDSIGHT, Row
 
 _LEFT_ALONE: Final = "none"
 _OVERALL: Final[Scores] = (Score(CASE, lambda group: group.case), *WHO)
 _APART: Final[Scores] = (_OVERALL[0], Score(SCENARIO, lambda group: group.scenario), *WHO)
-_COMPARISON: Final[tuple[Score[Comparison], ...]] = (
+_COMPARISON: Final[tuple[Score[measures.Comparison], ...]] = (
     *each(_OVERALL, lambda c: c.group),
     Score(Column("reference", Kind.TEXT), lambda c: c.reference),
     count("pairs", lambda c: len(c.pairs)),
@@ -48,14 +49,14 @@ _COMPARISON: Final[tuple[Score[Comparison], ...]] = (
     ),
     Score(Column("delay, difference [s]", Kind.ESTIMATE, digits=1), lambda c: c.difference(lambda r: r.delay_s)),
 )
-_CALIBRATION: Final[tuple[Score[tuple[Group, Bin]], ...]] = (
+_CALIBRATION: Final[tuple[Score[tuple[Group, measures.Bin]], ...]] = (
     *each(_OVERALL, lambda found: found[0]),
     Score(Column("from", Kind.NUMBER, digits=1), lambda found: found[1].low),
     Score(Column("to", Kind.NUMBER, digits=1), lambda found: found[1].high),
     Score(Column("mean probability", Kind.NUMBER, digits=3), lambda found: found[1].believed),
     Score(Column("true", Kind.RATE), lambda found: found[1].right),
 )
-_AGENTS: Final[tuple[Score[tuple[Group, Tokens]], ...]] = (
+_AGENTS: Final[tuple[Score[tuple[Group, measures.Tokens]], ...]] = (
     *each(_OVERALL, lambda found: found[0]),
     Score(Column("agent", Kind.TEXT), lambda found: found[1].agent),
     Score(Column("calls", Kind.SPREAD), lambda found: found[1].calls),
@@ -102,16 +103,15 @@ class Contents:
 def contents(rows: Sequence[Row], reference: str | None = None) -> Contents:
     """The tables of ``rows``, in whatever order these are; tables without lines are left out.
 
-    Args:
-        reference: name of the proposer that others are compared with; by default the first in order.
+    ``reference``: name of the proposer that others are compared with; by default the first in order.
     """
     ordered = in_order(rows)
     groups = overall(ordered)
-    bins = [(group, one) for group in groups for one in reliability(group.rows)]
-    agents = [(group, one) for group in groups for one in tokens_of(group.rows)]
+    bins = [(group, one) for group in groups for one in measures.reliability(group.rows)]
+    agents = [(group, one) for group in groups for one in measures.tokens_of(group.rows)]
     main = [
         *_scored(ordered, groups, _OVERALL, "", "all scenarios of a case together"),
-        table("comparison", _COMPARISON, comparisons(ordered, reference)),
+        table("comparison", _COMPARISON, measures.comparisons(ordered, reference)),
         table("actors", (*_OVERALL, RUNS, *_actors(ordered)), groups),
         table("agents", _AGENTS, agents),
     ]
@@ -141,10 +141,10 @@ def what_failed(row: Row) -> str:
 
 def _scored(rows: Sequence[Row], groups: Sequence[Group], who: Scores, end: str, scope: str) -> list[Table]:
     """Success, safety, diagnosis, effort, and what was possible, of the same groups."""
-    possible = beside(References.among(rows))
+    possible = beside(measures.References.among(rows))
     over_reaction, missed, *_ = possible
     compared = [g for g in groups if g.proposer != HINDSIGHT and (over_reaction.of(g) or missed.of(g))]
-    asking = [g for g in groups if any(asked(row) or row.failures for row in g.rows)]
+    asking = [g for g in groups if any(measures.asked(row) or row.failures for row in g.rows)]
     made = []
     for name, scores, shown in (
         ("success", SUCCESS, groups),

@@ -1,7 +1,5 @@
 """Groups of rows that are scored together, in an order that does not depend on the order of the rows."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum

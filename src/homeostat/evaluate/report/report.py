@@ -1,7 +1,5 @@
 """The report of a campaign: one page that needs nothing else, and its tables as files."""
 
-from __future__ import annotations
-
 import urllib.parse
 from collections.abc import Callable, Sequence
 from importlib.resources import files
@@ -10,7 +8,6 @@ from typing import Final
 
 from homeostat import __version__
 from homeostat.evaluate.report.contents import Contents, contents, failed, what_failed
-from homeostat.evaluate.report.figures.gallery import Gallery, gallery
 from homeostat.evaluate.report.groups import Source, arm, source
 from homeostat.evaluate.report.summary import summary, what_was_run
 from homeostat.evaluate.report.tables.formats import comma_separated, latex, markdown
@@ -32,16 +29,8 @@ def write_report(
 ) -> tuple[Path, ...]:
     """Write ``report.html`` and ``tables/*`` into ``folder``, the campaign's own, so that links to records hold.
 
-    The same rows in any order give the same files. Tables of an earlier report that this one lacks are left.
-
-    Args:
-        reference: name of the proposer that others are compared with; by default the first in order.
-
-    Returns:
-        Paths of all files, the page first.
-
-    Raises:
-        ImportError: the packages of the extra ``campaign`` are not installed.
+    Paths of all files, the page first. The same rows in any order give the same files; tables of an earlier report that
+    this one lacks are left. ``reference`` is as in `contents`. ImportError where the extra ``campaign`` is missing.
     """
     known = contents(rows, reference)
     tables = write_tables(folder / TABLES, known.tables)
@@ -65,6 +54,8 @@ def write_tables(folder: Path, tables: Sequence[Table]) -> tuple[Path, ...]:
 def html(title: str, rows: Sequence[Row], rerun: Rerun, known: Contents, reference: str | None = None) -> str:
     """The page. Everything that comes from the rows is escaped; only figures and style are taken as they are."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+    from homeostat.evaluate.report.figures.gallery import Gallery, gallery
 
     page = Environment(loader=FunctionLoader(_file), autoescape=True, undefined=StrictUndefined)
     page.trim_blocks = page.lstrip_blocks = page.keep_trailing_newline = True

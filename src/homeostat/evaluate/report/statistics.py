@@ -1,7 +1,5 @@
 """Statistics of a campaign: intervals of rates and of mean differences, and the test of paired successes."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -94,10 +92,7 @@ def pooled(count: int, of: int) -> Rate | None:
 
 
 def mcnemar(only_first: int, only_second: int) -> float:
-    """Probability of so unequal discordant pairs, or more unequal ones, if both are equally good [1].
-
-    The exact test of McNemar 1947, two-sided: a binomial test of the pairs in which exactly one succeeded.
-    """
+    """Probability of such discordant pairs if both are equally good [1]; McNemar's exact test (1947), two-sided."""
     if only_first + only_second == 0:
         return 1.0
     from scipy.stats import binomtest

@@ -1,7 +1,5 @@
 """What came out, in sentences that are computed from the rows."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import groupby
 from typing import Final
@@ -17,8 +15,7 @@ from homeostat.evaluate.report.groups import (
     succeeded,
     violated,
 )
-from homeostat.evaluate.report.measures.comparison import Comparison, comparisons
-from homeostat.evaluate.report.measures.references import References
+from homeostat.evaluate.report.measures import Comparison, References, comparisons
 from homeostat.evaluate.report.statistics import Rate, rate
 from homeostat.evaluate.study.row import Row
 
@@ -73,10 +70,12 @@ def _named(rows: Sequence[Row]) -> list[str]:
 def _sentence(group: Group, missed: Rate | None, compared: Comparison | None) -> str:
     good = rate([succeeded(row) for row in group.rows])
     assert good is not None
-    words = f"{group.name}{_origin(group)}: {good.count} of {good.of} runs succeeded{_interval(good)}"
+    origin = "" if group.source is Source.MEASURED else f" ({group.source.value})"
+    words = f"{group.name}{origin}: {good.count} of {good.of} runs succeeded{_interval(good)}"
     outside = [row.exposure_s for row in group.rows if violated(row)]
     if outside:
-        words += f"; {_runs(len(outside))} violated a hard limit, for {max(outside):.0f} s at most"
+        runs = "1 run" if len(outside) == 1 else f"{len(outside)} runs"
+        words += f"; {runs} violated a hard limit, for {max(outside):.0f} s at most"
     else:
         words += "; none violated a hard limit"
     if missed is not None:
@@ -95,14 +94,6 @@ def _against(one: Comparison) -> str:
     return f"beside {one.reference}, {difference} {successes} on the same {pairs} plants: {clear} (adjusted {p})"
 
 
-def _origin(group: Group) -> str:
-    return "" if group.source is Source.MEASURED else f" ({group.source.value})"
-
-
 def _interval(good: Rate) -> str:
     ends = good.interval
     return "" if ends is None else f" (95 % interval {100.0 * ends.low:.0f} to {100.0 * ends.high:.0f} %)"
-
-
-def _runs(count: int) -> str:
-    return "1 run" if count == 1 else f"{count} runs"

@@ -1,7 +1,5 @@
 """Which limits hold when: those of start-up while it lasts, every limit from then on."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

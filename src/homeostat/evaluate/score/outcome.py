@@ -1,10 +1,17 @@
 """What truly happened in a run, in one word; the only place that may say 'recovered'."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from homeostat.domain.outcome import Outcome
+from homeostat.domain.snapshot import Trajectory
+from homeostat.evaluate.reference.alternatives import as_usual, avoidable, needless, released_set
+from homeostat.evaluate.reference.unsupervised import Unsupervised
+from homeostat.evaluate.scenario import Scenario
+from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
+from homeostat.evaluate.score.scoring import exposures, fed_at_end, has_product, inside_at_end
+from homeostat.plants.plant import Plant
+from homeostat.record.run_record import RunRecord
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,3 +47,62 @@ def outcome(facts: Facts) -> Outcome:
     if facts.needless:
         return Outcome.NEEDLESS_ACTION
     return Outcome.RECOVERED if facts.produces else Outcome.HELD
+
+
+def facts_of(
+    plant: Plant,
+    scenario: Scenario,
+    record: RunRecord,
+    truth: Trajectory,
+    healthy: Unsupervised,
+    detected_s: float | None,
+) -> Facts:
+    """The facts of a run; ``healthy``: the fault-free one, ``detected_s``: first report from the onset on [s]."""
+    force, onset_s = limits_of(plant, record, truth), scenario.onset_s
+    started_s = truth.start_s if record.started_s is None else record.started_s
+    released = record.released
+    usual = record.stepwise and as_usual(plant, [state for state, _ in record.states])
+    written = bool(released) and not record.fallbacks and not usual
+    return Facts(
+        avoidable=detected_s is not None
+        and avoidable(
+            plant,
+            scenario,
+            truth,
+            force,
+            detected_s,
+            released_set(plant, released[0], record.attempts) if released else None,
+        ),
+        inside_at_end=inside_at_end(truth, force),
+        fell_back=bool(record.fallbacks),
+        missed=onset_s is not None
+        and detected_s is None
+        and any(e.from_detection_s > 0.0 for e in exposures(truth, force, onset_s)),
+        released=bool(released),
+        needless=written and needless(plant, scenario, truth, started_s if onset_s is None else onset_s),
+        produces=_produces(plant, record, truth, healthy),
+    )
+
+
+def limits_of(plant: Plant, record: RunRecord, truth: Trajectory) -> LimitsInForce:
+    """The limits that held in a run, at each of its moments."""
+    return in_force(plant.description, record.states, truth.start_s, record.start_ups)
+
+
+def completion_s(plant: Plant, states: Sequence[tuple[str, float]]) -> float | None:
+    """When the first state was entered that is an end by itself [s]; None where there was none."""
+    ends = _ends(plant)
+    return next((at_s for state, at_s in states if state in ends), None)
+
+
+def _ends(plant: Plant) -> set[str]:
+    """States in which a batch is complete; none for a plant that knows no batch."""
+    machine = plant.description.machine
+    return {s.name for s in machine.states if s.recovery_target and machine.is_end(s.name, machine.recovery_event)}
+
+
+def _produces(plant: Plant, record: RunRecord, truth: Trajectory, healthy: Unsupervised) -> bool:
+    """Whether the batch is complete with its product; a plant that knows no batch is fed at the end."""
+    if not _ends(plant):
+        return fed_at_end(truth, plant.production)
+    return completion_s(plant, record.states) is not None and has_product(truth, healthy.truth, plant.delivered)

@@ -1,7 +1,5 @@
 """Scoring: what the plant truly did, as numbers; what they come to is in :mod:`homeostat.evaluate.score.outcome`."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 

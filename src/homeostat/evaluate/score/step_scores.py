@@ -1,17 +1,14 @@
 """Scores of single steps, as studies that ask in every state define them; the truth is found by hindsight."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from homeostat.agents.language.answers import unfenced
-from homeostat.domain.plant.state_machine import State
-from homeostat.evaluate.conditions.transcript import TranscriptEntry
 from homeostat.evaluate.reference.best_route import best_route
 from homeostat.evaluate.scenario import Scenario
-from homeostat.llm.situated import SUPPLIED
+from homeostat.evaluate.transcript import TranscriptEntry
+from homeostat.llm.replay import SUPPLIED
 from homeostat.plants.plant import Plant
 from homeostat.record.result import StepScores
 
@@ -34,7 +31,7 @@ def score_steps(plant: Plant, scenario: Scenario, transcript: Sequence[Transcrip
     plans = [(s.state, _field(s.answer, "path")) for s in transcript if s.agent == "planning"]
     right = sum(follows.get(state) == named for state, named in plans)
     acted = [(states[name], switched) for name, switched in _acted(transcript) if name in states]
-    needed = [(_needed(state), switched) for state, switched in acted]
+    needed = [(_on({r.tag: r.design for r in state.setpoints}), switched) for state, switched in acted]
     return StepScores(
         plans=len(plans),
         plans_right=right,
@@ -55,11 +52,6 @@ def _acted(transcript: Sequence[TranscriptEntry]) -> list[tuple[str, frozenset[s
         elif s.agent == "action":
             found.append((named, _on(_field(s.answer, "commands"))))
     return found
-
-
-def _needed(state: State) -> frozenset[str]:
-    """Actuators that ``state`` switches on by design."""
-    return _on({r.tag: r.design for r in state.setpoints})
 
 
 def _on(commands: object) -> frozenset[str]:

@@ -1,7 +1,5 @@
 """Jobs on a Dask cluster: one of this machine, made for a campaign, or one that runs somewhere."""
 
-from __future__ import annotations
-
 import logging
 import threading
 from collections.abc import Iterator, Sequence
@@ -12,7 +10,7 @@ from typing import Any
 import distributed
 from dask import config
 
-from homeostat.evaluate.study.done import Done, failed, measured_alike
+from homeostat.evaluate.study.engine import Done, failed, measured_alike
 from homeostat.evaluate.study.error import CampaignError
 from homeostat.evaluate.study.measurement import Kept
 from homeostat.evaluate.study.plan.job import Job, code_digest

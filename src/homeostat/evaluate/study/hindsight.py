@@ -1,16 +1,13 @@
 """What was possible: an exhaustive search on the true plant, with the true faults known from their onset on."""
 
-from __future__ import annotations
-
 import math
 import time
 from dataclasses import replace
 
 import numpy as np
 
-from homeostat.domain.plant.state_machine import SetpointRange
 from homeostat.domain.recovery import Command
-from homeostat.evaluate.reference.best_constant import STRIDE_S, BestConstant, best_constant
+from homeostat.evaluate.reference.best_constant import STRIDE_S, best_constant
 from homeostat.evaluate.reference.best_route import best_route, sequencer_along
 from homeostat.evaluate.reference.unsupervised import fault_free
 from homeostat.evaluate.run import Run
@@ -61,27 +58,20 @@ def _best_setpoints(plant: Plant, chosen: Scenario) -> Run | None:
         return None  # too late for anything
     healthy = fault_free(plant, chosen.seed, chosen.end_s).truth.signals
     made = sum(float(healthy[d][0, -1] - healthy[d][0, int(onset_s) - 1]) for d in plant.delivered)
-    open_ = [r for r in _choices(plant) if r.design is not None]
+    choices = max((s.open_setpoints for s in plant.description.machine.states if s.recovery_target), key=len)
+    open_ = [r for r in choices if r.design is not None]
     grid = {r.tag: _levels(r.low, r.high, LEVELS, r.design) for r in open_}
     best = best_constant(plant, chosen, onset_s, grid, made)
     for count in FINER:
         if best.setpoints is None:
             return None
         grid = {tag: _between(values, best.setpoints[tag], count) for tag, values in grid.items()}
-        best = max(best, best_constant(plant, chosen, onset_s, grid, made), key=_gain)
+        finer = best_constant(plant, chosen, onset_s, grid, made)
+        best = min(best, finer, key=lambda found: math.inf if found.setpoints is None else found.production_loss)
     assert best.setpoints is not None  # the finer grids hold the best point of the one before
     tags = plant.description.tags_by_name
     commands = tuple(Command(tag, value, tags[tag].rate_limit) for tag, value in best.setpoints.items())
     return run_steered(plant, chosen, new_sequencer(plant), onset_s, commands)
-
-
-def _choices(plant: Plant) -> tuple[SetpointRange, ...]:
-    """The open setpoints of the state that leaves most of them open."""
-    return max((s.open_setpoints for s in plant.description.machine.states if s.recovery_target), key=len)
-
-
-def _gain(found: BestConstant) -> float:
-    return -np.inf if found.setpoints is None else -found.production_loss
 
 
 def _levels(low: float, high: float, count: int, design: float | None) -> tuple[float, ...]:

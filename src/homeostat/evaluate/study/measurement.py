@@ -1,23 +1,23 @@
 """The measurement of one job: run it where it is, keep what is to be kept, and make its row."""
 
-from __future__ import annotations
-
 import shutil
 import tempfile
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from homeostat.evaluate.conditions.conditions import Conditions
+from pyoxigraph import RdfFormat
+
+from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.recorded_run import record_run
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.study.hindsight import hindsight_row
-from homeostat.evaluate.study.plan.ablation import ABLATIONS
 from homeostat.evaluate.study.plan.expansion import loaded
-from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.plan.unknown import without_faults
+from homeostat.evaluate.study.plan.job import ABLATIONS, Job
 from homeostat.evaluate.study.row import HINDSIGHT, Row
 from homeostat.evaluate.study.row_of import notable, row_of
+from homeostat.knowledge.store.embedded import EmbeddedStore
+from homeostat.plants.plant import Plant
 from homeostat.record.directory import RunDirectory
 
 RUNS = "runs"
@@ -81,3 +81,20 @@ def _recorded(job: Job, directory: RunDirectory, is_kept: Callable[[Run], bool])
         known=known,
         kept=is_kept,
     )
+
+
+def without_faults(plant: Plant, names: Collection[str]) -> Plant:
+    """What agents know of ``plant`` where nobody thought of the faults called ``names``: no cause, no symptom of it.
+
+    Symptoms that indicate other faults as well go on indicating those; the rest are watched and explain nothing.
+    """
+    graph = EmbeddedStore()
+    graph.load(plant.graph.dump(RdfFormat.TURTLE), RdfFormat.TURTLE)
+    for name in names:
+        fault = f"<{plant.namespace}fault_{name}>"
+        graph.update(f"DELETE WHERE {{ {fault} ?p ?o }}")
+        graph.update(f"DELETE WHERE {{ ?s ?p {fault} }}")
+    d = plant.description
+    rules = tuple(replace(r, faults=tuple(f for f in r.faults if f not in names)) for r in d.symptom_rules)
+    description = replace(d, faults=tuple(f for f in d.faults if f.name not in names), symptom_rules=rules)
+    return replace(plant, graph=graph, description=description)

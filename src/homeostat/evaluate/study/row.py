@@ -1,7 +1,5 @@
 """A row: everything that is kept of one run of a campaign, as one line of the dataset."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
@@ -18,6 +16,8 @@ REFERENCE_POLICIES = (HINDSIGHT, DO_NOTHING, FALLBACK_ONLY)
 """Proposers of the rows that others are measured by."""
 WHOLE = "none"
 """Ablation of the rows in which nothing is left out."""
+AGENTS = ("planning", "action", "reprompting")
+"""Agents that may ask a language model."""
 WALL = "wall_"
 """Beginning of the names of columns that depend on the machine; all others follow from the file alone."""
 
@@ -190,10 +190,7 @@ def columns_of(row: Row) -> dict[str, Any]:
 
 
 def row_from(kept: Mapping[str, Any]) -> Row:
-    """The row that was ``kept``, column by column, also by an older version.
-
-    TypeError, KeyError or ValueError where that is no row.
-    """
+    """The row that was ``kept``, also by an older version; TypeError, KeyError or ValueError where that is no row."""
     outcome = kept["outcome"]
     if outcome == FORMER:
         outcome = outcome_named(FORMER, kept["fallbacks"] > 0).value

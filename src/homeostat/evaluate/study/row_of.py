@@ -1,8 +1,6 @@
 """From a run to its row."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
@@ -15,9 +13,10 @@ from homeostat.evaluate.run import Run, finite
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.evaluate.score.scoring import inside_at_end
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.row import REFERENCE_POLICIES, Row
-from homeostat.evaluate.study.usage import usage_of
+from homeostat.evaluate.study.row import AGENTS, REFERENCE_POLICIES, Row
+from homeostat.evaluate.transcript import TranscriptEntry
 from homeostat.journal.calls import ModelCalled
+from homeostat.llm.replay import SUPPLIED
 from homeostat.plants.plant import Plant
 from homeostat.record.result import StepScores
 from homeostat.record.run_record import NOBODY
@@ -51,17 +50,13 @@ def row_of(job: Job, run: Run, trace: str) -> Row:
         **_done(job, run),
         **_endured(run),
         **_believed(run.hypotheses, job.scenario.fault),
-        **_steps(run.steps),
+        **(dict.fromkeys(STEPS) if run.steps is None else asdict(run.steps)),
         **usage_of(run.record.of_kind(ModelCalled), run.transcript),
         wall_decision_s=None if run.actor == NOBODY else run.thinking_s,
         wall_thinking_s=run.thought_s,
         wall_s=run.wall_s,
         trace=trace,
     )
-
-
-def _steps(steps: StepScores | None) -> dict[str, Any]:
-    return dict.fromkeys(STEPS) if steps is None else asdict(steps)
 
 
 def _asked(job: Job, run: Run) -> dict[str, Any]:
@@ -159,3 +154,30 @@ def _believed(hypotheses: Iterable[Hypothesis], truth: str) -> dict[str, Any]:
 
 def _after(at_s: float | None, origin_s: float | None) -> float | None:
     return None if at_s is None or origin_s is None else at_s - origin_s
+
+
+SERVER, ESTIMATE = "server", "estimate"
+"""Who counted tokens."""
+
+
+def usage_of(every: Sequence[ModelCalled], transcript: Sequence[TranscriptEntry]) -> dict[str, Any]:
+    """The columns of a row that are about language models; ``transcript`` holds our own counts of the calls, in order.
+
+    Tokens are the server's count where it counted in every call, else our estimate in every call.
+    """
+    pairs = [(call, own) for call, own in zip(every, transcript, strict=True) if call.served != SUPPLIED]
+    calls = [call for call, _ in pairs]
+    counted = bool(calls) and all(c.input_tokens > 0 for c in calls if not c.failure)
+    columns: dict[str, Any] = {f"{agent}_{what}": 0 for agent in AGENTS for what in ("calls", "in", "out")}
+    for call, own in pairs:
+        tokens = (call.input_tokens, call.output_tokens) if counted else (own.asked_tokens, own.answered_tokens)
+        for what, count in zip(("calls", "in", "out"), (1, *tokens), strict=True):
+            columns[f"{call.agent}_{what}"] += count
+    costs = [c.cost_usd for c in calls]
+    return {
+        **columns,
+        "tokens_by": (SERVER if counted else ESTIMATE) if calls else "",
+        "cost_usd": sum(c for c in costs if c is not None) if calls and None not in costs else None,
+        "failures": sum(bool(c.failure) for c in calls),
+        "wall_call_s": sum(c.wall_latency_s for c in calls) / len(calls) if calls else None,
+    }

@@ -1,11 +1,11 @@
-"""A campaign from its jobs to its folder: ledger, dataset, provenance and report."""
-
-from __future__ import annotations
+"""A campaign from its jobs to its folder: ledger, dataset, provenance and report; and its progress meanwhile."""
 
 import importlib.util
 import json
 import shlex
 import sys
+import time
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -14,16 +14,78 @@ from pathlib import Path
 from homeostat import __version__
 from homeostat.evaluate.recorded_run import LIBRARIES
 from homeostat.evaluate.report.report import Rerun, write_report
-from homeostat.evaluate.study.dataset import DATASET, write_dataset
-from homeostat.evaluate.study.done import Done
-from homeostat.evaluate.study.engine import carry_out
+from homeostat.evaluate.study.engine import Done, carry_out
 from homeostat.evaluate.study.error import CampaignError
-from homeostat.evaluate.study.ledger import Ledger, in_order
+from homeostat.evaluate.study.ledger import DATASET, Ledger, in_order, write_dataset
 from homeostat.evaluate.study.measurement import Kept
+from homeostat.evaluate.study.plan.expansion import jobs_of
 from homeostat.evaluate.study.plan.job import Job, code_digest
-from homeostat.evaluate.study.progress import Progress
+from homeostat.evaluate.study.plan.plan import read_plan
 from homeostat.evaluate.study.row import Row
 from homeostat.journal.beside.files import write_whole
+
+Group = tuple[str, str, str, str]
+"""Plant, scenario, proposer and ablation: runs of one group take about the same time."""
+
+
+class Progress:
+    """Follows jobs as they end."""
+
+    def __init__(self, jobs: Sequence[Job], workers: int, now: Callable[[], float] = time.monotonic) -> None:
+        """``jobs`` are still to be done; ``workers`` share them."""
+        self.total, self.done, self.failed = len(jobs), 0, 0
+        self._left: dict[Group, int] = defaultdict(int)
+        for job in jobs:
+            self._left[_group(job)] += 1
+        self._took: dict[Group, list[float]] = defaultdict(list)
+        self._workers, self._now, self._began = workers, now, now()
+
+    def take(self, done: Done) -> None:
+        """One more has ended."""
+        self.done += 1
+        self.failed += done.row is None
+        group = _group(done.job)
+        self._left[group] -= 1
+        if done.row is not None:
+            self._took[group].append(done.row.wall_s)
+
+    @property
+    def elapsed_s(self) -> float:
+        """Since the start [s]."""
+        return self._now() - self._began
+
+    @property
+    def left_s(self) -> float | None:
+        """About how long the rest takes [s]; None before anything is done.
+
+        Runs of a group take as long as those of it that have ended, others as long as all on average; and both as much
+        longer as the campaign took in all beyond its runs.
+        """
+        times = [t for group in self._took.values() for t in group]
+        if not times:
+            return None
+        usual = sum(times) / len(times)
+        rest = sum(n * (sum(t) / len(t) if (t := self._took.get(g)) else usual) for g, n in self._left.items())
+        return rest * self.elapsed_s / sum(times) if sum(times) > 0.0 else rest / self._workers
+
+    @property
+    def line(self) -> str:
+        """One line for a terminal."""
+        left = self.left_s
+        rest = "" if left is None or self.done == self.total else f", about {_words(left)} left"
+        failed = f", {self.failed} failed" if self.failed else ""
+        return f"{self.done} of {self.total} runs in {_words(self.elapsed_s)}{rest}{failed}"
+
+
+def _group(job: Job) -> Group:
+    return job.scenario.case, job.label, job.arm.label, job.ablation
+
+
+def _words(seconds: float) -> str:
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
 
 REPORT_NEEDS = ("jinja2", "scipy")
 """Libraries of the extra ``campaign`` without which there is no report."""
@@ -62,7 +124,9 @@ def run_campaign(
     row that was shown is in ``folder``, and the same call goes on from there. Raises CampaignError where ``folder`` is
     in use, workers cannot be had, or what the report needs is not installed.
     """
-    _check_installed()
+    for name in REPORT_NEEDS:
+        if importlib.util.find_spec(name) is None:
+            raise CampaignError(f"the report of a campaign needs {name!r}: pip install 'homeostat[campaign]'")
     prints = {job.fingerprint: job for job in jobs}
     failed: list[Done] = []
     with Ledger(folder) as ledger:
@@ -83,13 +147,6 @@ def run_campaign(
     return Ended(tuple(rows), tuple(failed), (folder / DATASET, *files))
 
 
-def _check_installed() -> None:
-    """CampaignError, before anything is run, where the report could not be written in the end."""
-    for name in REPORT_NEEDS:
-        if importlib.util.find_spec(name) is None:
-            raise CampaignError(f"the report of a campaign needs {name!r}: pip install 'homeostat[campaign]'")
-
-
 def rerun_command(source: Path, options: Sequence[str] = ()) -> Rerun:
     """What gives the command that repeats a row of the campaign in ``source``, started with ``options``."""
     begin = shlex.join(["homeostat", "campaign", str(source), *options, "--only"])
@@ -99,3 +156,26 @@ def rerun_command(source: Path, options: Sequence[str] = ()) -> Rerun:
 def _provenance(title: str) -> bytes:
     versions = {"homeostat": __version__, "python": sys.version.split()[0], **{n: version(n) for n in LIBRARIES}}
     return (json.dumps({"title": title, "package": code_digest(), "versions": versions}, indent=1) + "\n").encode()
+
+
+class Study:
+    """Many runs, described by one file: scenarios, proposers, seeds."""
+
+    def __init__(self, file: Path | str) -> None:
+        """Read ``file`` and find its jobs; CampaignError with place, value and remedy where that cannot be done."""
+        self._file = Path(file)
+        plan = read_plan(self._file)
+        self.title = plan.title
+        """What the file calls it."""
+        self.jobs = jobs_of(plan, self._file.parent)
+        """Every run that it asks for, in the order of the file."""
+
+    def run(self, folder: Path | str, workers: int = 1) -> Ended:
+        """Run what ``folder`` does not hold yet, and write dataset and report; the same call goes on after a stop.
+
+        ``workers``: processes on this machine. Raises CampaignError where ``folder`` is in use, workers cannot be had,
+        or what the report needs is not installed.
+        """
+        return run_campaign(
+            self.title, self.jobs, Path(folder), Workers(workers), lambda progress: None, rerun_command(self._file)
+        )

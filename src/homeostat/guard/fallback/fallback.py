@@ -1,7 +1,5 @@
 """The fallback: strategies in their order, each checked when it is armed and when it acts, sent until it stands."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from homeostat.domain.plant.rules import GuardRules

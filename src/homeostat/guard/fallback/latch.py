@@ -1,7 +1,5 @@
 """The latch: a fallback that was activated acts until it stands; nothing else is released before a person's reset."""
 
-from __future__ import annotations
-
 import math
 
 from homeostat.domain.alarm import Priority

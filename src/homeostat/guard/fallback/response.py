@@ -1,7 +1,5 @@
 """Response: what follows on violated limits: events, alarms and, where a fallback does not help, the next one."""
 
-from __future__ import annotations
-
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.trips import FallbackIneffective, Tripped
 from homeostat.domain.snapshot import Snapshot

@@ -89,10 +89,6 @@ def _fell_back(trial: Trial, fields: Mapping[str, Any]) -> Trial:
     return replace(trial, answered=trial.answered | frozenset(fields.get("answers", trial.violated)))
 
 
-def _tripped(trial: Trial, fields: Mapping[str, Any]) -> Trial:
-    return replace(trial, violated=trial.violated | {str(fields["limit"])})
-
-
 def _returned(trial: Trial, fields: Mapping[str, Any]) -> Trial:
     alarm = str(fields["alarm"])
     if not alarm.startswith(_TRIP):
@@ -112,14 +108,6 @@ def _followed(trial: Trial, fields: Mapping[str, Any]) -> Trial:
     return replace(trial, effects={**trial.effects, str(fields["limit"]): passed})
 
 
-def _stands(trial: Trial, fields: Mapping[str, Any]) -> Trial:
-    return replace(trial, stands=trial.stands or fields["strategy"] == trial.acted)
-
-
-def _shed(trial: Trial, fields: Mapping[str, Any]) -> Trial:
-    return replace(trial, stands=False, tried=frozenset(), returned=frozenset(), effects={})
-
-
 def _lift_ended(trial: Trial, fields: Mapping[str, Any]) -> Trial:
     name = str(fields["limit"])
     lifting = {limit: until_s for limit, until_s in trial.lifting.items() if limit != name}
@@ -128,16 +116,16 @@ def _lift_ended(trial: Trial, fields: Mapping[str, Any]) -> Trial:
 
 _FOLDS: Mapping[str, Any] = {
     "armed": lambda t, f: replace(t, ranked=tuple(map(str, f["strategies"]))),
-    "tripped": _tripped,
+    "tripped": lambda t, f: replace(t, violated=t.violated | {str(f["limit"])}),
     "alarm-returned": _returned,
     "write-intended": _intended,
     "fallback-activated": _fell_back,
     "fallback-skipped": lambda t, f: replace(t, tried=_turn(t, str(f["strategy"]))),
-    "fallback-stands": _stands,
+    "fallback-stands": lambda t, f: replace(t, stands=t.stands or f["strategy"] == t.acted),
     "fallback-ineffective": lambda t, f: _without_effect(t, f) if f["acted"] else t,
     "effect-followed": _followed,
     "lease-lost": lambda t, f: replace(t, returned=frozenset(), effects={}),
-    "shed": _shed,
+    "shed": lambda t, f: replace(t, stands=False, tried=frozenset(), returned=frozenset(), effects={}),
     "latched": lambda t, f: t if t.acted else replace(t, answered=t.violated),
     "latch-reset": lambda t, f: Trial(violated=t.violated, lifting=t.lifting, lifted=t.lifted),
     "trip-lifted": lambda t, f: replace(t, lifting={**t.lifting, str(f["limit"]): float(f["until_s"])}),

@@ -1,7 +1,5 @@
 """Permissives: what must hold at the moment of a command, judged on one snapshot."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 
@@ -12,10 +10,7 @@ from homeostat.domain.verdict import Finding
 
 
 def permissive_findings(snapshot: Snapshot, commands: Sequence[Command], limits: Limits) -> tuple[Finding, ...]:
-    """The permissives on a snapshot as it would be right after the release of ``commands``.
-
-    One that the usable readings leave undecided is violated.
-    """
+    """The permissives on a snapshot as it would be right after ``commands``; one that is undecided is violated."""
     commanded = {c.tag for c in commands}
     values = {tag: value for tag, value in usable(snapshot).items() if tag not in commanded}
     values.update({c.tag: c.value for c in commands if c.value is not None})

@@ -1,7 +1,5 @@
 """People: their orders are carried out by the guard, checked once, answered and journalled."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
@@ -12,10 +10,8 @@ from homeostat.domain.events.writes import Cause
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
 from homeostat.domain.recovery import ActionSet
 from homeostat.guard.fallback.latch import Latch
-from homeostat.guard.modes import Modes
 from homeostat.guard.parts import Parts
-from homeostat.guard.requests.authority import Authority
-from homeostat.guard.requests.objections import no_alarm, no_start, unchanged_service
+from homeostat.guard.requests.authority import Authority, no_alarm, no_start, unchanged_service
 from homeostat.guard.requests.requests import Requests
 from homeostat.guard.requests.verification import Present, Unfit, verify_start
 from homeostat.guard.sequence.recognition import recognise
@@ -23,6 +19,7 @@ from homeostat.guard.sequence.sequencer import loaded, nominal_commands, what_fo
 from homeostat.guard.sequence.steps import Steps
 from homeostat.guard.texts import LONGEST_NAME, brief, said
 from homeostat.guard.writing.flight import Progress, Write
+from homeostat.guard.writing.tenure import Modes
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +59,10 @@ class Persons:
         self._starting: tuple[Write, str, ActionSet] | None = None
         self._unread: tuple[Write, str] | None = None
         self._orders: dict[Verb, Callable[[PersonCommand, Present], str | Counted]] = {
-            Verb.APPROVE: self._approve,
-            Verb.REJECT: self._reject,
+            Verb.APPROVE: lambda given, present: floor.requests.agree(given.subject, given.digest),
+            Verb.REJECT: lambda given, present: floor.requests.reject(
+                given.subject, f"{given.person}: {given.reason}", present.now_s
+            ),
             Verb.RESET: self._reset,
             Verb.MODE: self._mode,
             Verb.IN_SERVICE: self._service,
@@ -121,12 +120,6 @@ class Persons:
         if self._floor.latch.reason is None:
             parts.sequencer.stop()
             parts.note(loaded(start, ActionSet((), parts.sequencer.state), aborting=False), now_s)
-
-    def _approve(self, command: PersonCommand, present: Present) -> str:
-        return self._floor.requests.agree(command.subject, command.digest)
-
-    def _reject(self, command: PersonCommand, present: Present) -> str:
-        return self._floor.requests.reject(command.subject, f"{command.person}: {command.reason}", present.now_s)
 
     def _acknowledge(self, command: PersonCommand, present: Present) -> str:
         alarms = self._floor.parts.alarms

@@ -1,7 +1,5 @@
 """Requests: verified on the very reading of a tick, the oldest that still stands first, each answered (NE 178)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -12,7 +10,7 @@ from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.verdict import Finding
 from homeostat.guard.parts import Parts
-from homeostat.guard.requests.objections import no_request
+from homeostat.guard.requests.authority import no_request
 from homeostat.guard.requests.permissives import refusal
 from homeostat.guard.requests.verification import Present, Unfit, authorise, mapped, verify
 from homeostat.guard.restart.memory import REMEMBERED

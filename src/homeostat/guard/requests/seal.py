@@ -1,7 +1,5 @@
 """Seals: proof that the release check stands behind a request and that nothing was altered since."""
 
-from __future__ import annotations
-
 import hashlib
 import hmac
 import secrets

@@ -4,8 +4,6 @@ The guard trusts nothing in a request. It keeps a copy of its own, made from the
 tables, so that nothing can be altered once it was looked at.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
@@ -25,12 +25,10 @@ class Recorded(Protocol):
     @property
     def kind(self) -> str:
         """The event's kind."""
-        ...
 
     @property
     def fields(self) -> Mapping[str, Any]:
         """The event's fields in JSON form."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,28 +145,16 @@ def _intended(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 def _ended(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     if WriteResult[fields["result"]] is not WriteResult.GIVEN_UP:
         return memory
-    return _marked(memory, _given_up)
+    return _marked(memory, given_up=True)
 
 
-def _marked(memory: Memory, mark: Callable[[OpenWrite], OpenWrite]) -> Memory:
-    """``memory`` with a ``mark`` at the last write, of which there is one at a time."""
+def _marked(memory: Memory, **marks: Any) -> Memory:
+    """``memory`` with ``marks`` at the last write, of which there is one at a time."""
     if memory.last is None:
         return memory
-    last, number = mark(memory.last), memory.writes
+    last, number = replace(memory.last, **marks), memory.writes
     opened = {number: last} if number in memory.open else {}
     return replace(memory, last=last, open={**memory.open, **opened})
-
-
-def _given_up(write: OpenWrite) -> OpenWrite:
-    return replace(write, given_up=True)
-
-
-def _behind(write: OpenWrite) -> OpenWrite:
-    return replace(write, taken=True)
-
-
-def _not_behind(write: OpenWrite) -> OpenWrite:
-    return replace(write, taken=False)
 
 
 def _read_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
@@ -188,7 +174,7 @@ def _read_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
         memory = replace(memory, act_by_s=None)
     if number != memory.writes or write.taken or write.given_up or write.source == PUT_RIGHT:
         return memory
-    memory = _marked(memory, _behind)
+    memory = _marked(memory, taken=True)
     if write.cause is Cause.SEQUENCE:
         return _step_taken(memory, {"transition": write.source, "state": write.state})
     aborting = write.cause is Cause.FALLBACK
@@ -201,12 +187,12 @@ def _missed(memory: Memory, number: int, write: OpenWrite) -> Memory:
     if write.cause is Cause.SEQUENCE and write.taken and not write.given_up:
         return replace(memory, owed=write)
     if write.cause in (Cause.REQUEST, Cause.PERSON) and write.taken and number == memory.writes:
-        return replace(_marked(memory, _not_behind), waiting=())
+        return replace(_marked(memory, taken=False), waiting=())
     return memory
 
 
 def _loaded(memory: Memory, fields: Mapping[str, Any]) -> Memory:
-    memory = _marked(memory, _behind)
+    memory = _marked(memory, taken=True)
     steps, aborting = _steps(fields["steps"]), bool(fields["aborting"])
     memory = replace(_entered(memory, fields), waiting=steps, aborting=aborting, owed=None)
     found = fields["source"] in ("", LOCAL)  # nobody has started anything
@@ -218,17 +204,13 @@ def _step_taken(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     if memory.waiting and memory.waiting[0][0] == name:
         memory = replace(memory, waiting=memory.waiting[1:])
     if memory.last is not None and memory.last.cause is Cause.SEQUENCE and memory.last.source == name:
-        memory = _marked(memory, _behind)
+        memory = _marked(memory, taken=True)
     return _entered(memory, fields)
 
 
 def _entered(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     state = str(fields["state"])
     return memory if state == memory.state else replace(memory, state=state, left=memory.state)
-
-
-def _start_up_began(memory: Memory, fields: Mapping[str, Any]) -> Memory:
-    return replace(memory, starting_s=float(fields["since_s"]), started=False, left=None)
 
 
 def _served(memory: Memory, fields: Mapping[str, Any]) -> Memory:
@@ -246,10 +228,6 @@ def _reset(memory: Memory, fields: Mapping[str, Any]) -> Memory:
 def _stands(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     memory = replace(memory, untold="")
     return replace(memory, strategy="") if fields["strategy"] == memory.strategy else memory
-
-
-def _fell_back(memory: Memory, fields: Mapping[str, Any]) -> Memory:
-    return replace(memory, latched=str(fields["reason"]), acted=str(fields["strategy"]), act_by_s=None)
 
 
 def _armed(memory: Memory, fields: Mapping[str, Any]) -> Memory:
@@ -273,7 +251,7 @@ def _answered(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     written = last is not None and last.cause is Cause.REQUEST and last.source == name
     if not written or status not in (RequestStatus.FAILED, RequestStatus.WITHDRAWN):
         return memory
-    memory = _marked(memory, _given_up)
+    memory = _marked(memory, given_up=True)
     return replace(memory, waiting=()) if last is not None and last.taken else memory
 
 
@@ -286,7 +264,7 @@ def _mode_entered(memory: Memory, fields: Mapping[str, Any]) -> Memory:
     opened = {n: replace(w, given_up=w.given_up or _stepped(w)) for n, w in memory.open.items()}
     last = memory.last
     if last is not None and _stepped(last):
-        last = _given_up(last)
+        last = replace(last, given_up=True)
     return replace(memory, open=opened, last=last, owed=None)
 
 
@@ -295,15 +273,11 @@ def _stepped(write: OpenWrite) -> bool:
     return write.cause is Cause.SEQUENCE and write.taken
 
 
-def _heard(memory: Memory, fields: Mapping[str, Any]) -> Memory:
-    return replace(memory, orders=(*memory.orders, str(fields["command"]))[-REMEMBERED:])
-
-
 _FOLDS: Mapping[str, Any] = {
     "mode-entered": _mode_entered,
     "armed": _armed,
     "latched": _latched,
-    "fallback-activated": _fell_back,
+    "fallback-activated": lambda m, f: replace(m, latched=str(f["reason"]), acted=str(f["strategy"]), act_by_s=None),
     "fallback-stands": _stands,
     "fallback-ineffective": lambda m, f: replace(m, spent=m.spent | {str(f["strategy"])}) if f["acted"] else m,
     "latch-reset": _reset,
@@ -312,11 +286,11 @@ _FOLDS: Mapping[str, Any] = {
     "read-back": _read_back,
     "targets-held": lambda m, f: replace(m, targets={**m.targets, **f["targets"]}),
     "state-entered": _entered,
-    "start-up-began": _start_up_began,
+    "start-up-began": lambda m, f: replace(m, starting_s=float(f["since_s"]), started=False, left=None),
     "start-up-ended": lambda m, f: replace(m, started=True),
     "sequence-loaded": _loaded,
     "step-taken": _step_taken,
     "service-changed": _served,
     "request-answered": _answered,
-    "person-heard": _heard,
+    "person-heard": lambda m, f: replace(m, orders=(*m.orders, str(f["command"]))[-REMEMBERED:]),
 }

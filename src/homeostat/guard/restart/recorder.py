@@ -1,7 +1,5 @@
 """The recorder: hands the guard's events to a record that may fail and may hang, and never waits long for it."""
 
-from __future__ import annotations
-
 import math
 import queue
 import threading

@@ -1,7 +1,5 @@
 """Restart: the guard stands where its journal ends, and reads what was carried out before it writes anything."""
 
-from __future__ import annotations
-
 import math
 
 from homeostat.domain.alarm import Priority

@@ -1,7 +1,5 @@
 """Arrivals: a step of the plant's own recipe may come in parts, and a part of it is no person's hand."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

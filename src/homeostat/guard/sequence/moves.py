@@ -1,7 +1,5 @@
 """Moves: what somebody else has changed is respected, and what of ours arrives too late is put right."""
 
-from __future__ import annotations
-
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.writes import Cause
 from homeostat.domain.mode import Mode, Side

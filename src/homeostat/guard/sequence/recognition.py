@@ -1,7 +1,5 @@
 """Recognition: which state of the machine the plant is in, by reading it, and whether anybody can tell."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The sequencer: which step of what was released is due, one look at the plant per tick (ISA-88)."""
 
-from __future__ import annotations
-
 from homeostat.domain.events.guard import SequenceLoaded
 from homeostat.domain.events.writes import StepLoaded
 from homeostat.domain.plant.limits import Limits

@@ -1,7 +1,5 @@
 """In service: which writable tags are the guard's, and who else has moved one."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Steps of the sequence as the guard writes them: one that the plant does not take stays due."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,13 +1,13 @@
-"""Alarms of the guard: raised once, acknowledged by a person, returned when the condition ends (ISA-18.2)."""
-
-from __future__ import annotations
+"""Alarms: raised once, acknowledged by a person, returned when the condition ends (ISA-18.2); others' troubles, too."""
 
 from collections.abc import Callable
 from dataclasses import replace
 
 from homeostat.domain.alarm import Alarm, Priority
 from homeostat.domain.events.people import AlarmAcknowledged, AlarmRaised, AlarmReturned
+from homeostat.domain.observation import Settled, Trouble
 from homeostat.domain.ports import GuardEvent
+from homeostat.guard.texts import brief
 
 
 class Alarms:
@@ -69,3 +69,41 @@ class Alarms:
         else:
             del self._standing[name]
         return True
+
+
+MOST = 50
+"""Most troubles that last at the same time."""
+LONGEST_NAME = 100
+"""Most characters of the name of a trouble."""
+OTHERS = ("recovery", "source")
+"""Who has troubles of their own; the names of the guard's alarms begin otherwise."""
+
+
+class Troubles:
+    """Raises and ends the alarms of whoever stands beside the guard."""
+
+    def __init__(self, alarms: Alarms) -> None:
+        """Nobody has any trouble yet."""
+        self._alarms = alarms
+        self._lasting: set[str] = set()
+
+    def begin(self, trouble: Trouble, now_s: float) -> None:
+        """Raise the alarm; ValueError where too many last already."""
+        name = _own(trouble.name)
+        if name not in self._lasting and len(self._lasting) >= MOST:
+            raise ValueError(f"more than {MOST} troubles at once: {brief(trouble.cause)}")
+        self._lasting.add(name)
+        self._alarms.raise_(name, brief(trouble.cause), Priority.HIGH, now_s)
+
+    def end(self, settled: Settled, now_s: float) -> None:
+        """The trouble is over, where there is one of that name."""
+        name = _own(settled.name)
+        if name in self._lasting:
+            self._lasting.remove(name)
+            self._alarms.return_(name, now_s)
+
+
+def _own(name: str) -> str:
+    """The name of the alarm: that of a trouble begins with whoever has it."""
+    short = brief(name, LONGEST_NAME)
+    return short if short.partition(":")[0] in OTHERS else f"{OTHERS[0]}:{short}"

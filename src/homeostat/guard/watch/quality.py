@@ -1,7 +1,5 @@
 """Quality of readings: good, uncertain or bad, with the reason (OPC UA Part 8, NAMUR NE 107)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

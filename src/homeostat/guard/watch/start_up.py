@@ -1,7 +1,5 @@
 """Start-up: a phase with limits of its own, which ends once and for all until the plant is started again."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

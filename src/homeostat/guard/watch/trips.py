@@ -5,8 +5,6 @@ has a cumulative sum (Page, Biometrika 41, 1954) of its violation over time, S :
 S exceeds what the table allows [unit of the margin times s]. A violation lasts until S has come back to zero.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

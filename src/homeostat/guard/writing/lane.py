@@ -1,7 +1,5 @@
 """Lanes: calls to what may never answer, each in a thread that may be left behind, one at a time."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable

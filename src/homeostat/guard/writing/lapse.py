@@ -1,7 +1,5 @@
 """A lapse: the lease is lost or the guard is dead, the plant's own control takes over, and the guard comes back."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from homeostat.domain.alarm import Priority

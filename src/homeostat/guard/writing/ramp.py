@@ -1,7 +1,5 @@
 """Ramps that the guard makes: where the plant takes steps as they come, the guard owns the way to the target."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace

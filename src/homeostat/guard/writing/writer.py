@@ -4,8 +4,6 @@ Intention journalled and synced, sent, read back within the table's tolerance an
 its own, result journalled. It never waits: a tick asks how far the write has come.
 """
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Callable, Mapping

@@ -4,8 +4,6 @@
 compares what an RML processor made of ``mapping.rml.ttl``, so that neither is trusted alone.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys
@@ -16,8 +14,7 @@ from typing import Final
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse
 
 from homeostat.knowledge.build.derive import complete
-from homeostat.knowledge.build.provenance import namespace_of, sources
-from homeostat.knowledge.build.seal import seal
+from homeostat.knowledge.build.provenance import namespace_of, seal, sources
 from homeostat.knowledge.build.statements import MAPPED, stated, table_files
 from homeostat.knowledge.build.turtle import write_turtle
 from homeostat.knowledge.checks.conformance import check_shapes
@@ -31,10 +28,7 @@ GRAPH: Final = "plant.ttl"
 
 
 def build(folder: Path) -> bytes:
-    """The graph of the plant in ``folder`` as sorted Turtle; equal tables give equal bytes.
-
-    Raises GraphError that names the table, row or thing.
-    """
+    """The graph of the plant in ``folder`` as sorted Turtle, equal for equal tables; GraphError names what is bad."""
     from homeostat.knowledge.build.tables.check import (
         refuse_bad_tables,  # a plant whose graph is there already is loaded without the schemas
     )
@@ -104,14 +98,12 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         graph = build(options.folder)
         if options.triples:
-            refuse_difference(options.folder, _read_triples(options.triples))
+            refuse_difference(
+                options.folder, frozenset(q.triple for q in parse(path=options.triples, format=RdfFormat.N_TRIPLES))
+            )
         refuse_incomplete(graph)
     except GraphError as error:
         print(f"{options.folder}: {error}", file=sys.stderr)
         return 1
     (options.out or options.folder / GRAPH).write_bytes(graph)
     return 0
-
-
-def _read_triples(path: Path) -> frozenset[Triple]:
-    return frozenset(quad.triple for quad in parse(path=path, format=RdfFormat.N_TRIPLES))

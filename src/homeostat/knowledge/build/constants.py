@@ -1,7 +1,5 @@
 """Parameters in formulas: a table names one, the graph says its value, and the number is written in one table only."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

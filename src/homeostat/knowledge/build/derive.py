@@ -1,7 +1,5 @@
 """What the tables imply and a mapping cannot say: rules, links from formulas to tags, equations."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from importlib import resources
 from itertools import groupby
@@ -28,7 +26,8 @@ def complete(stated: Iterable[Triple]) -> frozenset[Triple]:
     store = Store()
     _add(store, stated)
     for stage in _stages():
-        _add(store, [triple for rule in stage for triple in _construct(store, rule)])
+        # every rule is a CONSTRUCT
+        _add(store, [t for rule in stage for t in answers.graph(cast(QueryTriples, store.query(rule)))])
     fill_in(store)
     _add(store, [*_formula_links(store), *_equations(store)])
     return frozenset(quad.triple for quad in store if not quad.predicate.value.startswith(SCRATCH))
@@ -44,10 +43,6 @@ def _stages() -> Iterator[tuple[str, ...]]:
     rules = sorted((file.name, file.read_text("utf-8")) for file in files if file.name.endswith(".rq"))
     for _, stage in groupby(rules, key=lambda rule: rule[0].partition("-")[0]):
         yield tuple(text for _, text in stage)
-
-
-def _construct(store: Store, rule: str) -> tuple[Triple, ...]:
-    return answers.graph(cast(QueryTriples, store.query(rule)))  # every rule is a CONSTRUCT
 
 
 def _formula_links(store: Store) -> Iterator[Triple]:

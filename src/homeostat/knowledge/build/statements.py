@@ -4,8 +4,6 @@ A line has a subject, a property, an object and the kind of that object, with co
 statement. ``mapping.rml.ttl`` states the same in RML; ``make graph`` lets morph-kgc carry that out, and compares.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path

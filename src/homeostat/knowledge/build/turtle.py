@@ -1,7 +1,5 @@
 """Turtle that depends on the triples alone: sorted subjects, predicates and objects, fixed prefixes, no blank nodes."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from itertools import groupby

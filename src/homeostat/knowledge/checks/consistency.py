@@ -1,7 +1,5 @@
 """Do a plant's tables, its graph and its process model agree? Every mistake is named before anything runs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from homeostat.domain.plant.description import PlantDescription

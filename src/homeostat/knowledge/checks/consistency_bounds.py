@@ -4,8 +4,6 @@ A number that is far too large or too small disarms what it belongs to as surely
 tables bound times; what is in the unit of a tag or of a margin is bounded here, by what the instruments can show.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import Final

@@ -1,7 +1,5 @@
 """May what states admit and fallbacks command be commanded at all?"""
 
-from __future__ import annotations
-
 from homeostat.domain.mode import Side
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import LimitKind

@@ -1,7 +1,5 @@
 """Can the guard watch the plant by these tables: every hard limit, every reading, and start-up?"""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from homeostat.domain.plant.description import PlantDescription, Relation

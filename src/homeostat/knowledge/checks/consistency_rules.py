@@ -1,7 +1,5 @@
 """Can the rules of a plant do what they are for, given the ranges of its tags and the length of a rollout?"""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

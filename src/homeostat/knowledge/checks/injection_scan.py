@@ -6,12 +6,12 @@ what uses the common forms and disguises. Of orders in words of their own it fin
 without findings is no graph that can be trusted.
 """
 
-from __future__ import annotations
-
 import re
+import tomllib
 import unicodedata
 from dataclasses import dataclass
 from enum import StrEnum
+from importlib import resources
 from typing import Final
 
 from pyoxigraph import NamedNode
@@ -67,54 +67,9 @@ class InjectionFinding:
 
 _TAG: Final = r"\b[A-Z]{1,3}\d+\.(sp|man|cmd)\b"
 _LIFT: Final = r"(?i)\b(ignore|disregard|discard|forget|skip)\b.{0,40}\b"
-# Words alone prove nothing in a plant: there are bypass valves, gate valves, limits that apply, SERVICE WATER pumps.
-# So a pattern is a word together with what only a model, a prompt or a parser has use for.
-_PATTERNS: Final[dict[Reason, tuple[str, ...]]] = {
-    Reason.DISGUISED: (r"[A-Za-z][\u0400-\u04ff]|[\u0400-\u04ff][A-Za-z]",),
-    Reason.ORDERS: (
-        rf"(?i){_TAG}\W{{0,3}}(to|auf|a|à|be|is|на|设为)?\W{{0,3}}-?[\d.]",
-        rf"(?i)\b(set|raise|lower|close|open) {_TAG}",
-    ),
-    Reason.ADDRESSES: (
-        # lifts what was said before, in the imperative
-        _LIFT + r"(instructions?|guidelines?|directions?|previous|commands)\b",
-        _LIFT + r"(rules|limits|interlocks?|gate|safety checks)\b",
-        r"(?i)\b(ignore|disregard|discard|forget|override) (every|all|any)|\boverride code\b",
-        r"(?i)\bnew (instruction|task|goal)|\b(previous|prior) (instruction|rules)",
-        r"(?i)\b(ignor|vergiss|oubli|olvid)\w*.{0,40}\b(anweisung|regel|règle|regla|instruc|consigne)",
-        r"(?i)\b(игнорир|забуд)\w*.{0,40}(инструкц|правил)|(忽略|无视|忘记).{0,20}(指令|指示|规则)|指示を無視",
-        r"(?i)\b(instructions?|guidelines|rules|words) (above|before|you were)\b",
-        r"(?i)\blimits? ((do|does) not apply|(was|were|is|are) (lifted|suspended))\b",
-        r"(?i)\bwithout (further )?(checks|validation)\b|\bdo not validate\b",
-        # speaks to a reader that is a model
-        r"(?i)\byou are (now|no longer|an?)\b|\bas an AI\b|\bfrom now on,? you\b|\bwhoever reads\b",
-        r"(?i)(^|[\n.!?»-])\s*(assistant|human)\s*:|\bstop reading (here|this)\b",
-        r"(?i)\b(note|message) (to|for) (the|any) (agent|assistant|model|reader)\b",
-        r"(?i)\bthe (assistant|validator) (should|must|will|may|is|has)\b",
-        r"(?i)\b(language model|LLM|chatbot|jailbreak|system (prompt|message)|end of (data|prompt|context))\b",
-        r"(?i)\bact as (the|an?) (operator|engineer|assistant|model|agent|gate|system)\b",
-        # speaks of what only a model is asked for
-        r"(?i)\byour (\w+ )?(task|goal|answer|reply|response|output|proposal|instructions?|role|rules)\b",
-        r"(?i)\b(answer|respond|reply) (none|only|with)\b|\bverdict\b|\breasoning\b|\b(into|in) the hint\b",
-        r"(?i)\bremember (this|for the next)\b|\band obey\b",
-    ),
-    Reason.STRUCTURE: (
-        r"<\|.*?\|>|\[/?(INST|SYSTEM)\]|<</?SYS>>|</?(s|bos|eos|data|prompt|system|[a-z]+_[a-z_]+)>|<!--",
-        r"```|^\W*»\s|»\s*[#\n]|«\s*«|»\s*»|(^|\n)\s*#{1,4} [A-Za-z]|###|\\n#",
-        rf"(?i)margin per step|holds only just|refused so far|operator's note:|{_TAG} «",
-        r"\{\s*\"|\"\s*[;.]\s*[<:]|\"\s*;\s*\w+:|\"@\w+\s*[.;]|@prefix|\bhs:\w+ (true|false|-?\d|[\"<:])",
-        r"<\w+:[^>]*>\s*<\w+:|(?<!\S)\w*:\w+ a \w*:\w+",
-        r"\b(INSERT|DELETE) (DATA|WHERE|\{)|\b(DROP|CLEAR) (ALL|DEFAULT|GRAPH|NAMED|SILENT)\b",
-        r"\b(UNION|WHERE|OPTIONAL)\s*\{|\bSERVICE\s*<|\bFILTER\s*\(\s*(\?|true|false|regex|not|bound)",
-        r"\$\{|\{\{|\$\(|%\(|__\w+__|\bawait \w+\.|\w\([^()]*\([^()]*\([^()]*\)\)",
-        r"\b[A-Z]{1,3}\d+ ?[<>]= ?-?\d|\balways ?\[",
-    ),
-    Reason.ENCODED: (
-        r"\b(?=\w*\d)(?=\w*[a-z])(?=\w*[A-Z])[A-Za-z0-9+/]{20,}={0,2}|\b[0-9a-f]{24,}\b|\bbase64\b",
-        r"&#\d+;|\\x[0-9a-f]{2}|\w%[0-9A-F]{2}\w",
-    ),
-}
-_RULES: Final = tuple((reason, re.compile(p)) for reason, patterns in _PATTERNS.items() for p in patterns)
+_TEXT: Final = resources.files(__package__).joinpath("injection.toml").read_text("utf-8")
+_PATTERNS: Final = tomllib.loads(_TEXT.replace("@TAG@", _TAG).replace("@LIFT@", _LIFT))
+_RULES: Final = tuple((Reason[name], re.compile(p)) for name, patterns in _PATTERNS.items() for p in patterns)
 
 
 def injection_findings(store: GraphStore) -> tuple[InjectionFinding, ...]:

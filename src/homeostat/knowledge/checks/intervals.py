@@ -5,8 +5,6 @@ sum: ``x - x`` is 0, ``x * x`` may be negative. A conjunction is sharper than it
 are intersected first.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ a few stations of each tag (the ends of its range, what it is compared with, and
 too many, a descent from many points along one tag after another. Equal formulas always get equal answers.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from itertools import pairwise

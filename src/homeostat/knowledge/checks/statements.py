@@ -1,7 +1,5 @@
 """What a graph says about individuals, with the vocabularies at hand: for checks that know no plant."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass

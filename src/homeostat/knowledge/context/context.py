@@ -1,7 +1,5 @@
 """Contexts: an answer of the graph as the compact Turtle that an agent is shown, within a stated budget of tokens."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections import deque

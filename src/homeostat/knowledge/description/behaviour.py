@@ -1,7 +1,5 @@
 """How the plant behaves and must not behave: its state machine, limits and criteria, and the ways to the safe state."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from enum import StrEnum
@@ -29,7 +27,15 @@ def state_machine(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag])
         marked = ", ".join(repr(state.name) for state in states if state.initial) or "none"
         raise GraphError(Code.BAD_INITIAL_STATE, found[0].thing, f"needs one initial state, {marked} is marked")
     transitions = tuple(
-        _transition(entry, tags) for entry in unique(entries(store, "plant_transitions", "transition", system))
+        Transition(
+            name=entry.name,
+            source=entry.reference("source", Code.UNKNOWN_STATE),
+            target=entry.reference("target", Code.UNKNOWN_STATE),
+            event=entry.reference("event", Code.MISSING_VALUE),
+            guard=entry.formula("guard", tags),
+            on_decision=entry.flag("decision"),
+        )
+        for entry in unique(entries(store, "plant_transitions", "transition", system))
     )
     return found[0].made(lambda: StateMachine(found[0].name, states, transitions), Code.UNKNOWN_STATE)
 
@@ -66,17 +72,6 @@ def _setpoints(rows: tuple[Entry, ...]) -> tuple[SetpointRange, ...]:
             raise GraphError(Code.REVERSED_RANGE, entry.thing, message)
         ranges.append(SetpointRange(tag, low, high, entry.optional_number("design")))
     return tuple(ranges)
-
-
-def _transition(entry: Entry, tags: Mapping[str, Tag]) -> Transition:
-    return Transition(
-        name=entry.name,
-        source=entry.reference("source", Code.UNKNOWN_STATE),
-        target=entry.reference("target", Code.UNKNOWN_STATE),
-        event=entry.reference("event", Code.MISSING_VALUE),
-        guard=entry.formula("guard", tags),
-        on_decision=entry.flag("decision"),
-    )
 
 
 class _Kind(StrEnum):

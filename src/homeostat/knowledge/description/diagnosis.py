@@ -1,7 +1,5 @@
 """What can go wrong, what monitoring computes, and when that counts as a symptom."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from pyoxigraph import NamedNode

@@ -1,7 +1,5 @@
 """Reading rows about things: every mistake becomes a GraphError that names the thing and says what is missing."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass

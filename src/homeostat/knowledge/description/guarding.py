@@ -1,7 +1,5 @@
 """What the guard needs: when readings may be believed, how limits are watched and tags written, and start-up."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The whole plant, read once when a plant is opened."""
 
-from __future__ import annotations
-
 from pyoxigraph import NamedNode
 
 from homeostat.domain.plant.description import PlantDescription
@@ -13,10 +11,7 @@ from homeostat.knowledge.store.store import GraphStore
 
 
 def read_plant(store: GraphStore, system: NamedNode) -> PlantDescription:
-    """Everything that the graph says about ``system``, a ``CPSMod:SystemModel``.
-
-    Raises GraphError that names the first thing which is incomplete or wrong, and StoreError as the store does.
-    """
+    """What the graph says of ``system``, a ``CPSMod:SystemModel``; GraphError names the first thing that is wrong."""
     name, label = root(store, system)
     found = signals(store, system)
     tags = {signal.tag.name: signal.tag for signal in found}

@@ -1,7 +1,6 @@
 """What the plant is made of: its parts, tags, control loops, equations and parameters."""
 
-from __future__ import annotations
-
+from functools import partial
 from itertools import groupby
 
 from pyoxigraph import NamedNode
@@ -40,16 +39,14 @@ def components(store: GraphStore, system: NamedNode) -> tuple[Component, ...]:
 
 def signals(store: GraphStore, system: NamedNode) -> tuple[Signal, ...]:
     """The tags with their places, sorted by name."""
-    return tuple(_signal(entry) for entry in unique(entries(store, "plant_signals", "tag", system)))
-
-
-def _signal(entry: Entry) -> Signal:
-    relation = entry.word("relation", Relation)
-    return Signal(
-        tag=entry.made(lambda: _tag(entry), Code.BAD_NUMBER),
-        component=entry.reference("component", Code.UNKNOWN_COMPONENT),
-        relation=relation,
-        variable=entry.text("variable"),
+    return tuple(
+        Signal(
+            relation=entry.word("relation", Relation),
+            tag=entry.made(partial(_tag, entry), Code.BAD_NUMBER),
+            component=entry.reference("component", Code.UNKNOWN_COMPONENT),
+            variable=entry.text("variable"),
+        )
+        for entry in unique(entries(store, "plant_signals", "tag", system))
     )
 
 

@@ -3,8 +3,6 @@
 None of them knows a plant: every question starts at things that the caller names, and costs what its answer costs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
@@ -77,7 +75,17 @@ def candidate_faults(store: GraphStore, symptoms: Sequence[NamedNode]) -> tuple[
     """The faults that at least one of ``symptoms`` speaks for, sorted by IRI."""
     rows = template("candidate_faults").select(store, symptoms=tuple(symptoms))
     by_fault = sorted(rows, key=_fault)
-    return tuple(_candidate(NamedNode(fault), tuple(group)) for fault, group in groupby(by_fault, _fault))
+    groups = ((fault, tuple(group)) for fault, group in groupby(by_fault, _fault))
+    return tuple(
+        CandidateFault(
+            fault=NamedNode(fault),
+            symptoms=_sorted(row.iri("symptom") for row in rows),
+            prior=next((prior for row in rows if (prior := row.optional_number("prior")) is not None), None),
+            affected=_sorted(iri for row in rows if (iri := row.optional_iri("affected"))),
+            disabled=_sorted(iri for row in rows if (iri := row.optional_iri("disabled"))),
+        )
+        for fault, rows in groups
+    )
 
 
 def reachable_states(store: GraphStore, start: NamedNode, event: NamedNode) -> tuple[NamedNode, ...]:
@@ -105,16 +113,6 @@ def is_admissible_path(
         raise ValueError(f"a path needs at least 2 states, not {len(path)}; name the state it starts in as well")
     step = template("is_admissible_step")
     return all(step.ask(store, machine=machine, source=a, target=b, faults=tuple(faults)) for a, b in pairwise(path))
-
-
-def _candidate(fault: NamedNode, rows: tuple[Row, ...]) -> CandidateFault:
-    return CandidateFault(
-        fault=fault,
-        symptoms=_sorted(row.iri("symptom") for row in rows),
-        prior=next((prior for row in rows if (prior := row.optional_number("prior")) is not None), None),
-        affected=_sorted(iri for row in rows if (iri := row.optional_iri("affected"))),
-        disabled=_sorted(iri for row in rows if (iri := row.optional_iri("disabled"))),
-    )
 
 
 def _fault(row: Row) -> str:

@@ -4,8 +4,6 @@ What a store answers must be let go of in the thread that asked. A frame can out
 traceback or of a profiler in another thread, and its variables with it; so whoever has an answer in one deletes it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from pyoxigraph import QueryResultsFormat, QuerySolutions, Triple, parse_query_results

@@ -1,12 +1,10 @@
 """A graph store inside this process: Oxigraph, in memory or on disk."""
 
-from __future__ import annotations
-
 import copy
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import Final, Self, TypeVar
 
 from pyoxigraph import (
     BlankNode,
@@ -51,7 +49,7 @@ class EmbeddedStore:
             message = f"store {self._place} cannot be opened: {answers.one_line(error)}"
             raise StoreUnavailable(f"{message}; close its other user or choose another folder") from error
 
-    def seeing(self, *graphs: NamedNode) -> EmbeddedStore:
+    def seeing(self, *graphs: NamedNode) -> Self:
         """This store, with ``graphs`` as what a query sees where it names none."""
         view = copy.copy(self)
         view._default_graphs = [*graphs] or None

@@ -1,7 +1,5 @@
 """What can be wrong with a plant's tables and graph: one exception whose code says which mistake it is."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from enum import StrEnum
 from typing import NamedTuple, TypeAlias

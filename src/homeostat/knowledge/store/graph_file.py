@@ -33,10 +33,7 @@ def load_file(store: GraphStore, path: Path, graph: NamedNode | None = None) -> 
 
     A plant's export often wraps all it says into one named graph. The names of graphs say nothing about the plant, so
     everything in the file is read as one graph. Nothing is fetched: JSON-LD must carry its context with it.
-
-    Raises:
-        UnreadableGraph: the ending is unknown, the content is not what the ending says, or there is none.
-        OSError: the file cannot be read.
+    UnreadableGraph where the ending is unknown, the content is not what it says, or says nothing; OSError as the file.
     """
     load_triples(store, _triples(path), graph)
 

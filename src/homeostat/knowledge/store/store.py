@@ -9,8 +9,6 @@ Misuse and failure are exceptions:
     └── UnexpectedAnswer   an answer has a gap or a term of another kind than its reader needs: correct the graph
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final, Protocol, TypeAlias, TypeVar
 
@@ -117,19 +115,15 @@ class GraphStore(Protocol):
 
     def select(self, query: str) -> tuple[Row, ...]:
         """The solutions of a SELECT query, in the order of the store."""
-        ...
 
     def construct(self, query: str) -> tuple[Triple, ...]:
         """The graph of a CONSTRUCT or DESCRIBE query: each triple once, sorted by its N-Triples text."""
-        ...
 
     def ask(self, query: str) -> bool:
         """The answer of an ASK query."""
-        ...
 
     def update(self, text: str) -> None:
         """Carry a SPARQL update out, wholly or not at all."""
-        ...
 
     def load(self, data: bytes, format: RdfFormat, graph: NamedNode | None = None) -> None:
         """Add what ``data`` says, wholly or not at all.
@@ -137,11 +131,9 @@ class GraphStore(Protocol):
         A format of triples (Turtle, N-Triples, RDF/XML) goes into ``graph``, or into the default graph. A format that
         names graphs itself (JSON-LD, TriG, N-Quads) keeps those names and takes no ``graph``.
         """
-        ...
 
     def dump(self, format: RdfFormat, graph: NamedNode | None = None) -> bytes:
         """The inverse of ``load``: one graph as triples, UTF-8, or everything in a format that names graphs."""
-        ...
 
 
 def check_target(format: RdfFormat, graph: NamedNode | None) -> None:

@@ -5,8 +5,6 @@ result ``dV/dt`` is the derivative of ``V`` with respect to time. A node below `
 by its place; variables are shared by all equations of a plant and say what they denote.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from typing import Final, assert_never

@@ -1,7 +1,5 @@
 """The T-Box: the ontologies of this package, and how they get into a store."""
 
-from __future__ import annotations
-
 import functools
 from importlib import resources
 from typing import Final

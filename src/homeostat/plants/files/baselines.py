@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from homeostat.domain.diagnosis import Feature
 from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.knowledge.build.seal import is_sealed, seal
+from homeostat.knowledge.build.provenance import is_sealed, seal
 from homeostat.knowledge.checks.intervals import Interval, span
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.plants.files.folder import BASELINES

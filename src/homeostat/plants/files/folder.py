@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from homeostat.knowledge.build.build import GRAPH
-from homeostat.knowledge.build.seal import with_one_line_end
+from homeostat.knowledge.build.provenance import with_one_line_end
 from homeostat.plants.error import PlantError
 from homeostat.stl.spelling import near_matches
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from homeostat.domain.plant.limits import LimitKind
 from homeostat.knowledge.build.build import GRAPH, build, refuse_incomplete
-from homeostat.knowledge.build.provenance import stale_tables
-from homeostat.knowledge.build.seal import is_sealed, sha256
+from homeostat.knowledge.build.provenance import is_sealed, sha256, stale_tables
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.baselines import digest_of, learned_from, read_baselines, refuse_altered

@@ -1,7 +1,5 @@
 """``homeostat graph check``: does a graph have lint, and does a plant's own fit shapes, tables and model?"""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterator
 
@@ -33,31 +31,21 @@ def carry_out(options: argparse.Namespace) -> int:
     """Print every problem; 1 where there is any."""
     where = place(options.case, options.graph)
     if where.plant is not None and where.own:
-        _refuse_altered(where.plant)
+        refuse_altered_graph(where.plant.files)
+        if BASELINES in where.plant.files.contents:
+            refuse_altered(where.plant.files.contents[BASELINES])
     store = opened(where)
     count = 0
     for problem in _problems(where, store):
         print(" ".join(problem.split()))
         count += 1
-    warnings = _warn(store)
+    suspicious = injection_findings(store)
+    for finding in suspicious:
+        print(f"warning: {finding}")
+    warnings = len(suspicious)
     told = f"{count} problem{'' if count == 1 else 's'}" if count else "no problem"
     print(f"{where.path}: {told}" + (f", {warnings} suspicious text{'' if warnings == 1 else 's'}" if warnings else ""))
     return 1 if count else 0
-
-
-def _refuse_altered(plant: PlantGraph) -> None:
-    """GraphError where a generated file of the plant is not as it was generated."""
-    refuse_altered_graph(plant.files)
-    if BASELINES in plant.files.contents:
-        refuse_altered(plant.files.contents[BASELINES])
-
-
-def _warn(store: GraphStore) -> int:
-    """Print every suspicious text; how many there are."""
-    found = injection_findings(store)
-    for finding in found:
-        print(f"warning: {finding}")
-    return len(found)
 
 
 def _problems(where: Place, store: GraphStore) -> Iterator[str]:

@@ -1,21 +1,16 @@
 """``homeostat graph export``: a plant's graph in one of the RDF formats."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from typing import Final
 
 from pyoxigraph import RdfFormat, serialize
 
+from homeostat.cli.arguments import UsageError
 from homeostat.cli.commands.graph.graphs import opened, place
-from homeostat.cli.options.arguments import UsageError
-from homeostat.cli.options.plants import FORMATS
 from homeostat.journal.beside.files import write_whole
 
-_FORMATS: Final = dict(
-    zip(FORMATS, (RdfFormat.TURTLE, RdfFormat.N_TRIPLES, RdfFormat.TRIG, RdfFormat.JSON_LD), strict=True)
-)
+_FORMATS: Final = dict(turtle=RdfFormat.TURTLE, nt=RdfFormat.N_TRIPLES, trig=RdfFormat.TRIG, jsonld=RdfFormat.JSON_LD)
 
 
 def carry_out(options: argparse.Namespace) -> int:

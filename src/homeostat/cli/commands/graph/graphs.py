@@ -1,13 +1,11 @@
 """The graph that a graph command works on: a plant's own, or one in a file, of a plant or of any plant."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
 from pyoxigraph import NamedNode
 
-from homeostat.cli.options.arguments import UsageError
+from homeostat.cli.arguments import UsageError
 from homeostat.knowledge.build.build import GRAPH
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.graph_file import UnreadableGraph, load_file

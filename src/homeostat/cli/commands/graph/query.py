@@ -1,7 +1,5 @@
 """``homeostat graph query``: a question in SPARQL to a plant's graph."""
 
-from __future__ import annotations
-
 import argparse
 import re
 import sys
@@ -10,8 +8,8 @@ from typing import Final
 
 from pyoxigraph import Literal, NamedNode, RdfFormat, serialize
 
+from homeostat.cli.arguments import UsageError
 from homeostat.cli.commands.graph.graphs import Place, place, with_ontology
-from homeostat.cli.options.arguments import UsageError
 from homeostat.cli.table import show_table
 from homeostat.knowledge.store.endpoint import SparqlEndpoint
 from homeostat.knowledge.store.store import GraphStore, QueryRejected, Term
@@ -33,9 +31,16 @@ def carry_out(options: argparse.Namespace) -> int:
     where = place(plant, options.graph)
     store = with_ontology(where) if options.endpoint is None else _endpoint(options.endpoint)
     try:
-        _answer(store, _with_prefixes(text, where), found[1].lower(), where)
+        # The project's prefixes come before the query's own, which count; lines are counted from its own first one.
+        _answer(
+            store,
+            "".join(f"PREFIX {n}: <{iri}>\n" for n, iri in where.prefixes.items()) + text,
+            found[1].lower(),
+            where,
+        )
     except QueryRejected as error:
-        raise UsageError(_in_own_lines(str(error), len(where.prefixes))) from error
+        own = re.sub(r"\bat (\d+):(?=\d)", lambda at: f"at {int(at[1]) - len(where.prefixes)}:", str(error))
+        raise UsageError(own) from error
     return 0
 
 
@@ -60,16 +65,6 @@ def _endpoint(url: str) -> GraphStore:
         return SparqlEndpoint(url, url, url, url)
     except ValueError as error:
         raise UsageError(str(error)) from None
-
-
-def _with_prefixes(text: str, where: Place) -> str:
-    """The query after the project's prefixes; those that it declares itself come later and count."""
-    return "".join(f"PREFIX {name}: <{iri}>\n" for name, iri in where.prefixes.items()) + text
-
-
-def _in_own_lines(message: str, added: int) -> str:
-    """A parser's message with the line counted from the query's own first line."""
-    return re.sub(r"\bat (\d+):(?=\d)", lambda found: f"at {int(found[1]) - added}:", message)
 
 
 def _answer(store: GraphStore, query: str, form: str, where: Place) -> None:

@@ -1,7 +1,5 @@
 """All figures of a report, in its order."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 

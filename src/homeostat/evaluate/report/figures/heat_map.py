@@ -1,16 +1,15 @@
 """Success by scenario and proposer, as in the paper's heat map."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from matplotlib import colormaps
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from homeostat.evaluate.report.figures.picture import INK, QUIET, Picture, picture, short
 from homeostat.evaluate.report.groups import arms, by_scenario, scenarios, succeeded
 from homeostat.evaluate.study.row import Row
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _CELL: Final = (0.95, 0.36)
 """Width and height of a cell [in]."""
@@ -45,9 +44,6 @@ def success_map(
     width = max(places.values()) + 1.0
 
     def draw(figure: Figure) -> None:
-        from matplotlib import colormaps
-        from matplotlib.patches import Rectangle
-
         axis = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         scale = colormaps["RdBu"]
         for row, line in enumerate(lines):

@@ -1,21 +1,19 @@
 """How figures of the report look, and how they are drawn into pictures that need nothing else."""
 
-from __future__ import annotations
-
 import base64
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from io import BytesIO
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from homeostat.evaluate.report.groups import arms
 from homeostat.evaluate.report.tables.table import one_line
 from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, Row
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 INK: Final = "#24292f"
 """Words and marks that belong to no proposer."""
@@ -60,9 +58,6 @@ def picture(
     title: str, caption: str, size: tuple[float, float], draw: Callable[[Figure], None], layout: Any = "constrained"
 ) -> Picture:
     """What ``draw`` makes of a figure of ``size`` [in]; equal drawings give equal bytes."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
     content = BytesIO()
     with mpl.rc_context(_LOOK), warnings.catch_warnings():
         # Names come from files; a letter that the font lacks becomes a box.

@@ -1,18 +1,15 @@
 """How often a diagnosis is true, by how much it is believed."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from homeostat.evaluate.report.figures.picture import QUIET, Picture, colours, picture, short, small
 from homeostat.evaluate.report.groups import Group, Source, cases, overall
-from homeostat.evaluate.report.measures.diagnosis import Bin, reliability
+from homeostat.evaluate.report.measures import Bin, reliability
 from homeostat.evaluate.study.row import Row
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _SIDE: Final = 3.6
 """Width of a plant's panel [in]."""

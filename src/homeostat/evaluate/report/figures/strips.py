@@ -1,10 +1,11 @@
 """Every run as a dot, with the quartiles over them: no mean hides a bad run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from homeostat.evaluate.report.figures.picture import (
     BAD,
@@ -21,10 +22,6 @@ from homeostat.evaluate.report.figures.picture import (
 from homeostat.evaluate.report.groups import Group, overall, succeeded
 from homeostat.evaluate.report.statistics import quantile
 from homeostat.evaluate.study.row import Row
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _LINE: Final = 0.34
 """Height of a proposer's line [in]."""

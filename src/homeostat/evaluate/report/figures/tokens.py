@@ -1,19 +1,16 @@
 """Tokens that every agent read and wrote."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from homeostat.evaluate.report.figures.picture import INK, Picture, lined, picture, short
 from homeostat.evaluate.report.groups import Group, Source, overall
-from homeostat.evaluate.report.measures.usage import AGENTS, Tokens, tokens_of
+from homeostat.evaluate.report.measures import Tokens, tokens_of
 from homeostat.evaluate.report.statistics import Spread
-from homeostat.evaluate.study.row import Row
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from homeostat.evaluate.study.row import AGENTS, Row
 
 _FILL: Final = {"planning": "#4c78a8", "action": "#f2a65a", "reprompting": "#8f6bb3"}
 _BAR: Final = 0.26

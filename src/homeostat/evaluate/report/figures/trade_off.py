@@ -1,19 +1,16 @@
 """Danger against loss: what each proposer pays in production for the time outside its limits that it avoids."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from homeostat.evaluate.report.figures.picture import QUIET, Picture, colours, picture, plain, short
 from homeostat.evaluate.report.groups import Source, overall, succeeded
 from homeostat.evaluate.report.statistics import Estimate, estimate
 from homeostat.evaluate.study.row import Row
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _MARKS: Final = "osD^vP*Xhp"
 

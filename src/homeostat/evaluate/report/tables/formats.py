@@ -1,7 +1,5 @@
 """Tables as Markdown, LaTeX and CSV. Names and reasons come from files and models: none may act as markup."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re
@@ -44,12 +42,12 @@ def markdown(table: Table) -> str:
 def latex(table: Table) -> str:
     """A long table with the rules of booktabs, its caption and its label."""
     shape = "".join("l" if column.kind is Kind.TEXT else "r" for column in table.columns)
-    heads = " & ".join(_latex(name) for name in table.header) + r" \\"
+    heads = " & ".join(name.translate(_LATEX) for name in table.header) + r" \\"
     lines = [
-        " & ".join(_latex(said(c, column)) for c, column in zip(line, table.columns, strict=True)) + r" \\"
+        " & ".join(said(c, column).translate(_LATEX) for c, column in zip(line, table.columns, strict=True)) + r" \\"
         for line in table.lines
     ]
-    caption = f"{_latex(table.title)}. {_latex(table.note)}"
+    caption = f"{table.title.translate(_LATEX)}. {table.note.translate(_LATEX)}"
     return "\n".join(
         [
             r"% Needs \usepackage[T1]{fontenc} and \usepackage{textcomp,booktabs,longtable}.",
@@ -72,14 +70,10 @@ def comma_separated(table: Table) -> str:
     """
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
-    writer.writerow([name for column in table.columns for name in _names(column)])
+    writer.writerow([one_line(c.name) + part for c in table.columns for part in _PARTS.get(c.kind, ("",))])
     for line in table.lines:
         writer.writerow([p for c, column in zip(line, table.columns, strict=True) for p in _parts(c, column)])
     return file.getvalue()
-
-
-def _names(column: Column) -> list[str]:
-    return [one_line(column.name) + part for part in _PARTS.get(column.kind, ("",))]
 
 
 def _parts(cell: Cell, column: Column) -> list[str]:
@@ -109,10 +103,6 @@ def _parts(cell: Cell, column: Column) -> list[str]:
 
 def _full(value: float) -> str:
     return f"{value:.10g}"
-
-
-def _latex(text: str) -> str:
-    return text.translate(_LATEX)
 
 
 def _plain(text: str) -> str:

@@ -1,12 +1,10 @@
 """A table of results: typed cells, and how each of them reads."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final
 
-from homeostat.evaluate.report.statistics import Estimate, Interval, Rate, Spread
+from homeostat.evaluate.report.statistics import Estimate, Rate, Spread
 
 EMPTY: Final = "–"
 """What stands in a cell of which nothing can be said."""
@@ -107,7 +105,8 @@ def said(cell: Cell, column: Column) -> str:
         case Spread():
             return f"{number(cell.median, column)} ({number(cell.worst, column)})"
         case Estimate():
-            ends = f" ({_ends(cell.interval, column)})" if cell.interval is not None else ""
+            i = cell.interval
+            ends = "" if i is None else f" ({number(i.low, column)} to {number(i.high, column)})"
             return f"{number(cell.mean, column)}{ends}"
         case _:
             return number(cell, column)
@@ -128,7 +127,3 @@ def _rate(cell: Rate) -> str:
     if cell.interval is None:
         return f"{100.0 * cell.share:.1f} % ({cell.count}/{cell.of})"
     return f"{cell.count}/{cell.of} ({100.0 * cell.interval.low:.0f}–{100.0 * cell.interval.high:.0f} %)"
-
-
-def _ends(interval: Interval, column: Column) -> str:
-    return f"{number(interval.low, column)} to {number(interval.high, column)}"

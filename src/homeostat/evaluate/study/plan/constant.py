@@ -1,7 +1,5 @@
 """The same answer to every fault: what a recovery is worth that does not look at the plant."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

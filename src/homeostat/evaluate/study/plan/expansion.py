@@ -1,7 +1,5 @@
 """From a plan to its jobs: every scenario and seed with every proposer and every ablation that can matter to it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from functools import cache
@@ -14,14 +12,12 @@ from homeostat.agents.grounding.context import GroundingKind
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.diagnosis import FaultState
 from homeostat.evaluate.named_model import REPLAY, SITUATED, NamedModel, NoSuchModel
+from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.scenario import Scenario, ScenarioError, scenario
 from homeostat.evaluate.study.error import CampaignError
-from homeostat.evaluate.study.plan.ablation import ABLATIONS, Ablation
-from homeostat.evaluate.study.plan.arm import CONSTANT, WITHOUT_MODEL, Arm
-from homeostat.evaluate.study.plan.job import Job
+from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT, WITHOUT_MODEL, Ablation, Arm, Job
 from homeostat.evaluate.study.plan.plan import Plan, ProposerPlan, ScenarioPlan, seeds_of
 from homeostat.evaluate.study.row import REFERENCE_POLICIES, WHOLE
-from homeostat.evaluate.thinking import Thinking
 from homeostat.plants.assembly import check_protocol
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import Plant, load_plant

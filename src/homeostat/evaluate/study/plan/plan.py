@@ -1,16 +1,28 @@
-"""The plan of a campaign: what its file may say."""
+"""The plan of a campaign: what its file may say, and how that is read."""
 
-from __future__ import annotations
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, Self, TypeAlias
 
-from typing import Annotated, Literal, TypeAlias
-
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictInt, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    StrictInt,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import ErrorDetails
 
 from homeostat.evaluate.named_model import REPLAY, SCRIPT, SITUATED
 from homeostat.evaluate.scenario import LARGEST_SEED
-from homeostat.evaluate.study.plan.ablation import ABLATIONS
-from homeostat.evaluate.study.plan.arm import CONSTANT
+from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT
 from homeostat.evaluate.study.row import WHOLE
+from homeostat.stl.spelling import near_matches
 
 MOST_SEEDS = 10_000
 """Most seeds of one scenario."""
@@ -74,7 +86,7 @@ class ScenarioPlan(_Table):
     """Row of the published tables that this stands for."""
 
     @model_validator(mode="after")
-    def _is_whole(self) -> ScenarioPlan:
+    def _is_whole(self) -> Self:
         listed = isinstance(self.fault, tuple)
         if listed and not self.fault:
             raise ValueError("the list of faults is empty; name one at least")
@@ -113,7 +125,7 @@ class ProposerPlan(_Table):
     """Of ``constant``: tag -> value that is always commanded; the design value where it is not named."""
 
     @model_validator(mode="after")
-    def _has_values_for_somebody(self) -> ProposerPlan:
+    def _has_values_for_somebody(self) -> Self:
         if self.values and self.who != CONSTANT:
             raise ValueError(f"values are what {CONSTANT!r} commands; {self.who!r} has no use for them")
         return self
@@ -166,7 +178,7 @@ class Plan(_Table):
         return tuple(dict.fromkeys(s.case for s in self.scenarios))
 
     @model_validator(mode="after")
-    def _is_unambiguous(self) -> Plan:
+    def _is_unambiguous(self) -> Self:
         if self.thinking_measured and "thinking_declared_s" in self.model_fields_set:
             raise ValueError("thinking is declared or measured, not both")
         for what, names in (
@@ -182,3 +194,67 @@ class Plan(_Table):
 def seeds_of(seeds: int | tuple[int, ...]) -> tuple[int, ...]:
     """The seeds that are meant."""
     return tuple(range(1, seeds + 1)) if isinstance(seeds, int) else seeds
+
+
+LONGEST = 80
+"""Most characters of a value that a message shows."""
+_TABLES: Final[Mapping[str, type[BaseModel]]] = {"scenarios": ScenarioPlan, "proposers": ProposerPlan}
+
+
+def read_plan(path: Path) -> Plan:
+    """The plan in ``path``; CampaignError with place, value and remedy in one line, OSError where it is unreadable."""
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:  # TOMLDecodeError, UnicodeDecodeError, a number of 5000 digits
+        raise CampaignError(f"{str(path)!r} is no TOML: {error}") from None
+    try:
+        return Plan.model_validate(content)
+    except ValidationError as error:
+        found: dict[tuple[int | str, ...], list[ErrorDetails]] = {}
+        for one in error.errors(include_url=False):
+            found.setdefault(_place(one["loc"], content), []).append(one)
+        # Where a value may be of several types, what is wrong inside one of them says more than that it is no other.
+        places = [p for p in found if not any(p == other[: len(p)] for other in found if other != p)]
+        more = f"; and {len(places) - 1} more" if len(places) > 1 else ""
+        raise CampaignError(f"{str(path)!r}: {_words(places[0])}: {_told(found[places[0]])}{more}") from None
+
+
+def _place(location: Sequence[int | str], content: Any) -> tuple[int | str, ...]:
+    """Where it is in ``content``; without the types that were tried there."""
+    place: list[int | str] = []
+    for part in location:
+        if isinstance(part, int) and isinstance(content, list) and part < len(content):
+            content = content[part]
+        elif isinstance(part, str) and isinstance(content, dict):
+            content = content.get(part)
+        else:
+            continue
+        place.append(part)
+    return tuple(place)
+
+
+def _words(place: Sequence[int | str]) -> str:
+    """A place as somebody who reads the file would say it."""
+    words: list[str] = []
+    for part in place:
+        if isinstance(part, int):
+            words[-1] = f"{words[-1].removesuffix('s')} {part + 1}"
+        else:
+            words.append(part)
+    return ", ".join(words) or "the file"
+
+
+def _told(errors: Sequence[ErrorDetails]) -> str:
+    """What is wrong at one place, where a value may be of several types."""
+    first = errors[0]
+    if first["type"] == "extra_forbidden":
+        return _unknown_key(first["loc"])
+    given = repr(first["input"]) if isinstance(first["input"], str | int | float) else ""
+    shown = f" (given: {given if len(given) <= LONGEST else given[:LONGEST] + '...'})" if given else ""
+    return ", or ".join(dict.fromkeys(e["msg"].removeprefix("Value error, ") for e in errors)) + shown
+
+
+def _unknown_key(location: Sequence[int | str]) -> str:
+    table = _TABLES.get(str(location[0]), Plan) if len(location) > 1 else Plan
+    known = table.model_fields
+    return f"there is no such key{near_matches(str(location[-1]), known)}; there are {', '.join(known)}"

@@ -1,8 +1,6 @@
 """Rows about how the plant is run and what must hold; the guide to plants says what they mean."""
 
-from __future__ import annotations
-
-from typing import Annotated
+from typing import Annotated, Self
 
 from pydantic import model_validator
 
@@ -27,7 +25,7 @@ class OperatingState(cells.Row):
     description: cells.Text | None = None
 
     @model_validator(mode="after")
-    def _fits(self) -> OperatingState:
+    def _fits(self) -> Self:
         if (self.start_up == "yes") != (self.start_up_s is not None):
             needed = (
                 "must be stated: limits of start-up cannot hold for ever" if self.start_up == "yes" else "must be empty"
@@ -54,7 +52,7 @@ class Setpoint(cells.Row):
     design: cells.OptionalValue = None
 
     @model_validator(mode="after")
-    def _fits(self) -> Setpoint:
+    def _fits(self) -> Self:
         cells.in_order(self.low, self.high, "low and high", equal=True)
         if self.design is not None and not self.low <= self.design <= self.high:
             message = f"design {self.design:g} is outside {self.low:g} to {self.high:g}, what the state admits"

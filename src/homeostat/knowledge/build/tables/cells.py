@@ -1,7 +1,5 @@
 """Cells: names, texts, words, numbers with bounds and units, formulas, and references to rows of other tables."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -52,7 +50,7 @@ class Refers:
     """Marks a column whose cell is the name of something that another row states."""
 
     kind: str
-    """What is referred to; see `homeostat.knowledge.build.tables.references`."""
+    """What is referred to; see `homeostat.knowledge.build.tables.check`."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,6 @@
 """Rows about what can go wrong and how it shows; the guide to plants says what they mean."""
 
-from __future__ import annotations
-
-from typing import Annotated
+from typing import Annotated, Self
 
 from pydantic import model_validator
 
@@ -26,7 +24,7 @@ class Fault(cells.Row):
     description: cells.Text | None = None
 
     @model_validator(mode="after")
-    def _fits(self) -> Fault:
+    def _fits(self) -> Self:
         cells.in_order(self.low, self.high, "low and high")
         if not self.low <= self.nominal <= self.high:
             allowed = f"{self.low:g} to {self.high:g} {self.severity_unit}, its low and high"
@@ -48,7 +46,7 @@ class Feature(cells.Row):
     description: cells.Text
 
     @model_validator(mode="after")
-    def _fits(self) -> Feature:
+    def _fits(self) -> Self:
         if (self.accumulation is not None) != (self.window_s > 0.0):
             message = (
                 f"window_s is {self.window_s:g} s; a balance has an accumulation and a window, others have neither"

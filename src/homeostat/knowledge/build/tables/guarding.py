@@ -1,8 +1,6 @@
 """Rows about readings, trips, writing and start-up; the guide to plants says what they mean."""
 
-from __future__ import annotations
-
-from typing import Annotated
+from typing import Annotated, Self
 
 from pydantic import model_validator
 
@@ -27,7 +25,7 @@ class Quality(cells.Row):
     description: cells.Text
 
     @model_validator(mode="after")
-    def _fits(self) -> Quality:
+    def _fits(self) -> Self:
         if self.frozen_s is not None and self.noise is None:
             message = "frozen_s is given, but noise is empty: without noise a constant reading may be true; state it"
             raise cells.CellError(Code.FROZEN_WITHOUT_NOISE, message)
@@ -46,7 +44,7 @@ class Trip(cells.Row):
     description: cells.Text
 
     @model_validator(mode="after")
-    def _fits(self) -> Trip:
+    def _fits(self) -> Self:
         if (self.lift > 0.0) != (self.lift_s > 0.0):
             message = f"lift {self.lift:g} for lift_s {self.lift_s:g} s lifts nothing; give both a value > 0, or both 0"
             raise cells.CellError(Code.LIFT_WITHOUT_CARRIER, message)

@@ -1,7 +1,5 @@
 """Reading a table: a header of different columns, and as many cells in every row."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Mapping
 from dataclasses import dataclass

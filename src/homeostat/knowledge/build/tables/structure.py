@@ -1,8 +1,6 @@
 """Rows about what the plant is made of, its signals, loops and parameters; the guide to plants says what they mean."""
 
-from __future__ import annotations
-
-from typing import Annotated
+from typing import Annotated, Self
 
 from pydantic import model_validator
 
@@ -38,7 +36,7 @@ class Signal(cells.Row):
     description: cells.Text
 
     @model_validator(mode="after")
-    def _fits(self) -> Signal:
+    def _fits(self) -> Self:
         cells.in_order(self.low, self.high, "low and high")
         span = self.high - self.low
         for name, value in (("scale", self.scale), ("increment", self.increment)):
@@ -86,7 +84,7 @@ class ModelParameter(cells.Row):
     description: cells.Text
 
     @model_validator(mode="after")
-    def _fits(self) -> ModelParameter:
+    def _fits(self) -> Self:
         if self.spread == "relative" and self.sd > 1.0:
             message = f"sd {self.sd:g} is more than the value itself; a relative one is a fraction from 0 to 1"
             raise cells.CellError(Code.BAD_NUMBER, message)

@@ -1,7 +1,5 @@
 """Transcript: what a language model was asked in which state, and what it answered."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

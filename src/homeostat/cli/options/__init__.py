@@ -1,1 +1,0 @@
-"""Every command with its arguments; nothing here is slow to import."""

@@ -1,1 +1,0 @@
-"""What a study measures, as numbers with intervals."""
