@@ -20,6 +20,11 @@ WORDS: Final[Mapping[str, Mapping[str, Mapping[str, str]]]] = {"limits": {"kind"
 """Table -> column -> former word -> the word of today."""
 
 
+def mentioned(content: bytes) -> bool:
+    """Whether ``content`` may contain a former term; most graphs do not, and need not be rewritten."""
+    return any(term.value.removeprefix(HS.iri).encode() in content for term in TERMS)
+
+
 def in_terms(triple: Triple, terms: Mapping[NamedNode, NamedNode] = TERMS) -> Triple:
     """``triple`` with property and object as ``terms`` call them; by default former ones as they are called today."""
     verb, value = triple.predicate, triple.object

@@ -10,13 +10,17 @@ from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.graph_file import load_triples
 from homeostat.knowledge.store.store import GraphStore
+from homeostat.knowledge.vocabulary.former import mentioned
 from homeostat.process.model import ProcessModel
 
 
 def open_graph(content: bytes) -> EmbeddedStore:
     """The A-Box in ``content`` (Turtle) in a store in memory."""
     store = EmbeddedStore()
-    load_triples(store, (quad.triple for quad in parse(content, format=RdfFormat.TURTLE)))
+    if mentioned(content):
+        load_triples(store, (quad.triple for quad in parse(content, format=RdfFormat.TURTLE)))
+    else:
+        store.load(content, RdfFormat.TURTLE)
     return store
 
 
