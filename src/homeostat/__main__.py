@@ -1,7 +1,5 @@
 """``homeostat`` and ``python -m homeostat``."""
 
-from __future__ import annotations
-
 import sys
 
 from homeostat.cli.main import main

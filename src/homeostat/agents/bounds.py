@@ -1,7 +1,5 @@
 """Bounds of a recovery: how long it may take, and how eagerly a plant is improved that may also be left alone."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Checks: pure functions from (actions, rollout, limits) to findings with signed margins."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias

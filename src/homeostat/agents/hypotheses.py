@@ -1,7 +1,5 @@
 """Hypotheses: which of them a proposal must hold for, and which are likely enough to steer by."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis

@@ -1,7 +1,5 @@
 """The agents' roles: six protocols, and the agents that fill them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """Simulation: action sets on the twin, under every plausible hypothesis."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Mapping, Sequence
 

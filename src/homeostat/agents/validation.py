@@ -1,7 +1,5 @@
 """Validation: the deterministic judgement of a rollout."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from homeostat.agents.checks import judge

@@ -1,7 +1,5 @@
 """What one attempt teaches the next."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from homeostat.domain.plant.limits import Owner

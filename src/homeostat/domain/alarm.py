@@ -1,7 +1,5 @@
 """Alarms: what a person must know now (ISA-18.2, IEC 62682)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 

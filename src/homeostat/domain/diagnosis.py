@@ -1,7 +1,5 @@
 """What monitoring believes: features, symptoms, faults, hypotheses (DIN ISO 17359)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum

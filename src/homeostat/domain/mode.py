@@ -1,7 +1,5 @@
 """Who may write: modes of a plant, who runs its recipe, and what a person may order."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 

@@ -1,7 +1,5 @@
 """What guard and recovery tell each other: observations one way, messages the other."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias

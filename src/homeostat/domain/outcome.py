@@ -1,7 +1,5 @@
 """Outcomes: how a run ended, in one word."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from typing import Final
 

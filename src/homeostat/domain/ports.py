@@ -1,7 +1,5 @@
 """What the outside world must provide."""
 
-from __future__ import annotations
-
 from collections.abc import Coroutine
 from typing import Any, ClassVar, Protocol
 

@@ -4,8 +4,6 @@ Prompts delimit data with guillemets, « and ». What stands between them is one
 guillemet, opens no Markdown section, code fence or front matter, and spells no special token of a chat template.
 """
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from typing import Final

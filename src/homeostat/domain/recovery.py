@@ -1,7 +1,5 @@
 """What is proposed: a path through the state machine, and the commands that take it."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import json

@@ -1,7 +1,5 @@
 """Requests to the guard: frozen, sealed by who checked them, answered always (NAMUR NE 178)."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """What the plant says: readings at one moment, and trajectories over time."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """What came of it: rollouts, findings, verdicts, outcomes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum

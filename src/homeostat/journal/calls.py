@@ -1,7 +1,5 @@
 """The event of a question to a language model."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

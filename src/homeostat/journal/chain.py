@@ -1,7 +1,5 @@
 """The hash chain: every line carries the SHA-256 of the line before it, so that no line can change unnoticed."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from typing import final

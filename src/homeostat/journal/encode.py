@@ -1,7 +1,5 @@
 """Values to JSON, always the same way: the same event gives the same bytes on every run and machine."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import json

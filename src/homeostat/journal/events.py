@@ -1,7 +1,5 @@
 """What an event is, who takes it, and the two events that every run has; the layers above define their own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar, Protocol, TypeAlias

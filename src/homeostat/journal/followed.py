@@ -1,7 +1,5 @@
 """A trace whose followers are told of everything, also of what finds no room on the disk."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from typing import Final, final

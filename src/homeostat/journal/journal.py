@@ -1,7 +1,5 @@
 """The journal: an append-only, hash-chained record of a run that survives being killed."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import threading

@@ -1,7 +1,5 @@
 """Whoever follows a trace: told in order, one event at a time, and never able to harm the record."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from typing import final

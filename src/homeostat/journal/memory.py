@@ -1,7 +1,5 @@
 """A trace that lives in memory: for tests, notebooks and callers who want no files."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Clocks: how much process time passes while agents think."""
 
-from __future__ import annotations
-
 import math
 import time
 

@@ -5,8 +5,6 @@ LinkError        the link does not do what it was asked
   PlantEnded     the run is over
 """
 
-from __future__ import annotations
-
 
 class LinkError(Exception):
     """The link does not do what it was asked; the message says what and why."""

@@ -1,7 +1,5 @@
 """Retracing: a simulated plant is led again through what was done to it before its process died."""
 
-from __future__ import annotations
-
 from typing import final
 
 from homeostat.domain.ports import Wire

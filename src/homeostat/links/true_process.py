@@ -1,7 +1,5 @@
 """The process behind a simulated plant: a model with its own true parameters, faults and noise, second by second."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

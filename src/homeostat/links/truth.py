@@ -1,7 +1,5 @@
 """The truth of a run, kept in blocks: what is appended is copied once and never moved again."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from homeostat.process.types import Row, Table

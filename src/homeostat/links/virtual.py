@@ -1,7 +1,5 @@
 """Links in virtual time: whoever reads the next sample lets the plant run on by one second."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias, final

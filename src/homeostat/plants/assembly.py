@@ -1,7 +1,5 @@
 """Assembly: from a plant and a plant's lease to a guard, and recovery in a thread beside it."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """A plant's configuration as one thing: a digest over all that decides how the plant is guarded and recovered."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from typing import Final

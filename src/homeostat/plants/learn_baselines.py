@@ -3,8 +3,6 @@
 Every run has its own true parameters, so the reference knows how much healthy plants of one design differ.
 """
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The process model that a plant's settings name: only what an installed plant provides is ever imported."""
 
-from __future__ import annotations
-
 import importlib
 import inspect
 from typing import Any, Final

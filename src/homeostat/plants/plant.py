@@ -1,7 +1,5 @@
 """A plant: one plant's graph, process model, reference values and settings, ready to be wired."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 

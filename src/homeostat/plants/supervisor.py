@@ -1,7 +1,5 @@
 """Guard and recovery for one plant, as a caller from Python wants them: a plant, a link, one call."""
 
-from __future__ import annotations
-
 from homeostat.domain.mode import Mode, PersonCommand
 from homeostat.domain.ports import Clock, Link
 from homeostat.journal import MemoryTrace, Trace

@@ -1,7 +1,5 @@
 """Blocks of which kernels are made: plain Python where Python calls them, machine code inside a kernel."""
 
-from __future__ import annotations
-
 import functools
 import os
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 Every function also runs as plain Python (``first_order.py_func``), which is how the tests check it by hand.
 """
 
-from __future__ import annotations
-
 import math
 
 from homeostat.process.compiled import compiled

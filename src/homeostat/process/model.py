@@ -1,7 +1,5 @@
 """What a process model offers; the simulated plant and the twin use the same one."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Protocol
 

@@ -4,8 +4,6 @@ So a snapshot of a running plant needs no generator state, members can run on an
 with the same seed see the same disturbances (common random numbers).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """From commands to the inputs of every second: ramps, as the basic control system executes them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

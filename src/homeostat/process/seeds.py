@@ -4,8 +4,6 @@ Two streams of different names are independent (SeedSequence's hash), whatever w
 plant and its twin share no draw, and a new draw somewhere changes no other.
 """
 
-from __future__ import annotations
-
 import hashlib
 from enum import StrEnum
 from typing import Final

@@ -5,8 +5,6 @@ the engine advances all members by one second, looks at their readings, and lets
 what the sequencer does with the plant, once per second.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 

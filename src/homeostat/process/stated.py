@@ -1,7 +1,5 @@
 """The numbers that a plant's tables state of its model, for what a model must know before it is given parameters."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Events of a recorded run as the types that they were when they were recorded."""
 
-from __future__ import annotations
-
 import dataclasses
 from enum import Enum
 from types import UnionType

@@ -1,7 +1,5 @@
 """A run directory: the journal while the run goes on, what belongs to it beside, the manifest last."""
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import hashlib

@@ -1,7 +1,5 @@
 """Every event of a run as a type: what a journal holds."""
 
-from __future__ import annotations
-
 from types import ModuleType
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Releases: what was written for a request, by the guard's own word; recovery may be overtaken before it says so."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Self

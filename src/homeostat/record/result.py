@@ -1,7 +1,5 @@
 """What a run came to, as ``result.json`` and ``homeostat run --json`` have it: ``schema`` and one key per field."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import asdict, dataclass

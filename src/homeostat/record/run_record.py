@@ -1,7 +1,5 @@
 """The record of a run: every event in order, and what follows from them; every account of a run is a view of it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 from typing import Self, TypeVar

@@ -1,7 +1,5 @@
 """Agenda: what recovery remembers from one look at the plant to the next, and what is to be done because of it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import Enum

@@ -1,7 +1,5 @@
 """Arming: the fallbacks ranked by their margins on the twin, before anything is proposed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

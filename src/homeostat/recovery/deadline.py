@@ -1,7 +1,5 @@
 """Deadline: how long agents may think before physics decides."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

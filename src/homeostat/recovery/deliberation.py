@@ -1,7 +1,5 @@
 """Deliberation: plan, act, simulate, validate, release and reprompt until something is released."""
 
-from __future__ import annotations
-
 import asyncio
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Endings: how recovery ends where nothing is released."""
 
-from __future__ import annotations
-
 from homeostat.domain.events.recovery import NoActionTaken
 from homeostat.domain.observation import Arm, FallBack, NoAction
 from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Verdict

@@ -1,7 +1,5 @@
 """InterventionPolicy: when a plant is better left alone."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """What recovery goes by: a plant's machine, limits and worth, and how long anything may take."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

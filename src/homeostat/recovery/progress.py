@@ -1,7 +1,5 @@
 """ProgressMonitor: when the twin says that each later step is taken, and whether the plant deviates from that."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Proposals: one proposer after the other, each within its share of the time."""
 
-from __future__ import annotations
-
 from homeostat.agents.roles import Agents, NoAdmissiblePlan, Proposer, Situation
 from homeostat.domain.events.recovery import GaveUp
 from homeostat.domain.verdict import Rollout

@@ -1,7 +1,5 @@
 """Releasing: from an approval over the release check to the guard, and what came of it."""
 
-from __future__ import annotations
-
 import asyncio
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Scene: the plant as recovery knows it, and the one way in which recovery looks up and speaks."""
 
-from __future__ import annotations
-
 import asyncio
 from collections import deque
 from collections.abc import Awaitable, Iterable

@@ -1,7 +1,5 @@
 """The framework's figure: monitor, diagnose, predict no action, arm the fallback, deliberate, release or fall back."""
 
-from __future__ import annotations
-
 import asyncio
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Answers: what a run's journal says of an order, and which requests wait for a person."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass

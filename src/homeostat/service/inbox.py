@@ -1,7 +1,5 @@
 """The inbox of a run: an order is one small file, delivered whole and taken once."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import time

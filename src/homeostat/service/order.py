@@ -1,7 +1,5 @@
 """An order as it lies in a file: strictly typed, small, and made for one run."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

@@ -1,7 +1,5 @@
 """Names that stand for numbers: a formula may say what a number is, so that the number itself is written once."""
 
-from __future__ import annotations
-
 import operator as python
 from collections.abc import Mapping
 from dataclasses import fields, replace

@@ -16,8 +16,6 @@ What the tree is evaluated on is no business of this module: `operations` has si
 ensemble, and signals over time. They differ in how two numbers are taken, never in what an operator means.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -15,8 +15,6 @@ temporal operator looks to the end of the trace. A prefix takes one operand: ``a
 ``(always[0,60](a <= 1)) and b <= 2``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """What a formula is evaluated on: single values, one value per member of an ensemble, or signals over time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

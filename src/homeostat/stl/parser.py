@@ -1,7 +1,5 @@
 """From text to syntax tree, with errors that name the place."""
 
-from __future__ import annotations
-
 import math
 import os
 import sys

@@ -4,8 +4,6 @@ Traces end: a window is clipped to the samples there are, `always` over an empty
 `until` over an empty window is -inf. Only the samples that the asked-for result depends on are computed.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Canonical text of a syntax tree; reading it back gives the same tree."""
 
-from __future__ import annotations
-
 import math
 from typing import assert_never
 

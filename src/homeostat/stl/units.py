@@ -1,7 +1,5 @@
 """Units of a formula: what may be added and compared, the unit of its margin, and what scales it where units mix."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Mapping

@@ -4,8 +4,6 @@ Linear Bayesian update: the model's response to each uncertain parameter is foun
 parameter, all in one call of the engine; prior and measurement errors are normal (Kalman, 1960).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

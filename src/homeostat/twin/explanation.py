@@ -1,7 +1,5 @@
 """Explanation: which faults, of what size and since when, make the model agree with the readings."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias

@@ -1,7 +1,5 @@
 """Forecast: what a set of actions would do under the hypotheses, over the uncertainty of the parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

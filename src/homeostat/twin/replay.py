@@ -1,7 +1,5 @@
 """Replay: drive the model with recorded commands from a state that agrees with the readings."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

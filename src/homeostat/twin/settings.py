@@ -1,7 +1,5 @@
 """What a plant says about its twin."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

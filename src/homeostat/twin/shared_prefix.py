@@ -4,8 +4,6 @@ An explanation tries hundreds of sizes and onsets of a fault on the same minutes
 plant without that fault, and most of the minutes lie before it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

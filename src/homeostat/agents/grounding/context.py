@@ -1,7 +1,5 @@
 """Context: what a language model is shown of the plant, and that it may be shown nothing."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from enum import StrEnum
 from typing import Final, Protocol

@@ -1,7 +1,5 @@
 """Grounding in documents: the plant's facts as plain text, found by the words of what is asked."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

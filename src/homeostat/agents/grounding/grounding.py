@@ -1,7 +1,5 @@
 """Grounding: what agents ask the knowledge graph, by name, with every question and answer kept."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final, TypeAlias
 

@@ -1,7 +1,5 @@
 """Features on line: filtered residuals and balances, one value per snapshot, unknown where a reading is."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 

@@ -1,7 +1,5 @@
 """Monitoring: from snapshots to symptoms, from symptoms through the graph to hypotheses."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

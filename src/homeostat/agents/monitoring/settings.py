@@ -1,7 +1,5 @@
 """How long monitoring waits before it speaks."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

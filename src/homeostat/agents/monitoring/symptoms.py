@@ -1,7 +1,5 @@
 """Symptoms: deviations of features from their reference that last."""
 
-from __future__ import annotations
-
 import math
 
 from homeostat.domain.diagnosis import Direction, Symptom, SymptomRule

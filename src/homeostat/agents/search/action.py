@@ -1,7 +1,5 @@
 """Action by search: least production loss subject to every criterion's margin over the ensemble."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

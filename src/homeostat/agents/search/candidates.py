@@ -1,7 +1,5 @@
 """Candidate action sets of a state: where a search looks first, and next."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Cost of what a search tried: production loss, missing margin, change."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

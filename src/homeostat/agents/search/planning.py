@@ -1,7 +1,5 @@
 """Planning by enumeration: the least risky guard-satisfying path that the fault leaves open."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 
 from homeostat.agents.grounding.grounding import Grounding

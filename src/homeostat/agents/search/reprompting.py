@@ -1,7 +1,5 @@
 """Reprompting for a search: from a verdict to typed advice, by margins."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from homeostat.agents.checks import REPEATED

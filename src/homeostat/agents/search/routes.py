@@ -1,7 +1,5 @@
 """Action by search along a route: the values that its states leave open, chosen once for the whole of it."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping
 from functools import partial

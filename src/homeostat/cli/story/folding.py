@@ -1,7 +1,5 @@
 """Folding: what says the same again is counted, not told again; lines stand in the order of their times."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Final

@@ -1,7 +1,5 @@
 """What the guard has to say, in the words of a control room: requests, people, modes, alarms and trips."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """One line of a story, and what it is to the operator."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 

@@ -1,7 +1,5 @@
 """A run told line by line: live from its trace, or again from its journal; both give the same lines."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

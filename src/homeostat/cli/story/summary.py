@@ -1,7 +1,5 @@
 """The end of a run in a few lines for the operator."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final

@@ -1,7 +1,5 @@
 """A plant that is not to be had: what its run tells of it, with names in place of words and without units."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Final

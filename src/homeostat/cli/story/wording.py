@@ -1,7 +1,5 @@
 """How quantities, probabilities and commands are put to the operator."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 

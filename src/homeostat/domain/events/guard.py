@@ -1,7 +1,5 @@
 """What the guard journals of its watch: states, requests, readings, start-up, the sequence."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

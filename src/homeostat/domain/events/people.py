@@ -1,7 +1,5 @@
 """What the guard journals of modes, people and alarms."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

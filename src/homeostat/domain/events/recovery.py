@@ -1,7 +1,5 @@
 """The events of a recovery: what was believed, proposed, judged, and done."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar, Self
 

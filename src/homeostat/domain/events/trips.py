@@ -1,7 +1,5 @@
 """What the guard journals of trips, the latch and the fallback."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """What is written to a plant and what comes of it, as the guard journals it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum

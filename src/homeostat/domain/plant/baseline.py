@@ -1,7 +1,5 @@
 """Reference values of features, learned from fault-free operation (DIN ISO 17359)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,7 +1,5 @@
 """Everything that a plant's knowledge graph says, as one value: what agents, twin and guard are configured from."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """Limits and criteria: what must hold, in the rule language, each with its source."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 

@@ -1,7 +1,5 @@
 """Physical parameters with their uncertainty, as the engineering tables state them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,7 +1,5 @@
 """What production is, and how much of it a plant is designed for."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,7 +1,5 @@
 """What the guard knows of a plant: read from the engineering tables, never from a twin."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """The plant's supervisory state machine (UML) and the paths through it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Tags: the named signals of a plant (ISA-5.1 roles, units, ranges)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """Where the texts behind a run's events go: questions to the graph and to models, and their answers."""
 
-from __future__ import annotations
-
 import hashlib
 from typing import Protocol
 

@@ -1,7 +1,5 @@
 """The larger pieces of a run beside its journal: trajectories as Parquet, texts under the name of their content."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The files of a run directory: how they are named, described and written whole."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 from dataclasses import dataclass

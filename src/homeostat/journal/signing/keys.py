@@ -1,7 +1,5 @@
 """Keys for signatures (Ed25519): the installation's own, and those that a reader trusts."""
 
-from __future__ import annotations
-
 import base64
 import binascii
 import contextlib

@@ -1,7 +1,5 @@
 """What the signatures of a recorded run are worth to a reader who trusts certain keys."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """Signatures over a chain and over the manifest that closes it."""
 
-from __future__ import annotations
-
 from typing import final
 
 from homeostat.journal.chain import Chain

@@ -1,7 +1,5 @@
 """The course of a run in its journal: how it begins and ends, and that what was confirmed was released."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import chain
 from typing import Final

@@ -1,7 +1,5 @@
 """What the rules of meaning look at: the journal's events, the manifest, the result."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Where a journal may lack events: while the guard's own alarm says that its journal does not work, and only then."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Final

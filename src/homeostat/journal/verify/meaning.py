@@ -1,7 +1,5 @@
 """Does a record agree with itself? Each rule yields what contradicts it, one sentence with the line each."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from typing import Final

@@ -1,7 +1,5 @@
 """The lives of requests in a journal: what may be said of one after what, who agreed to it, what came of it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final

@@ -1,7 +1,5 @@
 """Is a run what it was when it was written, and does it agree with itself?"""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath

@@ -1,7 +1,5 @@
 """The lives of writes in a journal: what may follow what, and who may write when."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final

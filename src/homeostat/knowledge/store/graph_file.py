@@ -1,7 +1,5 @@
 """A graph in a file, in any of the RDF formats: the file's ending says which."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Final

@@ -14,8 +14,6 @@ Hand check: F1 = 1/30 L/s, UA u = 500 * 0.5076 W/K gives T = (4180 F1 350 + 290 
 = 310.0 K in steady state (reaction heat, 2.7 W of 5573 W, neglected).
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple, TypeAlias
 

@@ -3,8 +3,6 @@
 The kernels index rows of plain arrays; these named tuples are the only place that knows the positions.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 
 State = namedtuple(

@@ -1,7 +1,5 @@
 """The reactor as a :class:`~homeostat.process.model.ProcessModel`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """``baseline.csv``: the reference values of a plant's features, with what they were learned from and a seal."""
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import io

@@ -1,7 +1,5 @@
 """The files of a plant's folder, read once, and the folders of the installed plants."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

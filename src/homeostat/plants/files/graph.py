@@ -1,7 +1,5 @@
 """The graph of a plant: read, checked against the process model, and turned into typed values."""
 
-from __future__ import annotations
-
 from pyoxigraph import NamedNode, RdfFormat, parse
 
 from homeostat.domain.plant.description import PlantDescription

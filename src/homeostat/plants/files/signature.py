@@ -1,7 +1,5 @@
 """An engineer's signature under a plant's configuration: whose key vouches for exactly these tables and settings."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Collection
 from pathlib import Path

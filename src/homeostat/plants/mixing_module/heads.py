@@ -6,8 +6,6 @@ flows grows with the difference of heads. The surplus of every junction is then 
 three heads, which Newton's method with a search along each step climbs from anywhere.
 """
 
-from __future__ import annotations
-
 import math
 from typing import TypeAlias
 

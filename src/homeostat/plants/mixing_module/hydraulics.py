@@ -21,8 +21,6 @@ Hand check: no lift, K = 92.8 m/(L/s)^2 in all (4 m of 10 mm pipe), n = 0.9013 (
 gives q = 0.130 L/s.
 """
 
-from __future__ import annotations
-
 from homeostat.plants.mixing_module.heads import solve_heads
 from homeostat.plants.mixing_module.layout import FEEDS, P, S
 from homeostat.process.compiled import compiled

@@ -1,7 +1,5 @@
 """What the instruments of the Mixing Module show (compiled)."""
 
-from __future__ import annotations
-
 import math
 
 from homeostat.plants.mixing_module.layout import TANKS, F, P, S

@@ -17,8 +17,6 @@ Hand check: B204 drains from h1 to h2 in (A / (Cd a)) sqrt(2/g) (sqrt(h1) - sqrt
 A = 143 cm2, a = 0.950 cm2 and Cd = 0.62.
 """
 
-from __future__ import annotations
-
 import math
 from typing import TypeAlias
 

@@ -4,8 +4,6 @@ The kernels index rows of plain arrays; these named tuples are the only place th
 numbered 1 to 4 for B201 to B204, so that a tank's column is the first tank's plus an offset.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 
 TANKS = 4

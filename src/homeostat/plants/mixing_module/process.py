@@ -1,7 +1,5 @@
 """The Mixing Module as a :class:`~homeostat.process.model.ProcessModel`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

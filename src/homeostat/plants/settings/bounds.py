@@ -1,7 +1,5 @@
 """Bounds of settings: a finite number between two ends, with its unit and the reason for the ends."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Final
 

@@ -1,7 +1,5 @@
 """Do the settings fit the plant? Every tag, variable, state and transition that they name must be there."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Panels of a run's figure, as a plant's settings ask for them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any

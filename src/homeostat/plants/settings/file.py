@@ -1,7 +1,5 @@
 """Reading ``case.toml``: every mistake is one line with the place, the value, what is allowed and the near match."""
 
-from __future__ import annotations
-
 import tomllib
 from typing import Any, Final
 

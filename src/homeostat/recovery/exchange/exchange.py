@@ -1,7 +1,5 @@
 """Exchange: where the guard's loop and recovery's thread meet, and where thinking is charged."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
 import time

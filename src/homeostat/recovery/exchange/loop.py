@@ -1,7 +1,5 @@
 """The loop that drives link, guard and recovery, tick by tick: in virtual time, or in scaled real time."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import Protocol

@@ -1,7 +1,5 @@
 """Reading a source, once per tick: one that raises, blocks or has lost its clock leaves the guard without a sample."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

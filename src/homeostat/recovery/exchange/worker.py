@@ -1,7 +1,5 @@
 """Worker: recovery in a thread of its own, with an event loop of its own; whatever ends it is an alarm."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import threading

@@ -1,7 +1,5 @@
 """News: whether a look at the plant found anything that the last one did not."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeVar

@@ -1,7 +1,5 @@
 """Prospect: what happens if nobody interferes, and whether the plant does what was predicted of it."""
 
-from __future__ import annotations
-
 import math
 
 from homeostat.agents.roles import Agents

@@ -1,7 +1,5 @@
 """Watch: monitoring behind a deadline; what it is shown while it is still thinking waits until it is done."""
 
-from __future__ import annotations
-
 import asyncio
 from collections import deque
 from concurrent.futures import Future
