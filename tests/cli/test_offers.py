@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.cli.story.offers import Offers
+from homeostat.cli.offers import Offers
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.events.guard import Armed, RequestAnswered
 from homeostat.domain.events.recovery import Attempted, Diagnosed

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.cli.story.story import Story
-from homeostat.cli.story.summary import summary
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.recovery import Command
 from homeostat.journal import Event
 from homeostat.record.result import Exposure, Result, read_result
+from homeostat.record.story.story import Story
+from homeostat.record.story.summary import summary
 from tests.plants.cstr.reactor import plant
 
 PLANT = plant()

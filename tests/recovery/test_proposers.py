@@ -12,7 +12,7 @@ from itertools import pairwise
 import pytest
 
 from homeostat.agents.bounds import Budget
-from homeostat.agents.checks import CLOSED, REPEATED
+from homeostat.agents.checks import CLOSED
 from homeostat.agents.roles import Approved, NoAdmissiblePlan, Proposer, Situation
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.diagnosis import Diagnosis
@@ -22,7 +22,7 @@ from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import FallbackNeeded, Finding, Released, Revise, RolloutResult
+from homeostat.domain.verdict import REPEATED, FallbackNeeded, Finding, Released, Revise, RolloutResult
 from homeostat.guard.requests.seal import Sealer
 from homeostat.links.clock import ThinkingClock
 from homeostat.recovery.plant_rules import Bounds

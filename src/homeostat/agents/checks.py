@@ -11,13 +11,11 @@ from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits, O
 from homeostat.domain.plant.state_machine import State
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, RecoveryPath
-from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, RolloutResult, Verdict
+from homeostat.domain.verdict import REPEATED, Approve, Finding, Revise, Rollout, RolloutResult, Verdict
 from homeostat.guard.requests.permissives import finding, refusal
 
 Tags: TypeAlias = Mapping[str, Tag]
 """Name -> tag."""
-REPEATED = "CHK-REPEATED"
-"""Name of the refusal of a proposal that was judged before."""
 ROUTE = "CHK-ROUTE"
 """Name of the refusal of steps that do not follow the path."""
 CLOSED = "CHK-OPEN"

@@ -9,8 +9,8 @@ from rich.progress_bar import ProgressBar
 from rich.table import Column, Table
 from rich.text import Text
 
-from homeostat.cli.story.line import Line, Tone
 from homeostat.domain.plant.tag import Tag
+from homeostat.record.story.line import Line, Tone
 
 _STYLES: Final = {
     Tone.PLAIN: "",

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Protocol, TextIO, final
 
-from homeostat.cli.story.line import Line
+from homeostat.record.story.line import Line
 
 
 class View(Protocol):

@@ -3,12 +3,15 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Trajectory
+
+REPEATED: Final = "CHK-REPEATED"
+"""Name of the refusal of a proposal that was judged before."""
 
 
 class RolloutResult(StrEnum):

@@ -9,7 +9,6 @@ from importlib.metadata import version
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.conditions import Conditions
-from homeostat.evaluate.figure.figure import draw
 from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.recorded_plant import place
 from homeostat.evaluate.run import Run
@@ -21,6 +20,7 @@ from homeostat.plants.assembly import Language, Propose, in_operation
 from homeostat.plants.plant import Plant
 from homeostat.process.seeds import NAMING
 from homeostat.record.directory import FIGURE, TRAJECTORY, RunDirectory
+from homeostat.record.figure.figure import draw
 from homeostat.record.result import RESULT
 
 LIBRARIES = ("numpy", "numba", "pyoxigraph")

@@ -158,7 +158,7 @@ class Run:
 
     def figure(self, path: Path | str) -> Path:
         """Draw the run as a PNG at ``path``, which is returned."""
-        from homeostat.evaluate.figure.figure import draw
+        from homeostat.record.figure.figure import draw
 
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         write_whole(Path(path), draw(self))

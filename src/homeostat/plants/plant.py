@@ -23,12 +23,13 @@ from homeostat.plants.files.generated import with_baselines, with_fresh_graph
 from homeostat.plants.files.graph import open_graph, read_description
 from homeostat.plants.model import find_model
 from homeostat.plants.settings.check import refuse_misfit
-from homeostat.plants.settings.figure_panel import Panel, read_panel
+from homeostat.plants.settings.figure_panel import read_panel
 from homeostat.plants.settings.file import read_settings
 from homeostat.plants.settings.settings import Settings
 from homeostat.process.model import ProcessModel
 from homeostat.process.seeds import Stream, generator
 from homeostat.process.types import Row
+from homeostat.record.figure.shown import Panel
 from homeostat.stl.formula import Formula
 from homeostat.twin.settings import TwinSettings
 

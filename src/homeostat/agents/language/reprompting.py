@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-from homeostat.agents.checks import REPEATED
 from homeostat.agents.grounding.context import nothing
 from homeostat.agents.language.answers import Unusable, reprompting_type
 from homeostat.agents.language.feedback import feedback_text
@@ -19,7 +18,7 @@ from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import open_setpoints
-from homeostat.domain.verdict import Approve, Finding
+from homeostat.domain.verdict import REPEATED, Approve, Finding
 
 TRIES: Final = 4
 """Attempts on one path before another one is asked for."""

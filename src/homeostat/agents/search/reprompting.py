@@ -2,11 +2,10 @@
 
 from collections.abc import Mapping
 
-from homeostat.agents.checks import REPEATED
 from homeostat.agents.roles import Situation
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.plant.limits import Owner
-from homeostat.domain.verdict import Approve
+from homeostat.domain.verdict import REPEATED, Approve
 
 CURABLE = 0.5
 """A violation of up to this many scales is worth another try on the same path."""

@@ -7,8 +7,8 @@ import secrets
 from typing import Final
 
 from homeostat.cli.arguments import LEAST_DIGITS, UsageError
+from homeostat.cli.offers import Offers
 from homeostat.cli.run_directory import run_directory
-from homeostat.cli.story.offers import Offers
 from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import printable

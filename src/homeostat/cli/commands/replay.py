@@ -9,9 +9,6 @@ from pathlib import Path
 from homeostat.cli.arguments import UsageError
 from homeostat.cli.commands.trace_verify import trusted
 from homeostat.cli.run_directory import run_directory
-from homeostat.cli.story.story import Story
-from homeostat.cli.story.summary import summary
-from homeostat.cli.story.unknown_plant import unknown_plant
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import printable
 from homeostat.evaluate.recorded_plant import recorded_folder, recorded_plant_of
@@ -24,6 +21,9 @@ from homeostat.plants.files.folder import plant_names
 from homeostat.plants.plant import load_plant
 from homeostat.record.decode import DecodeError, decode
 from homeostat.record.result import ResultError, read_result
+from homeostat.record.story.story import Story
+from homeostat.record.story.summary import summary
+from homeostat.record.story.unknown_plant import unknown_plant
 
 _UNTOLD = (LookupError, TypeError, ValueError, ArithmeticError, AttributeError)
 """What words for a record of somebody else's making may run into."""

@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from homeostat.agents.roles import AskingProtocol
 from homeostat.cli import operation
-from homeostat.cli.story.story import Story
-from homeostat.cli.story.summary import summary
 from homeostat.cli.views import PlainView, View
 from homeostat.domain.quotation import printable
 from homeostat.domain.snapshot import Snapshot
@@ -21,6 +19,8 @@ from homeostat.plants.assembly import Language, check_protocol
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.directory import RunDirectory
 from homeostat.record.result import RESULT
+from homeostat.record.story.story import Story
+from homeostat.record.story.summary import summary
 
 RUNS = Path("runs")
 """Where runs are kept unless told otherwise."""

@@ -1,48 +1,13 @@
 """Panels of a run's figure, as a plant's settings ask for them."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.tag import Range
 from homeostat.plants.error import PlantError
+from homeostat.record.figure.shown import LinePanel, Panel, StripPanel
 from homeostat.stl.spelling import near_matches
-
-
-@dataclass(frozen=True, slots=True)
-class LinePanel:
-    """Tags of one unit as lines over a common axis."""
-
-    title: str
-    """What it shows."""
-    unit: str
-    """Unit of every tag in it."""
-    tags: tuple[str, ...]
-    """Tags that are drawn."""
-    limits: tuple[str, ...]
-    """Limits that are drawn as lines."""
-    guards: tuple[str, ...]
-    """Transitions whose guards are drawn as lines."""
-    window: tuple[float, float]
-    """Range of the axis, in the unit."""
-
-
-@dataclass(frozen=True, slots=True)
-class StripPanel:
-    """Tags of one unit and one range as bars, one row per tag: what is open or runs, and how far."""
-
-    title: str
-    """What it shows."""
-    unit: str
-    """Unit of every tag in it."""
-    tags: tuple[str, ...]
-    """Tags that are drawn, from the top."""
-    range: Range
-    """Values of an empty row and of a full one, in the unit."""
-
-
-Panel = LinePanel | StripPanel
 
 
 def read_panel(table: dict[str, Any], plant: PlantDescription) -> Panel:

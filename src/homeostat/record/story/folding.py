@@ -4,10 +4,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Final
 
-from homeostat.agents.checks import REPEATED
-from homeostat.cli.story.line import Line, Tone
 from homeostat.domain.events.recovery import Attempted
+from homeostat.domain.verdict import REPEATED
 from homeostat.journal import Event
+from homeostat.record.story.line import Line, Tone
 
 ATTEMPT: Final = "proposed"
 """Label of the line of an attempt."""

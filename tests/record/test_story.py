@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from homeostat.cli.story.story import Story
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.events.recovery import Deviated, ReleaseRefused
 from homeostat.domain.plant.limits import Owner
@@ -12,6 +11,7 @@ from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import Finding
 from homeostat.journal.calls import ModelCalled
 from homeostat.plants.plant import load_plant
+from homeostat.record.story.story import Story
 
 
 def called(served: str = "", failure: str = "", detail: str = "") -> ModelCalled:

@@ -3,10 +3,6 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from homeostat.cli.story.folding import ATTEMPT, Folding
-from homeostat.cli.story.guard import GuardStory
-from homeostat.cli.story.line import Line, Tone
-from homeostat.cli.story.wording import commands, probabilities, quantity, worst
 from homeostat.domain.diagnosis import FaultState, by_fault_set
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import (
@@ -27,6 +23,10 @@ from homeostat.domain.quotation import printable, quoted
 from homeostat.journal import Event, RunFinished, RunStarted
 from homeostat.journal.calls import ModelCalled
 from homeostat.record.run_record import RunRecord
+from homeostat.record.story.folding import ATTEMPT, Folding
+from homeostat.record.story.guard import GuardStory
+from homeostat.record.story.line import Line, Tone
+from homeostat.record.story.wording import commands, probabilities, quantity, worst
 
 _MOST_DETAIL = 400
 """Longest reason why a model did not answer [characters]."""

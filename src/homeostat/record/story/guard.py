@@ -3,8 +3,6 @@
 import shlex
 from collections.abc import Iterator
 
-from homeostat.cli.story.line import Line, Tone
-from homeostat.cli.story.wording import commands, worst
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.guard import GuardStarted, RequestAnswered
 from homeostat.domain.events.people import (
@@ -21,6 +19,8 @@ from homeostat.domain.mode import Mode, Verb
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.request import RequestStatus
 from homeostat.journal import Event
+from homeostat.record.story.line import Line, Tone
+from homeostat.record.story.wording import commands, worst
 
 DIGITS = 12
 """Digits of a digest that are shown; the command that answers finds the others in the journal."""

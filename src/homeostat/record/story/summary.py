@@ -4,14 +4,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-from homeostat.cli.story.story import Story
-from homeostat.cli.story.wording import commands, probabilities, quantity
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import printable
 from homeostat.record.directory import FIGURE
 from homeostat.record.result import Result, StepScores
+from homeostat.record.story.story import Story
+from homeostat.record.story.wording import commands, probabilities, quantity
 
 HEADLINES: Final = {
     Outcome.LIMIT_VIOLATED: "Limit violated: a hard limit was not kept that could have been, or is not at the end.",

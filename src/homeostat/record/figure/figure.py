@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Final
 
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.tag import Role
-from homeostat.evaluate.figure.marks import draw_marks, explained, strip_rows
-from homeostat.evaluate.figure.panel import draw_lines
-from homeostat.evaluate.figure.states import draw_states, rows
-from homeostat.evaluate.figure.strips import draw_strips
-from homeostat.evaluate.run import Run
-from homeostat.plants.plant import Plant
-from homeostat.plants.settings.figure_panel import LinePanel, StripPanel
+from homeostat.record.figure.marks import draw_marks, explained, strip_rows
+from homeostat.record.figure.panel import draw_lines
+from homeostat.record.figure.shown import LinePanel, ShownPlant, ShownRun, StripPanel
+from homeostat.record.figure.states import draw_states, rows
+from homeostat.record.figure.strips import draw_strips
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,14 +42,14 @@ _ENDINGS: Final = {
 }
 
 
-def draw(run: Run) -> bytes:
+def draw(run: ShownRun) -> bytes:
     """The picture as PNG."""
     content = BytesIO()
     compose(run).savefig(content, format="png", metadata={"Software": None})
     return content.getvalue()
 
 
-def compose(run: Run) -> Figure:
+def compose(run: ShownRun) -> Figure:
     """The picture, from the top: title, moments, panels, states."""
     plant = run.plant
     machine = plant.description.machine
@@ -80,7 +78,7 @@ def compose(run: Run) -> Figure:
     return figure
 
 
-def window(run: Run) -> tuple[float, float]:
+def window(run: ShownRun) -> tuple[float, float]:
     """Part of the run that is shown [s]: from before the onset to its end; of a batch that was completed, all of it."""
     onset_s, end_s = run.scenario.onset_s or 0.0, run.scenario.end_s
     if run.complete_s is None:
@@ -110,7 +108,7 @@ def _stack(heights: Sequence[float]) -> list[Axes]:
     return axes
 
 
-def _caption(figure: Figure, run: Run, shown: tuple[float, float]) -> None:
+def _caption(figure: Figure, run: ShownRun, shown: tuple[float, float]) -> None:
     """Title and how to read the picture."""
     plant, sizes = run.plant, []
     for fault in run.scenario.faults:
@@ -127,7 +125,7 @@ def _caption(figure: Figure, run: Run, shown: tuple[float, float]) -> None:
     figure.text(left, 1 - 0.63 / height, f"{span} {_key(plant)}", fontsize=8.5, color="#555555", va="center")
 
 
-def _key(plant: Plant) -> str:
+def _key(plant: ShownPlant) -> str:
     """What the lines and bars of the plant's panels mean."""
     lines = [panel for panel in plant.panels if isinstance(panel, LinePanel)]
     roles = {plant.description.tag(tag).role for panel in lines for tag in panel.tags}

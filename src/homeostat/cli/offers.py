@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from homeostat.cli.story.wording import probabilities, quantity
 from homeostat.domain.diagnosis import FaultProbability, by_fault_set
 from homeostat.domain.events.guard import Armed
 from homeostat.domain.events.recovery import Attempted, Diagnosed
@@ -17,6 +16,7 @@ from homeostat.domain.verdict import Finding
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Event, Record
 from homeostat.record.decode import decode
+from homeostat.record.story.wording import probabilities, quantity
 from homeostat.service.answers import Waiting, waiting
 
 MOST: Final = 5

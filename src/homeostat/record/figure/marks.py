@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from homeostat.domain.plant.state_machine import StateMachine
-from homeostat.evaluate.run import Run
+from homeostat.record.figure.shown import ShownRun
 from homeostat.record.releases import Release
 
 if TYPE_CHECKING:
@@ -36,12 +36,12 @@ class Mark:
     """Style of the line."""
 
 
-def strip_rows(marks: Sequence[Mark], run: Run) -> int:
+def strip_rows(marks: Sequence[Mark], run: ShownRun) -> int:
     """Lines of text above the panels: one per mark, one for silence, one for later releases."""
     return len(marks) + _quiet(run) + (len(run.record.releases) > 1)
 
 
-def draw_marks(strip: Axes, panels: Sequence[Axes], marks: Sequence[Mark], run: Run) -> None:
+def draw_marks(strip: Axes, panels: Sequence[Axes], marks: Sequence[Mark], run: ShownRun) -> None:
     """Draw every moment; later releases are thin lines with their times."""
     total = strip_rows(marks, run)
     strip.set_ylim(0.0, total)
@@ -62,7 +62,7 @@ def draw_marks(strip: Axes, panels: Sequence[Axes], marks: Sequence[Mark], run: 
     _write_times(strip, later, _CROWDED * (last_s - first_s))
 
 
-def _quiet(run: Run) -> bool:
+def _quiet(run: ShownRun) -> bool:
     """Whether nothing was detected and nothing was done."""
     return not (run.record.diagnosed or run.record.releases or run.record.fallbacks)
 
@@ -94,7 +94,7 @@ def _write(strip: Axes, words: str, at_s: float, height: float, size: float, col
         text.set(x=-4, ha="right")
 
 
-def explained(run: Run, machine: StateMachine) -> list[Mark]:
+def explained(run: ShownRun, machine: StateMachine) -> list[Mark]:
     """Onset, detection, first release, first fallback and completion, as far as they happened, in order of time."""
     onset = run.scenario.onset_s
     labels = {state.name: state.label for state in machine.states}

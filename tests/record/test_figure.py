@@ -14,18 +14,18 @@ from matplotlib.text import Text
 from homeostat.domain.plant.limits import Limit, LimitKind
 from homeostat.domain.plant.tag import Range
 from homeostat.domain.snapshot import Trajectory
-from homeostat.evaluate.figure.figure import compose, draw, window
-from homeostat.evaluate.figure.limits import in_force, thresholds, together
-from homeostat.evaluate.figure.marks import explained
-from homeostat.evaluate.figure.states import Row, draw_states
-from homeostat.evaluate.figure.strips import draw_strips
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.plant import Plant, load_plant
-from homeostat.plants.settings.figure_panel import StripPanel
+from homeostat.record.figure.figure import compose, draw, window
+from homeostat.record.figure.limits import in_force, thresholds, together
+from homeostat.record.figure.marks import explained
+from homeostat.record.figure.shown import StripPanel
+from homeostat.record.figure.states import Row, draw_states
+from homeostat.record.figure.strips import draw_strips
 from homeostat.stl.formula import parse
 
 

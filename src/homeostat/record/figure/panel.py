@@ -8,9 +8,8 @@ import numpy as np
 
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.tag import Role
-from homeostat.evaluate.figure.limits import draw_guards, draw_limits
-from homeostat.evaluate.run import Run
-from homeostat.plants.settings.figure_panel import LinePanel, Panel
+from homeostat.record.figure.limits import draw_guards, draw_limits
+from homeostat.record.figure.shown import LinePanel, Panel, ShownRun
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,7 +24,7 @@ _MARGIN: Final = 0.06
 """Free part of the axis above and below what is drawn [1]."""
 
 
-def draw_lines(axis: Axes, panel: LinePanel, plant: PlantDescription, run: Run, started_s: float) -> None:
+def draw_lines(axis: Axes, panel: LinePanel, plant: PlantDescription, run: ShownRun, started_s: float) -> None:
     """Draw the panel's tags and limits over the x axis that ``axis`` has already.
 
     From ``started_s`` [s], when the plant left start-up, limits are in force and every true value is inside the axis.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from homeostat.agents.checks import repetition_finding
-from homeostat.cli.story.story import Story
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Attempted, Diagnosed, GaveUp, ReleasedActions
@@ -13,6 +12,7 @@ from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
 from homeostat.journal import Event
+from homeostat.record.story.story import Story
 from tests.plants.cstr.reactor import plant
 
 PLANT = plant()

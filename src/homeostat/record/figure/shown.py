@@ -1,0 +1,149 @@
+"""What a picture is drawn from: a run, its plant and its ground truth, whoever has them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.outcome import Outcome
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.tag import Range
+from homeostat.domain.snapshot import Trajectory
+from homeostat.record.run_record import RunRecord
+
+
+@dataclass(frozen=True, slots=True)
+class LinePanel:
+    """Tags of one unit as lines over a common axis."""
+
+    title: str
+    """What it shows."""
+    unit: str
+    """Unit of every tag in it."""
+    tags: tuple[str, ...]
+    """Tags that are drawn."""
+    limits: tuple[str, ...]
+    """Limits that are drawn as lines."""
+    guards: tuple[str, ...]
+    """Transitions whose guards are drawn as lines."""
+    window: tuple[float, float]
+    """Range of the axis, in the unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class StripPanel:
+    """Tags of one unit and one range as bars, one row per tag: what is open or runs, and how far."""
+
+    title: str
+    """What it shows."""
+    unit: str
+    """Unit of every tag in it."""
+    tags: tuple[str, ...]
+    """Tags that are drawn, from the top."""
+    range: Range
+    """Values of an empty row and of a full one, in the unit."""
+
+
+Panel = LinePanel | StripPanel
+
+
+class ShownPlant(Protocol):
+    """A plant, as far as its picture asks for it."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def description(self) -> PlantDescription:
+        """What its graph says."""
+        ...
+
+    @property
+    def panels(self) -> Sequence[Panel]:
+        """The panels of its picture, from the top."""
+        ...
+
+
+class GroundTruth(Protocol):
+    """What was truly wrong."""
+
+    @property
+    def faults(self) -> Sequence[FaultState]:
+        """The faults; none where nothing was wrong."""
+        ...
+
+    @property
+    def fault(self) -> str:
+        """Their names."""
+        ...
+
+    @property
+    def onset_s(self) -> float | None:
+        """When the first one began [s]; None where there was none."""
+        ...
+
+    @property
+    def end_s(self) -> float:
+        """When the run ended [s]."""
+        ...
+
+    @property
+    def seed(self) -> int:
+        """Seed of the run."""
+        ...
+
+
+class ShownRun(Protocol):
+    """A run that has ended, as far as its picture asks for it."""
+
+    @property
+    def plant(self) -> ShownPlant:
+        """The plant."""
+        ...
+
+    @property
+    def scenario(self) -> GroundTruth:
+        """What was truly wrong."""
+        ...
+
+    @property
+    def record(self) -> RunRecord:
+        """Everything that happened."""
+        ...
+
+    @property
+    def truth(self) -> Trajectory:
+        """True values."""
+        ...
+
+    @property
+    def measured(self) -> Trajectory:
+        """What the instruments said, at the same times."""
+        ...
+
+    @property
+    def outcome(self) -> Outcome:
+        """How it ended."""
+        ...
+
+    @property
+    def state(self) -> str:
+        """The state at its end."""
+        ...
+
+    @property
+    def detected_s(self) -> float | None:
+        """When something was first reported [s]."""
+        ...
+
+    @property
+    def complete_s(self) -> float | None:
+        """When the batch was complete [s]."""
+        ...
+
+    @property
+    def nominal_s(self) -> float | None:
+        """The same without the fault [s]."""
+        ...
