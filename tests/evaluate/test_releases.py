@@ -18,7 +18,7 @@ from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding, Owner
 from homeostat.evaluate.operation import Operation, Thinking
-from homeostat.evaluate.recorded_run import record_run
+from homeostat.evaluate.recorded.run import record_run
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario

@@ -9,8 +9,8 @@ import pytest
 
 from homeostat.domain.outcome import Outcome
 from homeostat.evaluate.operation import Operation, Thinking
-from homeostat.evaluate.recorded_run import record_run
-from homeostat.evaluate.resumption import Past
+from homeostat.evaluate.recorded.resumption import Past
+from homeostat.evaluate.recorded.run import record_run
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import read_events

@@ -11,8 +11,8 @@ import pytest
 
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.evaluate.operation import Operation, Thinking
-from homeostat.evaluate.recorded_run import record_run
-from homeostat.evaluate.resumption import Past, ResumptionError, told
+from homeostat.evaluate.recorded.resumption import Past, ResumptionError, told
+from homeostat.evaluate.recorded.run import record_run
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import read_events

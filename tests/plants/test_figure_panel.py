@@ -11,7 +11,7 @@ from homeostat.domain.plant.tag import Range
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import load_plant
 from homeostat.plants.settings.figure_panel import read_panel
-from homeostat.record.figure.shown import LinePanel, StripPanel
+from homeostat.record.figure.panel import LinePanel, StripPanel
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,7 @@ from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.figure.figure import compose, draw, window
 from homeostat.record.figure.limits import in_force, thresholds, together
 from homeostat.record.figure.marks import explained
-from homeostat.record.figure.shown import StripPanel
+from homeostat.record.figure.panel import StripPanel
 from homeostat.record.figure.states import Row, draw_states
 from homeostat.record.figure.strips import draw_strips
 from homeostat.stl.formula import parse

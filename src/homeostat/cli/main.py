@@ -72,7 +72,7 @@ def _words(error: Exception) -> str:
 
 def _refusals() -> tuple[type[Exception], ...]:
     """Exceptions that say what is wrong with what was asked for, not with the program."""
-    from homeostat.evaluate.resumption import ResumptionError
+    from homeostat.evaluate.recorded.resumption import ResumptionError
     from homeostat.evaluate.scenario import ScenarioError
     from homeostat.evaluate.study.error import CampaignError
     from homeostat.journal import BrokenChain

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 from homeostat.domain.mode import Mode, PersonCommand
-from homeostat.evaluate.resumption import Past
+from homeostat.evaluate.recorded.resumption import Past
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Setting
 from homeostat.links.clock import DeclaredClock, ThinkingClock

@@ -170,7 +170,7 @@ class Run:
         `homeostat replay` tells it again and `homeostat trace verify` checks it. RunDirectoryError where the folder
         holds something, OSError where there is no room.
         """
-        from homeostat.evaluate.recorded_run import store
+        from homeostat.evaluate.recorded.run import store
 
         with RunDirectory(Path(folder)) as directory:
             self.texts.copy_to(directory)

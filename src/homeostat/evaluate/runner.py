@@ -16,8 +16,8 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.conditions import Conditions, LabelGiven, MostProbable, without_ensemble
 from homeostat.evaluate.local_control import LocalControl, Told
 from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.recorded.resumption import Past
 from homeostat.evaluate.reference.unsupervised import fault_free, once, open_process, watch
-from homeostat.evaluate.resumption import Past
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.outcome import completion_s, facts_of, limits_of, outcome

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from homeostat.evaluate import runner
 from homeostat.evaluate.operation import Thinking
-from homeostat.evaluate.recorded_run import run_started
+from homeostat.evaluate.recorded.run import run_started
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Fault, scenario_of
 from homeostat.journal import MemoryTrace, RunFinished

@@ -29,7 +29,7 @@ from homeostat.plants.settings.settings import Settings
 from homeostat.process.model import ProcessModel
 from homeostat.process.seeds import Stream, generator
 from homeostat.process.types import Row
-from homeostat.record.figure.shown import Panel
+from homeostat.record.figure.panel import Panel
 from homeostat.stl.formula import Formula
 from homeostat.twin.settings import TwinSettings
 

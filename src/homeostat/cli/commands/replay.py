@@ -11,7 +11,7 @@ from homeostat.cli.commands.trace_verify import trusted
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import printable
-from homeostat.evaluate.recorded_plant import recorded_folder, recorded_plant_of
+from homeostat.evaluate.recorded.plant import recorded_folder, recorded_plant_of
 from homeostat.journal import BrokenChain, RunStarted, read_events
 from homeostat.journal.signing.keys import KeyTrouble
 from homeostat.journal.verify.verify import verify

@@ -13,8 +13,8 @@ from homeostat.cli.run_directory import run_directory
 from homeostat.domain.mode import Mode
 from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation, Thinking
-from homeostat.evaluate.recorded_plant import recorded_plant_of
-from homeostat.evaluate.resumption import Past, ResumptionError, told
+from homeostat.evaluate.recorded.plant import recorded_plant_of
+from homeostat.evaluate.recorded.resumption import Past, ResumptionError, told
 from homeostat.journal import read_events
 from homeostat.journal.beside.files import MANIFEST, RESULT
 from homeostat.plants.error import PlantError

@@ -12,7 +12,7 @@ from homeostat.domain.quotation import printable
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation, Thinking
-from homeostat.evaluate.recorded_run import record_run
+from homeostat.evaluate.recorded.run import record_run
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.journal import Event
 from homeostat.plants.assembly import Language, check_protocol

@@ -9,7 +9,7 @@ from pathlib import Path
 from pyoxigraph import RdfFormat
 
 from homeostat.evaluate.conditions import Conditions
-from homeostat.evaluate.recorded_run import record_run
+from homeostat.evaluate.recorded.run import record_run
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.study.hindsight import hindsight_row
 from homeostat.evaluate.study.plan.expansion import loaded

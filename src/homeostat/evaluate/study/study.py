@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from homeostat import __version__
-from homeostat.evaluate.recorded_run import LIBRARIES
+from homeostat.evaluate.recorded.run import LIBRARIES
 from homeostat.evaluate.report.report import Rerun, write_report
 from homeostat.evaluate.study.engine import Done, carry_out
 from homeostat.evaluate.study.error import CampaignError

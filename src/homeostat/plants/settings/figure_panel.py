@@ -6,7 +6,7 @@ from typing import Any
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.tag import Range
 from homeostat.plants.error import PlantError
-from homeostat.record.figure.shown import LinePanel, Panel, StripPanel
+from homeostat.record.figure.panel import LinePanel, Panel, StripPanel
 from homeostat.stl.spelling import near_matches
 
 

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Final
 
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.tag import Role
+from homeostat.record.figure.lines import draw_lines
 from homeostat.record.figure.marks import draw_marks, explained, strip_rows
-from homeostat.record.figure.panel import draw_lines
-from homeostat.record.figure.shown import LinePanel, ShownPlant, ShownRun, StripPanel
+from homeostat.record.figure.panel import LinePanel, StripPanel
+from homeostat.record.figure.shown import ShownPlant, ShownRun
 from homeostat.record.figure.states import draw_states, rows
 from homeostat.record.figure.strips import draw_strips
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import Limit
 from homeostat.domain.snapshot import Trajectory
-from homeostat.record.figure.shown import LinePanel
+from homeostat.record.figure.panel import LinePanel
 from homeostat.stl.formula import Formula
 from homeostat.stl.text import render
 from homeostat.stl.tree import Comparison, Negate, Node, Number, Or, TagValue, walk

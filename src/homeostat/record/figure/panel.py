@@ -1,72 +1,40 @@
-"""One panel of a run's picture: true and measured values, setpoints, commands and limits."""
+"""Panels of a run's picture: what a plant asks for."""
 
-from __future__ import annotations
+from dataclasses import dataclass
 
-from typing import TYPE_CHECKING, Final
-
-import numpy as np
-
-from homeostat.domain.plant.description import PlantDescription
-from homeostat.domain.plant.tag import Role
-from homeostat.record.figure.limits import draw_guards, draw_limits
-from homeostat.record.figure.shown import LinePanel, Panel, ShownRun
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-_COLOURS: Final = ("#0072b2", "#009e73", "#e69f00", "#56b4e9", "#cc79a7")
-"""Okabe and Ito's palette, which is told apart by colour-blind readers too, without its reds: red is for limits."""
-_DASHES: Final = {Role.SP: (0, (5, 3)), Role.MV: (0, (1, 1.6))}
-"""Lines of setpoints and commands; process values and positions are solid."""
-_TICKS: Final = 6
-"""Intervals of the y axis, at most."""
-_MARGIN: Final = 0.06
-"""Free part of the axis above and below what is drawn [1]."""
+from homeostat.domain.plant.tag import Range
 
 
-def draw_lines(axis: Axes, panel: LinePanel, plant: PlantDescription, run: ShownRun, started_s: float) -> None:
-    """Draw the panel's tags and limits over the x axis that ``axis`` has already.
+@dataclass(frozen=True, slots=True)
+class LinePanel:
+    """Tags of one unit as lines over a common axis."""
 
-    From ``started_s`` [s], when the plant left start-up, limits are in force and every true value is inside the axis.
-    """
-    times = run.truth.times_s
-    first_s, last_s = axis.get_xlim()
-    shown = (times >= max(first_s, started_s)) & (times <= last_s)
-    low, high = panel.window
-    quantities = list(dict.fromkeys(_quantity(tag) for tag in panel.tags))
-    for tag in panel.tags:
-        rank = quantities.index(_quantity(tag))
-        colour, width = _COLOURS[rank % len(_COLOURS)], max(2.3 - 0.6 * rank, 1.1)
-        true, measured = run.truth.signals[tag][0], run.measured.signals[tag][0]
-        dashes = _DASHES.get(plant.tag(tag).role)
-        if dashes is None:
-            axis.plot(times, measured, color=colour, linewidth=0.8, alpha=0.42, zorder=1)
-            axis.plot(times, true, color=colour, linewidth=width, label=tag, zorder=4)
-        else:
-            axis.plot(times, true, color=colour, linewidth=1.1, linestyle=dashes, label=tag, zorder=5)
-        inside = true[shown & np.isfinite(true)]
-        if inside.size:
-            low, high = min(low, float(inside.min())), max(high, float(inside.max()))
-    spare = _MARGIN * (high - low)
-    axis.set_ylim(low - spare, high + spare)
-    draw_limits(axis, panel, plant, run.truth, started_s)
-    draw_guards(axis, panel, plant, run.truth)
-    axis.locator_params(axis="y", nbins=_TICKS)
-    name_axis(axis, panel)
-    axis.grid(True, color="#e6e6e6", linewidth=0.6)
-    axis.set_axisbelow(True)
-    axis.legend(
-        loc="center left", bbox_to_anchor=(1.004, 0.5), fontsize=8.5, frameon=False, handlelength=1.9, borderpad=0.0
-    )
+    title: str
+    """What it shows."""
+    unit: str
+    """Unit of every tag in it."""
+    tags: tuple[str, ...]
+    """Tags that are drawn."""
+    limits: tuple[str, ...]
+    """Limits that are drawn as lines."""
+    guards: tuple[str, ...]
+    """Transitions whose guards are drawn as lines."""
+    window: tuple[float, float]
+    """Range of the axis, in the unit."""
 
 
-def name_axis(axis: Axes, panel: Panel) -> None:
-    """What the panel shows and in which unit, beside its y axis."""
-    axis.set_ylabel(f"{panel.title}\n[{'fraction' if panel.unit == '1' else panel.unit}]", fontsize=9)
-    axis.tick_params(axis="both", labelsize=8.5, length=3)
-    axis.spines[["top", "right"]].set_visible(False)
+@dataclass(frozen=True, slots=True)
+class StripPanel:
+    """Tags of one unit and one range as bars, one row per tag: what is open or runs, and how far."""
+
+    title: str
+    """What it shows."""
+    unit: str
+    """Unit of every tag in it."""
+    tags: tuple[str, ...]
+    """Tags that are drawn, from the top."""
+    range: Range
+    """Values of an empty row and of a full one, in the unit."""
 
 
-def _quantity(tag: str) -> str:
-    """What a tag and its setpoint or command have in common."""
-    return tag.partition(".")[0]
+Panel = LinePanel | StripPanel

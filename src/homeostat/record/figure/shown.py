@@ -1,50 +1,14 @@
 """What a picture is drawn from: a run, its plant and its ground truth, whoever has them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.domain.plant.tag import Range
 from homeostat.domain.snapshot import Trajectory
+from homeostat.record.figure.panel import Panel
 from homeostat.record.run_record import RunRecord
-
-
-@dataclass(frozen=True, slots=True)
-class LinePanel:
-    """Tags of one unit as lines over a common axis."""
-
-    title: str
-    """What it shows."""
-    unit: str
-    """Unit of every tag in it."""
-    tags: tuple[str, ...]
-    """Tags that are drawn."""
-    limits: tuple[str, ...]
-    """Limits that are drawn as lines."""
-    guards: tuple[str, ...]
-    """Transitions whose guards are drawn as lines."""
-    window: tuple[float, float]
-    """Range of the axis, in the unit."""
-
-
-@dataclass(frozen=True, slots=True)
-class StripPanel:
-    """Tags of one unit and one range as bars, one row per tag: what is open or runs, and how far."""
-
-    title: str
-    """What it shows."""
-    unit: str
-    """Unit of every tag in it."""
-    tags: tuple[str, ...]
-    """Tags that are drawn, from the top."""
-    range: Range
-    """Values of an empty row and of a full one, in the unit."""
-
-
-Panel = LinePanel | StripPanel
 
 
 class ShownPlant(Protocol):

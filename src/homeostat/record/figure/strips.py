@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from homeostat.domain.snapshot import Trajectory
-from homeostat.record.figure.panel import name_axis
-from homeostat.record.figure.shown import StripPanel
+from homeostat.record.figure.lines import name_axis
+from homeostat.record.figure.panel import StripPanel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,7 +10,7 @@ from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation, Thinking
-from homeostat.evaluate.recorded_plant import place
+from homeostat.evaluate.recorded.plant import place
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario
