@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from benchmarks.recorded_calls import RecordedCall, Setpoints
 from homeostat.agents.checks import command_findings, judge
 from homeostat.agents.grounding.grounding import Grounding
-from homeostat.agents.monitoring.monitoring import Monitoring
+from homeostat.agents.monitoring.monitoring import TwinMonitoring
 from homeostat.agents.simulation import plausible
 from homeostat.domain.diagnosis import Diagnosis, FaultState
 from homeostat.domain.recovery import ActionSet, Command
@@ -78,7 +78,7 @@ class Ours:
     """To the end of production, with nothing else done."""
 
 
-def watch(link: SimulatedLink, monitoring: Monitoring, until_s: int) -> tuple[Snapshot, tuple[FaultState, ...]]:
+def watch(link: SimulatedLink, monitoring: TwinMonitoring, until_s: int) -> tuple[Snapshot, tuple[FaultState, ...]]:
     """Watch and diagnose as the loop does, but leave the plant alone; the last snapshot and what is believed then."""
     known: tuple[FaultState, ...] = ()
     while not link.ended:
@@ -100,7 +100,7 @@ def situation(plant: Plant, call: RecordedCall) -> Situation:
     process = open_process(plant, setting)
     link = SimulatedLink(process, recipe=new_sequencer(plant).sample)
     twin = Twin(plant.model, d, plant.twin, call.run)
-    monitoring = Monitoring(
+    monitoring = TwinMonitoring(
         twin, Grounding(plant.graph, plant.namespace), d, plant.baselines, plant.started, plant.monitoring
     )
     snapshot, known = watch(link, monitoring, call.time_s)

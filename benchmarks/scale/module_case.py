@@ -11,7 +11,7 @@ from typing import TypeVar
 from pyoxigraph import NamedNode, RdfFormat, Triple
 
 from benchmarks.scale.plant_graph import namespace
-from homeostat.knowledge.store.store import GraphStore, Row
+from homeostat.knowledge.store.store import GraphStore, Solution
 from homeostat.plants.files.graph import read_description
 from homeostat.plants.plant import Plant
 
@@ -31,7 +31,7 @@ class TimedStore:
         """Median of what the questions took [ms]."""
         return statistics.median(self.took_ms)
 
-    def select(self, query: str) -> tuple[Row, ...]:
+    def select(self, query: str) -> tuple[Solution, ...]:
         """As the store."""
         return self._timed(lambda: self._store.select(query))
 

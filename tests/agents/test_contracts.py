@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import pytest
 
-from homeostat.agents.monitoring.monitoring import Monitoring as TwinMonitoring
+from homeostat.agents.monitoring.monitoring import TwinMonitoring
 from homeostat.agents.roles import Action, Monitoring, Planning, Reprompting, Simulation, Situation, Validation
 from homeostat.agents.search.planning import SearchPlanning
 from homeostat.agents.search.reprompting import MarginReprompting

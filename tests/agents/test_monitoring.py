@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
-from homeostat.agents.monitoring.monitoring import Monitoring
+from homeostat.agents.monitoring.monitoring import TwinMonitoring
 from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.domain.diagnosis import Diagnosis, Direction, FaultState, Feature, Hypothesis, SymptomRule
 from homeostat.domain.plant.baseline import Baseline
@@ -77,7 +77,7 @@ class Scene:
         baselines = {f"F-{n}": Baseline(f"F-{n}", 0.0, 0.1, 0.1, 0, 0, 0, 0, 0) for n in ("X", "Y")}
         description = replace(reactor().description, features=features, symptom_rules=rules)
         self.twin = ScriptedTwin(answer)
-        self.monitoring = Monitoring(
+        self.monitoring = TwinMonitoring(
             self.twin,
             OneSymptomEach(),
             description,
@@ -289,7 +289,7 @@ def test_a_picture_that_repeats_to_the_last_digit_says_nothing_and_one_reading_t
     scene = healthy()
     qualities = {n: QualityRule(n, 5.0, noise=0.1, frozen_s=10.0) for n in ("x", "y")}
     description = replace(reactor().description, features=(), symptom_rules=(), qualities=qualities)
-    monitoring = Monitoring(scene.twin, NoGraph(), description, {}, parse("on >= 1"), SETTINGS)  # type: ignore[arg-type]
+    monitoring = TwinMonitoring(scene.twin, NoGraph(), description, {}, parse("on >= 1"), SETTINGS)  # type: ignore[arg-type]
     seen = []
     for at_s, x, y in ((1.0, 0.1, 0.2), (2.0, 0.1, 0.3), (3.0, 0.1, 0.3), (4.0, 0.1, 0.3), (5.0, 0.2, 0.3)):
         monitoring.notices(Snapshot(at_s, {"x": x, "y": y, "on": 1.0}))

@@ -39,7 +39,13 @@ class ProcessModelContract:
         )  # fmt: skip
 
     def settled(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int, noise: float = 0.0, members: int = 1
+        self,
+        model: ProcessModel,
+        parameters: Row,
+        inputs: Row,
+        settle_s: int,
+        noise: float = 0.0,
+        members: int = 1,
     ) -> tuple[Batch, BatchResult]:
         """A run of ``SECONDS`` from normal operation on."""
         first = self.batch(model, parameters, inputs, settle_s, members, noise)

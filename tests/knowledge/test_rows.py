@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from pyoxigraph import BlankNode, Literal, NamedNode
 
-from homeostat.knowledge.store.store import Row, StoreError, Term, UnexpectedAnswer
+from homeostat.knowledge.store.store import Solution, StoreError, Term, UnexpectedAnswer
 from homeostat.knowledge.vocabulary.vocabulary import XSD
 
 IRI = NamedNode("urn:x")
@@ -25,12 +25,12 @@ TERMS: dict[str, tuple[Term, object]] = {
     "ill_flag": (Literal("", datatype=XSD.boolean), None),
     "date": (Literal("2026-01-01", datatype=NamedNode(XSD.iri + "date")), None),
 }
-ROW = Row((*TERMS, "unbound"), (*(term for term, _ in TERMS.values()), None))
-READERS: dict[str, tuple[Callable[[Row, str], object], Callable[[Row, str], object], set[str]]] = {
-    "an IRI": (Row.iri, Row.optional_iri, {"iri"}),
-    "a text": (Row.text, Row.optional_text, {"text", "tagged"}),
-    "a number": (Row.number, Row.optional_number, {"double", "whole", "float"}),
-    "a truth value": (Row.flag, Row.optional_flag, {"flag", "zero"}),
+ROW = Solution((*TERMS, "unbound"), (*(term for term, _ in TERMS.values()), None))
+READERS: dict[str, tuple[Callable[[Solution, str], object], Callable[[Solution, str], object], set[str]]] = {
+    "an IRI": (Solution.iri, Solution.optional_iri, {"iri"}),
+    "a text": (Solution.text, Solution.optional_text, {"text", "tagged"}),
+    "a number": (Solution.number, Solution.optional_number, {"double", "whole", "float"}),
+    "a truth value": (Solution.flag, Solution.optional_flag, {"flag", "zero"}),
 }
 
 

@@ -9,7 +9,7 @@ from benchmarks.graph_scaling import questions
 from benchmarks.synthetic_plant import plant
 from homeostat.knowledge.questions.query import Form, template
 from homeostat.knowledge.store.embedded import EmbeddedStore
-from homeostat.knowledge.store.store import Row
+from homeostat.knowledge.store.store import Solution
 
 SMALL, LARGE = 3, 60
 SIZES = {
@@ -28,7 +28,7 @@ def stores() -> tuple[EmbeddedStore, EmbeddedStore]:
     return small, large
 
 
-def answer(store: EmbeddedStore, name: str) -> tuple[Row, ...] | tuple[Triple, ...] | tuple[bool]:
+def answer(store: EmbeddedStore, name: str) -> tuple[Solution, ...] | tuple[Triple, ...] | tuple[bool]:
     """The answer of a template about module 1."""
     item, arguments = template(name), questions(1)[name]
     match item.form:

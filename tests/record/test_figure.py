@@ -24,7 +24,7 @@ from homeostat.record.figure.figure import compose, draw, window
 from homeostat.record.figure.limits import in_force, thresholds, together
 from homeostat.record.figure.marks import explained
 from homeostat.record.figure.panel import StripPanel
-from homeostat.record.figure.states import Row, draw_states
+from homeostat.record.figure.states import StateRow, draw_states
 from homeostat.record.figure.strips import draw_strips
 from homeostat.stl.formula import parse
 
@@ -122,7 +122,9 @@ def test_words_of_moments_and_names_of_states_can_be_read(batch: Plant, clogged:
 def test_a_name_is_never_on_a_bar_that_is_too_short_for_it() -> None:
     axis = Figure(figsize=(10.0, 2.0)).subplots()
     axis.set_xlim(0.0, 100.0)
-    draw_states(axis, [Row("Somewhat long name", 0, ((0.0, 5.0), (60.0, 65.0))), Row("Name", 1, ((5.0, 60.0),))])
+    draw_states(
+        axis, [StateRow("Somewhat long name", 0, ((0.0, 5.0), (60.0, 65.0))), StateRow("Name", 1, ((5.0, 60.0),))]
+    )
     (long, short) = (text.get_window_extent().transformed(axis.transData.inverted()) for text in axis.texts)
     assert long.x0 > 5.0 and long.x1 < 60.0
     assert short.x0 > 5.0 and short.x1 < 60.0

@@ -11,9 +11,8 @@ from homeostat.agents.grounding.documents import context_finder
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.proposer import language_proposer, step_proposer
 from homeostat.agents.language.speaker import Briefing
-from homeostat.agents.monitoring.monitoring import Monitoring
-from homeostat.agents.roles import Agents, AskingProtocol, Proposer, Simulation
-from homeostat.agents.roles import Monitoring as MonitoringRole
+from homeostat.agents.monitoring.monitoring import TwinMonitoring
+from homeostat.agents.roles import Agents, AskingProtocol, Monitoring, Proposer, Simulation
 from homeostat.agents.search.action import SearchAction
 from homeostat.agents.search.candidates import design_commands
 from homeostat.agents.search.planning import SearchPlanning
@@ -179,7 +178,7 @@ class Arrangement:
     """Proposes first where it is given."""
     protocol: AskingProtocol = AskingProtocol.ROUTE
     """When proposers are asked."""
-    given: Callable[[MonitoringRole], MonitoringRole] | None = None
+    given: Callable[[Monitoring], Monitoring] | None = None
     """Puts another monitoring in front of the plant's, for studies that take the diagnosis from elsewhere."""
     propose: Propose = in_operation
     """Makes the proposers, for studies that compare them."""
@@ -267,7 +266,7 @@ def _supervisor(
     grounding = Grounding(plant.graph, plant.namespace, archive)
     simulation = TwinSimulation(twin, tags, d.limits)
     bench = Workbench(plant, twin, grounding, simulation, trace, archive, arrangement.protocol, arrangement.language)
-    monitoring: MonitoringRole = Monitoring(twin, grounding, d, plant.baselines, plant.started, plant.monitoring)
+    monitoring: Monitoring = TwinMonitoring(twin, grounding, d, plant.baselines, plant.started, plant.monitoring)
     agents = Agents(
         monitoring=arrangement.given(monitoring) if arrangement.given else monitoring,
         proposers=arrangement.propose(bench),

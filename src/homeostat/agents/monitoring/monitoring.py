@@ -17,7 +17,7 @@ from homeostat.stl.formula import Formula
 from homeostat.twin.twin import Twin
 
 
-class Monitoring:
+class TwinMonitoring:
     """Implements :class:`homeostat.agents.roles.Monitoring` with reference values and the twin's explanations."""
 
     def __init__(

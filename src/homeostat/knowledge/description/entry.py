@@ -11,7 +11,7 @@ from pyoxigraph import NamedNode
 from homeostat.domain.plant.tag import Range, Tag
 from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.store.error import Code, GraphError
-from homeostat.knowledge.store.store import GraphStore, Row, UnexpectedAnswer
+from homeostat.knowledge.store.store import GraphStore, Solution, UnexpectedAnswer
 from homeostat.stl.formula import Expression, Formula, FormulaError, parse, parse_expression
 
 _T = TypeVar("_T")
@@ -27,7 +27,7 @@ class Entry:
     """What the thing is, for messages: ``tag``, ``limit``."""
     name: str
     """Its name."""
-    row: Row
+    row: Solution
     """The row."""
 
     @property
@@ -170,7 +170,7 @@ def entries(store: GraphStore, question: str, kind: str, system: NamedNode) -> t
 
 def unique(found: Iterable[Entry]) -> tuple[Entry, ...]:
     """The entries; GraphError where two are about the same thing, which has then two values of something."""
-    seen: dict[str, Row] = {}
+    seen: dict[str, Solution] = {}
     for entry in found:
         if (other := seen.get(entry.name)) is not None:
             differing = [n for n, a, b in zip(other.variables, other.terms, entry.row.terms, strict=True) if a != b]

@@ -24,7 +24,7 @@ from typing import Final, TypeAlias
 
 from pyoxigraph import Literal, NamedNode, Triple
 
-from homeostat.knowledge.store.store import GraphStore, Row
+from homeostat.knowledge.store.store import GraphStore, Solution
 from homeostat.stl.spelling import near_matches
 
 Argument: TypeAlias = NamedNode | str | int | float | bool | tuple[NamedNode, ...]
@@ -156,7 +156,7 @@ class Template:
         terms = {name: known[name].serialise(self.name, value) for name, value in arguments.items()}
         return _TOKEN.sub(lambda token: terms[token["parameter"]] if token["parameter"] else token[0], self.text)
 
-    def select(self, store: GraphStore, **arguments: Argument) -> tuple[Row, ...]:
+    def select(self, store: GraphStore, **arguments: Argument) -> tuple[Solution, ...]:
         """Ask a SELECT template."""
         self._expect(Form.SELECT)
         return store.select(self.bind(arguments))

@@ -10,7 +10,7 @@ from itertools import groupby, pairwise
 from pyoxigraph import NamedNode
 
 from homeostat.knowledge.questions.query import template
-from homeostat.knowledge.store.store import GraphStore, Row
+from homeostat.knowledge.store.store import GraphStore, Solution
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +115,7 @@ def is_admissible_path(
     return all(step.ask(store, machine=machine, source=a, target=b, faults=tuple(faults)) for a, b in pairwise(path))
 
 
-def _fault(row: Row) -> str:
+def _fault(row: Solution) -> str:
     return row.iri("fault").value
 
 

@@ -8,20 +8,20 @@ from collections.abc import Iterable
 
 from pyoxigraph import QueryResultsFormat, QuerySolutions, Triple, parse_query_results
 
-from homeostat.knowledge.store.store import Row
+from homeostat.knowledge.store.store import Solution
 
 
-def rows(solutions: QuerySolutions) -> tuple[Row, ...]:
+def rows(solutions: QuerySolutions) -> tuple[Solution, ...]:
     """Solutions as rows, in the order given."""
     names = tuple(variable.value for variable in solutions.variables)
     try:
         found = list(map(tuple, solutions))  # a comprehension has a frame of its own in some versions of Python
     finally:
         del solutions
-    return tuple(Row(names, values) for values in found)
+    return tuple(Solution(names, values) for values in found)
 
 
-def results(body: bytes) -> tuple[Row, ...] | bool:
+def results(body: bytes) -> tuple[Solution, ...] | bool:
     """What a document of SPARQL JSON results says; SyntaxError or ValueError where it is none."""
     parsed = parse_query_results(body, QueryResultsFormat.JSON)
     try:

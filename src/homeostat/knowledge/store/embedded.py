@@ -19,7 +19,7 @@ from pyoxigraph import (
 )
 
 from homeostat.knowledge.store import answers
-from homeostat.knowledge.store.store import QueryRejected, Row, StoreUnavailable, check_target
+from homeostat.knowledge.store.store import QueryRejected, Solution, StoreUnavailable, check_target
 
 _T = TypeVar("_T")
 _Answer = TypeVar("_Answer", QuerySolutions, QueryTriples, QueryBoolean)
@@ -55,7 +55,7 @@ class EmbeddedStore:
         view._default_graphs = [*graphs] or None
         return view
 
-    def select(self, query: str) -> tuple[Row, ...]:
+    def select(self, query: str) -> tuple[Solution, ...]:
         """The solutions of a SELECT query."""
         return self._answer(query, QuerySolutions, answers.rows)
 

@@ -15,7 +15,7 @@ import httpx2
 from pyoxigraph import NamedNode, QueryResultsFormat, RdfFormat, Triple, parse
 
 from homeostat.knowledge.store import answers
-from homeostat.knowledge.store.store import QueryRejected, Row, StoreUnavailable, check_target
+from homeostat.knowledge.store.store import QueryRejected, Solution, StoreUnavailable, check_target
 
 _MOST_REDIRECTS: Final = 3
 
@@ -160,7 +160,7 @@ class SparqlEndpoint:
         """This store, with ``graphs`` as what a query sees where it names none."""
         return replace(self, default_graphs=graphs)
 
-    def select(self, query: str) -> tuple[Row, ...]:
+    def select(self, query: str) -> tuple[Solution, ...]:
         """The solutions of a SELECT query."""
         rows = self._results(query, "SELECT")
         if isinstance(rows, bool):
@@ -204,7 +204,7 @@ class SparqlEndpoint:
             return f"{self.graph_url}?graph={quote(graph.value, safe='')}"
         return self.dataset_url if format.supports_datasets else f"{self.graph_url}?default"
 
-    def _results(self, query: str, form: str) -> tuple[Row, ...] | bool:
+    def _results(self, query: str, form: str) -> tuple[Solution, ...] | bool:
         reply = self._query(query, _RESULTS, form)
         try:
             return answers.results(reply.body)

@@ -42,7 +42,7 @@ class UnexpectedAnswer(StoreError):
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class Solution:
     """One solution of a SELECT query."""
 
     variables: tuple[str, ...]
@@ -113,7 +113,7 @@ class Row:
 class GraphStore(Protocol):
     """A set of RDF graphs that answers SPARQL 1.1. Every method raises StoreUnavailable or QueryRejected."""
 
-    def select(self, query: str) -> tuple[Row, ...]:
+    def select(self, query: str) -> tuple[Solution, ...]:
         """The solutions of a SELECT query, in the order of the store."""
 
     def construct(self, query: str) -> tuple[Triple, ...]:

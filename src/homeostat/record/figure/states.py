@@ -23,7 +23,7 @@ _FALLBACK: Final = "Safe state (fallback)"
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class StateRow:
     """One state and when the plant was in it."""
 
     label: str
@@ -34,7 +34,7 @@ class Row:
     """Begin and end of every stay, in order of time [s]."""
 
 
-def rows(machine: StateMachine, record: RunRecord, first_s: float, last_s: float) -> list[Row]:
+def rows(machine: StateMachine, record: RunRecord, first_s: float, last_s: float) -> list[StateRow]:
     """States that the plant was in between ``first_s`` and ``last_s`` [s], in order of entry."""
     known = {state.name: state for state in machine.states}
     entered = [(0.0, machine.initial.name), *((at_s, state) for state, at_s in record.states)]
@@ -53,12 +53,14 @@ def rows(machine: StateMachine, record: RunRecord, first_s: float, last_s: float
         bars.append((left, right))
     worst = len(_RISK) - 1
     return [
-        Row(known[name].label, known[name].risk, tuple(bars)) if name in known else Row(name, worst, tuple(bars))
+        StateRow(known[name].label, known[name].risk, tuple(bars))
+        if name in known
+        else StateRow(name, worst, tuple(bars))
         for name, bars in stays.items()
     ]
 
 
-def draw_states(axis: Axes, states: Sequence[Row]) -> None:
+def draw_states(axis: Axes, states: Sequence[StateRow]) -> None:
     """Draw the rows from the top; every name stands where its row is free."""
     for number, row in enumerate(states):
         widths = [(begin, end - begin) for begin, end in row.bars]
@@ -75,7 +77,7 @@ def draw_states(axis: Axes, states: Sequence[Row]) -> None:
     axis.set_axisbelow(True)
 
 
-def _name(axis: Axes, number: int, row: Row) -> None:
+def _name(axis: Axes, number: int, row: StateRow) -> None:
     """Write the name into the longest bar, or else beside a bar, into the longest free stretch of the row."""
     first_s, last_s = axis.get_xlim()
     gap_s = _GAP * (last_s - first_s)

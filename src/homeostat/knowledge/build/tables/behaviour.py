@@ -9,7 +9,7 @@ from homeostat.knowledge.build.tables import cells
 from homeostat.knowledge.store.error import Code
 
 
-class OperatingState(cells.Row):
+class OperatingState(cells.TableRow):
     """A state of the sequence."""
 
     id: cells.Name
@@ -34,7 +34,7 @@ class OperatingState(cells.Row):
         return self
 
 
-class StateRequirement(cells.Row):
+class StateRequirement(cells.TableRow):
     """What must work in a state."""
 
     state: cells.State
@@ -42,7 +42,7 @@ class StateRequirement(cells.Row):
     description: cells.Text | None = None
 
 
-class Setpoint(cells.Row):
+class Setpoint(cells.TableRow):
     """What a state admits of a commanded tag."""
 
     state: cells.State
@@ -60,7 +60,7 @@ class Setpoint(cells.Row):
         return self
 
 
-class Transition(cells.Row):
+class Transition(cells.TableRow):
     """A way from a state to another."""
 
     id: cells.Name
@@ -72,7 +72,7 @@ class Transition(cells.Row):
     description: cells.Text | None = None
 
 
-class Limit(cells.Row):
+class Limit(cells.TableRow):
     """What must hold at every moment."""
 
     id: cells.Name
@@ -83,7 +83,7 @@ class Limit(cells.Row):
     description: cells.Text | None = None
 
 
-class Criterion(cells.Row):
+class Criterion(cells.TableRow):
     """What a proposal must keep on the twin."""
 
     id: cells.Name
@@ -94,7 +94,7 @@ class Criterion(cells.Row):
     description: cells.Text | None = None
 
 
-class FallbackStep(cells.Row):
+class FallbackStep(cells.TableRow):
     """A command of a way to the safe state."""
 
     strategy: cells.Name
@@ -106,7 +106,7 @@ class FallbackStep(cells.Row):
     description: cells.Text | None = None
 
 
-class Waiver(cells.Row):
+class Waiver(cells.TableRow):
     """A permissive that a fallback sets aside."""
 
     strategy: Annotated[str, cells.Refers("strategy")]
@@ -114,7 +114,7 @@ class Waiver(cells.Row):
     reason: cells.Text
 
 
-class FallbackLimit(cells.Row):
+class FallbackLimit(cells.TableRow):
     """What a fallback does about a hard limit."""
 
     strategy: Annotated[str, cells.Refers("strategy")]

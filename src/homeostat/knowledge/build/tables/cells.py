@@ -39,7 +39,7 @@ class CellError(ValueError):
         """Which mistake it is."""
 
 
-class Row(BaseModel):
+class TableRow(BaseModel):
     """A row of a table: its fields are the table's columns, those with a default may be empty."""
 
     model_config = ConfigDict(frozen=True)

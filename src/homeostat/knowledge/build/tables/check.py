@@ -7,7 +7,7 @@ from typing import Final, TypeAlias
 from pydantic import ValidationError
 
 from homeostat.knowledge.build.tables import behaviour, diagnosis, guarding, structure
-from homeostat.knowledge.build.tables.cells import CellError, Reads, Refers, Row, shown
+from homeostat.knowledge.build.tables.cells import CellError, Reads, Refers, TableRow, shown
 from homeostat.knowledge.build.tables.reading import Rows, read_rows
 from homeostat.knowledge.store.error import Code, GraphError, refuse
 from homeostat.stl.spelling import near_matches
@@ -32,7 +32,7 @@ Unknown: TypeAlias = tuple[str, int, str, Code, str]
 """Table, line in the file, column, mistake, message."""
 
 
-def unknown_names(tables: Mapping[str, Rows], models: Mapping[str, type[Row]]) -> Iterator[Unknown]:
+def unknown_names(tables: Mapping[str, Rows], models: Mapping[str, type[TableRow]]) -> Iterator[Unknown]:
     """Every cell that names what no row states; ``tables`` and ``models`` are by the table's name.
 
     What a table states that is missing or cannot be read is not known, so nobody is blamed for naming it.
@@ -81,7 +81,7 @@ def _used(cell: str, mark: Refers | Reads) -> frozenset[str]:
 
 FOLDER: Final = "engineering"
 """Where the tables are in a plant's folder."""
-SCHEMAS: Final[Mapping[str, tuple[type[Row], tuple[str, ...]]]] = {
+SCHEMAS: Final[Mapping[str, tuple[type[TableRow], tuple[str, ...]]]] = {
     "equipment": (structure.Equipment, ("id",)),
     "signals": (structure.Signal, ("tag",)),
     "sensors": (structure.Sensor, ("component",)),

@@ -9,7 +9,7 @@ from homeostat.knowledge.build.tables import cells
 from homeostat.knowledge.store.error import Code
 
 
-class Fault(cells.Row):
+class Fault(cells.TableRow):
     """A fault mode."""
 
     id: cells.Name
@@ -33,7 +33,7 @@ class Fault(cells.Row):
         return self
 
 
-class Feature(cells.Row):
+class Feature(cells.TableRow):
     """What monitoring computes."""
 
     id: cells.Name
@@ -55,7 +55,7 @@ class Feature(cells.Row):
         return self
 
 
-class Symptom(cells.Row):
+class Symptom(cells.TableRow):
     """When a feature counts as a symptom."""
 
     id: cells.Name
@@ -67,7 +67,7 @@ class Symptom(cells.Row):
     description: cells.Text
 
 
-class SymptomFault(cells.Row):
+class SymptomFault(cells.TableRow):
     """A fault that a symptom indicates."""
 
     symptom: Annotated[str, cells.Refers("symptom")]

@@ -9,7 +9,7 @@ from homeostat.knowledge.build.tables import cells
 from homeostat.knowledge.store.error import Code
 
 
-class Quality(cells.Row):
+class Quality(cells.TableRow):
     """When a reading may be believed."""
 
     tag: cells.Tag
@@ -32,7 +32,7 @@ class Quality(cells.Row):
         return self
 
 
-class Trip(cells.Row):
+class Trip(cells.TableRow):
     """How a hard limit is watched."""
 
     limit: cells.LimitName
@@ -54,7 +54,7 @@ class Trip(cells.Row):
         return self
 
 
-class StartUpLimit(cells.Row):
+class StartUpLimit(cells.TableRow):
     """What holds instead of a hard limit while the plant starts."""
 
     limit: cells.LimitName
@@ -63,7 +63,7 @@ class StartUpLimit(cells.Row):
     description: cells.Text
 
 
-class Writable(cells.Row):
+class Writable(cells.TableRow):
     """How a tag is commanded and read back."""
 
     tag: cells.Tag

@@ -10,7 +10,7 @@ from homeostat.knowledge.build.tables import cells
 from homeostat.knowledge.store.error import Code
 
 
-class Equipment(cells.Row):
+class Equipment(cells.TableRow):
     """A part of the plant."""
 
     id: cells.Name
@@ -19,7 +19,7 @@ class Equipment(cells.Row):
     label: cells.Text
 
 
-class Signal(cells.Row):
+class Signal(cells.TableRow):
     """A tag."""
 
     tag: cells.TagName
@@ -46,7 +46,7 @@ class Signal(cells.Row):
         return self
 
 
-class Sensor(cells.Row):
+class Sensor(cells.TableRow):
     """How wrong a sensor may be."""
 
     component: cells.Component
@@ -58,7 +58,7 @@ class Sensor(cells.Row):
     description: cells.Text | None = None
 
 
-class Loop(cells.Row):
+class Loop(cells.TableRow):
     """A loop of the basic control system."""
 
     id: cells.Name
@@ -72,7 +72,7 @@ class Loop(cells.Row):
     label: cells.Text
 
 
-class ModelParameter(cells.Row):
+class ModelParameter(cells.TableRow):
     """A constant of the process model."""
 
     symbol: cells.Name
@@ -94,7 +94,7 @@ class ModelParameter(cells.Row):
         return self
 
 
-class ProcessOperator(cells.Row):
+class ProcessOperator(cells.TableRow):
     """What the plant does in one place."""
 
     id: cells.Name
@@ -103,7 +103,7 @@ class ProcessOperator(cells.Row):
     label: cells.Text
 
 
-class Flow(cells.Row):
+class Flow(cells.TableRow):
     """What goes into a process operator or comes out of it."""
 
     operator: cells.Operator
@@ -114,7 +114,7 @@ class Flow(cells.Row):
     label: cells.Text
 
 
-class OperatorEquation(cells.Row):
+class OperatorEquation(cells.TableRow):
     """How a process operator behaves."""
 
     id: cells.Name
