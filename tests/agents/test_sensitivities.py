@@ -61,9 +61,12 @@ class Line:
     def frozen(self) -> Line:
         return self
 
-    def schedule(self, actions: ActionSet, steps: int) -> np.ndarray:
-        values = [c.value if c else None for c in (actions.command("F.sp"), actions.command("T.sp"))]
-        return np.tile([np.nan if v is None else v for v in values], (steps, 1))
+    def schedules(self, sets: Sequence[ActionSet], steps: int) -> np.ndarray:
+        found = []
+        for actions in sets:
+            values = [c.value if c else None for c in (actions.command("F.sp"), actions.command("T.sp"))]
+            found.append(np.tile([np.nan if v is None else v for v in values], (steps, 1)))
+        return np.stack(found)
 
     def try_many(self, ensemble: Any, schedules: np.ndarray) -> tuple[dict[str, np.ndarray], float]:
         self.calls.append(schedules)

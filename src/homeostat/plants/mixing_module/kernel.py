@@ -127,16 +127,7 @@ def integrate(x: Row, p: Row, flows: Row, supply: float, dt: float) -> None:
 
 @compiled
 def step(
-    x: Row,
-    p: Row,
-    sev: Row,
-    onset: Row,
-    u: Row,
-    t: float,
-    seed: int,
-    process: float,
-    sensor: float,
-    scratch: Scratch,
+    x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, seed: int, process: float, sensor: float, scratch: Scratch
 ) -> float:
     """One second of the plant in place; how much the flows still changed when their iteration ended [L/s]."""
     line, flows, work = scratch
