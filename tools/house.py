@@ -17,6 +17,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 LONG_FUNCTION, MANY_PARAMETERS = 60, 6
+LISTED = ("Belief", "Diagnosis", "Monitoring", "Plant", "Row", "State")
+"""Names that the review found to stand for several ideas."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,8 @@ class House:
     rooms: int
     long_functions: tuple[str, ...]
     big_constructors: tuple[str, ...]
+    ambiguous: tuple[str, ...]
+    """Listed names that are classes in several modules."""
     skips: int
     """Lines on which the formatter is told to look away."""
 
@@ -52,6 +56,7 @@ def measure(source: Path) -> House:
         rooms=rooms,
         long_functions=tuple(f"{path.stem}.{name}" for path, tree in trees.items() for name in long_functions(tree)),
         big_constructors=tuple(f"{path.stem}.{name}" for path, tree in trees.items() for name in constructors(tree)),
+        ambiguous=tuple(name for name in LISTED if sum(name in public_names(tree) for tree in trees.values()) > 1),
         skips=sum(text.count("# fmt: skip") for text in texts.values()),
     )
 
@@ -119,6 +124,7 @@ def table(before: House, after: House) -> str:
         (f"Functions over {LONG_FUNCTION} lines", named(before.long_functions), named(after.long_functions), "0"),
         (f"Constructors over {MANY_PARAMETERS} parameters", named(before.big_constructors),
          named(after.big_constructors), "at most 5"),
+        (f"Names with several meanings, of {', '.join(LISTED)}", named(before.ambiguous), named(after.ambiguous), "0"),
         ("`# fmt: skip`", before.skips, after.skips, "at most 10"),
     ]  # fmt: skip
     lines = [f"| {what} | {old} | {new} | {bar} |" for what, old, new, bar in rows]

@@ -1,8 +1,8 @@
-"""``python -m benchmarks.house --against COMMIT``: CPU time of a few commands before and after, as a Markdown table.
+"""``python -m benchmarks.house``: size, shape and CPU time before and after, written to docs/results/house.md.
 
 The old commit is checked out beside this one. Both run in turn, with one interpreter and the same settings; of each
 command the least CPU time (user and system) counts, since everything that disturbs a measurement adds to it. Neither
-pays for compiling: one run of each goes before and is told apart, unless ``--warm`` says that there was one already.
+pays for compiling: one run of each, with an empty cache, goes before and is told apart.
 """
 
 from __future__ import annotations
@@ -34,6 +34,11 @@ COMMANDS = {
 """What is measured -> arguments of the interpreter."""
 
 
+PAGE = ROOT / "docs" / "results" / "house.md"
+TEMPLATE, TRIAL = Path(__file__).with_name("house.md"), Path(__file__).with_name("trial.md")
+"""The page without its figures; what a person found who knew the docs alone."""
+
+
 @dataclass(frozen=True, slots=True, order=True)
 class Cost:
     """What one command took."""
@@ -44,11 +49,15 @@ class Cost:
     """Wall-clock time [s]."""
 
 
-def measured(tree: Path, arguments: tuple[str, ...]) -> Cost:
-    """What ``arguments`` take with the sources of ``tree``; CalledProcessError where they fail."""
+def measured(tree: Path, arguments: tuple[str, ...], cache: str) -> Cost:
+    """What ``arguments`` take with the sources of ``tree`` and compiled code in ``cache``.
+
+    CalledProcessError where they fail.
+    """
     with tempfile.TemporaryDirectory() as out:
         kept = ("--out", f"{out}/run") if "run" in arguments else ()
         environment = {**os.environ, "PYTHONPATH": str(tree / "src"), "PYTHONDONTWRITEBYTECODE": ""}
+        environment["NUMBA_CACHE_DIR"] = cache
         before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
         command = [sys.executable, *arguments, *kept]
         subprocess.run(command, cwd=tree, env=environment, check=True, capture_output=True)
@@ -84,15 +93,15 @@ def checked_out(commit: str) -> Iterator[Path]:
         shutil.rmtree(folder.parent, ignore_errors=True)
 
 
-def table(before: Path, after: Path, times: int, warm: bool) -> Iterator[str]:
-    """The lines of the table."""
+def costs(before: Path, after: Path, times: int) -> Iterator[str]:
+    """The lines of the table of costs."""
     yield "| Command | CPU before [s] | CPU after [s] | Ratio | Wall before [s] | Wall after [s] |"
     yield "|---|---|---|---|---|---|"
-    if not warm:
-        yield _line("the first run, compiling", measured(before, RUN), measured(after, RUN))
-    for name, arguments in COMMANDS.items():
-        pairs = [(measured(before, arguments), measured(after, arguments)) for _ in range(times)]
-        yield _line(f"`{name}`" if name.startswith("homeostat") else name, *map(min, zip(*pairs, strict=True)))
+    with tempfile.TemporaryDirectory() as old, tempfile.TemporaryDirectory() as new:
+        yield _line("the first run, compiling", measured(before, RUN, old), measured(after, RUN, new))
+        for name, arguments in COMMANDS.items():
+            pairs = [(measured(before, arguments, old), measured(after, arguments, new)) for _ in range(times)]
+            yield _line(f"`{name}`" if name.startswith("homeostat") else name, *map(min, zip(*pairs, strict=True)))
 
 
 def _line(name: str, before: Cost, after: Cost) -> str:
@@ -102,20 +111,35 @@ def _line(name: str, before: Cost, after: Cost) -> str:
     )
 
 
+def shape(against: str) -> str:
+    """The table of sizes and shapes."""
+    script = [sys.executable, str(ROOT / "tools" / "house.py"), against]
+    return subprocess.run(script, capture_output=True, text=True, check=True, cwd=ROOT).stdout.strip()
+
+
 def main() -> None:
-    """Measure and print."""
+    """Measure and write the page."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.house", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--against", default="97b8ed9", metavar="COMMIT", help="what to compare with (%(default)s)")
     parser.add_argument("--times", type=int, default=3, metavar="N", help="runs of each command (%(default)s)")
-    parser.add_argument("--warm", action="store_true", help="everything is compiled already")
     chosen = parser.parse_args()
+    load = os.getloadavg()[0]
     with checked_out(chosen.against) as before:
-        for line in table(before, ROOT, chosen.times, chosen.warm):
-            print(line, flush=True)
+        lines = list(costs(before, ROOT, chosen.times))
     sizes = installed_mb()
-    largest = ", ".join(f"{name} {mb:.0f}" for name, mb in list(sizes.items())[:8])
-    print(f"\nThe libraries of a base installation take {sum(sizes.values()):.0f} MB on the disk: {largest}.")
-    print(f"\n{measured_on()} Load {os.getloadavg()[0]:.1f}.")
+    PAGE.write_text(
+        TEMPLATE.read_text(encoding="utf-8").format(
+            against=chosen.against,
+            measured=f"{measured_on()} Load {load:.1f} when it began.",
+            shape=shape(chosen.against),
+            costs="\n".join(lines),
+            total_mb=f"{sum(sizes.values()):.0f}",
+            trial=TRIAL.read_text(encoding="utf-8").strip(),
+            largest=", ".join(f"{name} {mb:.0f}" for name, mb in list(sizes.items())[:8]),
+        ),
+        encoding="utf-8",
+    )
+    print("\n".join([*lines, "", str(PAGE.relative_to(ROOT))]))
 
 
 if __name__ == "__main__":
