@@ -25,7 +25,7 @@ from benchmarks.recorded_calls import Setpoints
 from homeostat.plants.cstr.kernel import NORMAL, SHUTDOWN, advance_phase, shares, step
 from homeostat.plants.cstr.layout import P, S, U
 from homeostat.process.compiled import machine_code
-from homeostat.process.types import Row
+from homeostat.process.types import Vec
 from tests.plants.cstr.reactor import FAULTS, MODEL, PUBLISHED, SEVERITY, inputs, parameters
 
 END_S = 8000
@@ -37,7 +37,7 @@ TAGS = ("T1", "L1", "overflow", "V1.pos", "P1.pos", "V2.pos")
 
 
 @cache
-def stream() -> Row:
+def stream() -> Vec:
     """The published noise, long enough for a run and seven rollouts."""
     return np.random.RandomState(42).randn(300_000)
 
@@ -48,11 +48,11 @@ class Course:
 
     start_s: int
     """Process time of the first row [s]."""
-    signals: Mapping[str, Row]
+    signals: Mapping[str, Vec]
     """Tag of :data:`TAGS` -> values, shape (seconds + 1,)."""
-    true_temperature: Row
+    true_temperature: Vec
     """Without the noise [K], shape (seconds + 1,)."""
-    normal: Row
+    normal: Vec
     """1 where the second belongs to the phase NORMAL, otherwise 0, shape (seconds + 1,)."""
     draws: int
     """Normal deviates that the stream has given at its end."""
@@ -119,5 +119,5 @@ class PublishedReactor:
         )  # fmt: skip
 
 
-def _inputs(setpoints: Setpoints) -> Row:
+def _inputs(setpoints: Setpoints) -> Vec:
     return inputs(T1_sp=setpoints.temperature, L1_sp=setpoints.level, F1_sp=setpoints.feed)

@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.published_reactor import TAGS, Course, PublishedReactor
 from benchmarks.recorded_calls import Reason, RecordedCall, Shown
-from homeostat.process.types import Row
+from homeostat.process.types import Vec
 from homeostat.stl.formula import Formula, parse
 
 GRACE_S = 60
@@ -116,15 +116,15 @@ def replay(calls: Sequence[RecordedCall]) -> Iterator[Replayed]:
         draws = course.draws
 
 
-def _normal(course: Course) -> tuple[dict[str, Row], int]:
+def _normal(course: Course) -> tuple[dict[str, Vec], int]:
     """The signals up to the end of the phase NORMAL, and the seconds from the call until then."""
     last = int(np.flatnonzero(course.normal)[-1])
     return {tag: values[: last + 1] for tag, values in course.signals.items()}, last
 
 
-def _violated_s(formula: Formula, judged: Mapping[str, Row]) -> int:
+def _violated_s(formula: Formula, judged: Mapping[str, Vec]) -> int:
     return int((formula.margins(judged, 1.0)[0, GRACE_S:] < 0.0).sum())
 
 
-def _holds(formula: str, signals: Mapping[str, Row]) -> bool:
+def _holds(formula: str, signals: Mapping[str, Vec]) -> bool:
     return bool(parse(formula).evaluate(signals, 1.0).value[0] >= 0.0)

@@ -24,7 +24,7 @@ from homeostat.links.simulated import SimulatedLink
 from homeostat.links.true_process import TrueProcess
 from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
-from homeostat.process.types import Row
+from homeostat.process.types import Vec
 from homeostat.twin.twin import Twin
 
 ENDS_S = 7000
@@ -37,8 +37,8 @@ START = "normal"
 class Course:
     """True temperature [K] and level [L] of a plant, one row per second."""
 
-    temperature: Row
-    level: Row
+    temperature: Vec
+    level: Vec
 
     @property
     def outside_s(self) -> int:

@@ -8,10 +8,10 @@ from homeostat.plants.cstr.layout import P as REACTOR
 from homeostat.plants.cstr.layout import S as REACTOR_STATE
 from homeostat.plants.mixing_module.layout import P as MIXER
 from homeostat.plants.mixing_module.layout import S as MIXER_STATE
-from homeostat.process.types import Row, Table
+from homeostat.process.types import Table, Vec
 
 
-def heat(kind: str, states: Table, parameters: Table) -> Row:
+def heat(kind: str, states: Table, parameters: Table) -> Vec:
     """Heat that each module gives to the cooling water, UA u (T1 - T_c) [W], shape (members,)."""
     if kind != "cstr":
         return np.zeros(len(states))
@@ -19,14 +19,14 @@ def heat(kind: str, states: Table, parameters: Table) -> Row:
     return np.asarray(states[:, REACTOR_STATE.UA] * states[:, REACTOR_STATE.V2_pos] * warmer)
 
 
-def draw(kind: str, states: Table) -> Row:
+def draw(kind: str, states: Table) -> Vec:
     """Flow that each module draws from the feed main [L/s], shape (members,)."""
     if kind == "cstr":
         return states[:, REACTOR_STATE.F1_true].copy()
     return np.asarray(states[:, MIXER_STATE.q_in1 : MIXER_STATE.q_in3 + 1].sum(axis=1))
 
 
-def impose(kind: str, parameters: Table, own: Table, warmer: Row, factor: Row) -> None:
+def impose(kind: str, parameters: Table, own: Table, warmer: Vec, factor: Vec) -> None:
     """Set what the headers are to each module, in place.
 
     ``own``: parameters without neighbours; ``warmer``: cooling water above design [K]; ``factor``: flow of an open

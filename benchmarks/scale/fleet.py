@@ -15,7 +15,7 @@ from homeostat.process.batch import Batch, simulate
 from homeostat.process.model import column
 from homeostat.process.seeds import Stream, noise_seed
 from homeostat.process.sequence import Guard, InputSequence, Walk
-from homeostat.process.types import Row, Table
+from homeostat.process.types import Table, Vec
 from homeostat.stl.formula import Formula
 
 STAGGER_S = 23.0
@@ -34,7 +34,7 @@ class Fleet:
     """Their numbers on the site."""
     seeds: tuple[int, ...]
     """What each of them truly is."""
-    starts_s: Row
+    starts_s: Vec
     """When each begins its first batch [s]."""
 
     def __post_init__(self) -> None:
@@ -96,7 +96,7 @@ class Fleet:
             targets[[0, *again]], rates[[0, *again]], tuple(self._begins if k == 1 else guards[k - 1] for k in again)
         )
 
-    def _begins(self, shown: Mapping[str, Row]) -> NDArray[np.bool_]:
+    def _begins(self, shown: Mapping[str, Vec]) -> NDArray[np.bool_]:
         """Whether each module's time to begin has come."""
         return self.starts_s < self._now_s
 

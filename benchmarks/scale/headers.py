@@ -25,7 +25,7 @@ from typing import Final
 
 import numpy as np
 
-from homeostat.process.types import Row
+from homeostat.process.types import Vec
 
 DESIGN_T: Final = 290.0
 """Supply temperature at the design duty: the reactor's nominal T_coolant [K]."""
@@ -43,7 +43,7 @@ DESIGN_DRAW: Final = {"cstr": 1.0 / 30.0, "mixing_module": 0.07}
 """Flow that a module of each case draws from the main at most by design [L/s]."""
 
 
-def supply_temperature(before: Row, heat: Row, reactors: Row, seconds: float) -> Row:
+def supply_temperature(before: Vec, heat: Vec, reactors: Vec, seconds: float) -> Vec:
     """Supply temperatures [K] after ``seconds`` in which ``heat`` [W] was taken up, shape (circuits,).
 
     ``before``: those at the beginning [K]; ``reactors``: how many each circuit serves. A circuit without reactors keeps
@@ -55,7 +55,7 @@ def supply_temperature(before: Row, heat: Row, reactors: Row, seconds: float) ->
     return np.where(reactors > 0, after, before)
 
 
-def flow_factor(drawn: Row, design: Row) -> Row:
+def flow_factor(drawn: Vec, design: Vec) -> Vec:
     """Flow of an open valve as a share of that at full pressure [1], shape (mains,).
 
     ``drawn``: flow that is taken from each main, and ``design``: its largest by design [L/s]. No main is loaded beyond

@@ -21,7 +21,7 @@ from benchmarks.scale.headers import DESIGN_DRAW, DESIGN_T, flow_factor, supply_
 from benchmarks.scale.plant_graph import GROUP, group_of
 from homeostat.plants.plant import Plant
 from homeostat.process.model import ProcessModel
-from homeostat.process.types import Row, Table
+from homeostat.process.types import Table, Vec
 
 BLOCK_S = 5
 """Time between two looks at the headers [s]."""
@@ -115,6 +115,6 @@ class Site:
         self.supply_t = supply_temperature(self.supply_t, taken, self._reactors, BLOCK_S)
         self.factor = flow_factor(drawn, self._design)
 
-    def _sum(self, groups: np.ndarray, values: Row) -> Row:
+    def _sum(self, groups: np.ndarray, values: Vec) -> Vec:
         """Sum of ``values`` in each group, shape (groups,)."""
         return np.bincount(groups, values, minlength=self._groups).astype(np.float64)

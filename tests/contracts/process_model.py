@@ -11,7 +11,7 @@ import pytest
 
 from homeostat.process.batch import Batch, BatchResult, simulate
 from homeostat.process.model import ProcessModel
-from homeostat.process.types import Row, Table
+from homeostat.process.types import Table, Vec
 from homeostat.twin.shared_prefix import simulate_with_prefix
 
 SECONDS = 120
@@ -24,7 +24,7 @@ class ProcessModelContract:
     """
 
     def batch(
-        self, model: ProcessModel, parameters: Row, inputs: Row, steps: int, members: int = 1, noise: float = 0.0
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, steps: int, members: int = 1, noise: float = 0.0
     ) -> Batch:
         """Members that start where the plant starts."""
         none = np.zeros((members, len(model.faults)))
@@ -41,8 +41,8 @@ class ProcessModelContract:
     def settled(
         self,
         model: ProcessModel,
-        parameters: Row,
-        inputs: Row,
+        parameters: Vec,
+        inputs: Vec,
         settle_s: int,
         noise: float = 0.0,
         members: int = 1,
@@ -56,7 +56,7 @@ class ProcessModelContract:
         )
         return more, simulate(model.kernel, more)
 
-    def readings(self, model: ProcessModel, rows: Table, inputs: Row) -> dict[str, Row]:
+    def readings(self, model: ProcessModel, rows: Table, inputs: Vec) -> dict[str, Vec]:
         """Variable -> readings over time."""
         each = [model.readings(row, inputs) for row in rows]
         return {name: np.array([r[name] for r in each]) for name in each[0]}
@@ -67,7 +67,7 @@ class ProcessModelContract:
         for names in (model.states, model.parameters, model.inputs, model.faults):
             assert names and len(set(names)) == len(names)
 
-    def test_the_initial_state_is_finite_and_its_own(self, model: ProcessModel, parameters: Row) -> None:
+    def test_the_initial_state_is_finite_and_its_own(self, model: ProcessModel, parameters: Vec) -> None:
         before = parameters.tobytes()
         first, second = model.initial_state(parameters), model.initial_state(parameters)
         assert first.shape == (len(model.states),) and np.isfinite(first).all()
@@ -75,7 +75,7 @@ class ProcessModelContract:
         assert second.tobytes() == model.initial_state(parameters).tobytes() and parameters.tobytes() == before
 
     def test_the_start_is_readable_and_every_value_finite_but_automatic_outputs(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         _, result = self.settled(model, parameters, inputs, settle_s, noise=1.0)
         automatic = {n for n, v in zip(model.inputs, inputs, strict=True) if math.isnan(v)}
@@ -85,14 +85,14 @@ class ProcessModelContract:
             assert set(model.inputs) <= set(read)
             assert all(type(v) is float for v in read.values())
 
-    def test_reading_changes_nothing(self, model: ProcessModel, parameters: Row, inputs: Row) -> None:
+    def test_reading_changes_nothing(self, model: ProcessModel, parameters: Vec, inputs: Vec) -> None:
         state = model.initial_state(parameters)
         before = state.tobytes(), inputs.tobytes()
         model.readings(state, inputs)
         assert before == (state.tobytes(), inputs.tobytes())
 
     def test_a_manual_output_has_the_command_that_it_replaces(
-        self, model: ProcessModel, parameters: Row, inputs: Row
+        self, model: ProcessModel, parameters: Vec, inputs: Vec
     ) -> None:
         read = model.readings(model.initial_state(parameters), inputs)
         for name in model.inputs:
@@ -102,7 +102,7 @@ class ProcessModelContract:
     # Truth.
 
     def test_truth_has_the_shape_of_the_record_and_every_variable_that_can_be_read(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         what, result = self.settled(model, parameters, inputs, settle_s, members=3, noise=1.0)
         record = result.record.tobytes()
@@ -112,7 +112,7 @@ class ProcessModelContract:
         assert result.record.tobytes() == record
 
     def test_readings_without_noise_and_calibration_errors_are_the_truth(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         """Travel counts from the first sample on in truth, from the start of the plant in readings."""
         what, result = self.settled(model, parameters, inputs, settle_s)
@@ -122,7 +122,7 @@ class ProcessModelContract:
             np.testing.assert_allclose(truth[name][0], read - offset, rtol=1e-12, atol=1e-12, err_msg=name)
 
     def test_noise_moves_readings_and_never_what_they_would_be_scored_by(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         """The same state read with other noise has the same truth."""
         what, _ = self.settled(model, parameters, inputs, settle_s)
@@ -136,7 +136,7 @@ class ProcessModelContract:
         assert any(read[0][n] != read[1][n] for n in read[0])
 
     def test_shown_and_true_agree_without_calibration_errors_and_faults(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         what, result = self.settled(model, parameters, inputs, settle_s, members=2, noise=1.0)
         before = result.state.tobytes()
@@ -150,7 +150,7 @@ class ProcessModelContract:
     # What the twin does with it.
 
     def test_an_estimate_shows_the_readings_that_it_was_made_from(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         _, result = self.settled(model, parameters, inputs, settle_s, noise=1.0)
         read = model.readings(result.state[0], inputs)
@@ -161,7 +161,7 @@ class ProcessModelContract:
             assert again[name] == pytest.approx(value, rel=1e-12, abs=1e-12, nan_ok=True), name
 
     def test_an_estimate_can_be_simulated(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         """Also one from readings that noise pushed beyond what can be."""
         what, result = self.settled(model, parameters, inputs, settle_s, noise=1.0)
@@ -172,7 +172,7 @@ class ProcessModelContract:
             assert np.isfinite(simulate(model.kernel, replace(what, state=start)).record).all()
 
     def test_a_correction_moves_the_truth_by_the_residual(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int, corrected: tuple[str, ...]
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int, corrected: tuple[str, ...]
     ) -> None:
         what, result = self.settled(model, parameters, inputs, settle_s, members=3)
         before = model.truth(result.state[:, None], what.inputs[:, :1])
@@ -185,7 +185,7 @@ class ProcessModelContract:
         assert np.array_equal(states[2], result.state[2])
 
     def test_control_resumes_without_a_bump(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         """From a state that knows the readings alone, the next commands are those of the plant that ran on."""
         what, result = self.settled(model, parameters, inputs, settle_s, noise=1.0)
@@ -203,7 +203,7 @@ class ProcessModelContract:
             assert resumed[name] == pytest.approx(expected[name], abs=1e-9), name
 
     def test_replayed_inputs_make_the_model_repeat_recorded_commands(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         what, result = self.settled(model, parameters, inputs, settle_s, noise=1.0)
         read = self.readings(model, result.record[0], inputs)
@@ -219,7 +219,7 @@ class ProcessModelContract:
 
     # The kernel.
 
-    def test_the_same_again(self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int) -> None:
+    def test_the_same_again(self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int) -> None:
         """Bit for bit; a member in a crowd, and a run in two parts, too."""
         what, result = self.settled(model, parameters, inputs, settle_s, members=4, noise=1.0)
         assert simulate(model.kernel, what).record.tobytes() == result.record.tobytes()
@@ -231,7 +231,7 @@ class ProcessModelContract:
         assert simulate(model.kernel, rest).state.tobytes() == result.state.tobytes()
 
     def test_what_members_share_before_a_fault_is_simulated_once_to_the_bit(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         """Every fault at two sizes and onsets, before, at and after the start; one pair; a fault-free member."""
         what, _ = self.settled(model, parameters, inputs, settle_s, members=5 * len(model.faults))
@@ -247,7 +247,7 @@ class ProcessModelContract:
         assert shared.record.tobytes() == plain.record.tobytes() and shared.state.tobytes() == plain.state.tobytes()
 
     def test_every_fault_acts_from_its_onset_on(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         what, healthy = self.settled(model, parameters, inputs, settle_s)
         for column in range(len(model.faults)):

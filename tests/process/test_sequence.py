@@ -18,7 +18,7 @@ from homeostat.plants.plant import load_plant
 from homeostat.process.batch import Batch, ProcessError
 from homeostat.process.seeds import Stream, noise_seed
 from homeostat.process.sequence import Guard, InputSequence, SequenceResult, run_sequences
-from homeostat.process.types import Cube, Indices, Row, Table
+from homeostat.process.types import Cube, Indices, Table, Vec
 from homeostat.stl.formula import Formula, parse
 
 NAN = math.nan
@@ -38,8 +38,8 @@ class Vessel:
 
     def kernel(
         self, first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
-        begin: Indices, steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube,
-        broken_at: Row,
+        begin: Indices, steps: int, stride: int, seeds: Indices, process: Vec, sensor: Vec, picks: Indices, out: Cube,
+        broken_at: Vec,
     ) -> None:  # fmt: skip
         """Advance the members."""
         for m in range(first, last):
@@ -78,7 +78,7 @@ def guard(text: str) -> Guard:
     """A guard in the rule language over the vessel's variables."""
     formula = parse(text)
 
-    def holds(shown: Mapping[str, Row]) -> NDArray[np.bool_]:
+    def holds(shown: Mapping[str, Vec]) -> NDArray[np.bool_]:
         return formula.holds_each({tag: shown[tag] for tag in formula.tags})
 
     return holds
@@ -90,7 +90,7 @@ def sequence(*steps: tuple[float, float], guards: tuple[str, ...] = (), rates: f
     return InputSequence(targets, np.full_like(targets, rates), tuple(guard(g) for g in guards))
 
 
-def run(what: Batch, *sequences: InputSequence, present: Row = START) -> SequenceResult:
+def run(what: Batch, *sequences: InputSequence, present: Vec = START) -> SequenceResult:
     return run_sequences(MODEL, what, sequences, present)  # type: ignore[arg-type]
 
 
@@ -270,7 +270,7 @@ def test_a_member_that_is_the_plant_runs_the_batch_as_the_plant_does() -> None:
             i = model.inputs.index(variables[c.tag])
             targets[k, i], rates[k, i] = c.value, math.inf if c.rate is None else c.rate
 
-    def judged(formula: Formula) -> Callable[[Mapping[str, Row]], NDArray[np.bool_]]:
+    def judged(formula: Formula) -> Callable[[Mapping[str, Vec]], NDArray[np.bool_]]:
         return lambda shown: formula.holds_each({tag: shown[variables[tag]] for tag in formula.tags})
 
     parameters, one = plant.true_parameters(seed), np.ones(1)

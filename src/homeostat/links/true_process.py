@@ -14,16 +14,16 @@ from homeostat.links.truth import TruthRecord
 from homeostat.process.batch import ProcessError
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.schedule import InputRamp
-from homeostat.process.types import Row
+from homeostat.process.types import Vec
 
 
 @dataclass(frozen=True, slots=True)
 class PlantConfiguration:
     """What the plant truly is; the twin never sees this."""
 
-    parameters: Row
+    parameters: Vec
     """True parameters, shape (parameters,)."""
-    inputs: Row
+    inputs: Vec
     """Inputs at the start, shape (inputs,)."""
     faults: tuple[FaultState, ...]
     """Injected faults."""
@@ -131,7 +131,7 @@ class TrueProcess:
         return {tag: None if math.isnan(targets[i]) else targets[i] for tag, i in self._writable.items()}
 
 
-def fault_tables(model: ProcessModel, faults: tuple[FaultState, ...]) -> tuple[Row, Row]:
+def fault_tables(model: ProcessModel, faults: tuple[FaultState, ...]) -> tuple[Vec, Vec]:
     """Severity and onset rows of one member, shape (1, faults) each."""
     severity = np.zeros((1, len(model.faults)))
     onset = np.full((1, len(model.faults)), np.inf)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from homeostat.process.types import Row, Table
+from homeostat.process.types import Table, Vec
 
 BLOCK = 1024
 """Seconds per block."""
@@ -18,7 +18,7 @@ class TruthRecord:
         self.length = 0
         """Seconds that are recorded."""
 
-    def append(self, state: Row, inputs: Row) -> None:
+    def append(self, state: Vec, inputs: Vec) -> None:
         """Record one second: ``state`` of shape (states,), ``inputs`` of shape (inputs,); both are copied."""
         row = self.length % BLOCK
         if row == 0:

@@ -28,7 +28,7 @@ from homeostat.plants.settings.file import read_settings
 from homeostat.plants.settings.settings import Settings
 from homeostat.process.model import ProcessModel
 from homeostat.process.seeds import Stream, generator
-from homeostat.process.types import Row
+from homeostat.process.types import Vec
 from homeostat.record.figure.panel import Panel
 from homeostat.stl.formula import Formula
 from homeostat.twin.settings import TwinSettings
@@ -70,7 +70,7 @@ class Plant:
     """Those of the totals that a study keeps of every run."""
     started: Formula
     """Holds once the plant has left start-up."""
-    start: Row
+    start: Vec
     """Inputs at the start of a run, shape (inputs,)."""
     end_s: float
     """Length of a run [s]."""
@@ -90,7 +90,7 @@ class Plant:
         """Digest of everything that configures the plant."""
         return configuration_digest(self.files)
 
-    def true_parameters(self, seed: int) -> Row:
+    def true_parameters(self, seed: int) -> Vec:
         """Parameters of the plant that ``seed`` stands for, drawn from the stated uncertainty."""
         by_symbol = {p.symbol: p for p in self.description.parameters}
         draws = generator(seed, Stream.TRUTH_PARAMETERS).standard_normal(len(self.model.parameters))
@@ -162,7 +162,7 @@ def _check_choices(machine: StateMachine) -> None:
                 raise PlantError(f"{error}; give the states ranges that overlap") from None
 
 
-def _start(values: Mapping[str, float], description: PlantDescription, model: ProcessModel) -> Row:
+def _start(values: Mapping[str, float], description: PlantDescription, model: ProcessModel) -> Vec:
     """Inputs at the start; those that are not given are on automatic."""
     row = np.full(len(model.inputs), np.nan)
     for tag, value in values.items():

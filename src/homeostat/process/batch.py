@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from homeostat.process.types import Cube, Indices, Row, Table
+from homeostat.process.types import Cube, Indices, Table, Vec
 
 MOST_THREADS = 16
 """Most threads that one call uses."""
@@ -55,8 +55,8 @@ class Kernel(Protocol):
 
     def __call__(
         self, first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
-        begin: Indices, steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube,
-        broken_at: Row,
+        begin: Indices, steps: int, stride: int, seeds: Indices, process: Vec, sensor: Vec, picks: Indices, out: Cube,
+        broken_at: Vec,
     ) -> None:  # fmt: skip
         """Advance the members; ValueError where an array does not have the columns of the process."""
         ...
@@ -88,9 +88,9 @@ class Batch:
     """Columns of the state that are recorded."""
     seeds: Indices
     """Noise seed of each member, shape (M,)."""
-    process_noise: Row
+    process_noise: Vec
     """Scale of the process disturbances of each member, 0 for none, shape (M,)."""
-    sensor_noise: Row
+    sensor_noise: Vec
     """Scale of the sensor noise of each member, 0 for none, shape (M,)."""
     begin: Indices | None = None
     """Seconds after start_s at which each member has its initial state, shape (M,); None for 0."""
@@ -167,7 +167,7 @@ class BatchRun:
         self._reached = until
         self._begin = np.maximum(self._begin, until)
 
-    def _departure(self, broken: Row) -> ProcessError:
+    def _departure(self, broken: Vec) -> ProcessError:
         """Which member left the physical world, when, and with what state."""
         member = int(np.flatnonzero(~np.isnan(broken))[0])
         row = self.state[member]

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from homeostat.process.compiled import compiled, interpreted
-from homeostat.process.types import Cube, Indices, Row, Table
+from homeostat.process.types import Cube, Indices, Table, Vec
 
 REAL, WHOLE = np.dtype(np.float64), np.dtype(np.int64)
 TYPES = (*[REAL] * 5, *[WHOLE] * 3, *[REAL] * 2, WHOLE, *[REAL] * 3)
@@ -77,8 +77,8 @@ class CompiledKernel:
 
     def __call__(
         self, first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
-        begin: Indices, steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube,
-        broken_at: Row,
+        begin: Indices, steps: int, stride: int, seeds: Indices, process: Vec, sensor: Vec, picks: Indices, out: Cube,
+        broken_at: Vec,
     ) -> None:  # fmt: skip
         """Advance the members as a kernel does.
 

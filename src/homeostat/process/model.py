@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.process.batch import Kernel
-from homeostat.process.types import Cube, Row, Table
+from homeostat.process.types import Cube, Table, Vec
 
 
 class ProcessModel(Protocol):
@@ -32,11 +32,11 @@ class ProcessModel(Protocol):
     kernel: Kernel
     """Compiled code that advances the states."""
 
-    def initial_state(self, parameters: Row) -> Row:
+    def initial_state(self, parameters: Vec) -> Vec:
         """State in which the plant starts, shape (states,)."""
         ...
 
-    def readings(self, state: Row, inputs: Row) -> Mapping[str, float]:
+    def readings(self, state: Vec, inputs: Vec) -> Mapping[str, float]:
         """Variable -> what the instruments say in this state."""
         ...
 
@@ -47,15 +47,15 @@ class ProcessModel(Protocol):
         """
         ...
 
-    def estimate(self, readings: Mapping[str, float]) -> Row:
+    def estimate(self, readings: Mapping[str, float]) -> Vec:
         """A state that agrees with (smoothed) readings, shape (states,)."""
         ...
 
-    def correct(self, states: Table, residuals: Mapping[str, Row]) -> None:
+    def correct(self, states: Table, residuals: Mapping[str, Vec]) -> None:
         """Move states in place by what the instruments say beyond the model: variable -> shape (members,)."""
         ...
 
-    def resume_control(self, states: Table, readings: Mapping[str, Row], parameters: Table) -> None:
+    def resume_control(self, states: Table, readings: Mapping[str, Vec], parameters: Table) -> None:
         """Set the controllers' memory in place so that their outputs go on without a bump.
 
         ``readings`` are the last ones (variable -> shape (n,), n >= 2): a command in row k was computed from row k - 1.
@@ -64,11 +64,11 @@ class ProcessModel(Protocol):
 
     def shown_and_true(
         self, states: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
-    ) -> tuple[Mapping[str, Row], Mapping[str, Row]]:
+    ) -> tuple[Mapping[str, Vec], Mapping[str, Vec]]:
         """Variable -> noise-free reading, and variable -> truth, of measured variables, shape (members,) each."""
         ...
 
-    def replay_inputs(self, readings: Mapping[str, Row], inputs: Table) -> Table:
+    def replay_inputs(self, readings: Mapping[str, Vec], inputs: Table) -> Table:
         """Inputs that make the model follow recorded commands and measured disturbances, shape (times, inputs)."""
         ...
 

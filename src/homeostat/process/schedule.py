@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from homeostat.domain.recovery import Command
-from homeostat.process.types import Row, Table
+from homeostat.process.types import Table, Vec
 
 
 class InputRamp:
@@ -16,7 +16,7 @@ class InputRamp:
     adds up, targets are met exactly, and a schedule made in advance has the bits of the inputs that follow.
     """
 
-    def __init__(self, inputs: tuple[str, ...], current: Row) -> None:
+    def __init__(self, inputs: tuple[str, ...], current: Vec) -> None:
         """Start at ``current`` (shape (inputs,)) with nothing to do."""
         self._inputs = inputs
         self._start = current.copy()
@@ -52,11 +52,11 @@ class InputRamp:
         self.current = self._start.copy()
 
     @property
-    def targets(self) -> Row:
+    def targets(self) -> Vec:
         """Where the inputs are going, shape (inputs,); NaN where a manual output is on automatic."""
         return self._target.copy()
 
-    def advance(self) -> Row:
+    def advance(self) -> Vec:
         """The inputs of the next second, shape (inputs,); the caller may keep the array, and must not change it."""
         if not self._arrived:
             self._seconds += 1

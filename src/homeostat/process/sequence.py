@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from homeostat.process.batch import Batch, BatchRun
 from homeostat.process.model import ProcessModel
-from homeostat.process.types import Cube, Indices, Row, Table
+from homeostat.process.types import Cube, Indices, Table, Vec
 
-Guard = Callable[[Mapping[str, Row]], NDArray[np.bool_]]
+Guard = Callable[[Mapping[str, Vec]], NDArray[np.bool_]]
 """Whether a guard holds for each member; readings by variable, shape (members,)."""
 
 
@@ -44,14 +44,14 @@ class SequenceResult:
     reached: NDArray[np.int64]
     """Step that each member has reached at the end, shape (members,)."""
 
-    def taken(self, number: int) -> Row:
+    def taken(self, number: int) -> Vec:
         """Seconds from the start after which each member took step ``number``; infinite where it did not."""
         before = (self.step < number).sum(axis=1, dtype=np.float64)
         return np.where(self.reached >= number, before, np.inf)
 
 
 def run_sequences(
-    model: ProcessModel, batch: Batch, sequences: Sequence[InputSequence], present: Row
+    model: ProcessModel, batch: Batch, sequences: Sequence[InputSequence], present: Vec
 ) -> SequenceResult:
     """Advance ``batch`` by its seconds; its members follow ``sequences``, chosen by ``input_of``.
 
@@ -76,7 +76,7 @@ class Walk:
     """Where each member stands in its sequence, and its inputs."""
 
     def __init__(
-        self, model: ProcessModel, sequences: Sequence[InputSequence], sequence_of: Indices, present: Row
+        self, model: ProcessModel, sequences: Sequence[InputSequence], sequence_of: Indices, present: Vec
     ) -> None:
         """Every member begins with inputs ``present`` in step 0 of its sequence, ``sequence_of`` (shape (members,))."""
         self._model, self._sequences = model, sequences
@@ -95,7 +95,7 @@ class Walk:
 
     def look(self, state: Table) -> None:
         """Let those go on whose next guard holds on what their instruments show."""
-        shown: dict[str, Row] | None = None
+        shown: dict[str, Vec] | None = None
         fired = np.zeros(len(self.step), dtype=bool)
         for sequence, mine in zip(self._sequences, self._mine, strict=True):
             for j in set(self.step[mine].tolist()):

@@ -5,7 +5,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-Row: TypeAlias = NDArray[np.float64]
+Vec: TypeAlias = NDArray[np.float64]
 """One member's values, shape (n,)."""
 Table: TypeAlias = NDArray[np.float64]
 """Members' values, shape (members, n)."""

@@ -11,7 +11,7 @@ import numpy as np
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.plant.parameter import ModelParameter
 from homeostat.process.model import ProcessModel, column
-from homeostat.process.types import Row, Table
+from homeostat.process.types import Table, Vec
 from homeostat.twin.history import Window
 from homeostat.twin.replay import fault_columns, replay
 
@@ -23,7 +23,7 @@ BLOCK_S = 60
 class Posterior:
     """What is known of the parameters: a normal distribution."""
 
-    mean: Row
+    mean: Vec
     """Expected values, shape (parameters,)."""
     root: Table
     """Square root of the covariance, shape (parameters, k): mean + root z with z standard normal is a draw."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from homeostat.domain.diagnosis import Fault, FaultState, Hypothesis
 from homeostat.process.model import ProcessModel
-from homeostat.process.types import Row, Table
+from homeostat.process.types import Table, Vec
 from homeostat.twin.calibration import Posterior
 from homeostat.twin.history import Window
 from homeostat.twin.replay import fault_columns, replay
@@ -88,7 +88,7 @@ class FaultIsolation:
         self._directions = self._nuisance_directions(tuple(known)) * known_rows.reshape(-1, 1)
         self._inner = np.eye(self._directions.shape[1]) + self._directions.T @ self._directions
 
-    def score(self, sets: Sequence[tuple[FaultState, ...]]) -> Row:
+    def score(self, sets: Sequence[tuple[FaultState, ...]]) -> Vec:
         """Log posterior of each fault set up to a constant [nats], shape (len(sets),)."""
         members = np.tile(self._posterior.mean, (len(sets), 1))
         run = replay(self._model, self._window, members, fault_columns(self._model, list(sets)), self._variables)

@@ -9,7 +9,7 @@ from homeostat.domain.diagnosis import Hypothesis
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.model import ProcessModel
 from homeostat.process.sequence import InputSequence, run_sequences
-from homeostat.process.types import Cube, Indices, Row, Table
+from homeostat.process.types import Cube, Indices, Table, Vec
 from homeostat.twin.history import Window
 from homeostat.twin.replay import fault_columns, replay
 
@@ -30,7 +30,7 @@ class Ensemble:
     """Fault onsets [s], shape (members, faults)."""
     hypothesis: Indices
     """Which hypothesis each member follows, shape (members,)."""
-    weights: Row
+    weights: Vec
     """Probability of each member, shape (members,)."""
     seeds: Indices
     """Noise seeds, shape (members,)."""
@@ -107,7 +107,7 @@ def forecast(
 
 
 def follow(
-    model: ProcessModel, ensemble: Ensemble, sequences: Sequence[InputSequence], present: Row, steps: int
+    model: ProcessModel, ensemble: Ensemble, sequences: Sequence[InputSequence], present: Vec, steps: int
 ) -> Forecast:
     """Let every member of ``ensemble`` carry out every sequence from inputs ``present`` on, for ``steps`` seconds.
 

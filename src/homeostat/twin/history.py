@@ -12,7 +12,7 @@ from itertools import islice
 import numpy as np
 
 from homeostat.domain.snapshot import Snapshot
-from homeostat.process.types import Flags, Row, Table
+from homeostat.process.types import Flags, Table, Vec
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class Window:
 
     start_s: float
     """Process time of the first reading [s]."""
-    readings: Mapping[str, Row]
+    readings: Mapping[str, Vec]
     """Variable -> readings, shape (n,)."""
     inputs: Table
     """Inputs of the process model, shape (n, inputs)."""
@@ -54,7 +54,7 @@ class _Row:
     """Readings of one second."""
 
     at_s: float
-    values: Row
+    values: Vec
     """In the order of the tags, shape (tags,)."""
     unknown: Flags | None
     """Which of them are the last that were known, shape (tags,); None for none."""

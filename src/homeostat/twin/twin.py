@@ -21,7 +21,7 @@ from homeostat.process.model import ProcessModel, column
 from homeostat.process.schedule import InputRamp
 from homeostat.process.seeds import Stream, generator
 from homeostat.process.sequence import Guard, InputSequence
-from homeostat.process.types import Cube, Row
+from homeostat.process.types import Cube, Vec
 from homeostat.stl.formula import Formula
 from homeostat.twin.calibration import Posterior, calibrate, prior
 from homeostat.twin.explanation import Accuracy, FaultIsolation, explain
@@ -195,7 +195,7 @@ class Twin:
             return forecast(self._model, ensemble, self.schedules([actions], steps), stride=1)
         return follow(self._model, ensemble, [self._sequence(actions)], self._now(), steps)
 
-    def _now(self) -> Row:
+    def _now(self) -> Vec:
         """The inputs of the last second, shape (inputs,)."""
         return np.asarray(self._history.window(1).inputs[-1])
 
@@ -214,7 +214,7 @@ class Twin:
     def _guard(self, formula: Formula) -> Guard:
         variables = {tag: self._description.variables[tag] for tag in formula.tags}
 
-        def holds(shown: Mapping[str, Row]) -> NDArray[np.bool_]:
+        def holds(shown: Mapping[str, Vec]) -> NDArray[np.bool_]:
             return formula.holds_each({tag: shown[v] for tag, v in variables.items()})
 
         return holds

@@ -12,11 +12,11 @@ import numpy as np
 
 import homeostat.plants.cstr
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.plants.cstr.layout import FaultSlot, S, State, U
+from homeostat.plants.cstr.layout import FaultSlot, S, StateSlot, U
 from homeostat.plants.cstr.process import CstrModel
 from homeostat.plants.plant import load_plant
 from homeostat.process.batch import Batch, simulate
-from homeostat.process.types import Cube, Row, Table
+from homeostat.process.types import Cube, Table, Vec
 
 MODEL = CstrModel()
 TABLES = Path(homeostat.plants.cstr.__file__).parent / "engineering"
@@ -51,13 +51,13 @@ def plant() -> PlantDescription:
     return load_plant("cstr", learned=False).description
 
 
-def parameters(**changes: float) -> Row:
+def parameters(**changes: float) -> Vec:
     """Nominal parameters but for ``changes``, shape (parameters,)."""
     values = NOMINAL | changes
     return np.array([values.pop(name) for name in MODEL.parameters])
 
 
-def inputs(**changes: float) -> Row:
+def inputs(**changes: float) -> Vec:
     """Design setpoints with all loops on automatic, but for ``changes``, shape (inputs,)."""
     row = np.full(len(U), np.nan)
     row[[U.T1_sp, U.L1_sp, U.F1_sp, U.XV1_cmd]] = 310.0, 10.0, 2.0 / 60.0, 1.0
@@ -75,9 +75,9 @@ class Run:
     state: Table
     """Final states, shape (members, states)."""
 
-    def of(self, name: str, member: int = 0) -> Row:
+    def of(self, name: str, member: int = 0) -> Vec:
         """One state of one member over time, shape (times,)."""
-        return self.record[member, :, State._fields.index(name)]
+        return self.record[member, :, StateSlot._fields.index(name)]
 
 
 def batch(
@@ -85,10 +85,10 @@ def batch(
     *,
     members: int = 1,
     stride: int = 1,
-    p: Row | Table | None = None,
+    p: Vec | Table | None = None,
     faults: Mapping[str, tuple[float, float]] | None = None,
-    u: Row | Table | None = None,
-    x: Row | Table | None = None,
+    u: Vec | Table | None = None,
+    x: Vec | Table | None = None,
     start_s: float = 0.0,
     process: float = 0.0,
     sensor: float = 0.0,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from homeostat.plants.cstr.layout import S
-from homeostat.process.types import Row
+from homeostat.process.types import Vec
 from homeostat.twin.history import History
 from tests.plants.cstr import reactor
 from tests.twin.followed import reactor as plant
@@ -19,7 +19,7 @@ HELD_S = 900
 
 
 @functools.cache
-def held() -> tuple[reactor.Run, Row]:
+def held() -> tuple[reactor.Run, Vec]:
     """900 s of holding after settling, with noise: no feed, and the withdrawal pump at its stop; and the inputs."""
     settled = reactor.run(reactor.batch(1500)).state[0]
     feeding, holding = reactor.inputs(), reactor.inputs(F1_sp=0.0, XV1_cmd=0.0)
@@ -27,7 +27,7 @@ def held() -> tuple[reactor.Run, Row]:
     return reactor.run(reactor.batch(len(schedule), u=schedule, x=settled, start_s=1500.0, sensor=1.0)), schedule
 
 
-def resumed(seconds: int) -> Row:
+def resumed(seconds: int) -> Vec:
     """The state that a model resumes control in if it remembers the last ``seconds``."""
     run, schedule = held()
     rows = [reactor.MODEL.readings(x, u) for x, u in zip(run.record[0, -seconds:], schedule[-seconds:], strict=True)]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from homeostat.plants.cstr.layout import S, State
+from homeostat.plants.cstr.layout import S, StateSlot
 from tests.plants.cstr.reactor import NOMINAL, PUBLISHED, Run, batch, inputs, parameters, run
 
 CHANNELS = {
@@ -108,7 +108,7 @@ FEED = {"feed_CA": "sd_CA_feed", "feed_CD": "sd_CD_feed", "feed_T": "sd_T_feed"}
 def disturbed(tau: float, members: int = 12, seconds: int = 3000) -> np.ndarray:
     """Feed disturbances after they settled, in standard deviations before mixing, shape (3, members, seconds)."""
     result = run(batch(seconds, members=members, process=1.0, x=STEADY, p=parameters(tau_feed=tau)))
-    return result.record[:, 600:, [State._fields.index(n) for n in FEED]].transpose(2, 0, 1)
+    return result.record[:, 600:, [StateSlot._fields.index(n) for n in FEED]].transpose(2, 0, 1)
 
 
 def test_the_published_feed_is_white_with_7_kelvin() -> None:

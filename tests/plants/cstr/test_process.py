@@ -7,7 +7,7 @@ import pytest
 
 from homeostat.plants.cstr.layout import P, S, U
 from homeostat.plants.cstr.process import CstrModel
-from homeostat.process.types import Row
+from homeostat.process.types import Vec
 from tests.contracts.process_model import ProcessModelContract
 from tests.plants.cstr import reactor
 
@@ -18,11 +18,11 @@ class TestReactor(ProcessModelContract):
         return CstrModel()
 
     @pytest.fixture
-    def parameters(self) -> Row:
+    def parameters(self) -> Vec:
         return reactor.parameters()
 
     @pytest.fixture
-    def inputs(self) -> Row:
+    def inputs(self) -> Vec:
         return reactor.inputs()
 
     @pytest.fixture

@@ -11,11 +11,11 @@ import numpy as np
 
 import homeostat.plants.mixing_module
 from homeostat.plants.mixing_module.hydraulics import solve
-from homeostat.plants.mixing_module.layout import FaultSlot, P, S, State
+from homeostat.plants.mixing_module.layout import FaultSlot, P, S, StateSlot
 from homeostat.plants.mixing_module.process import MixingModel
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.compiled import machine_code
-from homeostat.process.types import Cube, Row, Table
+from homeostat.process.types import Cube, Table, Vec
 
 MODEL = MixingModel()
 TABLES = Path(homeostat.plants.mixing_module.__file__).parent / "engineering"
@@ -46,13 +46,13 @@ SEVERITY = {r["id"]: float(r["nominal"]) for r in rows("faults")}
 RANGE = {r["id"]: (float(r["low"]), float(r["high"])) for r in rows("faults")}
 
 
-def parameters(**changes: float) -> Row:
+def parameters(**changes: float) -> Vec:
     """Nominal parameters but for ``changes``, shape (parameters,)."""
     values = NOMINAL | changes
     return np.array([values.pop(name) for name in MODEL.parameters])
 
 
-def inputs(**changes: float) -> Row:
+def inputs(**changes: float) -> Vec:
     """Everything closed and still but for ``changes`` (``VO1=1.0``), shape (inputs,)."""
     row = np.zeros(len(MODEL.inputs))
     for name, value in changes.items():
@@ -68,7 +68,7 @@ def timed(steps: int, *changes: tuple[int, dict[str, float]]) -> Table:
     return u
 
 
-def start(p: Row | None = None, n: tuple[float, float] = (0.0, 0.0), **levels: float) -> Row:
+def start(p: Vec | None = None, n: tuple[float, float] = (0.0, 0.0), **levels: float) -> Vec:
     """The initial state but for ``levels`` (``B201=0.1`` [m]), open valves (``VO1=1.0``), and pump speeds ``n``."""
     p = parameters() if p is None else p
     x = MODEL.initial_state(p)
@@ -77,7 +77,7 @@ def start(p: Row | None = None, n: tuple[float, float] = (0.0, 0.0), **levels: f
             x[S.V1 + int(name[3]) - 1] = value * p[P.area]
             x[S.L1 + int(name[3]) - 1] = value
         else:
-            x[State._fields.index(f"{name}_pos")] = value
+            x[StateSlot._fields.index(f"{name}_pos")] = value
     x[S.N1], x[S.N2] = n
     return x
 
@@ -91,19 +91,19 @@ class Run:
     state: Table
     """Final states, shape (members, states)."""
 
-    def of(self, name: str, member: int = 0) -> Row:
+    def of(self, name: str, member: int = 0) -> Vec:
         """One state of one member over time, shape (times,); row k is at k + 1 s."""
-        return self.record[member, :, State._fields.index(name)]
+        return self.record[member, :, StateSlot._fields.index(name)]
 
 
 def batch(
     steps: int,
     *,
     members: int = 1,
-    p: Row | Table | None = None,
+    p: Vec | Table | None = None,
     faults: Mapping[str, tuple[float, float]] | None = None,
-    u: Row | Table | None = None,
-    x: Row | Table | None = None,
+    u: Vec | Table | None = None,
+    x: Vec | Table | None = None,
     start_s: float = 0.0,
     process: float = 0.0,
     sensor: float = 0.0,
@@ -138,7 +138,7 @@ def run(what: Batch) -> Run:
 class Network:
     """The pipes at one moment, solved."""
 
-    flows: Row
+    flows: Vec
     """Tank outlets (3), P101, main pipe, bypass, into B204, leaks at M and D [L/s]."""
     heads: tuple[float, float, float]
     """S, M, D [m]."""
@@ -147,7 +147,7 @@ class Network:
 
 
 def network(
-    p: Row,
+    p: Vec,
     levels: tuple[float, float, float, float],
     *,
     outlets: tuple[float, float, float] = (CLOSED, CLOSED, CLOSED),

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.plants.mixing_module.layout import S
-from homeostat.process.types import Row, Table
+from homeostat.process.types import Table, Vec
 from tests.plants.mixing_module.module import FAULTS, MODEL, RANGE, Run, batch, run, start, timed
 
 END_S = 420
@@ -47,19 +47,19 @@ CASES: dict[str, tuple[Table, dict[str, tuple[float, float]]]] = {
 }
 
 
-def missing(result: Run, x: Row, member: int = 0) -> Row:
+def missing(result: Run, x: Vec, member: int = 0) -> Vec:
     """What was made (positive) or lost since the start, over time [L]."""
     held = result.record[member, :, S.V1 : S.V4 + 1].sum(axis=1)
     gone = sum(result.of(n, member) for n in ("delivered", "spilled", "overflowed"))
     return held + gone - result.of("supplied", member) - (x[S.V1 : S.V4 + 1].sum() + booked(x))
 
 
-def booked(x: Row) -> float:
+def booked(x: Vec) -> float:
     """Totals at the start [L]."""
     return float(x[S.delivered] + x[S.spilled] + x[S.overflowed] - x[S.supplied])
 
 
-def check(result: Run, x: Row) -> None:
+def check(result: Run, x: Vec) -> None:
     """Balance, and that every amount is possible, in every second."""
     assert np.abs(missing(result, x)).max() < LITRES
     possible(result)
@@ -91,7 +91,7 @@ def test_a_batch_with_noise_conserves_liquid(plant: str) -> None:
 class Odd:
     """A run with any faults, any commands at any times, and any start."""
 
-    x: Row
+    x: Vec
     u: Table
     faults: dict[str, tuple[float, float]]
     seed: int

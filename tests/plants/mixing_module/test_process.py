@@ -12,7 +12,7 @@ from homeostat.plants.mixing_module.layout import P, S
 from homeostat.plants.mixing_module.process import MixingModel
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.model import ProcessModel
-from homeostat.process.types import Row
+from homeostat.process.types import Vec
 from tests.contracts.process_model import SECONDS, ProcessModelContract
 from tests.plants.mixing_module import module
 from tests.plants.mixing_module.module import MODEL, batch, run, start
@@ -32,11 +32,11 @@ class TestMixingModule(ProcessModelContract):
         return MixingModel()
 
     @pytest.fixture
-    def parameters(self) -> Row:
+    def parameters(self) -> Vec:
         return module.parameters()
 
     @pytest.fixture
-    def inputs(self) -> Row:
+    def inputs(self) -> Vec:
         """Every valve and pump at a place where each fault moves it."""
         return module.inputs(VI1=0.7, VI2=0.7, VI3=0.7, VO1=0.7, VO2=0.7, VO3=0.7, VI4=0.7, VO4=0.7, P1=0.8, P2=0.95)
 
@@ -49,7 +49,7 @@ class TestMixingModule(ProcessModelContract):
         return tuple(CORRECTED)
 
     def test_the_start_is_readable_and_every_value_finite_but_automatic_outputs(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         _, result = self.settled(model, parameters, inputs, settle_s, noise=1.0)
         for state in (model.initial_state(parameters), *result.record[0]):
@@ -59,7 +59,7 @@ class TestMixingModule(ProcessModelContract):
             assert all(type(v) is float for v in read.values())
 
     def test_readings_without_noise_and_calibration_errors_are_the_truth(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         what, result = self.settled(model, parameters, inputs, settle_s)
         truth = model.truth(result.record, what.inputs)
@@ -68,7 +68,7 @@ class TestMixingModule(ProcessModelContract):
                 np.testing.assert_allclose(truth[name][0], read, rtol=1e-12, atol=1e-12, err_msg=name)
 
     def test_an_estimate_shows_the_readings_that_it_was_made_from(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         """And stands where the hydrostatic pressures say: a level transmitter may lie."""
         _, result = self.settled(model, parameters, inputs, settle_s, noise=1.0)
@@ -81,7 +81,7 @@ class TestMixingModule(ProcessModelContract):
             assert estimate[S.V1 + i] == pytest.approx(14.31355 * estimate[S.L1 + i], abs=1e-12)
 
     def test_a_correction_moves_the_truth_by_the_residual(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int, corrected: tuple[str, ...]
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int, corrected: tuple[str, ...]
     ) -> None:
         """1 kPa is 0.102 m; a tank is never corrected below empty."""
         _, result = self.settled(model, parameters, inputs, settle_s, members=4)
@@ -96,7 +96,7 @@ class TestMixingModule(ProcessModelContract):
         assert states[2] == pytest.approx(result.state[2], abs=1e-15)
 
     def test_control_resumes_without_a_bump(
-        self, model: ProcessModel, parameters: Row, inputs: Row, settle_s: int
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:
         """There are no controllers: what the instruments show is set, and totals begin at nothing."""
         what, result = self.settled(model, parameters, inputs, settle_s, noise=1.0)

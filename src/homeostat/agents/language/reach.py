@@ -24,7 +24,7 @@ FIRST: Final = 0.5
 SHRINK: Final = 0.985
 """Length of a step in lengths of the one before [1]."""
 
-Row: TypeAlias = NDArray[np.float64]
+Vec: TypeAlias = NDArray[np.float64]
 Matrix: TypeAlias = NDArray[np.float64]
 
 
@@ -60,7 +60,7 @@ def curable(
     return min(best) >= -CLOSE
 
 
-def best_together(margins: Row, slopes: Matrix, low: Row, high: Row) -> float:
+def best_together(margins: Vec, slopes: Matrix, low: Vec, high: Vec) -> float:
     """The largest least margin over a box: max over d in [low, high] of min over i of margins_i + slopes_i . d.
 
     Found by projected subgradient ascent (Shor, 1985) from d = 0 with steps that shrink geometrically.
@@ -81,7 +81,7 @@ def best_together(margins: Row, slopes: Matrix, low: Row, high: Row) -> float:
     return best
 
 
-def _ways(tags: Sequence[str], chosen: Mapping[str, float | None], choices: Sequence[SetpointRange]) -> tuple[Row, Row]:
+def _ways(tags: Sequence[str], chosen: Mapping[str, float | None], choices: Sequence[SetpointRange]) -> tuple[Vec, Vec]:
     """How far each command can be moved down (negative) and up, in its unit, shapes (tags,)."""
     ranges = {r.tag: r for r in choices}
     low, high = [], []

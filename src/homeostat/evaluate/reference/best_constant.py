@@ -14,7 +14,7 @@ from homeostat.plants.plant import Plant
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.schedule import InputRamp
 from homeostat.process.seeds import Stream, noise_seed
-from homeostat.process.types import Cube, Row, Table
+from homeostat.process.types import Cube, Table, Vec
 
 STRIDE_S = 5
 """The true plant is sampled this often [s]."""
@@ -85,7 +85,7 @@ def _batch(
     )
 
 
-def _state_at(plant: Plant, scenario: Scenario, at_s: float) -> tuple[Row, float]:
+def _state_at(plant: Plant, scenario: Scenario, at_s: float) -> tuple[Vec, float]:
     """State of the unsupervised plant at ``at_s``, and what it made since the onset."""
     state = plant.model.initial_state(plant.true_parameters(scenario.seed))[None]
     inputs = np.tile(plant.start, (1, int(at_s), 1))
@@ -100,14 +100,14 @@ def _variable(plant: Plant, name: str) -> str:
     return plant.description.variables.get(name, name)
 
 
-def _schedule(plant: Plant, point: Mapping[str, float], state: Row, steps: int) -> Table:
+def _schedule(plant: Plant, point: Mapping[str, float], state: Vec, steps: int) -> Table:
     ramp = InputRamp(plant.model.inputs, plant.start)
     tags = plant.description.tags_by_name
     ramp.command(tuple(Command(t, v, tags[t].rate_limit) for t, v in point.items()), plant.description.variables, {})
     return ramp.schedule(steps)
 
 
-def _try(plant: Plant, scenario: Scenario, released_s: float, state: Row, schedules: Cube) -> tuple[Row, Row]:
+def _try(plant: Plant, scenario: Scenario, released_s: float, state: Vec, schedules: Cube) -> tuple[Vec, Vec]:
     """What each schedule makes, and whether it is admissible, shape (schedules,) each."""
     states = np.tile(state, (len(schedules), 1))
     batch = _batch(plant, scenario, states, schedules, released_s, schedules.shape[1], STRIDE_S)

@@ -12,7 +12,7 @@ from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import Limit, Limits
 from homeostat.domain.plant.rules import StartUp
 from homeostat.domain.snapshot import Trajectory
-from homeostat.process.types import Row
+from homeostat.process.types import Vec
 from homeostat.stl.formula import Formula
 
 Span = tuple[float, float]
@@ -42,7 +42,7 @@ class LimitsInForce:
             found |= (truth.times_s >= first_s) & (truth.times_s <= last_s)
         return found
 
-    def margins(self, limit: Limit, truth: Trajectory, scales: Mapping[str, float] | None = None) -> Row:
+    def margins(self, limit: Limit, truth: Trajectory, scales: Mapping[str, float] | None = None) -> Vec:
         """Margin of ``limit`` at every moment, infinite where it does not hold; in ``scales`` of units where given.
 
         During start-up its own limits take the place of others, and hard ones without such hold as they are.
@@ -80,7 +80,7 @@ def in_force(
     return LimitsInForce(plant.limits, rules, tuple((first, min(last, first + longest_s)) for first, last in spans))
 
 
-def _margins(formula: Formula, truth: Trajectory, scales: Mapping[str, float] | None) -> Row:
-    margins: Row = np.broadcast_to(formula.margins(truth.signals, truth.dt_s), (1, truth.times_s.size))[0]
+def _margins(formula: Formula, truth: Trajectory, scales: Mapping[str, float] | None) -> Vec:
+    margins: Vec = np.broadcast_to(formula.margins(truth.signals, truth.dt_s), (1, truth.times_s.size))[0]
     scale = 1.0 if scales is None else scales.get(formula.unit, 1.0)
     return margins / scale

@@ -9,7 +9,7 @@ from homeostat.domain.plant.limits import LimitKind
 from homeostat.domain.plant.production import Production
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
-from homeostat.process.types import Row
+from homeostat.process.types import Vec
 from homeostat.record.result import Exposure
 
 CALM_S = 60.0
@@ -90,14 +90,14 @@ def loses_no_more(
     return made >= others - (SAME_LOSS + _EQUAL) * abs(possible)
 
 
-def outside_after(truth: Trajectory, force: LimitsInForce, from_s: float = -math.inf) -> dict[str, Row]:
+def outside_after(truth: Trajectory, force: LimitsInForce, from_s: float = -math.inf) -> dict[str, Vec]:
     """Hard limit -> times after ``from_s`` at which its true value is outside [s], empty ones left out."""
     judged = truth.times_s > from_s
     found = {limit.name: truth.times_s[judged & force.outside(limit, truth)] for limit in force.limits.hard}
     return {name: times for name, times in found.items() if times.size}
 
 
-def kept_until(outside: Mapping[str, Row], truth: Trajectory, from_s: float) -> dict[str, float] | None:
+def kept_until(outside: Mapping[str, Vec], truth: Trajectory, from_s: float) -> dict[str, float] | None:
     """Hard limit that is outside at ``from_s`` already -> until when it may be [s]; None where a limit is not kept.
 
     ``outside`` is what :func:`outside_after` found in ``truth``. What is outside at once is kept if it comes back, and
@@ -115,6 +115,6 @@ def kept_until(outside: Mapping[str, Row], truth: Trajectory, from_s: float) -> 
     return found
 
 
-def worse(outside: Mapping[str, Row], until: Mapping[str, float]) -> bool:
+def worse(outside: Mapping[str, Vec], until: Mapping[str, float]) -> bool:
     """Whether a run with these times ``outside`` violates what another kept ``until``."""
     return any(times[-1] > until.get(name, -math.inf) for name, times in outside.items())

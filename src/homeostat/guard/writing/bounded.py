@@ -15,7 +15,7 @@ from homeostat.guard.writing.lane import Call, Lane, NoAnswer
 MOST = 8
 """Most writes that may hang in a link before nobody takes another lease to get round them; as many questions may."""
 
-State: TypeAlias = tuple[Ticket, bool, str]
+TicketState: TypeAlias = tuple[Ticket, bool, str]
 """A link's ticket, whether the link has answered, and what went wrong."""
 
 
@@ -178,7 +178,7 @@ class BoundedWire:
     def send(self, commands: tuple[Command, ...]) -> BoundedTicket:
         """Begin to write ``commands``; raises what the link raises in time, and NoAnswer while an earlier one hangs."""
 
-        def write() -> State:
+        def write() -> TicketState:
             return _state(self._wire.send(commands))
 
         call = self._lane.begin(write)
@@ -190,7 +190,7 @@ class BoundedWire:
 class BoundedTicket:
     """Implements :class:`homeostat.domain.ports.Ticket`: the link is asked again as long as it has not answered."""
 
-    def __init__(self, lane: Lane, call: Call[State]) -> None:
+    def __init__(self, lane: Lane, call: Call[TicketState]) -> None:
         """``call``: the write, or the last question after it."""
         self._lane, self._call = lane, call
         self._done, self._error = False, ""
@@ -219,7 +219,7 @@ class BoundedTicket:
         return self._done
 
 
-def _state(ticket: Ticket) -> State:
+def _state(ticket: Ticket) -> TicketState:
     """What ``ticket`` says now."""
     done = bool(ticket.done)
     return ticket, done, str(ticket.error) if done else ""

@@ -33,7 +33,7 @@ from homeostat.process.equipment import (
 )
 from homeostat.process.kernel import Columns, kernel
 from homeostat.process.noise import normal
-from homeostat.process.types import Cube, Indices, Row, Table
+from homeostat.process.types import Cube, Indices, Table, Vec
 
 STARTUP, NORMAL, SHUTDOWN = 0.0, 1.0, 2.0
 Held: TypeAlias = tuple[float, float, float, float]
@@ -60,7 +60,7 @@ class Holdup(NamedTuple):
 
 
 @compiled
-def measure(x: Row, p: Row, sev: Row, onset: Row, t: float, seed: int, sensor: float) -> None:
+def measure(x: Vec, p: Vec, sev: Vec, onset: Vec, t: float, seed: int, sensor: float) -> None:
     """Sensor readings at ``t`` [s]: true value + bias + noise; ``sensor`` scales all noise (0 or 1)."""
     k = math.floor(t + 0.5)
     late = 1.0 if t >= onset[F.temp_bias] else 0.0
@@ -91,7 +91,7 @@ def measure(x: Row, p: Row, sev: Row, onset: Row, t: float, seed: int, sensor: f
 
 
 @compiled
-def advance_phase(x: Row, p: Row, u: Row, t: float) -> None:
+def advance_phase(x: Vec, p: Vec, u: Vec, t: float) -> None:
     """STARTUP until the level is reached or ``t_startup`` passed (latched); SHUTDOWN from ``t_shutdown`` on."""
     if x[S.phase] == STARTUP and (x[S.L1] >= u[U.L1_sp] or t >= p[P.t_startup]):
         x[S.phase] = NORMAL
@@ -100,7 +100,7 @@ def advance_phase(x: Row, p: Row, u: Row, t: float) -> None:
 
 
 @compiled
-def control_feed(x: Row, p: Row, u: Row, dt: float) -> None:
+def control_feed(x: Vec, p: Vec, u: Vec, dt: float) -> None:
     """Flow loop: V1 holds F1 at F1.sp; closed in SHUTDOWN; a manual output freezes the integral."""
     if not math.isnan(u[U.V1_man]):
         x[S.V1_cmd] = clip(u[U.V1_man], 0.0, 1.0)
@@ -113,7 +113,7 @@ def control_feed(x: Row, p: Row, u: Row, dt: float) -> None:
 
 
 @compiled
-def control_level(x: Row, p: Row, u: Row, dt: float) -> None:
+def control_level(x: Vec, p: Vec, u: Vec, dt: float) -> None:
     """Level loop: P1 follows the measured feed and a PI trim; the trim may only add where ``trim_low`` is 0."""
     if not math.isnan(u[U.P1_man]):
         x[S.P1_cmd] = clip(u[U.P1_man], 0.0, 1.0)
@@ -134,7 +134,7 @@ def control_level(x: Row, p: Row, u: Row, dt: float) -> None:
 
 
 @compiled
-def control_temperature(x: Row, p: Row, u: Row, dt: float) -> None:
+def control_temperature(x: Vec, p: Vec, u: Vec, dt: float) -> None:
     """Temperature loop: more coolant when hot; off in SHUTDOWN once the tank is empty."""
     if not math.isnan(u[U.V2_man]):
         x[S.V2_cmd] = clip(u[U.V2_man], 0.0, 1.0)
@@ -150,7 +150,7 @@ def control_temperature(x: Row, p: Row, u: Row, dt: float) -> None:
 
 
 @compiled
-def move_actuators(x: Row, sev: Row, onset: Row, u: Row, t: float, dt: float, share: Shares) -> None:
+def move_actuators(x: Vec, sev: Vec, onset: Vec, u: Vec, t: float, dt: float, share: Shares) -> None:
     """Actuator faults act on the command that reaches the actuator; positions follow with first-order lag."""
     feed, cooling = x[S.V1_cmd], x[S.V2_cmd]
     if sev[F.inlet_stuck_open] > 0.0 and t >= onset[F.inlet_stuck_open]:
@@ -175,7 +175,7 @@ def move_actuators(x: Row, sev: Row, onset: Row, u: Row, t: float, dt: float, sh
 
 
 @compiled
-def set_flows(x: Row, p: Row, sev: Row, onset: Row, t: float, dt: float) -> None:
+def set_flows(x: Vec, p: Vec, sev: Vec, onset: Vec, t: float, dt: float) -> None:
     """Flows [L/s] of this second, from positions and the volume at its start."""
     x[S.F1_true] = linear_valve(p[P.Cv_V1], x[S.V1_pos]) * x[S.XV1_pos]
     x[S.F3_true] = linear_valve(p[P.F3_max], x[S.V2_pos])
@@ -196,7 +196,7 @@ def set_flows(x: Row, p: Row, sev: Row, onset: Row, t: float, dt: float) -> None
 
 
 @compiled
-def disturb_feed(x: Row, p: Row, u: Row, t: float, seed: int, process: float, share: float) -> None:
+def disturb_feed(x: Vec, p: Vec, u: Vec, t: float, seed: int, process: float, share: float) -> None:
     """Feed disturbances of this second; upstream mixing takes up ``share`` [1] of each new one."""
     if process > 0.0:
         k = math.floor(t + 0.5)
@@ -213,7 +213,7 @@ def disturb_feed(x: Row, p: Row, u: Row, t: float, seed: int, process: float, sh
 
 
 @compiled
-def integrate(x: Row, p: Row, dt: float) -> None:
+def integrate(x: Vec, p: Vec, dt: float) -> None:
     """Balances over ``dt`` [s] with flows held: Runge-Kutta 4, shorter steps while the tank is nearly empty."""
     parts = 1 if x[S.V] > 2.0 else (8 if x[S.V] > 0.5 else 32)
     h = dt / parts
@@ -246,7 +246,7 @@ def integrate(x: Row, p: Row, dt: float) -> None:
 
 
 @compiled
-def holdup(v: float, f1: float, fo: float, p: Row) -> Holdup:
+def holdup(v: float, f1: float, fo: float, p: Vec) -> Holdup:
     """What follows from the volume ``v`` [L] alone, at flows ``f1`` and ``fo`` [L/s]; see the module docstring."""
     wet = max(v, 0.1)
     feed = f1 / wet
@@ -255,7 +255,7 @@ def holdup(v: float, f1: float, fo: float, p: Row) -> Holdup:
 
 
 @compiled
-def slopes(hold: Holdup, ca: float, cb: float, cc: float, cd: float, temp: float, held: Held, p: Row) -> Rates:
+def slopes(hold: Holdup, ca: float, cb: float, cc: float, cd: float, temp: float, held: Held, p: Vec) -> Rates:
     """Time derivatives of CA CB CC CD [mol/(L s)] and T [K/s]; see the module docstring.
 
     ``held``: feed concentrations of A and D [mol/L], feed temperature [K], UA u of the jacket [W/K].
@@ -278,7 +278,7 @@ def slopes(hold: Holdup, ca: float, cb: float, cc: float, cd: float, temp: float
 
 
 @compiled
-def shares(p: Row, dt: float) -> Shares:
+def shares(p: Vec, dt: float) -> Shares:
     """Shares of steps of ``dt`` [s]; ``tau_feed`` [s] of upstream mixing filters the feed, 0 leaves it white."""
     feed = 1.0 if p[P.tau_feed] <= 0.0 else lag_share(p[P.tau_feed], dt)
     v1, p1 = lag_share(p[P.tau_V1], dt), lag_share(p[P.tau_P1], dt)
@@ -288,7 +288,7 @@ def shares(p: Row, dt: float) -> Shares:
 
 @compiled
 def step(
-    x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, seed: int, process: float, sensor: float, share: Shares
+    x: Vec, p: Vec, sev: Vec, onset: Vec, u: Vec, t: float, seed: int, process: float, sensor: float, share: Shares
 ) -> None:
     """One second of the plant in place: phase, loops, actuators, flows, feed, balances, measurement."""
     dt = 1.0
@@ -304,7 +304,7 @@ def step(
 
 
 @compiled
-def physical(x: Row) -> bool:
+def physical(x: Vec) -> bool:
     """Whether volume and temperature are possible and the concentrations finite."""
     matter = x[S.CA] + x[S.CB] + x[S.CC] + x[S.CD]
     return bool(0.0 <= x[S.V] < 1e6 and 0.0 < x[S.T] < 1e6 and math.isfinite(matter))
@@ -313,8 +313,8 @@ def physical(x: Row) -> bool:
 @kernel(Columns(len(S), len(P), len(F), len(U)), scratch=len(U))
 def advance(
     first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
-    begin: Indices, steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube,
-    broken_at: Row, now: Row,
+    begin: Indices, steps: int, stride: int, seeds: Indices, process: Vec, sensor: Vec, picks: Indices, out: Cube,
+    broken_at: Vec, now: Vec,
 ) -> None:  # fmt: skip
     """Advance members ``first`` to ``last`` - 1 to second ``steps``; see :class:`homeostat.process.batch.Kernel`."""
     for m in range(first, last):

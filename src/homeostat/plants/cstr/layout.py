@@ -5,8 +5,8 @@ The kernels index rows of plain arrays; these named tuples are the only place th
 
 from collections import namedtuple
 
-State = namedtuple(
-    "State",
+StateSlot = namedtuple(
+    "StateSlot",
     "V "  # liquid volume [L]
     "CA CB CC CD "  # concentrations [mol/L]
     "T "  # reactor temperature [K]
@@ -45,7 +45,7 @@ FaultSlot = namedtuple(
 )
 """Column of the fault severity and onset arrays."""
 
-S = State(*range(len(State._fields)))
+S = StateSlot(*range(len(StateSlot._fields)))
 P = Parameter(*range(len(Parameter._fields)))
 U = Input(*range(len(Input._fields)))
 F = FaultSlot(*range(len(FaultSlot._fields)))

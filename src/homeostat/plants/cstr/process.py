@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.plants.cstr.kernel import NORMAL, advance, measure
-from homeostat.plants.cstr.layout import FaultSlot, Input, P, Parameter, S, State, U
+from homeostat.plants.cstr.layout import FaultSlot, Input, P, Parameter, S, StateSlot, U
 from homeostat.process.batch import Kernel
 from homeostat.process.equipment import pid_integral
-from homeostat.process.types import Cube, Row, Table
+from homeostat.process.types import Cube, Table, Vec
 
 _AT = S._asdict()
 _LOOPS = ("V1", "P1", "V2")
@@ -32,7 +32,7 @@ _TRAVEL = {"V1": S.V1_travel, "P1": S.P1_travel, "V2": S.V2_travel}
 class CstrModel:
     """Continuous stirred-tank reactor with jacket, three loops and nine faults; equations in ``kernel``."""
 
-    states: tuple[str, ...] = State._fields
+    states: tuple[str, ...] = StateSlot._fields
     parameters: tuple[str, ...] = Parameter._fields
     inputs: tuple[str, ...] = Input._fields
     faults: tuple[str, ...] = FaultSlot._fields
@@ -40,7 +40,7 @@ class CstrModel:
     shown: Mapping[str, int] = _READ
     kernel: Kernel = advance
 
-    def initial_state(self, parameters: Row) -> Row:
+    def initial_state(self, parameters: Vec) -> Vec:
         """Empty vessel at feed temperature, feed isolation valve open."""
         x = np.zeros(len(S))
         x[S.T] = x[S.T1] = x[S.T1_ideal] = x[S.T2] = x[S.T2_true] = parameters[P.T_feed]
@@ -49,7 +49,7 @@ class CstrModel:
         x[S.XV1_pos] = 1.0
         return x
 
-    def readings(self, state: Row, inputs: Row) -> Mapping[str, float]:
+    def readings(self, state: Vec, inputs: Vec) -> Mapping[str, float]:
         """Variable -> what the instruments say."""
         values = state.tolist()
         read = {name: values[i] for name, i in _READ.items()}
@@ -69,7 +69,7 @@ class CstrModel:
             values[f"{name}_travel"] = record[:, :, i] - record[:, :1, i]
         return values
 
-    def estimate(self, readings: Mapping[str, float]) -> Row:
+    def estimate(self, readings: Mapping[str, float]) -> Vec:
         """A state in NORMAL phase that agrees with smoothed readings; concentrations at their design values."""
         x = np.zeros(len(S))
         for name, i in _READ.items():
@@ -84,12 +84,12 @@ class CstrModel:
         x[S.phase] = NORMAL
         return x
 
-    def correct(self, states: Table, residuals: Mapping[str, Row]) -> None:
+    def correct(self, states: Table, residuals: Mapping[str, Vec]) -> None:
         """Shift temperature and volume by what their instruments say beyond the model."""
         states[:, S.T] += residuals["T1"]
         states[:, S.V] = np.maximum(states[:, S.V] + residuals["L1"], 0.0)
 
-    def resume_control(self, states: Table, readings: Mapping[str, Row], parameters: Table) -> None:
+    def resume_control(self, states: Table, readings: Mapping[str, Vec], parameters: Table) -> None:
         """Integral terms behind the present commands, I = output - Kp e (level: minus the feed-forward).
 
         Where a command is at its limit it does not tell the integral; it is followed from where it last did.
@@ -113,7 +113,7 @@ class CstrModel:
 
     def shown_and_true(
         self, states: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
-    ) -> tuple[Mapping[str, Row], Mapping[str, Row]]:
+    ) -> tuple[Mapping[str, Vec], Mapping[str, Vec]]:
         """Noise-free readings of the instruments next to the truth."""
         seen = states.copy()
         for member in range(len(seen)):
@@ -121,7 +121,7 @@ class CstrModel:
         names = [name for name in _TRUE if name in _READ and _TRUE[name] != _READ[name]]
         return {n: seen[:, _READ[n]] for n in names}, {n: states[:, _TRUE[n]] for n in names}
 
-    def replay_inputs(self, readings: Mapping[str, Row], inputs: Table) -> Table:
+    def replay_inputs(self, readings: Mapping[str, Vec], inputs: Table) -> Table:
         """Recorded commands as manual outputs, the measured feed temperature as the feed's."""
         replay = inputs.copy()
         replay[:, U.V1_man] = readings["V1_cmd"]
@@ -131,13 +131,13 @@ class CstrModel:
         return replay
 
 
-def _free(command: Row) -> NDArray[np.bool_]:
+def _free(command: Vec) -> NDArray[np.bool_]:
     """Rows in which a command is inside its limits."""
     return np.asarray((command > 0.0) & (command < 1.0))
 
 
 def _follow_integral(
-    error: Row, output: Row, known: NDArray[np.bool_], manual: Row, tuning: tuple[float, float, float]
+    error: Vec, output: Vec, known: NDArray[np.bool_], manual: Vec, tuning: tuple[float, float, float]
 ) -> float:
     """The integral term after the last row; ``tuning`` is Kp, Ki and the lower limit of Kp e + I (the upper is 1).
 

@@ -10,7 +10,7 @@ import math
 from typing import TypeAlias
 
 from homeostat.process.compiled import compiled
-from homeostat.process.types import Row
+from homeostat.process.types import Vec
 
 Pair: TypeAlias = tuple[float, float]
 Heads: TypeAlias = tuple[float, float, float]
@@ -52,7 +52,7 @@ def through_pump(a: float, b: float, resistance: float, speed: float, laminar: f
 
 @compiled
 def branches(
-    curve: Curve, fixed: Pair, limits: Pair, line: Row, ends: Row, heads: Heads, flows: Row, slopes: Row
+    curve: Curve, fixed: Pair, limits: Pair, line: Vec, ends: Vec, heads: Heads, flows: Vec, slopes: Vec
 ) -> Heads:
     """Flows of the nine branches at ``heads`` of S, M and D; the surplus of each junction [L/s].
 
@@ -77,7 +77,7 @@ def branches(
 
 
 @compiled
-def newton_step(g: Row, surplus: Heads) -> Heads:
+def newton_step(g: Vec, surplus: Heads) -> Heads:
     """Change of the heads that closes linearised balances; the matrix is symmetric and diagonally dominant."""
     ss, mm, dd = g[0] + g[1] + g[2] + g[3] + g[5], g[3] + g[4] + g[7], g[4] + g[5] + g[6] + g[8]
     m2, d2, md = mm - g[3] * g[3] / ss, dd - g[5] * g[5] / ss, g[4] + g[3] * g[5] / ss
@@ -88,7 +88,7 @@ def newton_step(g: Row, surplus: Heads) -> Heads:
 
 
 @compiled
-def solve_heads(curve: Curve, fixed: Pair, limits: Pair, line: Row, ends: Row, flows: Row, slopes: Row) -> Heads:
+def solve_heads(curve: Curve, fixed: Pair, limits: Pair, line: Vec, ends: Vec, flows: Vec, slopes: Vec) -> Heads:
     """Heads of S, M and D [m] at which everything balances; writes the flows. Arguments as for :func:`branches`."""
     start = max(ends[0], ends[1], ends[2])
     heads = (start, start, start)

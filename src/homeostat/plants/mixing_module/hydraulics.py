@@ -24,7 +24,7 @@ gives q = 0.130 L/s.
 from homeostat.plants.mixing_module.heads import solve_heads
 from homeostat.plants.mixing_module.layout import FEEDS, P, S
 from homeostat.process.compiled import compiled
-from homeostat.process.types import Row
+from homeostat.process.types import Vec
 
 LAMINAR = 0.02
 """Linear resistance of every branch [m/(L/s)]."""
@@ -88,7 +88,7 @@ def throttled(resistance: float, opening: float) -> float:
 
 
 @compiled
-def laws(p: Row, line: Row, flows: Row, heads: Row, slopes: Row) -> None:
+def laws(p: Vec, line: Vec, flows: Vec, heads: Vec, slopes: Vec) -> None:
     """Head of every branch at its flow, and its slope; ``line`` as in :func:`solve`."""
     for i in range(FEEDS):
         heads[i], slopes[i] = pipe(line[i], flows[i])
@@ -101,7 +101,7 @@ def laws(p: Row, line: Row, flows: Row, heads: Row, slopes: Row) -> None:
 
 
 @compiled
-def junctions(g: Row, e: Row, feeds: Row, top: float, leak: float) -> tuple[float, float, float]:
+def junctions(g: Vec, e: Vec, feeds: Vec, top: float, leak: float) -> tuple[float, float, float]:
     """Heads of S, M and D [m] for branches q = g (difference of heads) + e; ``feeds``: heads of the tanks [m]."""
     ss, fs = g[3] + g[5], -e[3] - e[5]
     for i in range(FEEDS):
@@ -118,7 +118,7 @@ def junctions(g: Row, e: Row, feeds: Row, top: float, leak: float) -> tuple[floa
 
 
 @compiled
-def hopeless(line: Row, flows: Row) -> bool:
+def hopeless(line: Vec, flows: Vec) -> bool:
     """Whether iterating from ``flows`` cannot arrive in time, because a leak that is not there is thought to flow.
 
     Where K q^2 is far above every head, the linearised law takes q to q/2: a guess q closes by q / 2^(k + 1) in
@@ -129,7 +129,7 @@ def hopeless(line: Row, flows: Row) -> bool:
 
 
 @compiled
-def solve(x: Row, p: Row, line: Row, flows: Row, work: Row) -> float:
+def solve(x: Vec, p: Vec, line: Vec, flows: Vec, work: Vec) -> float:
     """Flows of the nine branches [L/s] from the levels in ``x``; what they are still wrong by [L/s].
 
     ``line``: resistances of the tank outlets (3), main pipe, line to B204 and leaks at M and D [m/(L/s)^2], speeds of

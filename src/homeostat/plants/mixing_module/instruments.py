@@ -6,32 +6,32 @@ from homeostat.plants.mixing_module.layout import TANKS, F, P, S
 from homeostat.process.compiled import compiled
 from homeostat.process.equipment import clip
 from homeostat.process.noise import normal
-from homeostat.process.types import Row
+from homeostat.process.types import Vec
 
 GRAVITY = 9.80665
 """Standard gravity [m/s^2]."""
 
 
 @compiled
-def level(x: Row, p: Row, tank: int) -> float:
+def level(x: Vec, p: Vec, tank: int) -> float:
     """Level above the tank's floor [m]: liquid over cross-section."""
     return float(x[S.V1 + tank] / p[P.area])
 
 
 @compiled
-def tank_height(p: Row, tank: int) -> float:
+def tank_height(p: Vec, tank: int) -> float:
     """Height of the tank's brim above its floor [m]."""
     return float(p[P.height_B204] if tank == TANKS - 1 else p[P.height_feed])
 
 
 @compiled
-def pressure(p: Row, head: float) -> float:
+def pressure(p: Vec, head: float) -> float:
     """Hydrostatic pressure [kPa] of a column of ``head`` [m], rho g h. Check: 1 m of water at 998 kg/m3, 9.787 kPa."""
     return float(p[P.density] * GRAVITY * head / 1000.0)
 
 
 @compiled
-def measure_tanks(x: Row, p: Row, sev: Row, onset: Row, t: float, seed: int, sensor: float) -> None:
+def measure_tanks(x: Vec, p: Vec, sev: Vec, onset: Vec, t: float, seed: int, sensor: float) -> None:
     """Levels, hydrostatic pressures and switches; a stuck transmitter keeps its last reading."""
     k = math.floor(t + 0.5)
     for i in range(TANKS):
@@ -56,7 +56,7 @@ def measure_tanks(x: Row, p: Row, sev: Row, onset: Row, t: float, seed: int, sen
 
 
 @compiled
-def measure_line(x: Row, p: Row, sev: Row, onset: Row, t: float, seed: int, sensor: float) -> None:
+def measure_line(x: Vec, p: Vec, sev: Vec, onset: Vec, t: float, seed: int, sensor: float) -> None:
     """Flow, discharge pressure and pump speeds; every reading at ``t`` [s], ``sensor`` scales all noise (0 or 1)."""
     k = math.floor(t + 0.5)
     if not (sev[F.sensor_stuck_flow] > 0.0 and t >= onset[F.sensor_stuck_flow]):
@@ -77,7 +77,7 @@ def measure_line(x: Row, p: Row, sev: Row, onset: Row, t: float, seed: int, sens
 
 
 @compiled
-def supervise_pumps(x: Row, p: Row, dt: float) -> None:
+def supervise_pumps(x: Vec, p: Vec, dt: float) -> None:
     """Each drive counts the seconds that its pump runs without flow, which it finds from the load of its motor.
 
     Below the least flow a running pump is dry (nothing to draw) or works against a closed line (dead head); what goes

@@ -27,22 +27,22 @@ from homeostat.process.compiled import compiled
 from homeostat.process.equipment import clip, first_order
 from homeostat.process.kernel import Columns, kernel
 from homeostat.process.noise import normal
-from homeostat.process.types import Cube, Indices, Row, Table
+from homeostat.process.types import Cube, Indices, Table, Vec
 
-Scratch: TypeAlias = tuple[Row, Row, Row]
+Scratch: TypeAlias = tuple[Vec, Vec, Vec]
 """Room for resistances and speeds of the line, for its flows, and for their solver."""
 PARTS = 4
 """Steps per second."""
 
 
 @compiled
-def acting(sev: Row, onset: Row, t: float, slot: int) -> float:
+def acting(sev: Vec, onset: Vec, t: float, slot: int) -> float:
     """Severity of fault ``slot`` at ``t`` [s]; 0 before its onset."""
     return sev[slot] if t >= onset[slot] else 0.0
 
 
 @compiled
-def move_actuators(x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, dt: float) -> None:
+def move_actuators(x: Vec, p: Vec, sev: Vec, onset: Vec, u: Vec, t: float, dt: float) -> None:
     """Valves travel at constant speed, pumps follow with a lag; faults act on what reaches the actuator."""
     for i in range(VALVES):
         target = clip(u[U.VI1 + i], 0.0, 1.0)
@@ -63,7 +63,7 @@ def move_actuators(x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, dt: f
 
 
 @compiled
-def describe_line(x: Row, p: Row, sev: Row, onset: Row, t: float, rough: float, line: Row) -> bool:
+def describe_line(x: Vec, p: Vec, sev: Vec, onset: Vec, t: float, rough: float, line: Vec) -> bool:
     """Resistances and speeds for :func:`solve` with the faults at ``t`` [s]; whether anything can flow at all.
 
     ``rough``: relative disturbance of the pump speeds in this second [1]. A tank that is nearly empty gives as through
@@ -87,7 +87,7 @@ def describe_line(x: Row, p: Row, sev: Row, onset: Row, t: float, rough: float, 
 
 
 @compiled
-def integrate(x: Row, p: Row, flows: Row, supply: float, dt: float) -> None:
+def integrate(x: Vec, p: Vec, flows: Vec, supply: float, dt: float) -> None:
     """Balances over ``dt`` [s]; ``supply``: factor on the fill rate [1]; ``flows`` as from :func:`solve` [L/s]."""
     out, into = 0.0, 0.0
     for i in range(FEEDS):
@@ -127,7 +127,7 @@ def integrate(x: Row, p: Row, flows: Row, supply: float, dt: float) -> None:
 
 @compiled
 def step(
-    x: Row, p: Row, sev: Row, onset: Row, u: Row, t: float, seed: int, process: float, sensor: float, scratch: Scratch
+    x: Vec, p: Vec, sev: Vec, onset: Vec, u: Vec, t: float, seed: int, process: float, sensor: float, scratch: Scratch
 ) -> float:
     """One second of the plant in place; how much the flows still changed when their iteration ended [L/s]."""
     line, flows, work = scratch
@@ -153,7 +153,7 @@ def step(
 
 
 @compiled
-def physical(x: Row) -> bool:
+def physical(x: Vec) -> bool:
     """Whether every volume is possible."""
     total = 0.0
     for i in range(TANKS):
@@ -166,8 +166,8 @@ def physical(x: Row) -> bool:
 @kernel(Columns(len(S), len(P), len(F), len(U)), scratch=9 + 9 + 40)
 def advance(
     first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
-    begin: Indices, steps: int, stride: int, seeds: Indices, process: Row, sensor: Row, picks: Indices, out: Cube,
-    broken_at: Row, room: Row,
+    begin: Indices, steps: int, stride: int, seeds: Indices, process: Vec, sensor: Vec, picks: Indices, out: Cube,
+    broken_at: Vec, room: Vec,
 ) -> None:  # fmt: skip
     """Advance members ``first`` to ``last`` - 1 to second ``steps``; see :class:`homeostat.process.batch.Kernel`."""
     scratch = room[0:9], room[9:18], room[18:58]

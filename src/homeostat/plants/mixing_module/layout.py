@@ -13,8 +13,8 @@ FEEDS = 3
 VALVES = 8
 """Inlets of the feed tanks, their outlets, the valve before B204, the drain of B204."""
 
-State = namedtuple(
-    "State",
+StateSlot = namedtuple(
+    "StateSlot",
     "V1 V2 V3 V4 "  # liquid in each tank [L]
     "L1 L2 L3 L4 "  # true levels [m]
     "P1 P2 P3 P4 P5 P6 "  # true pressures: at the floors of the tanks, behind P101 and in the header [kPa]
@@ -60,7 +60,7 @@ FaultSlot = namedtuple(
 )
 """Column of the fault severity and onset arrays."""
 
-S = State(*range(len(State._fields)))
+S = StateSlot(*range(len(StateSlot._fields)))
 P = Parameter(*range(len(Parameter._fields)))
 U = Input(*range(len(Input._fields)))
 F = FaultSlot(*range(len(FaultSlot._fields)))

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from homeostat.plants.mixing_module.instruments import measure_line, measure_tanks
 from homeostat.plants.mixing_module.kernel import advance
-from homeostat.plants.mixing_module.layout import TANKS, VALVES, FaultSlot, Input, P, Parameter, S, State
+from homeostat.plants.mixing_module.layout import TANKS, VALVES, FaultSlot, Input, P, Parameter, S, StateSlot
 from homeostat.process.batch import Kernel
 from homeostat.process.stated import stated_values
-from homeostat.process.types import Cube, Row, Table
+from homeostat.process.types import Cube, Table, Vec
 
 _AT = S._asdict()
 _TANKS = ("B201", "B202", "B203", "B204")
@@ -46,7 +46,7 @@ _HIDDEN = ("delivered", "spilled", "overflowed")
 class MixingModel:
     """Three feed tanks, a collecting tank, a main and a bypass pump; equations in ``kernel``."""
 
-    states: tuple[str, ...] = State._fields
+    states: tuple[str, ...] = StateSlot._fields
     parameters: tuple[str, ...] = Parameter._fields
     inputs: tuple[str, ...] = tuple(f"cmd_{name}" for name in Input._fields)
     faults: tuple[str, ...] = FaultSlot._fields
@@ -54,7 +54,7 @@ class MixingModel:
     shown: Mapping[str, int] = _READ
     kernel: Kernel = advance
 
-    def initial_state(self, parameters: Row) -> Row:
+    def initial_state(self, parameters: Vec) -> Vec:
         """Every tank at 10 % of its height, everything closed and still."""
         x = np.zeros(len(S))
         for i in range(TANKS):
@@ -65,7 +65,7 @@ class MixingModel:
         measure_line(x, parameters, *none, 0.0, 0, 0.0)
         return x
 
-    def readings(self, state: Row, inputs: Row) -> Mapping[str, float]:
+    def readings(self, state: Vec, inputs: Vec) -> Mapping[str, float]:
         """Variable -> what the instruments say."""
         values = state.tolist()
         read = {name: values[i] for name, i in _READ.items()}
@@ -80,7 +80,7 @@ class MixingModel:
             values[name] = np.broadcast_to(inputs[:, :, k], record.shape[:2])
         return values
 
-    def estimate(self, readings: Mapping[str, float]) -> Row:
+    def estimate(self, readings: Mapping[str, float]) -> Vec:
         """Levels by their hydrostatic pressures; valves and pumps where they are commanded to."""
         x = np.zeros(len(S))
         for name, i in _READ.items():
@@ -93,14 +93,14 @@ class MixingModel:
         x[S.N1], x[S.N2] = readings["speed_P101"], readings["speed_P102"]
         return x
 
-    def correct(self, states: Table, residuals: Mapping[str, Row]) -> None:
+    def correct(self, states: Table, residuals: Mapping[str, Vec]) -> None:
         """Shift levels by what the hydrostatic pressures say beyond the model: level transmitters may lie."""
         for i, tank in enumerate(_TANKS):
             shift = residuals[f"P_{tank}"] / KPA_PER_M
             states[:, S.V1 + i] = np.maximum(states[:, S.V1 + i] + AREA * shift, 0.0)
             states[:, S.L1 + i] = states[:, S.V1 + i] / AREA
 
-    def resume_control(self, states: Table, readings: Mapping[str, Row], parameters: Table) -> None:
+    def resume_control(self, states: Table, readings: Mapping[str, Vec], parameters: Table) -> None:
         """Set what the instruments show and count totals from now on; there are no controllers with a memory."""
         for name, i in _READ.items():
             states[:, i] = readings[name][-1]
@@ -109,7 +109,7 @@ class MixingModel:
 
     def shown_and_true(
         self, states: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
-    ) -> tuple[Mapping[str, Row], Mapping[str, Row]]:
+    ) -> tuple[Mapping[str, Vec], Mapping[str, Vec]]:
         """Noise-free readings of levels and flow next to the truth."""
         seen = states.copy()
         for member in range(len(seen)):
@@ -119,6 +119,6 @@ class MixingModel:
         names = ("L_B201", "L_B202", "L_B203", "L_B204", "flow")
         return {n: seen[:, _READ[n]] for n in names}, {n: states[:, _TRUE[n]] for n in names}
 
-    def replay_inputs(self, readings: Mapping[str, Row], inputs: Table) -> Table:
+    def replay_inputs(self, readings: Mapping[str, Vec], inputs: Table) -> Table:
         """Recorded commands are all that drives the module."""
         return inputs.copy()

@@ -37,7 +37,7 @@ class OperatingState(cells.TableRow):
 class StateRequirement(cells.TableRow):
     """What must work in a state."""
 
-    state: cells.State
+    state: cells.StateName
     component: cells.Component
     description: cells.Text | None = None
 
@@ -45,7 +45,7 @@ class StateRequirement(cells.TableRow):
 class Setpoint(cells.TableRow):
     """What a state admits of a commanded tag."""
 
-    state: cells.State
+    state: cells.StateName
     tag: cells.Tag
     low: cells.Value
     high: cells.Value
@@ -64,8 +64,8 @@ class Transition(cells.TableRow):
     """A way from a state to another."""
 
     id: cells.Name
-    source: cells.State
-    target: cells.State
+    source: cells.StateName
+    target: cells.StateName
     event: cells.Name
     guard: cells.Condition
     decision: cells.YesNo
@@ -98,7 +98,7 @@ class FallbackStep(cells.TableRow):
     """A command of a way to the safe state."""
 
     strategy: cells.Name
-    target: cells.State
+    target: cells.StateName
     step: Annotated[int, cells.whole(1, 1000, "its place in the order")]
     tag: cells.Tag
     value: cells.OptionalValue = None

@@ -200,7 +200,7 @@ OptionalOperator: TypeAlias = Annotated[str | None, Refers("operator")]
 """Name of a process operator, or nothing."""
 Parameter: TypeAlias = Annotated[str, Refers("parameter")]
 """Symbol of a parameter."""
-State: TypeAlias = Annotated[str, Refers("state")]
+StateName: TypeAlias = Annotated[str, Refers("state")]
 """Name of a state."""
 LimitName: TypeAlias = Annotated[str, Refers("limit")]
 """Name of a limit."""
