@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import pydoc
+import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -94,6 +97,48 @@ def test_a_supervisor_for_a_plant_of_ones_own_is_one_call() -> None:
         supervisor = hs.Supervisor(plant, link, mode, clock=DeclaredClock(1.0))
         supervisor.run()
         assert link.now_s == 400.0 and bool(link.wire_log) is writes
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"fault": None}, "fault None is none"),
+        ({"fault": ["pump_degrade", 3]}, "is none; give a name"),
+        ({"seed": 1.5}, "seed 1.5 must be a whole number"),
+        ({"end_s": "2600"}, "end_s '2600' must be a number"),
+        ({"fault": hs.Fault("leak", severity="big")}, "severity 'big' must be a number"),  # type: ignore[arg-type]
+        ({"thinking": 1.0}, "thinking 1.0 says not how long it takes; give homeostat.declared"),
+    ],
+)
+def test_what_no_run_can_be_made_of_is_one_line(wrong: dict[str, Any], message: str) -> None:
+    with pytest.raises(ScenarioError, match=re.escape(message)) as refused:
+        hs.run("cstr", **wrong)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_plant_and_faults_may_be_given_by_name() -> None:
+    run = hs.run("cstr", ["leak", "fouling"], end_s=2001.0, thinking=hs.declared(0.0))
+    assert run.scenario.fault == "leak+fouling"
+
+
+def test_a_supervisor_refuses_what_it_could_only_wait_for() -> None:
+    plant = hs.load_plant("cstr")
+    link = SimulatedLink(open_process(plant, scenario(plant, "none", 1, end_s=3.0)))
+    with pytest.raises(TypeError, match="link's source None has no 'now_s'"):
+        hs.Supervisor(plant, SimpleNamespace(source=None, take=1, beat=1, give_back=1))  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="has no 'source'"):
+        hs.Supervisor(plant, object())  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="is not a valid Mode"):
+        hs.Supervisor(plant, link, "closed loop")  # type: ignore[arg-type]
+    for pace in (0.0, -1.0, float("nan")):
+        with pytest.raises(ValueError, match="pace"):
+            hs.Supervisor(plant, link).run(pace)
+
+
+@pytest.mark.parametrize("cost", [-1.0, float("nan")])
+def test_a_time_that_thinking_cannot_take_is_refused_at_once(cost: float) -> None:
+    with pytest.raises(ValueError, match="must be finite"):
+        hs.declared(cost)
 
 
 def test_a_study_is_read_from_its_file() -> None:

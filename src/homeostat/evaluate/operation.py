@@ -20,6 +20,10 @@ class Thinking:
     declared_s: float | None = None
     """Process time of every stretch of thinking [s]; None where it is measured."""
 
+    def __post_init__(self) -> None:
+        """ValueError where the clock would refuse it: better now than in the run."""
+        self.clock()
+
     def clock(self) -> ThinkingClock | DeclaredClock:
         """A clock that has not run yet."""
         return ThinkingClock(self.scale) if self.declared_s is None else DeclaredClock(self.declared_s)

@@ -1,7 +1,8 @@
 """A scenario: which plant, which faults are truly there, which seed."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Integral, Real
 
 from homeostat.domain.diagnosis import FaultState
 from homeostat.plants.plant import Plant
@@ -78,6 +79,7 @@ def scenario(
     a single fault, ``severity`` is in its unit, the nominal one where None; ``location`` says where it is, for faults
     that are named ``fault_location``. ScenarioError where the plant has no such thing, or one is out of range.
     """
+    _check_numbers({"end_s": end_s, "onset_s": onset_s, "severity": severity}, seed)
     end = plant.end_s if end_s is None else end_s
     onset = plant.onset_s if onset_s is None else onset_s
     names = [] if fault == "none" else fault.split("+")
@@ -109,6 +111,15 @@ def scenario(
     if len(set(names)) != len(names):
         raise ScenarioError(f"{fault!r} names a fault twice; name each once")
     return Scenario(plant.name, tuple(states), seed, end)
+
+
+def _check_numbers(given: Mapping[str, object], seed: object) -> None:
+    """Refuse what a caller from Python may give and the command line cannot: texts, and seeds that are not whole."""
+    for name, number in given.items():
+        if number is not None and (isinstance(number, bool) or not isinstance(number, Real)):
+            raise ScenarioError(f"{name} {number!r} must be a number")
+    if isinstance(seed, bool) or not isinstance(seed, Integral):
+        raise ScenarioError(f"seed {seed!r} must be a whole number")
 
 
 def _located(plant: Plant, names: Sequence[str], location: str) -> str:

@@ -7,17 +7,17 @@ from homeostat.evaluate import runner
 from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.recorded.run import run_started
 from homeostat.evaluate.run import Run
-from homeostat.evaluate.scenario import Fault, scenario_of
+from homeostat.evaluate.scenario import Fault, ScenarioError, scenario_of
 from homeostat.journal import MemoryTrace, RunFinished
 from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.llm.model import LanguageModel
 from homeostat.plants.assembly import Language
-from homeostat.plants.plant import Plant
+from homeostat.plants.plant import Plant, load_plant
 
 
 def run(
-    plant: Plant,
-    fault: Fault | str | Sequence[Fault] = (),
+    plant: Plant | str,
+    fault: Fault | str | Sequence[Fault | str] = (),
     *,
     seed: int = 1,
     end_s: float | None = None,
@@ -27,8 +27,8 @@ def run(
     """Run ``plant`` from start-up to its end, with faults or without, and score it.
 
     Args:
-        plant: as :func:`homeostat.load_plant` gives it.
-        fault: what is truly wrong: one fault, its name, or several faults; nothing by default.
+        plant: as :func:`homeostat.load_plant` gives it, or its name.
+        fault: what is truly wrong: one fault or its name, or several of them; nothing by default.
         seed: of the true parameters, the noise and every draw; with declared thinking, equal seeds give equal runs.
         end_s: process time at which the run ends [s]; the plant's usual end where None.
         thinking: how much process time thinking takes: as measured by default, or ``homeostat.declared(1.0)``.
@@ -36,12 +36,22 @@ def run(
 
     Raises:
         ScenarioError: a fault, severity, onset, seed or end that the plant does not have.
+        PlantError: there is no plant of this name.
     """
-    faults = [Fault(fault)] if isinstance(fault, str) else [fault] if isinstance(fault, Fault) else list(fault)
-    chosen, trace, archive = scenario_of(plant, faults, seed, end_s), MemoryTrace(), MemoryArchive()
+    plant = load_plant(plant) if isinstance(plant, str) else plant
+    chosen, trace, archive = scenario_of(plant, _faults(fault), seed, end_s), MemoryTrace(), MemoryArchive()
     thinking = thinking or Thinking()
+    if not isinstance(thinking, Thinking):
+        raise ScenarioError(f"thinking {thinking!r} says not how long it takes; give homeostat.declared(1.0), or None")
     language = None if model is None else Language(model)
     started = run_started(plant, chosen, thinking, "search" if model is None else model.name, (), language)
     done = runner.run(plant, chosen, trace, thinking.clock(), archive=archive, language=language, started=started)
     trace.record(RunFinished(done.outcome.value, done.reason, done.wall_s), chosen.end_s)
     return replace(done, texts=archive)
+
+
+def _faults(given: Fault | str | Sequence[Fault | str]) -> list[Fault]:
+    several = [given] if isinstance(given, Fault | str) else given
+    if not isinstance(several, Sequence) or not all(isinstance(one, Fault | str) for one in several):
+        raise ScenarioError(f"fault {given!r} is none; give a name, a homeostat.Fault, or several of them")
+    return [Fault(one) if isinstance(one, str) else one for one in several]

@@ -58,7 +58,7 @@ class TrueProcess:
         self._severity, self._onset = fault_tables(model, configuration.faults)
         self._ramp = InputRamp(model.inputs, configuration.inputs)
         self._seeds = np.array([configuration.noise_seed], dtype=np.int64)
-        self._noise = np.array([configuration.noise])
+        self._noise = np.array([configuration.noise], dtype=np.float64)
         self._picks = np.empty(0, dtype=np.int64)
         self._out = np.empty((1, 1, 0))
         self._index = np.zeros(1, dtype=np.int64)

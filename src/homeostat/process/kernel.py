@@ -15,26 +15,29 @@ import logging
 import os
 import threading
 from collections.abc import Callable
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple, final
 
 import numpy as np
 
 from homeostat.process.compiled import compiled, interpreted
+from homeostat.process.machine_code import MachineCode, cache_folder, keep, library, load, machine, read, sources
 from homeostat.process.types import Cube, Indices, Table, Vec
 
 REAL, WHOLE = np.dtype(np.float64), np.dtype(np.int64)
-TYPES = (*[REAL] * 5, *[WHOLE] * 3, *[REAL] * 2, WHOLE, *[REAL] * 3)
-"""Types of the arrays that machine code takes, in its order."""
+NAMES = (
+    *("states", "parameters", "severities", "onsets", "inputs", "input_of", "begin", "seeds", "process noise"),
+    *("sensor noise", "picks", "record", "broken_at"),
+)
+TYPES = (*[REAL] * 5, *[WHOLE] * 3, *[REAL] * 2, WHOLE, *[REAL] * 2)
+"""Names and types of the arrays that machine code takes, in its order; the room for its own use comes last."""
 _address: Callable[[Any], Any] = (ctypes.c_char * 0).from_buffer
 """Where an array lies; TypeError if it is read-only or not in one piece."""
-NEVER = ("numba_do_raise", "NRT_Allocate", "NRT_MemInfo_alloc")
-"""What machine code may not call: there is no interpreter that could hear an error, and nobody who frees memory."""
-IMPLICIT = ("memcpy", "memmove", "memset", "fmod", "sincos")
-"""What the code generator may call without being told to."""
+ARGUMENTS = (*[ctypes.c_int64] * 7, ctypes.c_double, *[ctypes.c_int64] * 2, *[ctypes.c_void_p] * (len(TYPES) + 1))
+"""Sizes, times and addresses, for ctypes."""
+UNREACHED = ("PyErr_", "PyExc_", "PyUnicode_FromString", "Py_DecRef", "numba_gil_", "NRT_MemInfo_call_dtor")
+"""Beginnings of names that every kernel refers to where it would hand an error on; one that never raises calls none."""
 _making = threading.RLock()
-_kept_alive: list[Any] = []
 
 
 class Columns(NamedTuple):
@@ -46,24 +49,22 @@ class Columns(NamedTuple):
     inputs: int
 
 
-class MachineCode(NamedTuple):
-    """What a compiled kernel is on disk."""
-
-    name: str
-    """Of the function in the object file."""
-    calls: tuple[str, ...]
-    """What the object file refers to: the C library, intrinsics of LLVM, and what only an error would reach."""
-    object_file: bytes
-
-
 def kernel(columns: Columns, scratch: int) -> Callable[[Callable[..., None]], CompiledKernel]:
     """A decorator: the function as a :class:`CompiledKernel` with ``scratch`` numbers of room for its own use.
+
+    TypeError where the function takes values from around it: machine code is found again by its sources.
 
     The function takes what a kernel takes and an array of ``scratch`` numbers more. It is made of
     :func:`~homeostat.process.compiled.compiled` blocks; it neither raises nor allocates (no ``np.empty``, no slices
     assigned to slices).
     """
-    return lambda function: CompiledKernel(function, columns, scratch)
+
+    def made(function: Callable[..., None]) -> CompiledKernel:
+        if function.__closure__:
+            raise TypeError(f"kernel {function.__qualname__} depends on what is around it; make that a parameter")
+        return CompiledKernel(function, columns, scratch)
+
+    return made
 
 
 @final
@@ -83,21 +84,34 @@ class CompiledKernel:
         """Advance the members as a kernel does.
 
         Raises:
-            ValueError: an array does not have the columns of the process.
+            ValueError: an array does not have the columns of the process, or not one line for each member.
             TypeError: an array is of another type, may not be written, or does not lie in one piece.
         """
-        if (x.shape[1], p.shape[1], sev.shape[1], u.shape[2]) != self._columns or onset.shape != sev.shape:
-            raise ValueError("states, parameters, severities or inputs do not have the columns of the layout")
+        arrays = (x, p, sev, onset, u, u_of, begin, seeds, process, sensor, picks, out, broken_at)
+        self._check(arrays, first, last)
         work = np.zeros(self._scratch)
         if interpreted():
             given = (x, p, sev, onset, u, u_of, t0, begin, steps, stride, seeds, process, sensor, picks, out)
             self.py_func(first, last, *given, broken_at, work)
             return
         sizes = (len(x), len(u), u.shape[1], out.shape[1], len(picks))
-        arrays = (x, p, sev, onset, u, u_of, begin, seeds, process, sensor, picks, out, broken_at, work)
-        if any(array.dtype is not dtype for array, dtype in zip(arrays, TYPES, strict=True)):
-            raise TypeError("a kernel takes float64 and int64, each array in its place")
-        self._code(first, last, *sizes, t0, steps, stride, *map(_address, arrays))
+        self._code(first, last, *sizes, t0, steps, stride, *map(_address, arrays), _address(work))
+
+    def _check(self, arrays: tuple[np.ndarray, ...], first: int, last: int) -> None:
+        """Refuse what machine code would misread: it looks at nothing but addresses and sizes."""
+        x, p, sev, onset, u, u_of, begin, seeds, process, sensor, picks, out, broken_at = arrays
+        members, columns = len(x), self._columns
+        tables = (x.shape, p.shape, sev.shape, onset.shape)
+        if tables != tuple((members, columns[i]) for i in (0, 1, 2, 2)) or u.ndim != 3 or u.shape[2] != columns.inputs:
+            raise ValueError("states, parameters, severities or inputs do not have the columns of the layout")
+        rows = (u_of.shape, begin.shape, seeds.shape, process.shape, sensor.shape, broken_at.shape)
+        if rows != ((members,),) * 6 or out.ndim != 3 or out.shape[::2] != (members, *picks.shape):
+            raise ValueError(f"an array does not have one value for each of {members} members, or for each pick")
+        if not 0 <= first <= last <= members:
+            raise ValueError(f"members {first} to {last} must lie in 0 to {members}")
+        for name, array, dtype in zip(NAMES, arrays, TYPES, strict=True):
+            if array.dtype != dtype:
+                raise TypeError(f"{name} holds {array.dtype}; a kernel takes {dtype}")
 
     def load(self) -> None:
         """Compile it, or read what was compiled, now and not with the first call."""
@@ -108,28 +122,40 @@ class CompiledKernel:
     def _code(self) -> Callable[..., None]:
         folder = Path(inspect.getfile(self.py_func)).parent
         with _making:
-            file = _cache_folder(folder) / f"{self.py_func.__module__}.{_version(folder)}.o"
-            kept = _read(file)
-            if kept is None:
-                logging.getLogger(__name__).warning("compiling, once")
-                kept = self._compile()
-                _keep(file, kept)
-            return _load(kept)
+            file = cache_folder(folder) / f"{self.py_func.__module__}.{self._version(folder)}.o"
+            kept = read(file)
+            if kept is not None:
+                with contextlib.suppress(RuntimeError):  # what cannot be linked is compiled again
+                    return load(kept, ARGUMENTS)
+            logging.getLogger(__name__).warning("compiling, once")
+            made = self._compile()
+            code = load(made, ARGUMENTS)
+            keep(file, made)
+            return code
+
+    def _version(self, folder: Path) -> str:
+        """Digest of everything that the machine code follows from: sources, kernel, compiler, processor."""
+        mine = (self.py_func.__qualname__, self.py_func.__code__.co_firstlineno, *self._columns, self._scratch)
+        options = sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_") and "CACHE" not in item[0])
+        return hashlib.sha256(f"{sources(folder)} {mine} {options}".encode()).hexdigest()[:16]
 
     def _compile(self) -> MachineCode:
         import llvmlite.binding as llvm
         import numba
 
-        entry = numba.cfunc(_signature(numba), error_model="numpy")(self._entry())
+        cfunc: Any = numba.cfunc
+        entry = cfunc(_signature(numba), error_model="numpy", boundscheck=False)(self._entry())
         module = llvm.parse_assembly(entry.inspect_llvm())
         called = {function.name for function in module.functions if function.is_declaration}
-        if forbidden := sorted(called.intersection(NEVER)):
-            raise TypeError(
-                f"kernel of {self.py_func.__module__} raises an error or allocates an array ({forbidden[0]}); let it "
-                "write what is wrong into broken_at, and use the room that it is given"
-            )
         data = {variable.name for variable in module.global_variables if variable.is_declaration}
-        return MachineCode(entry.native_name, tuple(sorted(called | data)), _machine(llvm).emit_object(module))
+        for name in sorted(called | data):
+            if not name.startswith(("llvm.", *UNREACHED)) and not hasattr(library(), name):
+                raise TypeError(
+                    f"kernel of {self.py_func.__module__} calls {name}, which needs the interpreter: it raises an "
+                    "error, allocates an array, or uses what only numba has; write it with plain arithmetic and math, "
+                    "let broken_at say what is wrong, and use the room that it is given"
+                )
+        return MachineCode(entry.native_name, tuple(sorted(called | data)), machine(llvm).emit_object(module))
 
     def _entry(self) -> Callable[..., None]:
         """The kernel as C sees it: sizes, times, then the addresses of the arrays."""
@@ -158,85 +184,6 @@ def _signature(numba: Any) -> Any:
     """What :meth:`CompiledKernel._entry` takes, for numba."""
     types = numba.types
     pointers = {REAL: types.CPointer(types.float64), WHOLE: types.CPointer(types.int64)}
-    return types.void(*[types.int64] * 7, types.float64, *[types.int64] * 2, *(pointers[dtype] for dtype in TYPES))
-
-
-def _machine(llvm: Any) -> Any:
-    """This machine, as LLVM makes code for it."""
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
-    return llvm.Target.from_default_triple().create_target_machine(
-        cpu=cpu, features=features, opt=3, reloc="default", codemodel="jitdefault", jit=True
+    return types.void(
+        *[types.int64] * 7, types.float64, *[types.int64] * 2, *(pointers[dtype] for dtype in (*TYPES, REAL))
     )
-
-
-def _load(code: MachineCode) -> Callable[..., None]:
-    """The function that ``code`` is, linked with what it calls in the C library of this process."""
-    import llvmlite.binding as llvm
-
-    builder, library = llvm.JITLibraryBuilder().add_object_img(code.object_file), ctypes.CDLL(None)
-    for wanted in {*code.calls, *IMPLICIT}:
-        name = wanted.split(".")[1] if wanted.startswith("llvm.") else wanted
-        found = getattr(library, name, None if name != wanted else library.abort)
-        if found is not None:
-            builder.import_symbol(name, ctypes.cast(found, ctypes.c_void_p).value)
-    # Each kernel is a library of its own: their functions have the same name.
-    linked = builder.export_symbol(code.name).link(_linker(), f"kernel {len(_kept_alive)}")
-    _kept_alive.append(linked)
-    function = ctypes.CFUNCTYPE(None)(linked[code.name])
-    function.argtypes = (*[ctypes.c_int64] * 7, ctypes.c_double, *[ctypes.c_int64] * 2, *[ctypes.c_void_p] * len(TYPES))
-    return function
-
-
-@functools.cache
-def _linker() -> Any:
-    import llvmlite.binding as llvm
-
-    return llvm.create_lljit_compiler(_machine(llvm))
-
-
-def _read(file: Path) -> MachineCode | None:
-    """What :func:`_keep` wrote; None where there is nothing, or not all of it."""
-    try:
-        digest, rest = file.read_bytes().split(b"\n", 1)
-        if hashlib.sha256(rest).hexdigest().encode() != digest:
-            return None
-        name, calls, code = rest.split(b"\n", 2)
-    except (OSError, ValueError):
-        return None
-    return MachineCode(name.decode(), tuple(calls.decode().split()), code)
-
-
-def _keep(file: Path, code: MachineCode) -> None:
-    """Keep machine code in one step; a full disk must not stop what is compiled already."""
-    whole = f"{code.name}\n{' '.join(code.calls)}\n".encode() + code.object_file
-    part = file.with_suffix(f".{os.getpid()}.part")
-    with contextlib.suppress(OSError):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(hashlib.sha256(whole).hexdigest().encode() + b"\n" + whole)
-        part.replace(file)
-    with contextlib.suppress(OSError):
-        part.unlink(missing_ok=True)
-
-
-def _cache_folder(folder: Path) -> Path:
-    """Where machine code is kept: as NUMBA_CACHE_DIR says, beside the source, or in the user's cache."""
-    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(chosen)
-    if os.access(folder, os.W_OK):
-        return folder / "__pycache__"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "homeostat"
-
-
-@functools.cache
-def _version(folder: Path) -> str:
-    """Digest of everything that machine code of ``folder`` follows from: sources, compiler, processor."""
-    import llvmlite.binding as llvm
-
-    digest = hashlib.sha256()
-    made_by = (version("numba"), version("llvmlite"), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
-    digest.update("\0".join(made_by).encode())
-    for source in sorted({*folder.glob("*.py"), *Path(__file__).parent.glob("*.py")}):
-        digest.update(source.name.encode() + b"\0" + source.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
