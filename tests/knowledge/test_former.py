@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from pyoxigraph import RdfFormat, parse
 
+from homeostat.cli.main import main
 from homeostat.domain.plant.limits import LimitKind
 from homeostat.knowledge.build.build import build
 from homeostat.knowledge.description.plant import read_plant
@@ -72,3 +73,8 @@ def test_a_table_with_both_names_of_a_column_is_refused(tmp_path: Path) -> None:
 
 def test_a_former_name_is_no_name_of_today() -> None:
     assert not any(old in HS for old in TERMS) and all(new in HS for new in TERMS.values())
+
+
+def test_a_question_with_a_former_term_is_told_the_term_of_today(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["graph", "query", "cstr", "-e", "SELECT ?s WHERE { ?s hs:deadband ?d }"]) == 0
+    assert capsys.readouterr().err == "homeostat: hs:deadband is called hs:threshold today; ask for that\n"

@@ -145,6 +145,8 @@ class BatchRun:
 
     def advance(self, until: int) -> None:
         """Advance every member to second ``until``; raises as :func:`simulate` does."""
+        if not self._reached <= until <= self._batch.steps:
+            raise ProcessError(f"second {until} must lie in {self._reached} to {self._batch.steps}")
         if np.isinf(self.inputs[:, self._reached : until]).any():
             when = f"at t = {self._batch.start_s + self._reached:.0f} s"
             raise ProcessError(f"input schedules contain an infinite value {when}; NaN stands for automatic")

@@ -13,6 +13,8 @@ from homeostat.cli.commands.graph.graphs import Place, place, with_ontology
 from homeostat.cli.table import show_table
 from homeostat.knowledge.store.endpoint import SparqlEndpoint
 from homeostat.knowledge.store.store import GraphStore, QueryRejected, Term
+from homeostat.knowledge.vocabulary.former import TERMS
+from homeostat.knowledge.vocabulary.vocabulary import HS
 
 _FORM: Final = re.compile(
     r"(?:\s|\#[^\n]*(?:\n|$)|(?:prefix\s*[^\s:]*:\s*|base\s*)<[^<>]*>)*(select|ask|construct|describe)\b", re.IGNORECASE
@@ -28,6 +30,9 @@ def carry_out(options: argparse.Namespace) -> int:
     if found is None:
         raise UsageError("only SELECT, ASK, CONSTRUCT and DESCRIBE can be asked; this query starts with none of them")
 
+    for former, term in TERMS.items():
+        if re.search(rf"(\bhs:|{re.escape(HS.iri)}){former.value.removeprefix(HS.iri)}\b", text):
+            print(f"homeostat: {_short(former)} is called {_short(term)} today; ask for that", file=sys.stderr)
     where = place(plant, options.graph)
     store = with_ontology(where) if options.endpoint is None else _endpoint(options.endpoint)
     try:
@@ -42,6 +47,10 @@ def carry_out(options: argparse.Namespace) -> int:
         own = re.sub(r"\bat (\d+):(?=\d)", lambda at: f"at {int(at[1]) - len(where.prefixes)}:", str(error))
         raise UsageError(own) from error
     return 0
+
+
+def _short(term: NamedNode) -> str:
+    return f"hs:{term.value.removeprefix(HS.iri)}"
 
 
 def _words(options: argparse.Namespace) -> tuple[str | None, Path | None]:
