@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.agents.checks import command_findings, judge
-from homeostat.agents.hypotheses import LIKELY, MOST, likely_faults, plausible
+from homeostat.agents.hypotheses import LIKELY, MOST, PLAUSIBLE, likely, likely_faults, plausible
 from homeostat.agents.roles import Approved, NoAdmissiblePlan, Situation
 from homeostat.agents.search.candidates import Point, SearchSpace, present_point
 from homeostat.agents.search.planning import SearchPlanning
@@ -241,10 +242,13 @@ def test_an_approval_needs_no_advice() -> None:
     assert advise(REPROMPTING, reduce(), Approve("x", ()), Advice(tries=2)) == Advice()
 
 
-@given(st.lists(st.floats(0.0, 1.0), max_size=30), st.floats(0.0, 0.2))
-def test_what_is_plausible_is_tried_and_never_nothing(weights: list[float], least: float) -> None:
+@pytest.mark.parametrize(("probable", "least"), [(plausible, PLAUSIBLE), (likely, LIKELY)])
+@given(st.lists(st.floats(0.0, 0.1) | st.floats(0.0, 1.0), max_size=30))
+def test_what_is_plausible_or_likely_is_tried_and_never_nothing(
+    probable: Callable[[Diagnosis], tuple[Hypothesis, ...]], least: float, weights: list[float]
+) -> None:
     hypotheses = tuple(Hypothesis((FaultState(f"f{k}", 1.0, 0.0),), w) for k, w in enumerate(weights))
-    kept = plausible(Diagnosis(0.0, (), hypotheses), least)
+    kept = probable(Diagnosis(0.0, (), hypotheses))
     assert 1 <= len(kept) <= MOST
     if any(w >= least for w in weights):
         assert all(h.probability >= least for h in kept)

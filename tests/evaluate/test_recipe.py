@@ -20,6 +20,7 @@ from homeostat.guard.sequence.recognition import Evidence, followed
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
+from homeostat.links.true_process import TrueProcess
 from homeostat.plants.plant import Plant, load_plant
 from tests.evaluate.test_operation import FAULT, Person
 
@@ -121,16 +122,20 @@ def test_a_fallback_acts_and_the_recipe_stands_until_a_person_starts_again() -> 
     assert entered[3][1] > 125.0 and causes(person) == ["fallback", "person"]
 
 
+def locally_controlled(process: TrueProcess) -> tuple[SimulatedLink, LocalControl]:
+    local = LocalControl(case(), guarded=True, leased=lambda: link.leased)
+    link = SimulatedLink(process, LinkConfiguration(), local.sample)
+    return link, local
+
+
 def test_a_held_batch_is_not_begun_again_by_local_control() -> None:
     """Everything closed is idle, held and complete alike: what the guard said last tells them apart."""
     for said, begins in (("idle", True), ("held", False), ("complete", False), ("aborted", False)):
         process = open_process(case(), scenario(case(), "none", 1, end_s=30.0))
-        local = LocalControl(case(), guarded=True)
-        link = SimulatedLink(process, LinkConfiguration(), local.sample)
-        local.leased = lambda link=link: link.leased  # type: ignore[misc]
+        link, local = locally_controlled(process)
         link.take()
         link.advance()
-        local.told = Told(said)
+        local.tell(Told(said))
         link.give_back()
         for _ in range(3):
             link.advance()
@@ -139,12 +144,10 @@ def test_a_held_batch_is_not_begun_again_by_local_control() -> None:
 
 def test_local_control_begins_nothing_where_nobody_can_tell_where_the_plant_stands() -> None:
     process = open_process(case(), scenario(case(), "none", 1, end_s=30.0))
-    local = LocalControl(case(), guarded=True)
-    link = SimulatedLink(process, LinkConfiguration(), local.sample)
-    local.leased = lambda: link.leased
+    link, local = locally_controlled(process)
     link.take()
     link.advance()
-    local.told = Told("filling_B201")  # but its inlet is closed, as in every state at rest
+    local.tell(Told("filling_B201"))  # but its inlet is closed, as in every state at rest
     link.give_back()
     for _ in range(5):
         link.advance()
@@ -154,13 +157,11 @@ def test_local_control_begins_nothing_where_nobody_can_tell_where_the_plant_stan
 def test_a_guard_that_dies_leaves_the_recipe_to_the_plant_unless_a_fallback_has_acted() -> None:
     for latched in (False, True):
         process = open_process(case(), scenario(case(), "none", 1, end_s=60.0))
-        local = LocalControl(case(), guarded=True)
-        link = SimulatedLink(process, LinkConfiguration(), local.sample)
-        local.leased = lambda link=link: link.leased  # type: ignore[misc]
+        link, local = locally_controlled(process)
         link.take()
         link.beat()
         link.advance()
-        local.told = Told("idle", latched)
+        local.tell(Told("idle", latched))
         for _ in range(8):  # no heartbeat any more
             link.advance()
         assert link.shed and (process.accepted["VI201.cmd"] == 1.0) is not latched

@@ -23,7 +23,7 @@ KNOWN: tuple[tuple[str, tuple[str, ...], str], ...] = (
      ("operand 0 -> nothing",), "where nobody writes only a fallback is sent, and under one the plant waits anyhow"),
     ("if self._stopped:", ("branch -> pass",),
      "after a stop the record has ended, the lease is given back, and nobody has asked for anything"),
-    ("if progress is Progress.FAILED and write is not None:", ("operand 1 -> nothing",), "what fails is a write"),
+    ("if isinstance(progress, Failed) and write is not None:", ("operand 1 -> nothing",), "what fails is a write"),
     ("elif progress is Progress.CONFIRMED and write is not None:", ("operand 1 -> nothing",),
      "what is confirmed is a write"),
     ("self._requests.follow(progress if write and write.cause is Cause.REQUEST else None, now_s)",
@@ -120,7 +120,6 @@ KNOWN: tuple[tuple[str, tuple[str, ...], str], ...] = (
      "only where something carries a limit may its trip be lifted"),
     # writer
     ("REMEMBERED = 100", ("100 -> 99", "100 -> 101", "100 -> 200"), "a bound of memory, far from what happens"),
-    ('self.error = ""', ("assignment -> pass",), "nobody asks before an attempt has ended, which sets it"),
     ("return self._flight is not None and self._flight.ended and self._flight.accepted_s is None",
      ("operand 0 -> nothing",), "asked only while a write is under way"),
     ("return max((self._rules[c.tag].confirm_s for c in write.commands if c.tag in self._rules), default=0.0)",

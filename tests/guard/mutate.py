@@ -70,7 +70,7 @@ AREAS = {
     ),
     "supervisor": Area(
         "recovery",
-        ("supervisor", "agenda", "endings", "news", "prospect"),
+        ("supervisor", "agenda", "endings", "look.news", "look.prospect"),
         tuple(
             f"recovery/test_{name}.py"
             for name in (

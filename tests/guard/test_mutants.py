@@ -46,7 +46,7 @@ def test_nothing_is_said_where_no_test_runs() -> None:
 def test_a_module_that_there_is_not_is_named() -> None:
     done = mutate("--modules", "watch.trips", "watch.tripps")
     assert done.returncode == 2 and done.stderr.splitlines()[-1].partition("error: ")[2].startswith(
-        "area 'guard' has no module 'watch.tripps'; it has attachment, "
+        "area 'guard' has no module 'watch.tripps'; it has fallback.effect, "
     )
 
 

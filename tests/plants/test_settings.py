@@ -227,10 +227,20 @@ def test_the_installed_plants_are_as_their_files_say(name: str) -> None:
     content = tomllib.loads((CASES / name / "case.toml").read_text(encoding="utf-8"))
     assert plant.remade == () and (plant.end_s, plant.onset_s) == (content["run"]["end_s"], content["run"]["onset_s"])
     assert plant.twin.errors == {k: tuple(v) for k, v in content["twin"]["errors"].items()}
-    for table, filled in (("twin", plant.twin), ("monitoring", plant.monitoring), ("patience", plant.intervention)):
+    for table, filled in (("twin", plant.twin), ("monitoring", plant.monitoring), ("intervention", plant.intervention)):
         for key, value in content.get(table, {}).items():
             if isinstance(value, int | float):
                 assert getattr(filled, key) == value
+
+
+@pytest.mark.parametrize("table", ["intervention", "patience"])
+def test_the_table_of_the_intervention_may_have_either_name(table: str) -> None:
+    assert read(f"{TEXT}\n[{table}]\ncalm_s = 45.0\n").intervention.settings.calm_s == 45.0
+
+
+def test_the_table_of_the_intervention_has_one_name() -> None:
+    with pytest.raises(PlantError, match=r"\[patience\] and \[intervention\] are two names of one table; keep one"):
+        read(f"{TEXT}\n[intervention]\ncalm_s = 45.0\n[patience]\ncalm_s = 45.0\n")
 
 
 def test_how_long_the_link_may_need_for_a_lease_is_the_plants_setting() -> None:

@@ -14,8 +14,17 @@ TRIED = 6
 """Most hypotheses that the search tries; the rest is left to validation."""
 
 
-def plausible(diagnosis: Diagnosis, least: float = PLAUSIBLE, most: int = MOST) -> tuple[Hypothesis, ...]:
-    """The hypotheses of at least probability ``least``, most probable first; at least one, at most ``most``."""
+def plausible(diagnosis: Diagnosis) -> tuple[Hypothesis, ...]:
+    """The hypotheses that are at least :data:`PLAUSIBLE`, most probable first; at least one, at most :data:`MOST`."""
+    return _probable(diagnosis, PLAUSIBLE, MOST)
+
+
+def likely(diagnosis: Diagnosis, most: int = MOST) -> tuple[Hypothesis, ...]:
+    """The hypotheses that are at least :data:`LIKELY`, most probable first; at least one, at most ``most``."""
+    return _probable(diagnosis, LIKELY, most)
+
+
+def _probable(diagnosis: Diagnosis, least: float, most: int) -> tuple[Hypothesis, ...]:
     ranked = sorted(diagnosis.hypotheses, key=lambda h: -h.probability)
     kept = tuple(h for h in ranked if h.probability >= least)[:most]
     return kept or tuple(ranked[:1]) or (Hypothesis((), 1.0),)

@@ -108,7 +108,7 @@ class Simulation(Protocol):
         ...
 
     def instrument_errors(self, diagnosis: Diagnosis) -> tuple[Mapping[str, float], ...]:
-        """Tag -> reading minus truth under each plausible hypothesis; small calibration errors are left out."""
+        """Tag -> reading minus truth under each likely hypothesis; small calibration errors are left out."""
         ...
 
     async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet) -> Rollout:

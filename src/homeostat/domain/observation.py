@@ -74,7 +74,7 @@ class Correction:
     """What a diagnosis says about instruments."""
 
     errors: tuple[Mapping[str, float], ...]
-    """Per plausible explanation: tag -> reading minus truth, in the tag's unit; empty takes readings as they are."""
+    """Per likely explanation: tag -> reading minus truth, in the tag's unit; empty takes readings as they are."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,15 +27,24 @@ class Told:
 class LocalControl:
     """Runs the nominal sequence of a plant by itself whenever it is in charge."""
 
-    def __init__(self, plant: Plant, guarded: bool) -> None:
-        """``guarded``: a guard is about to take the lease, so that nothing is to be begun before it has."""
+    def __init__(self, plant: Plant, guarded: bool, leased: Callable[[], bool]) -> None:
+        """``guarded``: a guard is about to take the lease, so that nothing is to be begun before it has.
+
+        ``leased`` says whether a guard holds the lease on the plant.
+        """
         self._rules = guard_rules(plant)
         self._sequencer: Sequencer | None = None if guarded and plant.recipe is Side.GUARD else new_sequencer(plant)
-        self._guarded = guarded
-        self.leased: Callable[[], bool] = lambda: False
-        """Whether a guard holds the lease on the plant."""
-        self.told = Told(plant.description.machine.initial.name)
-        """What the guard says."""
+        self._guarded, self._leased = guarded, leased
+        self._told = Told(plant.description.machine.initial.name)
+
+    @property
+    def told(self) -> Told:
+        """What the guard has told it last."""
+        return self._told
+
+    def tell(self, told: Told) -> None:
+        """The guard says how it stands."""
+        self._told = told
 
     def sample(self, snapshot: Snapshot) -> tuple[Command, ...]:
         """What the plant's own recipe commands after ``snapshot``."""
@@ -47,16 +56,16 @@ class LocalControl:
         return () if self._sequencer is None else self._sequencer.sample(snapshot)
 
     def _in_charge(self) -> bool:
-        leased, plants = self.leased(), self._rules.recipe is Side.PLANT
+        leased, plants = self._leased(), self._rules.recipe is Side.PLANT
         if leased:
             self._guarded = False
         waits = self._guarded and not plants
-        return not (self.told.latched or waits) and (not leased or (plants and not self.told.carries))
+        return not (self._told.latched or waits) and (not leased or (plants and not self._told.carries))
 
     def _taken_up(self, snapshot: Snapshot) -> Sequencer | None:
         """The nominal sequence from where the plant stands; None where nobody can tell, so that nothing is begun."""
         machine, limits = self._rules.machine, self._rules.limits
-        state = followed(machine, Evidence(snapshot, self._rules.writables), self.told.state)
+        state = followed(machine, Evidence(snapshot, self._rules.writables), self._told.state)
         if state is None:
             return None
         sequencer = Sequencer(machine, limits)

@@ -68,7 +68,7 @@ class Operation:
 
     @property
     def guard(self) -> GuardSettings:
-        """How patient the guard is: in virtual time a slow disk must not decide what is released."""
+        """Times that the guard waits: in virtual time a slow disk must not decide what is released."""
         settings = GuardSettings(persons=self.persons)
         return settings if self.pace is not None else replace(settings, sync_s=UNHURRIED_S)
 

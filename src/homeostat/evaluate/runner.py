@@ -158,9 +158,8 @@ def _go_on(plant: Plant, past: Past, record: RunRecord, trace: Trace) -> None:
 
 def _attach(plant: Plant, process: TrueProcess, operation: Operation) -> tuple[SimulatedLink, LocalControl]:
     """The simulated plant, and its own control, which runs the recipe where the guard does not."""
-    local = LocalControl(plant, operation.mode.writes)
+    local = LocalControl(plant, operation.mode.writes, lambda: link.leased)
     link = SimulatedLink(process, LinkConfiguration(recipe_by=plant.recipe), local.sample)
-    local.leased = lambda: link.leased
     return link, local
 
 
@@ -168,7 +167,7 @@ def _hook(shown: Shown, assembly: Assembly, operation: Operation, local: LocalCo
     """Shows every tick, tells the plant's own control of it, and takes to the guard what people have ordered."""
 
     def hook(seen: Observation) -> None:
-        local.told = Told(seen.state, seen.latched is not None, assembly.guard.carries)
+        local.tell(Told(seen.state, seen.latched is not None, assembly.guard.carries))
         shown(seen)
         for order in operation.orders():
             assembly.guard.mailbox.put(order)

@@ -32,7 +32,7 @@ from homeostat.guard.texts import said
 from homeostat.guard.watch.alarms import Troubles
 from homeostat.guard.watch.quality import QualityWatch
 from homeostat.guard.watch.trips import TripWatch
-from homeostat.guard.writing.flight import Progress, Write
+from homeostat.guard.writing.flight import Failed, Progress, Write
 from homeostat.guard.writing.lapse import Lapse
 from homeostat.guard.writing.tenure import Modes
 
@@ -62,6 +62,7 @@ class Guard:
         self._now_s, self._began_s = self._pace.now_s, math.nan
         self._seen: Snapshot | None = None
         self._sample: Snapshot | None = None
+        self._violated = frozenset[str]()
         self._lost, self._stopped = 0, False
         self.mailbox = Mailbox()
         """Where anybody leaves requests and orders."""
@@ -142,8 +143,10 @@ class Guard:
             mode = (memory.mode or mode) if self._attachment.goes_on else Mode.OBSERVE
             self._restart = Restart(parts, self._latch, self._steps, memory)
             self._restart.take_position(self._now_s, self._trips.start_up)
-            self._time.by_s = memory.act_by_s
+            self._time.remember(memory.act_by_s)
             self._trips.remember(memory.trial, self._now_s)
+            if memory.latched is not None:
+                self._violated = memory.trial.violated
             self._response.remember(memory.trial, memory.latched is not None)
             self._requests.remember(memory.requests)
             self._persons.remember(memory.orders)
@@ -193,14 +196,14 @@ class Guard:
         if readings is not None and readings.accepted:
             self._restart = None
             restart.explain(readings)
-            self._moves.judge(self._now_s, readings, self.mode)
-            restart.resolve(self._now_s, readings)
+            self._moves.judge(self._now_s, readings, self.mode, self._violated)
+            restart.resolve(self._now_s, readings, self._violated)
             if self._steps.withdrawn:
                 self._steps.withdraw("nobody wrote after a restart", self._now_s)
             if restart.released:
                 self._time.end(self._now_s)
         elif self._now_s - self._began_s >= self._parts.settings.again_s:
-            restart.act(self._now_s)
+            restart.act(self._now_s, self._violated)
 
     def _follow(self, sample: Snapshot | None) -> None:
         """Where the plant's own recipe runs, its state is read."""
@@ -211,6 +214,7 @@ class Guard:
         """Before anything else is written, tried again or heard: is a hard limit violated?"""
         violations = self._trips.judge(self._now_s, self._seen, self._parts.sequencer.state)
         self._parts.alarms.hold("start-up", self._trips.start_up.overdue, self._now_s)
+        self._violated = frozenset(v.limit for v in violations)
         self._response.take(violations, self._now_s, self._seen, self.mode.writes)
         if violations and self.latched is None:
             self._activate(violations[0].reason)
@@ -220,16 +224,16 @@ class Guard:
         """What somebody else has moved, and how far the write under way has come."""
         parts, now_s, readings = self._parts, self._now_s, self._seen
         if readings is not None:
-            self._moves.notice(now_s, readings, self.mode)
+            self._moves.notice(now_s, readings, self.mode, self._violated)
         write = parts.writer.flying
         progress = parts.writer.follow(now_s, readings, self._objection)
-        if progress is Progress.FAILED and write is not None:
-            self._moves.fail(write, now_s, readings)
+        if isinstance(progress, Failed) and write is not None:
+            self._moves.fail(write, progress, now_s, readings)
         elif progress is Progress.CONFIRMED and write is not None:
             parts.alarms.return_(f"write:{write.cause.value}", now_s)
         self._requests.follow(progress if write and write.cause is Cause.REQUEST else None, now_s)
         self._persons.follow(write, progress, now_s)
-        self._latch.follow(write, progress, now_s, readings)
+        self._latch.follow(write, progress, now_s, readings, self._violated)
         self._steps.follow(write, progress, now_s)
         if write is not None and write.cause is Cause.REQUEST and progress is Progress.CONFIRMED:
             self._time.over()
@@ -263,7 +267,7 @@ class Guard:
         parts, readings = self._parts, self._seen
         near = () if readings is None else self._trips.near(readings)
         above = () if readings is None else self._trips.above(readings)
-        return Present(self._now_s, readings, parts.sequencer.state, parts.service.tags, near, above)
+        return Present(self._now_s, readings, parts.sequencer.state, parts.service.tags, near, above, self._violated)
 
     def _decide(self, sample: Snapshot | None) -> None:
         """A request before the sequence; the trip was before both."""
@@ -302,7 +306,7 @@ class Guard:
             return
         self._time.over()
         self._requests.withdraw_all(reason, self._now_s)
-        self._latch.activate(str(reason)[:500], self._now_s, self._seen)
+        self._latch.activate(str(reason)[:500], self._now_s, self._seen, self._violated)
 
     def _end(self, sample: Snapshot | None) -> None:
         """Heartbeat and journal; the lease goes back where only a fallback was left to be sent."""

@@ -28,7 +28,7 @@ class Parts:
     rules: GuardRules
     """The plant's rules."""
     settings: GuardSettings
-    """How patient the guard is."""
+    """Times that the guard waits, and how often it tries."""
     recorder: Recorder
     """Journals."""
     alarms: Alarms

@@ -1,4 +1,4 @@
-"""How patient the guard is with links, journals and seals; the plant's own numbers are in its tables."""
+"""Times that the guard waits for links, journals and people; the plant's own numbers are in its tables."""
 
 import math
 from dataclasses import dataclass, fields

@@ -136,7 +136,7 @@ def _case(
         model=model,
         baselines={},
         twin=settings.twin.settings,
-        intervention=settings.patience.settings,
+        intervention=settings.intervention.settings,
         monitoring=settings.monitoring.settings,
         production=settings.objective.production,
         delivered=tuple(settings.objective.delivered),

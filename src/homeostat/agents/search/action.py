@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.agents.hypotheses import LIKELY, TRIED, plausible
+from homeostat.agents.hypotheses import TRIED, likely
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import Point, SearchSpace, present_point
 from homeostat.agents.search.cost import Cost
@@ -83,8 +83,8 @@ class SearchAction:
 
     def _search(self, twin: Twin, space: SearchSpace, situation: Situation, required: Mapping[str, float]) -> ActionSet:
         settings = self._settings
-        likely = plausible(situation.diagnosis, LIKELY, TRIED)
-        few = twin.ensemble(likely, twin.settings.search_draws)
+        hypotheses = likely(situation.diagnosis, TRIED)
+        few = twin.ensemble(hypotheses, twin.settings.search_draws)
         tried: dict[Point, float] = {}
         present = present_point(space.state, situation.snapshot.values)
         self._evaluate(twin, space.first(present), space, few, required, tried)
@@ -94,7 +94,7 @@ class SearchAction:
             self._evaluate(twin, [p for b in bases for p in space.around(b, fraction)], space, few, required, tried)
             if before > HOPELESS and min(tried.values()) > 0.9 * before:
                 return space.actions(self._best(tried, space, 1)[0])
-        many = twin.ensemble(likely, twin.settings.draws, Purpose.REFINE)
+        many = twin.ensemble(hypotheses, twin.settings.draws, Purpose.REFINE)
         sure: dict[Point, float] = {}
         self._evaluate(twin, self._best(tried, space, settings.finalists), space, many, required, sure)
         for fraction in settings.fine:

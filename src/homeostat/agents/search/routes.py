@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from homeostat.agents.hypotheses import LIKELY, TRIED, plausible
+from homeostat.agents.hypotheses import TRIED, likely
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.cost import Cost
 from homeostat.domain.plant.state_machine import State
@@ -35,8 +35,8 @@ class RouteSearch:
         routes = [ActionSet.along(path, partial(self._commands, chosen)) for chosen in choices]
         if len(routes) == 1:
             return routes[0]
-        likely = plausible(situation.diagnosis, LIKELY, TRIED)
-        ensemble = self._twin.ensemble(likely, self._twin.settings.search_draws, Purpose.REFINE)
+        hypotheses = likely(situation.diagnosis, TRIED)
+        ensemble = self._twin.ensemble(hypotheses, self._twin.settings.search_draws, Purpose.REFINE)
         cost = self._cost.of(*self._twin.follow_many(ensemble, routes), required, len(routes))
         design = self._design(path)
         far = [sum(abs(v - design[tag]) for tag, v in c.items()) for c in choices]

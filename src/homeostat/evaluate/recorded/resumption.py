@@ -88,7 +88,7 @@ class Past:
         observations: list[Observation] = []
         for event, at_s in self.events:
             while link.now_s < at_s and not link.ended:
-                local.told = seen.told
+                local.tell(seen.told)
                 observations.append(seen.observed(link))
             seen.take(event)
             match event:
@@ -98,7 +98,7 @@ class Past:
                     again.give_back()
                 case WriteIntended() if results[event.write, event.attempt] not in (None, WriteResult.FAILED):
                     again.write(event.commands)
-        local.told = seen.told
+        local.tell(seen.told)
         return tuple(observations)
 
     def unsaid(self, plant: Plant) -> ReleasedActions | None:

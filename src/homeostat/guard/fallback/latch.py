@@ -11,11 +11,14 @@ from homeostat.guard.fallback.fallback import Chosen, Fallbacks
 from homeostat.guard.fallback.trial import Trial
 from homeostat.guard.parts import Parts
 from homeostat.guard.sequence.sequencer import loaded
-from homeostat.guard.writing.flight import Progress, Write
+from homeostat.guard.writing.flight import Failed, Progress, Write
 
 
 class Latch:
-    """Activates fallbacks: the armed one, then the next, then the plant's own shed."""
+    """Activates fallbacks: the armed one, then the next, then the plant's own shed.
+
+    ``violated``, wherever it is asked for, are the hard limits that are violated at present.
+    """
 
     def __init__(self, parts: Parts) -> None:
         """The strategies stand in the order of the tables until recovery ranks them."""
@@ -28,8 +31,6 @@ class Latch:
         """Whether the plant was read back and holds every target of the fallback."""
         self.strategy: FallbackStrategy | None = None
         """The strategy that acted last; None while none has."""
-        self.violated: frozenset[str] = frozenset()
-        """Hard limits that are violated at present."""
         self._acting: Chosen | None = None
         self._loaded = self._held = False
         self._again_s = -math.inf
@@ -45,28 +46,30 @@ class Latch:
         """Whether a fallback is wanted and nobody holds the lease: the plant is left to its own control."""
         return self.reason is not None and not self.standing and not self._parts.tenure.held
 
-    def activate(self, reason: str, now_s: float, readings: Snapshot | None) -> None:
+    def activate(self, reason: str, now_s: float, readings: Snapshot | None, violated: frozenset[str]) -> None:
         """Latch and have the first strategy act now, whatever is under way."""
         if self.reason is not None:
             return
         self.reason = reason
         self._parts.alarms.raise_("latched", reason, Priority.CRITICAL, now_s)
         self.fallbacks.begin(next((s.name for s in self.fallbacks.ranked), ""))
-        self._act(now_s, readings)
+        self._act(now_s, readings, violated)
         self._parts.note(Latched(reason), now_s)
 
-    def escalate(self, limits: frozenset[str], reason: str, now_s: float, readings: Snapshot | None) -> bool:
+    def escalate(
+        self, limits: frozenset[str], reason: str, now_s: float, readings: Snapshot | None, violated: frozenset[str]
+    ) -> bool:
         """``limits`` are violated although a fallback stands: the next strategy that passes its checks acts.
 
         False where there is none; what stands is better than what the plant does by itself.
         """
-        chosen = self._next(now_s, readings, limits)
+        chosen = self._next(now_s, readings, violated, limits)
         if chosen is None:
             return False
         self._write(chosen, reason, now_s, limits)
         return True
 
-    def give_way(self, tag: str, now_s: float, readings: Snapshot | None) -> None:
+    def give_way(self, tag: str, now_s: float, readings: Snapshot | None, violated: frozenset[str]) -> None:
         """Somebody has moved ``tag``, to which a fallback is being sent: it is theirs, unless the row says otherwise.
 
         What else the strategy writes is still sent. Where a hard limit is violated all the same, or nothing is left to
@@ -80,8 +83,8 @@ class Latch:
         if tag not in {c.tag for c in flying.commands}:
             return
         left, reason = writer.without(tag), f"somebody has moved {tag!r} meanwhile"
-        fails = acting is not None and bool(self.violated or not left)
-        following = self._next(now_s, readings) if fails else None
+        fails = acting is not None and bool(violated or not left)
+        following = self._next(now_s, readings, violated) if fails else None
         if left and following is None:
             return
         writer.overtake(now_s, reason)
@@ -99,25 +102,27 @@ class Latch:
             self.fallbacks.begin()
             self._acting, self._again_s = None, -math.inf
 
-    def give_up(self, limits: frozenset[str], reason: str, now_s: float, readings: Snapshot | None) -> None:
+    def give_up(
+        self, limits: frozenset[str], reason: str, now_s: float, readings: Snapshot | None, violated: frozenset[str]
+    ) -> None:
         """What stands does not help: it acts no more before a reset, but the next one, and at last the plant's shed."""
         if self.strategy is not None:
             self.fallbacks.spend(self.strategy.name)
-        if not self.escalate(limits, reason, now_s, readings):
+        if not self.escalate(limits, reason, now_s, readings, violated):
             self._shed(now_s)
 
     def hold(self, reason: str, strategy: str, spent: frozenset[str], trial: Trial) -> None:
         """Be latched again after a restart, before the plant was read; ``strategy`` had acted last.
 
-        ``spent`` are the strategies that do not help, ``trial`` says who had a turn and which limits were violated.
+        ``spent`` are the strategies that do not help, ``trial`` says who had a turn.
         """
-        self.reason, self.violated, self._tried = reason, trial.violated, trial.tried
+        self.reason, self._tried = reason, trial.tried
         self.strategy = next((s for s in self._parts.rules.fallbacks if s.name == strategy), None)
         for name in spent:
             self.fallbacks.spend(name)
         self.standing = self._held = True
 
-    def restore(self, strategy: str, now_s: float, readings: Snapshot | None) -> None:
+    def restore(self, strategy: str, now_s: float, readings: Snapshot | None, violated: frozenset[str]) -> None:
         """Go on after a restart: ``strategy`` is sent again; empty where what acted last is known to stand.
 
         Where nothing that the tables know has acted, because nothing passed its checks, nothing stands either.
@@ -131,7 +136,7 @@ class Latch:
         if self.standing:
             self.fallbacks.take()  # what stands is not the next one
         else:
-            self._act(now_s, readings)
+            self._act(now_s, readings, violated)
 
     def reset(self, now_s: float) -> None:
         """Forget what was activated, and the alarms of it."""
@@ -150,7 +155,14 @@ class Latch:
             return commands
         return tuple(c for c in commands if c.tag in self._parts.service.tags or c.tag in self.forced)
 
-    def follow(self, write: Write | None, progress: Progress | None, now_s: float, readings: Snapshot | None) -> None:
+    def follow(
+        self,
+        write: Write | None,
+        progress: Progress | Failed | None,
+        now_s: float,
+        readings: Snapshot | None,
+        violated: frozenset[str],
+    ) -> None:
         """Take note of how far ``write`` has come, and begin the next strategy where a fallback has failed."""
         if self.reason is None:
             return
@@ -160,33 +172,35 @@ class Latch:
             self._load(acting, now_s)
         if acting is not None and progress is Progress.CONFIRMED:
             self._stands(acting, now_s)
-        elif ours and progress is Progress.FAILED:
-            self._disobeyed(now_s, readings)
+        elif ours and isinstance(progress, Failed):
+            self._disobeyed(progress.reason, now_s, readings, violated)
         elif ours and parts.writer.broken:
             parts.tenure.take(now_s)  # perhaps the lease was lost; the next attempt has a new one
         elif self._due(now_s):
-            self._act(now_s, readings)
+            self._act(now_s, readings, violated)
 
     def _due(self, now_s: float) -> bool:
         """Whether it is time to act: nothing stands, nothing is being sent, and the last vain round is over."""
         over = now_s >= self._again_s or self._parts.tenure.arrived  # with a lease that comes late it acts at once
         return not self.standing and self._parts.writer.flying is None and over
 
-    def _act(self, now_s: float, readings: Snapshot | None) -> None:
+    def _act(self, now_s: float, readings: Snapshot | None, violated: frozenset[str]) -> None:
         """Write the next strategy that passes its checks; none stops a trip, so the plant's own shed is the last."""
-        chosen = self._next(now_s, readings)
+        chosen = self._next(now_s, readings, violated)
         if chosen is None:
             self._shed(now_s)
         else:
             self._write(chosen, self.reason or "", now_s)
 
-    def _next(self, now_s: float, readings: Snapshot | None, limits: frozenset[str] = frozenset()) -> Chosen | None:
+    def _next(
+        self, now_s: float, readings: Snapshot | None, violated: frozenset[str], limits: frozenset[str] = frozenset()
+    ) -> Chosen | None:
         """The next strategy that passes its checks; None where none does.
 
         Best one that brings ``limits`` back, then one that brings back whatever else is violated, then any.
         """
         parts = self._parts
-        while (strategy := self.fallbacks.take(limits, self.violated)) is not None:
+        while (strategy := self.fallbacks.take(limits, violated)) is not None:
             chosen = self.fallbacks.checked(strategy, readings, parts.service.tags)
             if isinstance(chosen, Chosen):
                 return chosen
@@ -228,15 +242,14 @@ class Latch:
             self._parts.alarms.return_(name, now_s)
         self._acting = None
 
-    def _disobeyed(self, now_s: float, readings: Snapshot | None) -> None:
+    def _disobeyed(self, reason: str, now_s: float, readings: Snapshot | None, violated: frozenset[str]) -> None:
         """The plant does not hold what was sent; where a late write was not put right, everything is sent again."""
-        reason = self._parts.writer.error or "the plant does not hold every target after every attempt"
         acting, self._acting = self._acting, None
         if acting is None:
             self.fallbacks.begin("" if self.strategy is None else self.strategy.name)
         else:
             self._failed(acting, reason, now_s)
-        self._act(now_s, readings)
+        self._act(now_s, readings, violated)
 
     def _failed(self, acting: Chosen, reason: str, now_s: float) -> None:
         name = acting.strategy.name

@@ -43,7 +43,7 @@ class Response:
             self._parts.alarms.say(f"trip:{name}", f"{name}: {text}", Priority.CRITICAL, now_s)
         ended, self._before = (self._violated | self._before) - names, frozenset()
         self._answered -= ended  # one that the dead guard had answered and that comes back is answered by the next
-        self._violated = self._latch.violated = names
+        self._violated = names
         strategy = self._latch.strategy.name if self._latch.strategy else None
         if strategy != self._strategy or not self._latch.standing or self._parts.tenure.lost:
             # what the plant's own control has done in a lapse is put right before anything is said of the strategy
@@ -79,11 +79,11 @@ class Response:
                 self._ineffective(strategy.name, *failed, now_s, acts)
                 if acts:
                     limit, reason = failed
-                    self._latch.give_up(self._answer() | {limit}, reason, now_s, readings)
+                    self._latch.give_up(self._answer() | {limit}, reason, now_s, readings, self._violated)
                     return
         if self._unanswered and acts:
             reason = next(iter(self._unanswered.values()))
-            if not self._latch.escalate(self._answer(), reason, now_s, readings):
+            if not self._latch.escalate(self._answer(), reason, now_s, readings, self._violated):
                 text = f"no other fallback is left: {reason}"
                 self._parts.alarms.raise_("fallbacks", text, Priority.CRITICAL, now_s)
 

@@ -57,6 +57,10 @@ class TimeToAct:
         self.by_s: float | None = None
         """Process time by which recovery must have acted [s]; None for no such time."""
 
+    def remember(self, by_s: float | None) -> None:
+        """Go on after a death: ``by_s`` is what the journal says last [s]."""
+        self.by_s = by_s
+
     def arm(self, by_s: float | None, now_s: float) -> None:
         """Recovery has ranked the fallbacks, and must have acted by ``by_s`` or by a time that stood before [s]."""
         self._set(min((t for t in (by_s, self.by_s) if t is not None), default=None), now_s)

@@ -18,7 +18,7 @@ from homeostat.guard.sequence.recognition import recognise
 from homeostat.guard.sequence.sequencer import loaded, nominal_commands, what_follows
 from homeostat.guard.sequence.steps import Steps
 from homeostat.guard.texts import LONGEST_NAME, brief, said
-from homeostat.guard.writing.flight import Progress, Write
+from homeostat.guard.writing.flight import Failed, Progress, Write
 from homeostat.guard.writing.tenure import Modes
 
 
@@ -96,7 +96,7 @@ class Persons:
         """Orders that were answered before a restart are not carried out again."""
         self._authority.remember(used)
 
-    def follow(self, write: Write | None, progress: Progress | None, now_s: float) -> None:
+    def follow(self, write: Write | None, progress: Progress | Failed | None, now_s: float) -> None:
         """Take note of how far ``write`` has come: a start is made once the plant has got its commands.
 
         Nothing follows behind one that the plant takes and does not hold, or that something overtakes before that.
@@ -109,7 +109,7 @@ class Persons:
             parts.note(loaded(starting[1], starting[2], aborting=False), now_s)
         if self._unread is None:
             return
-        if write is not self._unread[0] or progress is Progress.FAILED:
+        if write is not self._unread[0] or isinstance(progress, Failed):
             self._give_up(self._unread[1], now_s)
         elif progress is Progress.CONFIRMED:
             self._unread = None
@@ -190,7 +190,8 @@ class Persons:
         if floor.latch.reason is not None:
             return "a fallback has acted already"
         floor.requests.withdraw_all("a person ordered the fallback", present.now_s)
-        floor.latch.activate(f"ordered by {command.person}: {command.reason}", present.now_s, present.readings)
+        reason = f"ordered by {command.person}: {command.reason}"
+        floor.latch.activate(reason, present.now_s, present.readings, present.violated)
         return ""
 
     def _start(self, command: PersonCommand, present: Present) -> str:

@@ -16,7 +16,7 @@ from homeostat.guard.requests.verification import Present, Unfit, authorise, map
 from homeostat.guard.restart.memory import REMEMBERED
 from homeostat.guard.sequence.sequencer import loaded
 from homeostat.guard.texts import brief, said
-from homeostat.guard.writing.flight import Progress, Write
+from homeostat.guard.writing.flight import Failed, Progress, Write
 
 MOST = 50
 """Most requests that wait, and most that one tick looks at."""
@@ -175,7 +175,7 @@ class Requests:
                 return self._write(asked, present.now_s)
         return False
 
-    def follow(self, progress: Progress | None, now_s: float) -> None:
+    def follow(self, progress: Progress | Failed | None, now_s: float) -> None:
         """Take note of how far the write of a request has come."""
         asked, parts = self._written, self._parts
         if asked is None:
@@ -188,10 +188,9 @@ class Requests:
         if progress is Progress.CONFIRMED:
             self._written = None
             self._answer(asked.request, RequestStatus.CONFIRMED, now_s)
-        elif progress is Progress.FAILED:
+        elif isinstance(progress, Failed):
             self._give_up()
-            reason = parts.writer.error or "the plant does not hold every target after every attempt"
-            self._answer(asked.request, RequestStatus.FAILED, now_s, refusal("CHK-OBEYED", reason))
+            self._answer(asked.request, RequestStatus.FAILED, now_s, refusal("CHK-OBEYED", progress.reason))
 
     def _give_up(self) -> None:
         """Nothing follows behind a request that the plant may not have got, or does not obey."""

@@ -53,6 +53,8 @@ class Present:
     """Hard limits that are undecided or half way to a trip."""
     above: tuple[Violation, ...] = ()
     """Hard limits that this very reading violates; what is asked waits until it is noise or a trip."""
+    violated: frozenset[str] = frozenset()
+    """Hard limits whose violation has been told as a trip."""
 
 
 def mapped(request: Request, rules: GuardRules) -> tuple[Request, RecoveryPath]:

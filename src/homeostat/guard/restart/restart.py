@@ -67,12 +67,15 @@ class Restart:
             if on_ramp or holds(command, readings, self._tolerance(command.tag)):
                 parts.service.adopt((command,), readings)
 
-    def act(self, now_s: float) -> None:
+    def act(self, now_s: float, violated: frozenset[str]) -> None:
         """The plant says nothing: a fallback that is not known to stand is sent all the same."""
-        self._restore(now_s, None)
+        self._restore(now_s, None, violated)
 
-    def resolve(self, now_s: float, readings: Snapshot) -> None:
-        """Say what became of every open write, and have an unconfirmed fallback sent until it stands."""
+    def resolve(self, now_s: float, readings: Snapshot, violated: frozenset[str]) -> None:
+        """Say what became of every open write, and have an unconfirmed fallback sent until it stands.
+
+        ``violated``: hard limits that are, against which what is sent is chosen.
+        """
         if self._latch.reason is not None and self._memory.latched is None:
             self._overtaken = True  # a limit was violated before the plant was read: what was open is void
         if self._memory.untold:
@@ -87,12 +90,12 @@ class Restart:
                 self._missed(number, write, confirmed, deviating, now_s)
         if self._memory.owed is not None and self._owes(self._memory.owed):
             self._owe(self._memory.owed)
-        self._restore(now_s, readings)
+        self._restore(now_s, readings, violated)
 
-    def _restore(self, now_s: float, readings: Snapshot | None) -> None:
+    def _restore(self, now_s: float, readings: Snapshot | None, violated: frozenset[str]) -> None:
         if self._latched:
             self._latched = False
-            self._latch.restore(self._strategy, now_s, readings)
+            self._latch.restore(self._strategy, now_s, readings, violated)
 
     def _carried_out(self, number: int, write: OpenWrite, now_s: float) -> None:
         """The plant holds what was intended: go on behind it, and send it no more."""

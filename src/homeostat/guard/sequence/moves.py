@@ -9,7 +9,7 @@ from homeostat.guard.fallback.latch import Latch
 from homeostat.guard.parts import Parts
 from homeostat.guard.sequence.arrivals import Arrivals
 from homeostat.guard.sequence.service import Moved
-from homeostat.guard.writing.flight import PUT_RIGHT, GivenUp, Write, same, shown
+from homeostat.guard.writing.flight import PUT_RIGHT, Failed, GivenUp, Write, same, shown
 from homeostat.guard.writing.lapse import Lapse, local
 
 
@@ -25,14 +25,17 @@ class Moves:
         self._wrong: dict[str, Moved] = {}
         self._hands: list[tuple[Moved, float]] = []
 
-    def notice(self, now_s: float, readings: Snapshot, mode: Mode) -> None:
+    def notice(self, now_s: float, readings: Snapshot, mode: Mode, violated: frozenset[str]) -> None:
         """Judge every target that the plant tells, and put right what a latched fallback needs."""
-        self.judge(now_s, readings, mode)
+        self.judge(now_s, readings, mode, violated)
         self._wrong.update(self._lapse.settle(now_s, readings))
         self._put_right(now_s)
 
-    def judge(self, now_s: float, readings: Snapshot, mode: Mode) -> None:
-        """Judge every target that the plant tells: the guard's, a late one of its own, the plant's, or a person's."""
+    def judge(self, now_s: float, readings: Snapshot, mode: Mode, violated: frozenset[str]) -> None:
+        """Judge every target that the plant tells: the guard's, a late one of its own, the plant's, or a person's.
+
+        ``violated``: hard limits that are, which a fallback that gives way must answer all the same.
+        """
         parts, latched = self._parts, self._latch.reason is not None
         tenure = parts.tenure
         given_back = not tenure.held and now_s < tenure.given_back_s + parts.settings.again_s
@@ -50,7 +53,7 @@ class Moves:
                 parts.alarms.say(f"late:{moved.tag}", text, Priority.HIGH, now_s)
             elif not self._recipes(moved, now_s, readings, mode):
                 self._take_out(moved, now_s)
-                self._latch.give_way(moved.tag, now_s, readings)
+                self._latch.give_way(moved.tag, now_s, readings, violated)
         for moved in self._arrivals.late(now_s):
             self._take_out(moved, now_s)
 
@@ -76,16 +79,15 @@ class Moves:
                 self._parts.alarms.return_(f"moved:{moved.tag}", now_s)
                 self._latch.again(now_s)
 
-    def fail(self, write: Write, now_s: float, readings: Snapshot | None) -> None:
+    def fail(self, write: Write, failed: Failed, now_s: float, readings: Snapshot | None) -> None:
         """Every attempt at ``write`` was made: what became of it is what the plant says, and an alarm."""
         parts = self._parts
         unread = parts.writer.pending
         parts.service.adopt(tuple(c for c in write.commands if c.tag not in unread), readings)
-        text = f"{write.source}: {parts.writer.error or 'the plant does not hold every target'}"
+        text = f"{write.source}: {failed.error or 'the plant does not hold every target'}"
         parts.alarms.raise_(f"write:{write.cause.value}", text, Priority.HIGH, now_s)
-        failed = parts.writer.failed
-        if failed is not None and failed.written:
-            self._say_half(failed, now_s)
+        if failed.read is not None and failed.read.written:
+            self._say_half(failed.read, now_s)
 
     def read(self, now_s: float, readings: Snapshot | None) -> None:
         """What became of writes that were given up, once the plant was read after them."""

@@ -16,7 +16,7 @@ from homeostat.guard.requests.verification import command_finding
 from homeostat.guard.sequence.arrivals import Arrivals
 from homeostat.guard.sequence.recognition import followed, step_made
 from homeostat.guard.sequence.sequencer import loaded, nominal_commands, what_follows
-from homeostat.guard.writing.flight import Progress, Write
+from homeostat.guard.writing.flight import Failed, Progress, Write
 
 
 class Steps:
@@ -65,7 +65,7 @@ class Steps:
             text = f"{why}: {', '.join(map(repr, named))} waited to be written, and will not be"
             parts.alarms.say("withdrawn", text, Priority.MEDIUM, now_s)
 
-    def follow(self, write: Write | None, progress: Progress | None, now_s: float) -> None:
+    def follow(self, write: Write | None, progress: Progress | Failed | None, now_s: float) -> None:
         """Take note of how far ``write``, a step, has come: taken once the plant has got it, due again if it failed."""
         parts, step = self._parts, self._step
         if write is None or write.cause is not Cause.SEQUENCE:
@@ -74,7 +74,7 @@ class Steps:
             self._step = None
             self._taken(step, now_s)
             self.owe(write)
-        if progress is Progress.FAILED:
+        if isinstance(progress, Failed):
             self._again_s = now_s + parts.settings.again_s
         elif progress is Progress.CONFIRMED:
             self._owed = None

@@ -72,7 +72,7 @@ class TripWatch:
         """The phase in which some limits are others."""
 
     def correct(self, errors: tuple[Errors, ...]) -> None:
-        """Take note of instrument errors, one mapping per plausible explanation; what is not finite is none.
+        """Take note of instrument errors, one mapping per likely explanation; what is not finite is none.
 
         ValueError where there are too many to be judged within a tick.
         """

@@ -46,8 +46,6 @@ class Progress(StrEnum):
     """The link has just taken it; its effect is not read yet."""
     CONFIRMED = "confirmed"
     """The plant holds every target."""
-    FAILED = "failed"
-    """Every attempt was made, and the plant does not hold every target."""
 
 
 @dataclass(slots=True)
@@ -68,6 +66,8 @@ class Flight:
     """When the link took that attempt [s]; None while it has not."""
     ended: bool = field(init=False)
     """Whether that attempt has an outcome."""
+    error: str = field(init=False)
+    """What went wrong last, as the link or the guard says it; empty where nothing did."""
     held: set[str] = field(default_factory=set)
     """Tags that were read at their target since it was sent."""
     covered: set[str] = field(default_factory=set)
@@ -108,6 +108,21 @@ class GivenUp:
     def whole(self) -> bool:
         """Whether the plant was read to hold all of it."""
         return len(self.written) == len(self.write.commands)
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """Every attempt at a write was made, and the plant does not hold every target."""
+
+    error: str
+    """What went wrong last, as the link or the guard says it; empty where nothing did."""
+    read: GivenUp | None
+    """What was read of the write; None where the plant was not read after it."""
+
+    @property
+    def reason(self) -> str:
+        """Why it has failed, for a person."""
+        return self.error or "the plant does not hold every target after every attempt"
 
 
 def _shown(commands: tuple[Command, ...]) -> str:

@@ -64,7 +64,7 @@ class Tenure:
             return "this plant is only observed; attach it with a link that can write"
         objection = ""
         try:
-            self._writer.wire = self._lease.take()
+            self._writer.attach(self._lease.take())
         except BaseException as broken:  # a link may break in any way
             objection = f"the plant gives no lease: {said(broken)}"
             if self.awaited:
@@ -123,7 +123,8 @@ class Tenure:
         lease = self._in_use
         if lease is None:
             return
-        self._writer.wire, self.given_back_s = None, now_s
+        self._writer.detach()
+        self.given_back_s = now_s
         try:
             lease.give_back()
         except BaseException as broken:  # without heartbeat the plant sheds all the same

@@ -19,7 +19,7 @@ from homeostat.guard.restart.recorder import URGENT_S, Recorder
 from homeostat.guard.settings import GuardSettings
 from homeostat.guard.texts import said
 from homeostat.guard.writing.bounded import BoundedWire
-from homeostat.guard.writing.flight import Flight, GivenUp, Progress, Write, between, holds, outcome, same
+from homeostat.guard.writing.flight import Failed, Flight, GivenUp, Progress, Write, between, holds, outcome, same
 from homeostat.guard.writing.ramp import Ramps
 
 REMEMBERED = 100
@@ -35,18 +35,18 @@ class Writer:
     def __init__(self, rules: Mapping[str, WriteRule], recorder: Recorder, settings: GuardSettings) -> None:
         """``rules``: writable tag -> how it is read back."""
         self._rules, self._recorder, self._settings = rules, recorder, settings
+        self._wire: Wire | None = None
         self._flight: Flight | None = None
         self._given_up: deque[Flight] = deque(maxlen=REMEMBERED)
         self._may_arrive: deque[Command] = deque(maxlen=REMEMBERED)
         self._ramps = Ramps()
         self.numbered = 0
         """Writes so far."""
-        self.wire: Wire | None = None
+
+    @property
+    def wire(self) -> Wire | None:
         """The writing side of the link; None in modes that do not write."""
-        self.error = ""
-        """What the link said last when it failed."""
-        self.failed: GivenUp | None = None
-        """What was read of the write that failed last; None where the plant was not read after it."""
+        return self._wire
 
     @property
     def flying(self) -> Write | None:
@@ -108,9 +108,17 @@ class Writer:
         self._flight.write = replace(write, commands=kept, digest=digest)
         return bool(kept)
 
+    def attach(self, wire: Wire) -> None:
+        """Send over ``wire`` from now on."""
+        self._wire = wire
+
+    def detach(self) -> None:
+        """The wire is given back: nothing is sent any more."""
+        self._wire = None
+
     def cut(self) -> None:
         """The wire is lost: nothing is sent any more, ramps stand where they are."""
-        self.wire = None
+        self._wire = None
         self._ramps.stop()
 
     def begin(self, write: Write, now_s: float) -> bool:
@@ -170,7 +178,7 @@ class Writer:
 
     def follow(
         self, now_s: float, readings: Snapshot | None, objection: Objection = lambda write, readings: ""
-    ) -> Progress | None:
+    ) -> Progress | Failed | None:
         """How far the write under way has come with these readings; None where nothing is new.
 
         ``objection`` says why a write may not be tried again now; nobody asks it about a fallback.
@@ -233,7 +241,7 @@ class Writer:
             self._end(flight, WriteResult.TIMED_OUT, f"no answer for {now_s - flight.sent_s:g} s", now_s)
         return None
 
-    def _again(self, flight: Flight, now_s: float, after: Snapshot | None, objection: Objection) -> Progress | None:
+    def _again(self, flight: Flight, now_s: float, after: Snapshot | None, objection: Objection) -> Failed | None:
         """The next attempt, where nothing is against it; ``after``: the plant as it was read after the last one."""
         if after is not None:
             self._read_back(flight, after, now_s)
@@ -241,18 +249,17 @@ class Writer:
         if flight.write.cause is not Cause.FALLBACK:
             why = objection(flight.write, after) if after is not None else "the plant was not read after the attempt"
         if why:
-            self.error = why
+            flight.error = why
         elif flight.attempt < self._settings.attempts and self._send(flight, now_s):
             return None
         self._flight = None
         self._ramps.stop()
-        self.failed = None if after is None else outcome(flight)
         if after is None:
             self._give_up(flight)
         else:
             self._may_arrive.extend(flight.write.commands * flight.attempt)
         self._settle()
-        return Progress.FAILED
+        return Failed(flight.error, None if after is None else outcome(flight))
 
     def _send(self, flight: Flight, now_s: float) -> bool:
         """One attempt with an intention of its own; False where its intention cannot be journalled."""
@@ -279,8 +286,7 @@ class Writer:
         return True
 
     def _end(self, flight: Flight, result: WriteResult, detail: str, now_s: float) -> None:
-        flight.ended = True
-        self.error = detail
+        flight.ended, flight.error = True, detail
         self._recorder.note(WriteEnded(flight.number, flight.attempt, result, detail), now_s)
 
     def _confirm(self, flight: Flight, now_s: float) -> Progress:
@@ -301,11 +307,11 @@ class Writer:
 
     def _way(self, write: Write) -> Wire:
         """The wire; what hangs in a link that may block holds no fallback up. ConnectionError where there is none."""
-        if self.wire is None:
+        if self._wire is None:
             raise ConnectionError("there is no lease to write with")
-        if write.cause is Cause.FALLBACK and isinstance(self.wire, BoundedWire):
-            return self.wire.urgent
-        return self.wire
+        if write.cause is Cause.FALLBACK and isinstance(self._wire, BoundedWire):
+            return self._wire.urgent
+        return self._wire
 
     def _ramp(self, now_s: float, told: Mapping[str, float | None]) -> None:
         """Take the next step of every ramp that the guard makes, once the link has taken the first."""
@@ -322,7 +328,7 @@ class Writer:
                 self._way(flight.write).send(commands)
                 self._ramps.took(commands, now_s, told)
             except BaseException as broken:  # whether the plant has it is read; the same step is sent again
-                self.error = said(broken)
+                flight.error = said(broken)
 
     def _deviating(self, write: Write, readings: Snapshot) -> tuple[str, ...]:
         """Tags whose accepted target is not what was commanded."""

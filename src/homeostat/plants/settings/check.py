@@ -105,7 +105,7 @@ class _Check:
     def times(self, settings: Settings) -> None:
         """What is waited for comes before the run ends; a stretch that is averaged may be meant never to be full."""
         end_s = settings.run.end_s
-        for table, filled in (("monitoring", settings.monitoring), ("patience", settings.patience)):
+        for table, filled in (("monitoring", settings.monitoring), ("intervention", settings.intervention)):
             for name, value in filled.given().items():
                 if name.endswith("_s") and name != "centre_s" and value >= end_s:
                     message = f"{value:.6g} s must be less than the run's end_s = {end_s:.6g} s: it would never be over"

@@ -29,6 +29,10 @@ def read_settings(files: PlantFiles) -> Settings:
         content = tomllib.loads(files.content(SETTINGS).decode("utf-8"))
     except (ValueError, RecursionError) as error:  # TOMLDecodeError, UnicodeDecodeError, a number of 5000 digits
         raise PlantError(f"{where} is no TOML: {error}") from None
+    if "patience" in content:
+        if "intervention" in content:
+            raise PlantError(f"{where}: [patience] and [intervention] are two names of one table; keep one of them")
+        content["intervention"] = content.pop("patience")
     try:
         return Settings.model_validate(content)
     except ValidationError as error:

@@ -150,7 +150,7 @@ class MonitoringTable(Table):
 
 
 class InterventionTable(Table):
-    """``[patience]``: what the keys mean stands at `InterventionBounds`."""
+    """``[intervention]``, which may be called ``[patience]``: what the keys mean stands at `InterventionBounds`."""
 
     calm_s: SomeTime | None = None
     improvements: Annotated[int, within(0, 100, "proposals", "each one is searched and judged")] | None = None
@@ -218,7 +218,7 @@ class Settings(Table):
     """How the twin is judged and used."""
     monitoring: MonitoringTable = MonitoringTable()
     """How long monitoring waits before it speaks."""
-    patience: InterventionTable = InterventionTable()
+    intervention: InterventionTable = InterventionTable()
     """How eagerly a plant is improved."""
     link: LinkTable = LinkTable()
     """What the plant's control system needs."""
