@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple, Self
 
-from homeostat.evaluate.report.groups import Group, arm, arms, cases, in_order, overall, succeeded
+from homeostat.evaluate.report.groups import Group, arm, arms, in_order, overall, plants, succeeded
 from homeostat.evaluate.report.statistics import Estimate, Rate, Spread, estimate, holm, mcnemar, rate, spread
 from homeostat.evaluate.study.row import AGENTS, DO_NOTHING, HINDSIGHT, WHOLE, Row
 
@@ -37,10 +37,10 @@ class Comparison:
 def comparisons(rows: Sequence[Row], reference: str | None = None) -> list[Comparison]:
     """Every proposer and ablation against ``reference``, by default the first in order that proposes.
 
-    Cases in which the reference has no rows are left out, and so are proposers without a common pair.
+    Plants of which the reference has no rows are left out, and so are proposers without a common pair.
     """
     groups, found = overall(rows), list[Comparison]()
-    for plant in cases(rows):
+    for plant in plants(rows):
         order = arms([row for row in rows if row.case == plant])
         own = sorted((group for group in groups if group.case == plant), key=lambda group: order.index(group.name))
         first = own[0].name if reference is None else reference
@@ -153,7 +153,7 @@ def tokens_of(rows: Sequence[Row]) -> list[Tokens]:
 
 
 Pair = tuple[str, str, int]
-"""What rows have in common that are the same plant with the same faults: case, scenario, seed."""
+"""What rows have in common that are the same plant with the same faults: plant, scenario, seed."""
 
 
 @dataclass(frozen=True, slots=True)
