@@ -73,18 +73,18 @@ class Bin:
     high: float
     """Largest probability [1]; it belongs to the next bin, except 1."""
     believed: float
-    """Mean probability of what was believed [1]."""
+    """Mean probability of the most probable faults [1]."""
     right: Rate
     """How often that was true."""
 
 
 def is_right(row: Row) -> bool:
-    """Whether the faults that were believed are the true ones, in whatever order they are named."""
+    """Whether the most probable faults are the true ones, in whatever order they are named."""
     return sorted(row.believed.split("+")) == sorted(row.fault.split("+"))
 
 
 def reliability(rows: Sequence[Row]) -> list[Bin]:
-    """Diagnoses by the probability of what was believed; bins without any are left out."""
+    """Diagnoses by the probability of the most probable faults; bins without any are left out."""
     held: dict[int, list[tuple[float, bool]]] = {}
     for row in rows:
         if row.believed and row.believed_p is not None:
