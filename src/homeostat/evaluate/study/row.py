@@ -119,7 +119,7 @@ class Row:
     on_right: int | None
     """Actuators that were switched on and had to be."""
     on_wrong: int | None
-    """Actuators that were switched on and had not to be."""
+    """Actuators that were switched on and should not have been."""
     on_missed: int | None
     """Actuators that had to be switched on and were not."""
 
