@@ -35,6 +35,7 @@ def test_the_glossary_has_every_outcome_in_the_order_in_which_they_apply() -> No
 def test_the_words_are_in_alphabetical_order_and_there_once() -> None:
     words = [row[0] for row in rows("glossary.md", 3) if not row[0].startswith(("`", "-", "Word", "Event"))]
     assert len(words) > 40 and len(set(words)) == len(words)
+    assert words == sorted(words, key=str.lower)
 
 
 @pytest.mark.parametrize("row", [r for r in rows("journeys.md", 3) if r[0].startswith("`")], ids=lambda row: row[1])
