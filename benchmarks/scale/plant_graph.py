@@ -18,7 +18,7 @@ from benchmarks.scale.header_graph import HEADERS, SITE, connections, equipment_
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary.tbox import load_ontology
 from homeostat.knowledge.vocabulary.vocabulary import RDF, VDI2206, VDI3682, CPSMod
-from homeostat.plants.files.folder import CASES
+from homeostat.plants.files.folder import INSTALLED
 
 KINDS: Final = ("mixing_module", "cstr")
 """Cases that modules are copies of, in turn."""
@@ -60,7 +60,7 @@ def module_text(module: int, kind: str) -> bytes:
 
 @cache
 def _case_text(kind: str) -> bytes:
-    quads = parse(path=CASES / kind / "plant.ttl", format=RdfFormat.TURTLE)
+    quads = parse(path=INSTALLED / kind / "plant.ttl", format=RdfFormat.TURTLE)
     return _n_triples(quad.triple for quad in quads)
 
 

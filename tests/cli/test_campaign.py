@@ -120,7 +120,7 @@ def test_a_second_campaign_in_the_same_folder_is_refused(tmp_path: Path) -> None
     second = homeostat("campaign", "small.toml", "--out", "out", cwd=tmp_path)
     status, _, _ = stop(process, signal.SIGKILL)
     assert status == -signal.SIGKILL
-    refused(second, "'out' is in use by another campaign; wait for it or choose --out")
+    refused(second, "'out' is in use by another study; wait for it or choose --out")
 
 
 @pytest.fixture

@@ -35,6 +35,7 @@ def test_the_glossary_has_every_outcome_in_the_order_in_which_they_apply() -> No
 def test_the_words_are_in_alphabetical_order_and_there_once() -> None:
     words = [row[0] for row in rows("glossary.md", 3) if not row[0].startswith(("`", "-", "Word", "Event"))]
     assert len(words) > 40 and len(set(words)) == len(words)
+    assert words == sorted(words, key=str.lower)
 
 
 @pytest.mark.parametrize("row", [r for r in rows("journeys.md", 3) if r[0].startswith("`")], ids=lambda row: row[1])
@@ -55,3 +56,42 @@ def test_every_folder_is_in_the_architecture_and_in_the_layers() -> None:
     assert f"`{order}`" in page and f"`{order}`" in contributing
     for folder in (path.name for path in SOURCES.iterdir() if path.is_dir() and path.name[0] != "_"):
         assert f"\n  {folder}/ " in page, f"{folder}/ is not in the tree of the architecture"
+
+
+def tree() -> dict[str, str]:
+    """Folder under the package -> what the architecture's tree says is in it, without what stands in brackets."""
+    page = (REPO / "docs" / "architecture.md").read_text(encoding="utf-8")
+    block = page.partition("```\nsrc/homeostat/\n")[2].partition("```")[0]
+    found, above = dict[str, str](), ""
+    for line in block.splitlines():
+        entry = re.match(r"( {2}| {4})([\w.]+/?) +(.*)", line)
+        if entry is None:
+            found[next(reversed(found))] += " " + line.strip()
+            continue
+        depth, name, said = len(entry[1]), entry[2], entry[3]
+        above = name if depth == 2 else above
+        found[name if depth == 2 else above + name] = said
+    return {name: re.sub(r"\([^()]*\)", "", said) for name, said in found.items()}
+
+
+@pytest.mark.parametrize(("name", "said"), tree().items(), ids=lambda value: value[:20])
+def test_every_module_and_folder_in_the_tree_of_the_architecture_is_there(name: str, said: str) -> None:
+    assert (SOURCES / name).exists(), name
+    for each in [] if (SOURCES / name).is_file() else re.split(r"[,;:]| and |  ", said):
+        if re.fullmatch(r"[a-z_]+(/|\.\w+)?", word := each.strip()):
+            places = [SOURCES / name / word, SOURCES / name / f"{word}.py"]
+            assert any(place.exists() for place in places), f"{name}{word}"
+
+
+def pages() -> list[Path]:
+    """The pages of people: what is made by a command may not be there."""
+    return [REPO / "README.md", REPO / "CONTRIBUTING.md", *sorted((REPO / "docs").rglob("*.md"))]
+
+
+@pytest.mark.parametrize("page", pages(), ids=lambda page: page.name)
+def test_every_link_to_a_file_leads_to_one(page: Path) -> None:
+    made = {REPO / "docs" / "coverage.md"}
+    for target in re.findall(r"\]\(([^)\s#]+)[^)]*\)", page.read_text(encoding="utf-8")):
+        if not re.match(r"[a-z]+:", target):
+            there = (page.parent / target).resolve()
+            assert there.exists() or there in made, f"{page.name}: {target}"

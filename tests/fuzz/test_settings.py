@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.plants.error import PlantError
-from homeostat.plants.files.folder import CASES, SETTINGS, PlantFiles
+from homeostat.plants.files.folder import INSTALLED, SETTINGS, PlantFiles
 from homeostat.plants.settings.file import read_settings
 
-TEXTS = {name: (CASES / name / SETTINGS).read_text(encoding="utf-8") for name in ("cstr", "mixing_module")}
+TEXTS = {name: (INSTALLED / name / SETTINGS).read_text(encoding="utf-8") for name in ("cstr", "mixing_module")}
 VALUES = st.one_of(
     st.sampled_from(
         ["nan", "inf", "-1", "0", "1e300", "true", "[]", "{}", '""', '"x"', "1979-05-27", "[1,2]", "9" * 400]

@@ -7,7 +7,7 @@ from homeostat.knowledge.store.error import Code
 from tests.knowledge.mistakes import Change, cell, where
 
 TRIP, BACK = "trip of limit 'LIM-T-HIGH'", "fallback 'drain', limit 'LIM-T-HIGH'"
-NEVER, NUMBER = Code.LIMIT_NEVER_BROKEN, Code.BAD_NUMBER
+NEVER, NUMBER = Code.LIMIT_NEVER_VIOLATED, Code.BAD_NUMBER
 
 
 def limit(formula: str, name: str = "LIM-T-HIGH") -> Change:

@@ -17,8 +17,8 @@ from homeostat.knowledge.store.embedded import EmbeddedStore
 
 Rows = list[dict[str, str]]
 
-CASES = Path(__file__).resolve().parents[2] / "src" / "homeostat" / "plants"
-CSTR = CASES / "cstr"
+INSTALLED = Path(__file__).resolve().parents[2] / "src" / "homeostat" / "plants"
+CSTR = INSTALLED / "cstr"
 SYSTEM = NamedNode("urn:homeostat:cstr#system")
 TABLES = tuple(sorted(path.stem for path in (CSTR / "engineering").glob("*.csv")))
 

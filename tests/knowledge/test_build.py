@@ -27,12 +27,12 @@ from homeostat.knowledge.vocabulary.openmath import equation
 from homeostat.knowledge.vocabulary.tbox import ontologies
 from homeostat.knowledge.vocabulary.vocabulary import HS, PREFIXES, RDF, CPSMod, M
 from homeostat.stl.formula import parse_expression
-from tests.knowledge.tables import CASES, SYSTEM, TABLES, Rows, Workbench, reactor, store_of
+from tests.knowledge.tables import INSTALLED, SYSTEM, TABLES, Rows, Workbench, reactor, store_of
 
-PLANTS = sorted(path.parent for path in CASES.glob("*/case.toml"))
+PLANTS = sorted(path.parent for path in INSTALLED.glob("*/case.toml"))
 SHIPPED = Path(module.__file__).with_name(MAPPING)
-ENGINEERING = sorted(CASES.glob("cstr/engineering/*.csv"))
-MORPH = CASES.parents[2] / ".rml-venv" / "bin" / "python"
+ENGINEERING = sorted(INSTALLED.glob("cstr/engineering/*.csv"))
+MORPH = INSTALLED.parents[2] / ".rml-venv" / "bin" / "python"
 
 
 def triples_of(graph: bytes) -> frozenset[Triple]:
@@ -369,7 +369,7 @@ def test_an_operator_realises_its_equations_and_the_tree_points_at_tags_and_para
 
 
 def test_the_guide_explains_every_column_and_no_other() -> None:
-    guide = (CASES.parents[2] / "docs" / "how-to" / "add-a-plant.md").read_text("utf-8")
+    guide = (INSTALLED.parents[2] / "docs" / "how-to" / "add-a-plant.md").read_text("utf-8")
     explained: dict[str, set[str]] = {}
     table = ""
     for line in guide.splitlines():

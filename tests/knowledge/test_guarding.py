@@ -10,7 +10,7 @@ from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import Command, Effect
 from homeostat.knowledge.context.documents import documents
-from tests.knowledge.tables import CASES, reactor, store_of
+from tests.knowledge.tables import INSTALLED, reactor, store_of
 from tests.plants.watching import described
 
 PLANTS = ("cstr", "mixing_module")
@@ -18,7 +18,7 @@ PLANTS = ("cstr", "mixing_module")
 
 @cache
 def plant(name: str) -> PlantDescription:
-    return described(CASES / name)
+    return described(INSTALLED / name)
 
 
 @pytest.mark.parametrize("name", PLANTS)

@@ -14,7 +14,7 @@ from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary.tbox import ontologies
 from homeostat.knowledge.vocabulary.vocabulary import HS, RDFS, XSD
-from homeostat.plants.files.folder import CASES, plant_folder
+from homeostat.plants.files.folder import INSTALLED, plant_folder
 from tests.safety.injections import CORPUS, TEXTS, Injection
 
 PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "reference" / "knowledge_graphs"
@@ -135,7 +135,7 @@ def test_the_shipped_plant_has_none() -> None:
 def test_what_engineers_wrote_elsewhere_is_not_reported() -> None:
     """The ontologies, whose terms others explained, the other plants, and a plant in the manner of published ones."""
     texts = dict(ontologies())
-    texts |= {str(file): file.read_bytes() for file in sorted(CASES.glob("*/plant.ttl"))}
+    texts |= {str(file): file.read_bytes() for file in sorted(INSTALLED.glob("*/plant.ttl"))}
     assert len(texts) >= 10 + 2
     stores = {name: store_of(*(q.triple for q in parse(text, RdfFormat.TURTLE))) for name, text in texts.items()}
     foreign = Path(__file__).with_name("dosing_station.jsonld").read_bytes()

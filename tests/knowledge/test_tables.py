@@ -16,7 +16,7 @@ from homeostat.knowledge.build.build import main
 from homeostat.knowledge.build.tables.cells import Reads, Refers
 from homeostat.knowledge.build.tables.check import SCHEMAS, mistakes, refuse_bad_tables
 from homeostat.knowledge.store.error import Code, GraphError
-from tests.knowledge.tables import CASES, Rows
+from tests.knowledge.tables import INSTALLED, Rows
 from tests.plants.copies import Copy
 
 PLANTS = ("cstr", "mixing_module")
@@ -39,7 +39,7 @@ def places() -> Iterator[tuple[str, str, str]]:
     """Plant, table and column of every column that has a row."""
     for plant in PLANTS:
         for name, (model, _) in SCHEMAS.items():
-            if table(CASES / plant, name)[1]:
+            if table(INSTALLED / plant, name)[1]:
                 yield from ((plant, name, column) for column in model.model_fields)
 
 
@@ -55,7 +55,7 @@ def is_number(name: str, column: str) -> bool:
 def tables(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of a plant's tables, which every test leaves as it was."""
     folder = tmp_path_factory.mktemp(request.param) / str(request.param)
-    shutil.copytree(CASES / request.param / "engineering", folder / "engineering")
+    shutil.copytree(INSTALLED / request.param / "engineering", folder / "engineering")
     return folder
 
 
@@ -82,8 +82,8 @@ def each(folder: Path, fits: Callable[[str, str], bool]) -> Iterator[tuple[str, 
 
 @pytest.mark.parametrize("plant", PLANTS)
 def test_the_tables_of_the_plants_are_well(plant: str) -> None:
-    refuse_bad_tables(CASES / plant)
-    assert {path.stem for path in (CASES / plant / "engineering").glob("*.csv")} == SCHEMAS.keys()
+    refuse_bad_tables(INSTALLED / plant)
+    assert {path.stem for path in (INSTALLED / plant / "engineering").glob("*.csv")} == SCHEMAS.keys()
 
 
 def test_a_cell_that_is_empty(tables: Path) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from homeostat.knowledge.build.provenance import seal
-from homeostat.plants.files.folder import CASES
+from homeostat.plants.files.folder import INSTALLED
 from homeostat.plants.plant import Plant, load_plant
 
 
@@ -19,7 +19,7 @@ class Copy:
 
     @classmethod
     def of(cls, name: str, where: Path) -> Copy:
-        shutil.copytree(CASES / name, where / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(INSTALLED / name, where / name, ignore=shutil.ignore_patterns("__pycache__"))
         return cls(where / name)
 
     def load(self) -> Plant:

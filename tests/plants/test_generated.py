@@ -17,7 +17,7 @@ from homeostat.knowledge.build.provenance import is_sealed, seal, with_one_line_
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.baselines import read_baselines
-from homeostat.plants.files.folder import BASELINES, CASES, read_files
+from homeostat.plants.files.folder import BASELINES, INSTALLED, read_files
 from homeostat.plants.files.generated import baseline_sources
 from homeostat.plants.learn_baselines import main as learn
 from homeostat.plants.plant import load_plant
@@ -192,7 +192,7 @@ def test_what_was_never_learned_says_how(module: Copy) -> None:
     with pytest.raises(PlantError, match=r"no reference values yet; learn them: .* mixing_module"):
         module.load()
     assert learn([str(module.folder)]) == 0
-    assert (module.folder / BASELINES).read_bytes() == (CASES / "mixing_module" / BASELINES).read_bytes()
+    assert (module.folder / BASELINES).read_bytes() == (INSTALLED / "mixing_module" / BASELINES).read_bytes()
 
 
 def test_the_digest_knows_every_file_and_no_place(reactor: Copy, tmp_path: Path) -> None:

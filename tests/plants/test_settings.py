@@ -21,13 +21,13 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.plants import assembly
 from homeostat.plants.assembly import wire
 from homeostat.plants.error import PlantError
-from homeostat.plants.files.folder import CASES, PlantFiles
+from homeostat.plants.files.folder import INSTALLED, PlantFiles
 from homeostat.plants.plant import load_plant
 from homeostat.plants.settings.file import read_settings
 from homeostat.plants.settings.settings import Settings
 from tests.plants.copies import Copy
 
-TEXT = (CASES / "cstr" / "case.toml").read_text(encoding="utf-8")
+TEXT = (INSTALLED / "cstr" / "case.toml").read_text(encoding="utf-8")
 
 
 @pytest.fixture
@@ -224,7 +224,7 @@ def _digits(value: float) -> str:
 @pytest.mark.parametrize("name", ["cstr", "mixing_module"])
 def test_the_installed_plants_are_as_their_files_say(name: str) -> None:
     plant = load_plant(name)
-    content = tomllib.loads((CASES / name / "case.toml").read_text(encoding="utf-8"))
+    content = tomllib.loads((INSTALLED / name / "case.toml").read_text(encoding="utf-8"))
     assert plant.remade == () and (plant.end_s, plant.onset_s) == (content["run"]["end_s"], content["run"]["onset_s"])
     assert plant.twin.errors == {k: tuple(v) for k, v in content["twin"]["errors"].items()}
     for table, filled in (("twin", plant.twin), ("monitoring", plant.monitoring), ("intervention", plant.intervention)):

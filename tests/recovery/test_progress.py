@@ -23,7 +23,7 @@ FORBIDDEN = {"L": 11.5}
 
 
 def expecting(slack_s: float = SLACK_S) -> tuple[ProgressMonitor, Sequencer]:
-    """An sequencer with a batch from 100 s on, and what is expected of it."""
+    """A sequencer with a batch from 100 s on, and what is expected of it."""
     subject, expected = sequencer(LIMITS), ProgressMonitor(slack_s, REPEAT_S)
     subject.load(BATCH, 0.0)
     expected.expect(BATCH.then, replace(rollout(BATCH), bands=BANDS), 0.0)

@@ -9,7 +9,7 @@ from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse, serialize
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary.vocabulary import HS, RDFS, UML, VDI3682
-from homeostat.plants.files.folder import CASES
+from homeostat.plants.files.folder import INSTALLED
 from homeostat.plants.plant import Plant
 
 TEXTS = (RDFS.label, RDFS.comment, HS.source, HS.requirementReason, UML.stateName, VDI3682.shortName)
@@ -18,7 +18,7 @@ TEXTS = (RDFS.label, RDFS.comment, HS.source, HS.requirementReason, UML.stateNam
 
 def poisoned(plant: Plant, text: str) -> Plant:
     """``case`` with ``text`` in every text of its graph, and in the names of its equipment."""
-    graph = (CASES / plant.name / "plant.ttl").read_bytes()
+    graph = (INSTALLED / plant.name / "plant.ttl").read_bytes()
     triples = [_poison(quad.triple, plant.namespace, text) for quad in parse(graph, RdfFormat.TURTLE)]
     store = EmbeddedStore()
     data = serialize(triples, format=RdfFormat.N_TRIPLES)

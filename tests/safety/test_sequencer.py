@@ -43,7 +43,7 @@ GO = Step(START, (Command("F.sp", 0.03, 0.005),))
 
 
 def loaded(limits: Limits = LIMITS, actions: ActionSet = BATCH) -> Sequencer:
-    """An sequencer that has just been given ``actions``."""
+    """A sequencer that has just been given ``actions``."""
     subject = sequencer(limits)
     subject.load(actions, 0.0)
     return subject

@@ -34,7 +34,7 @@ class Situation:
     snapshot: Snapshot
     """The plant now."""
     diagnosis: Diagnosis
-    """What is believed to be wrong."""
+    """What is wrong, by probability."""
     state: str
     """State of the supervisory state machine."""
     recent: tuple[Snapshot, ...] = ()
@@ -76,7 +76,7 @@ class Monitoring(Protocol):
         ...
 
     def diagnose(self, deviates: bool = False) -> Diagnosis:
-        """What is believed now; ``deviates``: the batch does not go as predicted, whatever the symptoms say."""
+        """What is wrong now; ``deviates``: the batch does not go as predicted, whatever the symptoms say."""
         ...
 
     def follow(self, outcome: Resolution) -> None:

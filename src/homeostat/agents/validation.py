@@ -14,7 +14,7 @@ class LimitValidation:
     """Implements :class:`homeostat.agents.roles.Validation` with the limits of the graph."""
 
     def __init__(self, limits: Limits, tags: Mapping[str, Tag]) -> None:
-        """The same ``limits`` that the gate reads."""
+        """The same ``limits`` that the guard reads."""
         self._limits = limits
         self._tags = tags
 

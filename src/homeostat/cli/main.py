@@ -74,7 +74,7 @@ def _refusals() -> tuple[type[Exception], ...]:
     """Exceptions that say what is wrong with what was asked for, not with the program."""
     from homeostat.evaluate.recorded.resumption import ResumptionError
     from homeostat.evaluate.scenario import ScenarioError
-    from homeostat.evaluate.study.error import CampaignError
+    from homeostat.evaluate.study.error import StudyError
     from homeostat.journal import BrokenChain
     from homeostat.journal.signing.keys import KeyTrouble
     from homeostat.knowledge.store.error import GraphError
@@ -86,7 +86,7 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.service.order import OrderError
 
     of_runs = (BrokenChain, KeyTrouble, OrderError, DecodeError, ResultError, ResumptionError, RunDirectoryError)
-    return *of_runs, CampaignError, PlantError, GraphError, ScenarioError, StoreError
+    return *of_runs, StudyError, PlantError, GraphError, ScenarioError, StoreError
 
 
 @contextlib.contextmanager

@@ -32,7 +32,7 @@ class Offers:
     attempts: dict[str, Attempted]
     """Digest -> how it was judged on the twin."""
     believed: tuple[FaultProbability, ...]
-    """What is believed last, most probable first."""
+    """Probabilities of faults as last diagnosed, most probable first."""
     armed: Armed | None
     """Which fallback acts, and perhaps when; None while none was ranked."""
     now_s: float

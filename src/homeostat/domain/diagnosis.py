@@ -1,4 +1,4 @@
-"""What monitoring believes: features, symptoms, faults, hypotheses (DIN ISO 17359)."""
+"""Diagnosis: features, symptoms, faults, hypotheses (DIN ISO 17359)."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -127,7 +127,7 @@ class Hypothesis:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """What monitoring believes at one moment."""
+    """What monitoring holds to be wrong at one moment, each hypothesis with its probability."""
 
     at_s: float
     """Process time [s]."""
@@ -138,7 +138,7 @@ class Diagnosis:
 
     @property
     def faulty(self) -> bool:
-        """Whether anything is believed to be wrong."""
+        """Whether anything is probably wrong."""
         return any(h.faults for h in self.hypotheses)
 
 

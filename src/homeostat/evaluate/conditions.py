@@ -74,8 +74,8 @@ class LabelGiven:
 
     def follow(self, outcome: Resolution) -> None:
         """Schedule the next review; after the fallback there is none."""
-        handed_over = isinstance(outcome, FallbackNeeded)
-        self._review_at_s = math.inf if handed_over or not self._told else self._at_s + self._review_s
+        fell_back = isinstance(outcome, FallbackNeeded)
+        self._review_at_s = math.inf if fell_back or not self._told else self._at_s + self._review_s
 
     @property
     def _present(self) -> tuple[FaultState, ...]:

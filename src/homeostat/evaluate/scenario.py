@@ -19,7 +19,7 @@ class ScenarioError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """The ground truth of one run; no agent, twin or gate sees it."""
+    """The ground truth of one run; no agent, twin or guard sees it."""
 
     case: str
     """Name of the plant."""

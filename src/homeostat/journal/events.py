@@ -60,7 +60,7 @@ class RunStarted:
     kind: ClassVar[str] = "run-started"
 
     case: str
-    """Name of the plant's case folder."""
+    """Name of the plant, or of its folder."""
     faults: tuple[str, ...]
     """Faults that the scenario will inject; empty for a run without one."""
     seed: int

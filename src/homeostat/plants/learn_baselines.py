@@ -64,7 +64,7 @@ def learned(plant: Plant) -> bytes:
 
 
 def main(arguments: list[str]) -> int:
-    """Learn and write the reference values of the named case."""
+    """Learn and write the reference values of the named plant."""
     plant = load_plant(arguments[0], learned=False)
     content = learned(plant)
     read_baselines(content, plant.description)

@@ -5,7 +5,7 @@ import inspect
 from typing import Any, Final
 
 from homeostat.plants.error import PlantError
-from homeostat.plants.files.folder import CASES, SETTINGS, plant_names
+from homeostat.plants.files.folder import INSTALLED, SETTINGS, plant_names
 from homeostat.process.model import ProcessModel
 from homeostat.stl.spelling import near_matches
 
@@ -36,5 +36,5 @@ def find_model(plant: str, model: str) -> ProcessModel:
 
 def _modules(plant: str) -> list[str]:
     """Names of the modules in the folder of an installed plant."""
-    paths = sorted((CASES / plant).glob("*.py"))
+    paths = sorted((INSTALLED / plant).glob("*.py"))
     return [f"{_PACKAGE}.{plant}.{path.stem}" for path in paths if path.stem != "__init__"]

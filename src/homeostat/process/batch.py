@@ -165,11 +165,11 @@ class BatchRun:
             with ThreadPoolExecutor(workers) as pool:
                 list(pool.map(run, edges[:-1], edges[1:]))
         if not np.isnan(broken).all():
-            raise self._departure(broken)
+            raise self._first_broken(broken)
         self._reached = until
         self._begin = np.maximum(self._begin, until)
 
-    def _departure(self, broken: Vec) -> ProcessError:
+    def _first_broken(self, broken: Vec) -> ProcessError:
         """Which member left the physical world, when, and with what state."""
         member = int(np.flatnonzero(~np.isnan(broken))[0])
         row = self.state[member]

@@ -82,7 +82,7 @@ class Releases:
         return begins
 
     def _told(self, event: ReleasedActions, at_s: float) -> bool:
-        """By recovery's word alone: journals had no other before the guard wrote what it does."""
+        """By recovery's word alone, in a journal in which the guard does not say what it writes."""
         self._proposers[event.digest] = event.proposer
         self._begin(event.digest, event.digest, event.commands, event.state or event.target, at_s)
         return True

@@ -48,7 +48,7 @@ class StepScores:
     on_right: int
     """Actuators that were switched on and had to be."""
     on_wrong: int
-    """Actuators that were switched on and had not to be."""
+    """Actuators that were switched on and should not have been."""
     on_missed: int
     """Actuators that had to be switched on and were not."""
 

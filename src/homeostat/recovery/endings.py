@@ -13,7 +13,7 @@ def nothing_is_known(scene: Scene, limit_s: float) -> None:
     scene.alarm("diagnosis", f"the diagnosis took longer than {limit_s:g} s; nothing counts as known")
 
 
-def leave_alone(scene: Scene, verdict: Verdict, armed: Armed) -> NoActionNeeded:
+def take_no_action(scene: Scene, verdict: Verdict, armed: Armed) -> NoActionNeeded:
     """Say by which margin the plant does without help."""
     worst = min(f.margin for f in verdict.findings)
     scene.record(NoActionTaken(scene.now.state, worst))

@@ -1,4 +1,4 @@
-"""InterventionPolicy: when a plant is better left alone."""
+"""Intervention policy: when a plant is better left alone."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""ProgressMonitor: when the twin says that each later step is taken, and whether the plant deviates from that."""
+"""Progress monitor: when the twin says that each later step is taken, and whether the plant deviates from that."""
 
 import math
 from collections.abc import Sequence
@@ -44,7 +44,7 @@ class ProgressMonitor:
                     self._early = Deviation(step.transition.name, band.earliest_s, band.latest_s, f"{text} prediction")
 
     def deviates(self, seen: Observation) -> Deviation | None:
-        """What calls for attention in ``seen``; None where all is as expected, or it was called not long ago."""
+        """The deviation in ``seen`` to be looked at; None where there is none, or it was reported not long ago."""
         waiting, at_s = seen.rest.then, seen.now_s
         if not waiting or self.lacks(waiting) or not self._bands:
             return self._called(self._early, at_s)

@@ -11,7 +11,7 @@ from homeostat.domain.verdict import Deviation, FallbackNeeded, NoActionNeeded, 
 from homeostat.journal.events import Trace
 from homeostat.recovery.agenda import Agenda, Memory, Stance
 from homeostat.recovery.arming import Arming
-from homeostat.recovery.endings import fall_back, leave_alone, nothing_is_known, stand_down
+from homeostat.recovery.endings import fall_back, nothing_is_known, stand_down, take_no_action
 from homeostat.recovery.intervention import InterventionPolicy
 from homeostat.recovery.look.prospect import Prospect
 from homeostat.recovery.look.watch import Watch
@@ -115,4 +115,4 @@ class Supervisor:
             return await fall_back(scene, reason)
         if stance is Stance.ACCEPT:
             self._memory = replace(self._memory, accepted=frozenset(s.rule for s in self._watch.symptoms))
-        return leave_alone(scene, verdict, armed)
+        return take_no_action(scene, verdict, armed)

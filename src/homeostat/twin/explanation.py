@@ -65,7 +65,7 @@ class FaultIsolation:
         faults: Sequence[Fault],
         known: Sequence[FaultState] = (),
     ) -> None:
-        """``known`` is what was believed to be wrong before; the model's response to its parameters depends on it.
+        """``known`` is what was probably wrong before; the model's response to its parameters depends on it.
 
         A gain has an error because flows add up to levels, and so do their errors.
         """
@@ -272,7 +272,7 @@ def explain(
         recent: scores over its end, where a second fault is looked for.
         candidates: faults that the symptoms indicate.
         every: all known faults, tried as the second one.
-        known: what was believed before; its onsets are tried as well, and it is not forgotten without a reason.
+        known: what was probable before; its onsets are tried as well, and it is not forgotten without a reason.
         end_s: process time of the last reading [s].
         dense: whether onsets are tried at :data:`DENSE_LAGS_S` as well.
     """

@@ -48,7 +48,7 @@ class _Drawn:
     end_s: float
     """Process time of the last snapshot [s]."""
     posterior: Posterior
-    """What was believed about the parameters."""
+    """The posterior of the parameters."""
     ensembles: dict[tuple[tuple[Hypothesis, ...], int, Purpose], Ensemble]
     """(Hypotheses, draws, purpose) -> ensemble."""
 
@@ -89,7 +89,7 @@ class Twin:
         self._posterior = self._learned(prior(self._model, self._parameters), seconds, ())
 
     def recalibrate(self, seconds: int, faults: Sequence[FaultState]) -> None:
-        """Sharpen what is believed about the parameters by the last ``seconds``, in which ``faults`` were present."""
+        """Sharpen the posterior of the parameters by the last ``seconds``, in which ``faults`` were present."""
         self._posterior = self._learned(self._posterior, seconds, tuple(faults))
 
     def _learned(self, posterior: Posterior, seconds: int, faults: tuple[FaultState, ...]) -> Posterior:
@@ -99,7 +99,7 @@ class Twin:
     def explain(
         self, candidates: Sequence[str], known: Sequence[FaultState], dense: bool = False
     ) -> tuple[Hypothesis, ...]:
-        """Which of the ``candidates`` explain the last readings; ``known`` is what was believed before.
+        """Which of the ``candidates`` explain the last readings; ``known`` is what was probable before.
 
         ``dense``: onsets are tried more closely, for what may have gone unnoticed for a while.
         """

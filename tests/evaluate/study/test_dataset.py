@@ -11,7 +11,7 @@ import pyarrow as pa
 import pytest
 from pyarrow import parquet
 
-from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import DATASET, read_dataset, schema, write_dataset
 from homeostat.evaluate.study.row import TOTALS, Row, columns_of
 from tests.evaluate.study.fake_rows import campaign, plain
@@ -80,7 +80,7 @@ def test_the_old_file_stays_until_the_new_one_is_whole(tmp_path: Path, monkeypat
 @pytest.mark.parametrize("content", [b"", b"no parquet", b"PAR1" + b"\0" * 20 + b"PAR1"])
 def test_another_file_is_refused_in_one_line(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "x.parquet").write_bytes(content)
-    with pytest.raises(CampaignError, match=r"x\.parquet' is no dataset of a campaign"):
+    with pytest.raises(StudyError, match=r"x\.parquet' is no dataset of a study"):
         read_dataset(tmp_path / "x.parquet")
 
 
@@ -88,7 +88,7 @@ def test_half_a_file_is_refused(path: Path, tmp_path: Path) -> None:
     whole = path.read_bytes()
     for share in (0.1, 0.5, 0.99):
         (tmp_path / "half.parquet").write_bytes(whole[: int(share * len(whole))])
-        with pytest.raises(CampaignError, match="is no dataset of a campaign"):
+        with pytest.raises(StudyError, match="is no dataset of a study"):
             read_dataset(tmp_path / "half.parquet")
 
 
@@ -101,7 +101,7 @@ def test_other_columns_and_other_types_are_refused(path: Path, tmp_path: Path) -
     ]  # fmt: skip
     for other in others:
         parquet.write_table(other, tmp_path / "other.parquet")
-        with pytest.raises(CampaignError, match=r"has other columns than this version writes; run the campaign again"):
+        with pytest.raises(StudyError, match=r"has other columns than this version writes; run the study again"):
             read_dataset(tmp_path / "other.parquet")
 
 

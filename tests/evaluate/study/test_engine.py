@@ -16,12 +16,12 @@ import pytest
 from homeostat.evaluate.study import engine as one
 from homeostat.evaluate.study import study as whole
 from homeostat.evaluate.study.engine import carry_out, measured_alike
-from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import DATASET, LEDGER, Ledger, read_dataset
 from homeostat.evaluate.study.measurement import Kept
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.row import Row
-from homeostat.evaluate.study.study import Ended, Progress, Workers, run_campaign
+from homeostat.evaluate.study.study import Ended, Progress, Workers, run_study
 from tests.cli.campaigns import cluster
 from tests.cli.command import environment
 from tests.evaluate.study.plans import BATCH, PUMP, jobs, lasting
@@ -34,7 +34,7 @@ def done(folder: Path, some: tuple[Job, ...] = JOBS, shown: list[str] | None = N
         if shown is not None:
             shown.append(progress.line)
 
-    return run_campaign("A study", some, folder, Workers(1), show, lambda row: f"again {row.job}")
+    return run_study("A study", some, folder, Workers(1), show, lambda row: f"again {row.job}")
 
 
 def lines(folder: Path) -> list[str]:
@@ -99,7 +99,7 @@ def test_a_job_that_fails_is_its_own_failure(
 def test_a_case_that_has_gone_is_one_line(tmp_path: Path) -> None:
     ended = done(tmp_path, (broken(JOBS[0]), JOBS[1]))
     (failed,) = ended.failed
-    assert failed.failure.startswith("CampaignError: unknown case 'gone'") and "\n" not in failed.failure
+    assert failed.failure.startswith("StudyError: unknown plant 'gone'") and "\n" not in failed.failure
     assert [row.job for row in ended.rows] == [JOBS[1].name]
 
 
@@ -131,7 +131,7 @@ def test_nobody_else_writes_while_dataset_and_report_are_made(tmp_path: Path, mo
     write = whole.write_dataset
 
     def checked(path: Path, rows: list[Row]) -> None:
-        with pytest.raises(CampaignError, match="in use by another campaign"):
+        with pytest.raises(StudyError, match="in use by another study"):
             Ledger(tmp_path)
         write(path, rows)
 
@@ -151,7 +151,7 @@ def silent() -> Iterator[str]:
 DASK = """
 import sys
 from homeostat.evaluate.study import engine
-from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.measurement import Kept
 from tests.evaluate.study.plans import BATCH, jobs
 if sys.argv[1] == "missing":
@@ -161,7 +161,7 @@ else:
     cluster.WAIT_S = 1
 try:
     list(engine.carry_out(jobs(proposers=["do-nothing"], scenarios=[BATCH]), Kept(None), 2, sys.argv[2] or None))
-except CampaignError as error:
+except StudyError as error:
     print(error)
 """
 
@@ -209,6 +209,6 @@ def test_what_the_report_needs_is_asked_for_before_anything_runs(
 ) -> None:
     found = whole.importlib.util.find_spec
     monkeypatch.setattr(whole.importlib.util, "find_spec", lambda name: None if name == "jinja2" else found(name))
-    with pytest.raises(CampaignError, match=r"needs 'jinja2': pip install 'homeostat\[campaign\]'"):
-        run_campaign("t", jobs(scenarios=[BATCH]), tmp_path / "out", Workers(1), lambda progress: None, lambda row: "")
+    with pytest.raises(StudyError, match=r"needs 'jinja2': pip install 'homeostat\[campaign\]'"):
+        run_study("t", jobs(scenarios=[BATCH]), tmp_path / "out", Workers(1), lambda progress: None, lambda row: "")
     assert not (tmp_path / "out").exists()

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import LEDGER, Ledger, in_order
 from homeostat.evaluate.study.row import Row
 from tests.cli.command import environment
@@ -98,8 +98,8 @@ def test_a_second_campaign_is_refused_in_this_process_and_in_another(tmp_path: P
     code = (
         "import sys; from pathlib import Path\n"
         "from homeostat.evaluate.study.ledger import Ledger\n"
-        "from homeostat.evaluate.study.error import CampaignError\n"
-        "try:\n    Ledger(Path(sys.argv[1]))\nexcept CampaignError as error:\n    print(error)\n"
+        "from homeostat.evaluate.study.error import StudyError\n"
+        "try:\n    Ledger(Path(sys.argv[1]))\nexcept StudyError as error:\n    print(error)\n"
     )
 
     def other() -> str:
@@ -110,9 +110,9 @@ def test_a_second_campaign_is_refused_in_this_process_and_in_another(tmp_path: P
 
     with Ledger(tmp_path) as ledger:
         ledger.add("print-0", ROWS["print-0"])
-        with pytest.raises(CampaignError, match="is in use by another campaign; wait for it or choose --out"):
+        with pytest.raises(StudyError, match="is in use by another study; wait for it or choose --out"):
             Ledger(tmp_path)
-        assert "is in use by another campaign" in other()
+        assert "is in use by another study" in other()
     assert other() == ""
     assert read(tmp_path) == {"print-0": ROWS["print-0"]}
 
@@ -181,12 +181,12 @@ def test_a_torn_row_does_not_spoil_the_next_one(tmp_path: Path, monkeypatch: pyt
 def test_nothing_is_left_of_a_campaign_that_never_began(tmp_path: Path) -> None:
     (tmp_path / "there").mkdir()
     for folder, stays in ((tmp_path / "new", False), (tmp_path / "there", True)):
-        with pytest.raises(CampaignError, match="no scheduler"), Ledger(folder):
-            raise CampaignError("no scheduler")
+        with pytest.raises(StudyError, match="no scheduler"), Ledger(folder):
+            raise StudyError("no scheduler")
         assert folder.exists() == stays and not list(tmp_path.rglob("*.jsonl"))
     filled(tmp_path / "new")
-    with pytest.raises(CampaignError), Ledger(tmp_path / "new"):
-        raise CampaignError("no scheduler")
+    with pytest.raises(StudyError), Ledger(tmp_path / "new"):
+        raise StudyError("no scheduler")
     assert read(tmp_path / "new") == ROWS
 
 

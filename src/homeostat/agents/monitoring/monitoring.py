@@ -56,7 +56,7 @@ class TwinMonitoring:
         self._symptoms: tuple[Symptom, ...] = ()
 
     def notices(self, snapshot: Snapshot) -> bool:
-        """Take one more snapshot; whether something needs to be explained now. One without news says nothing."""
+        """Take a snapshot; whether something needs explaining now. A snapshot that repeats the last one is ignored."""
         if snapshot.at_s <= self._at_s or self._repeats(snapshot):
             return False
         self._twin.observe(snapshot)

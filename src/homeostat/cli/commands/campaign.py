@@ -23,13 +23,13 @@ from homeostat.evaluate.study.measurement import Kept
 from homeostat.evaluate.study.plan.expansion import jobs_of
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.plan.plan import Plan, read_plan
-from homeostat.evaluate.study.study import Ended, Progress, Workers, rerun_command, run_campaign
+from homeostat.evaluate.study.study import Ended, Progress, Workers, rerun_command, run_study
 from homeostat.stl.spelling import near_matches
 
 FOLDER = Path("runs")
-"""Where campaigns are kept unless told otherwise."""
+"""Where studies are kept unless told otherwise."""
 FAILED = 1
-"""Exit status of a campaign of which some runs could not be carried out."""
+"""Exit status of a study of which some runs could not be carried out."""
 PACE_S = 10.0
 """Least time between two lines of progress where nobody looks on [s]."""
 
@@ -54,7 +54,7 @@ def _run(plan: Plan, jobs: Sequence[Job], options: argparse.Namespace) -> int:
     rerun = rerun_command(options.file, _given(options))
     try:
         with _shown(sys.stderr.isatty()) as show:
-            ended = run_campaign(plan.title, jobs, folder, workers, show, rerun)
+            ended = run_study(plan.title, jobs, folder, workers, show, rerun)
     except KeyboardInterrupt:
         print(f"\nstopped; the same command goes on from what is in {folder}", file=sys.stderr)
         raise
@@ -102,7 +102,7 @@ def _with_options(plan: Plan, options: argparse.Namespace) -> Plan:
 
 
 def _from_here(who: str) -> str:
-    """A proposer of the command line: its file is looked for where the command is given, not beside the campaign."""
+    """A proposer of the command line: its file is looked for where the command is given, not beside the study."""
     kind = next((k for k in (REPLAY, SITUATED) if who.startswith(k)), None)
     return who if kind is None else kind + str(Path(who.removeprefix(kind)).absolute())
 

@@ -5,7 +5,7 @@ from typing import Final
 
 from homeostat.journal import RunStarted, Setting
 from homeostat.plants.error import PlantError
-from homeostat.plants.files.folder import CASES, SETTINGS
+from homeostat.plants.files.folder import INSTALLED, SETTINGS
 from homeostat.plants.plant import Plant, load_plant
 
 FOLDER: Final = "plant folder"
@@ -17,7 +17,7 @@ _DIGITS: Final = 12
 def place(plant: Plant) -> tuple[Setting, ...]:
     """Where the plant of a run is, for its first event; nothing for an installed one, which has a name everywhere."""
     folder = plant.files.folder
-    return () if folder.parent == CASES else (Setting(FOLDER, str(folder)),)
+    return () if folder.parent == INSTALLED else (Setting(FOLDER, str(folder)),)
 
 
 def recorded_folder(started: RunStarted) -> str | None:

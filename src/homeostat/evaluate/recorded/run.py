@@ -47,7 +47,7 @@ def record_run(
     """Run ``scenario``, keep everything in ``directory`` and close it; ``subscriber`` and ``watcher`` follow the run.
 
     ``proposer`` is what was asked for; ``language``, ``conditions``, ``propose``, ``known`` and ``operation`` are
-    as in :func:`homeostat.evaluate.run.run`; ``kept`` says whether anybody will look at the run: if not, there is
+    as in :func:`homeostat.evaluate.runner.run`; ``kept`` says whether anybody will look at the run: if not, there is
     neither trajectory nor figure. Where the disk is full, the run goes on to its end, and ``directory.missing`` says
     what its record lacks. A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other
     exception leaves it without manifest, which verifies as incomplete.

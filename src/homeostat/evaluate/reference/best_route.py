@@ -91,7 +91,7 @@ def _carry_out(plant: Plant, scenario: Scenario, path: RecoveryPath, values: Map
 
 
 def sequencer_along(plant: Plant, path: RecoveryPath, values: Mapping[str, float]) -> Sequencer:
-    """An sequencer that runs the batch along ``path``; ``values``: tag -> value of what is open on the way."""
+    """A sequencer that runs the batch along ``path``; ``values``: tag -> value of what is open on the way."""
     steps = ActionSet.along(path, partial(_commands, plant, values)).then
     chosen = tuple(Step(s.transition, s.commands) for s in steps)
     return Sequencer(plant.description.machine, plant.description.limits, chosen)

@@ -83,7 +83,7 @@ _FAILURES: Final[tuple[Score[Row], ...]] = (
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """The tables of a campaign. Only those of ``times`` depend on the machine that it ran on."""
+    """The tables of a study. Only those of ``times`` depend on the machine that it ran on."""
 
     main: tuple[Table, ...]
     """Over all scenarios of a plant."""
@@ -110,7 +110,7 @@ def contents(rows: Sequence[Row], reference: str | None = None) -> Contents:
     bins = [(group, one) for group in groups for one in measures.reliability(group.rows)]
     agents = [(group, one) for group in groups for one in measures.tokens_of(group.rows)]
     main = [
-        *_scored(ordered, groups, _OVERALL, "", "all scenarios of a case together"),
+        *_scored(ordered, groups, _OVERALL, "", "all scenarios of a plant together"),
         table("comparison", _COMPARISON, measures.comparisons(ordered, reference)),
         table("actors", (*_OVERALL, RUNS, *_actors(ordered)), groups),
         table("agents", _AGENTS, agents),

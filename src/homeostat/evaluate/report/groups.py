@@ -83,8 +83,8 @@ def in_order(rows: Iterable[Row]) -> tuple[Row, ...]:
     return tuple(sorted(rows, key=lambda row: (row.case, _by_kind(row), _by_arm(row), row.seed, row.job)))
 
 
-def cases(rows: Sequence[Row]) -> list[str]:
-    """Names of the cases."""
+def plants(rows: Sequence[Row]) -> list[str]:
+    """Names of the plants."""
     return sorted({row.case for row in rows})
 
 

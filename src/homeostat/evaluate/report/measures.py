@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple, Self
 
-from homeostat.evaluate.report.groups import Group, arm, arms, cases, in_order, overall, succeeded
+from homeostat.evaluate.report.groups import Group, arm, arms, in_order, overall, plants, succeeded
 from homeostat.evaluate.report.statistics import Estimate, Rate, Spread, estimate, holm, mcnemar, rate, spread
 from homeostat.evaluate.study.row import AGENTS, DO_NOTHING, HINDSIGHT, WHOLE, Row
 
@@ -37,10 +37,10 @@ class Comparison:
 def comparisons(rows: Sequence[Row], reference: str | None = None) -> list[Comparison]:
     """Every proposer and ablation against ``reference``, by default the first in order that proposes.
 
-    Cases in which the reference has no rows are left out, and so are proposers without a common pair.
+    Plants of which the reference has no rows are left out, and so are proposers without a common pair.
     """
     groups, found = overall(rows), list[Comparison]()
-    for plant in cases(rows):
+    for plant in plants(rows):
         order = arms([row for row in rows if row.case == plant])
         own = sorted((group for group in groups if group.case == plant), key=lambda group: order.index(group.name))
         first = own[0].name if reference is None else reference
@@ -73,18 +73,18 @@ class Bin:
     high: float
     """Largest probability [1]; it belongs to the next bin, except 1."""
     believed: float
-    """Mean probability of what was believed [1]."""
+    """Mean probability of the most probable faults [1]."""
     right: Rate
     """How often that was true."""
 
 
 def is_right(row: Row) -> bool:
-    """Whether the faults that were believed are the true ones, in whatever order they are named."""
+    """Whether the most probable faults are the true ones, in whatever order they are named."""
     return sorted(row.believed.split("+")) == sorted(row.fault.split("+"))
 
 
 def reliability(rows: Sequence[Row]) -> list[Bin]:
-    """Diagnoses by the probability of what was believed; bins without any are left out."""
+    """Diagnoses by the probability of the most probable faults; bins without any are left out."""
     held: dict[int, list[tuple[float, bool]]] = {}
     for row in rows:
         if row.believed and row.believed_p is not None:
@@ -153,7 +153,7 @@ def tokens_of(rows: Sequence[Row]) -> list[Tokens]:
 
 
 Pair = tuple[str, str, int]
-"""What rows have in common that are the same plant with the same faults: case, scenario, seed."""
+"""What rows have in common that are the same plant with the same faults: plant, scenario, seed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""The report of a campaign: one page that needs nothing else, and its tables as files."""
+"""The report of a study: one page that needs nothing else, and its tables as files."""
 
 import urllib.parse
 from collections.abc import Callable, Sequence
@@ -15,7 +15,7 @@ from homeostat.evaluate.report.tables.table import Table, said
 from homeostat.evaluate.study.row import Row
 
 REPORT: Final = "report.html"
-"""Name of the page in the campaign's folder."""
+"""Name of the page in the study's folder."""
 TABLES: Final = "tables"
 """Name of the folder with the tables."""
 _PAGE: Final = "page"
@@ -27,7 +27,7 @@ _FORMATS: Final = {".md": markdown, ".tex": latex, ".csv": comma_separated}
 def write_report(
     folder: Path, title: str, rows: Sequence[Row], rerun: Rerun, reference: str | None = None
 ) -> tuple[Path, ...]:
-    """Write ``report.html`` and ``tables/*`` into ``folder``, the campaign's own, so that links to records hold.
+    """Write ``report.html`` and ``tables/*`` into ``folder``, the study's own, so that links to records hold.
 
     Paths of all files, the page first. The same rows in any order give the same files; tables of an earlier report that
     this one lacks are left. ``reference`` is as in `contents`. ImportError where the extra ``campaign`` is missing.

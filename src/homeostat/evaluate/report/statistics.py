@@ -1,4 +1,4 @@
-"""Statistics of a campaign: intervals of rates and of mean differences, and the test of paired successes."""
+"""Statistics of a study: intervals of rates and of mean differences, and the test of paired successes."""
 
 import warnings
 from collections.abc import Sequence

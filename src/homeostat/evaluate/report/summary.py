@@ -8,9 +8,9 @@ from homeostat.evaluate.report.groups import (
     Group,
     Source,
     arms,
-    cases,
     in_order,
     overall,
+    plants,
     scenarios,
     succeeded,
     violated,
@@ -24,10 +24,10 @@ _CLEAR: Final = 0.05
 
 
 def what_was_run(rows: Sequence[Row]) -> list[tuple[str, str]]:
-    """What the campaign consists of: a name and the words to it."""
+    """What the study consists of: a name and the words to it."""
     ordered = in_order(rows)
     facts = [("Runs", f"{len(ordered)}")]
-    for plant in cases(ordered):
+    for plant in plants(ordered):
         own = [row for row in ordered if row.case == plant]
         facts.append((f"Plant {plant}", f"{len(own)} runs; scenarios: {', '.join(scenarios(own))}"))
     facts.append(("Proposers", ", ".join(_named(ordered))))

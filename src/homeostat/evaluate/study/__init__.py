@@ -1,1 +1,1 @@
-"""Campaigns: scenarios, proposers and seeds from a file, carried out side by side, scored and reported."""
+"""Studies: scenarios, proposers and seeds from a file, carried out side by side, scored and reported."""

@@ -1,4 +1,4 @@
-"""Jobs on a Dask cluster: one of this machine, made for a campaign, or one that runs somewhere."""
+"""Jobs on a Dask cluster: one of this machine, made for a study, or one that runs somewhere."""
 
 import logging
 import threading
@@ -11,7 +11,7 @@ import distributed
 from dask import config
 
 from homeostat.evaluate.study.engine import Done, failed, measured_alike
-from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.measurement import Kept
 from homeostat.evaluate.study.plan.job import Job, code_digest
 
@@ -19,7 +19,7 @@ _dask: Any = distributed  # its types are there in part only
 WAIT_S = 30
 """How long a scheduler, and its first worker, are waited for [s]."""
 DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
-"""What workers of this machine do first: Ctrl-C is for the campaign, which closes them."""
+"""What workers of this machine do first: Ctrl-C is for the study, which closes them."""
 _MIB = 1 << 20
 _ONE = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "MALLOC_ARENA_MAX")
 _FREED = {"MALLOC_TRIM_THRESHOLD_": 256 * _MIB, "MALLOC_MMAP_THRESHOLD_": 32 * _MIB}
@@ -45,7 +45,7 @@ def on_this_machine(stack: ExitStack, workers: int) -> Any:
 
 
 def at_address(stack: ExitStack, address: str) -> Any:
-    """A client of the scheduler at ``address``; CampaignError where none answers in time, or has no worker.
+    """A client of the scheduler at ``address``; StudyError where none answers in time, or has no worker.
 
     Whoever listens there and says nothing is waited for without end by the library itself, so this waits beside it.
     """
@@ -64,12 +64,12 @@ def at_address(stack: ExitStack, address: str) -> Any:
     except Empty:
         found = TimeoutError("it listens and does not speak")
     if isinstance(found, BaseException):
-        raise CampaignError(f"no scheduler answers at {address!r} ({found}); start one with 'dask scheduler'")
+        raise StudyError(f"no scheduler answers at {address!r} ({found}); start one with 'dask scheduler'")
     client = stack.enter_context(found)
     try:
         client.wait_for_workers(1, timeout=WAIT_S)
     except OSError as error:
-        raise CampaignError(
+        raise StudyError(
             f"the scheduler at {address!r} has no worker; start one with 'dask worker {address}'"
         ) from error
     return client
@@ -79,7 +79,7 @@ def carry_out_on(client: Any, jobs: Sequence[Job], kept: Kept) -> Iterator[Done]
     """Every job as it ends; a job whose worker died is given to another one by the scheduler, as are those that wait.
 
     No job is tied to a worker, though runs of one plant share what a worker worked out: that is worth one percent, and
-    a worker that comes back under another address would be waited for without end. Raises CampaignError where the
+    a worker that comes back under another address would be waited for without end. Raises StudyError where the
     scheduler is lost.
     """
     by_key = {f"{job.name}-{job.fingerprint}": job for job in jobs}
@@ -87,7 +87,7 @@ def carry_out_on(client: Any, jobs: Sequence[Job], kept: Kept) -> Iterator[Done]
     futures = [client.submit(measured_alike, job, kept, package, key=key, pure=False) for key, job in by_key.items()]
     for future in _dask.as_completed(futures):
         if future.cancelled():
-            raise CampaignError("the scheduler was lost; start it and the same command again, which goes on from here")
+            raise StudyError("the scheduler was lost; start it and the same command again, which goes on from here")
         broke = future.exception()
         yield failed(by_key[future.key], broke) if broke else future.result()
         future.release()

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 
-from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.measurement import Kept, measure
 from homeostat.evaluate.study.plan.job import Job, code_digest
 from homeostat.evaluate.study.row import Row
@@ -24,7 +24,7 @@ class Done:
 
 
 def measured(job: Job, kept: Kept) -> Done:
-    """Carry ``job`` out on one core; a bug in one run is its failure and not the campaign's."""
+    """Carry ``job`` out on one core; a bug in one run is its failure and not the study's."""
     use_threads(1)
     try:
         return Done(job, measure(job, kept))
@@ -49,8 +49,8 @@ def failed(job: Job, error: BaseException) -> Done:
 def carry_out(jobs: Sequence[Job], kept: Kept, workers: int, cluster: str | None = None) -> Iterator[Done]:
     """Every job as it ends; one after the other in this process for one worker, in any order otherwise.
 
-    ``cluster``: address of a Dask scheduler whose workers have this package and see the campaign's folder. Raises
-    CampaignError where it does not answer any more, or where what several workers need is not installed.
+    ``cluster``: address of a Dask scheduler whose workers have this package and see the study's folder. Raises
+    StudyError where it does not answer any more, or where what several workers need is not installed.
     """
     if workers == 1 and cluster is None:
         yield from (measured(job, kept) for job in jobs)
@@ -58,7 +58,7 @@ def carry_out(jobs: Sequence[Job], kept: Kept, workers: int, cluster: str | None
     try:
         from homeostat.evaluate.study.cluster import at_address, carry_out_on, on_this_machine
     except ImportError as error:
-        raise CampaignError(
+        raise StudyError(
             f"several workers need {error.name!r}: pip install 'homeostat[campaign]', or use --workers 1"
         ) from error
     with ExitStack() as stack:

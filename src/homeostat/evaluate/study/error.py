@@ -1,5 +1,5 @@
-"""The refusal of a campaign."""
+"""The refusal of a study."""
 
 
-class CampaignError(ValueError):
-    """A campaign cannot be carried out as it was asked for; the message says why in one line."""
+class StudyError(ValueError):
+    """A study cannot be carried out as it was asked for; the message says why in one line."""

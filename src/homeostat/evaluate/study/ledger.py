@@ -1,4 +1,4 @@
-"""Rows on disk: the ledger, each row the moment it is known, so that a campaign goes on, and the dataset of all."""
+"""Rows on disk: the ledger, each row the moment it is known, so that a study goes on, and the dataset of all."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from typing import Any, Self, final, get_args, get_type_hints
 import pyarrow as pa
 from pyarrow import parquet
 
-from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.row import OWN, TOTALS, Row, columns_of, row_from
 
 LEDGER = "rows.jsonl"
-"""Name of the file in the campaign's folder."""
+"""Name of the file in the study's folder."""
 
 
 @final
 class Ledger:
-    """Rows of one campaign by the fingerprint of their job; one process at a time writes them."""
+    """Rows of one study by the fingerprint of their job; one process at a time writes them."""
 
     def __init__(self, folder: Path) -> None:
-        """Open the ledger in ``folder``; CampaignError where another campaign is writing there."""
+        """Open the ledger in ``folder``; StudyError where another study is writing there."""
         self._made = not folder.exists()
         folder.mkdir(parents=True, exist_ok=True)
         self._path = folder / LEDGER
@@ -60,7 +60,7 @@ class Ledger:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        if os.fstat(self._file).st_size == 0:  # a campaign that never began leaves nothing behind
+        if os.fstat(self._file).st_size == 0:  # a study that never began leaves nothing behind
             self._path.unlink(missing_ok=True)
             with contextlib.suppress(OSError):  # a folder with anything else in it stays
                 if self._made:
@@ -82,16 +82,14 @@ class Ledger:
 
 
 def _locked(path: Path) -> int:
-    """The file, opened for this process alone; CampaignError where another one has it."""
+    """The file, opened for this process alone; StudyError where another one has it."""
     while True:
         file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             os.close(file)
-            raise CampaignError(
-                f"{str(path.parent)!r} is in use by another campaign; wait for it or choose --out"
-            ) from None
+            raise StudyError(f"{str(path.parent)!r} is in use by another study; wait for it or choose --out") from None
         if os.fstat(file).st_nlink:
             return file
         os.close(file)  # whoever had it removed it between the two steps above
@@ -103,7 +101,7 @@ def in_order(fingerprints: Iterable[str], ledger: Ledger) -> list[Row]:
 
 
 DATASET = "results.parquet"
-"""Name of the file in the campaign's folder."""
+"""Name of the file in the study's folder."""
 _TYPES: dict[Any, pa.DataType] = {str: pa.string(), bool: pa.bool_(), int: pa.int64(), float: pa.float64()}
 _TYPES[tuple[float, ...]] = pa.list_(pa.float64())
 
@@ -135,13 +133,13 @@ def write_dataset(path: Path, rows: Sequence[Row]) -> None:
 
 
 def read_dataset(path: Path) -> list[Row]:
-    """The rows in ``path``; CampaignError where it holds something else, OSError where it cannot be read."""
+    """The rows in ``path``; StudyError where it holds something else, OSError where it cannot be read."""
     with path.open("rb") as file:
         try:
             table = parquet.read_table(file)
         except (pa.ArrowInvalid, OSError) as error:  # a torn file is either
-            raise CampaignError(f"{str(path)!r} is no dataset of a campaign: {' '.join(str(error).split())}") from None
+            raise StudyError(f"{str(path)!r} is no dataset of a study: {' '.join(str(error).split())}") from None
     expected = schema(name for name in table.schema.names if name not in OWN)
     if (table.schema.names, table.schema.types) != (expected.names, expected.types):
-        raise CampaignError(f"{str(path)!r} has other columns than this version writes; run the campaign again")
+        raise StudyError(f"{str(path)!r} has other columns than this version writes; run the study again")
     return [row_from(kept) for kept in table.to_pylist()]

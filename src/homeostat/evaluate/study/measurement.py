@@ -21,7 +21,7 @@ from homeostat.plants.plant import Plant
 from homeostat.record.directory import RunDirectory
 
 RUNS = "runs"
-"""Folder of the runs that are kept, in the campaign's."""
+"""Folder of the runs that are kept, in the study's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class Kept:
     """Where runs go that are kept."""
 
     root: Path | None
-    """The campaign's folder; None where nothing is kept."""
+    """The study's folder; None where nothing is kept."""
 
     def folder(self, job: Job) -> Path | None:
         """Folder of the run of ``job``; None where it is not kept."""

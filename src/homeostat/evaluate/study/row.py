@@ -1,4 +1,4 @@
-"""A row: everything that is kept of one run of a campaign, as one line of the dataset."""
+"""A row: everything that is kept of one run of a study, as one line of the dataset."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
@@ -27,7 +27,7 @@ class Row:
     """One run. Rows of equal ``plant``, ``scenario`` and ``seed`` are the same plant with the same faults: a pair."""
 
     job: str
-    """Name of the job, unique in the campaign."""
+    """Name of the job, unique in the study."""
     case: str
     """Name of the plant."""
     scenario: str
@@ -119,7 +119,7 @@ class Row:
     on_right: int | None
     """Actuators that were switched on and had to be."""
     on_wrong: int | None
-    """Actuators that were switched on and had not to be."""
+    """Actuators that were switched on and should not have been."""
     on_missed: int | None
     """Actuators that had to be switched on and were not."""
 
@@ -157,7 +157,7 @@ class Row:
     wall_s: float
     """Wall-clock time of the run [s]."""
     trace: str
-    """Folder of the run, relative to the campaign's; empty where it was not kept."""
+    """Folder of the run, relative to the study's; empty where it was not kept."""
 
     def __post_init__(self) -> None:
         """ValueError where a total has the name of another column."""

@@ -1,4 +1,4 @@
-"""A campaign from its jobs to its folder: ledger, dataset, provenance and report; and its progress meanwhile."""
+"""A study from its jobs to its folder: ledger, dataset, provenance and report; and its progress meanwhile."""
 
 import importlib.util
 import json
@@ -15,7 +15,7 @@ from homeostat import __version__
 from homeostat.evaluate.recorded.run import LIBRARIES
 from homeostat.evaluate.report.report import Rerun, write_report
 from homeostat.evaluate.study.engine import Done, carry_out
-from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import DATASET, Ledger, in_order, write_dataset
 from homeostat.evaluate.study.measurement import Kept
 from homeostat.evaluate.study.plan.expansion import jobs_of
@@ -59,7 +59,7 @@ class Progress:
         """About how long the rest takes [s]; None before anything is done.
 
         Runs of a group take as long as those of it that have ended, others as long as all on average; and both as much
-        longer as the campaign took in all beyond its runs.
+        longer as the study took in all beyond its runs.
         """
         times = [t for group in self._took.values() for t in group]
         if not times:
@@ -105,7 +105,7 @@ class Workers:
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """What a campaign came to."""
+    """What a study came to."""
 
     rows: tuple[Row, ...]
     """Every row, in the order of the jobs."""
@@ -115,18 +115,18 @@ class Ended:
     """What was written: dataset, report, tables."""
 
 
-def run_campaign(
+def run_study(
     title: str, jobs: Sequence[Job], folder: Path, workers: Workers, show: Callable[[Progress], None], rerun: Rerun
 ) -> Ended:
     """Carry out the jobs that ``folder`` does not hold yet, and write dataset and report of all of them.
 
     ``show`` is told of every job that ends; ``rerun`` gives the command that repeats a row. Whatever stops this, every
-    row that was shown is in ``folder``, and the same call goes on from there. Raises CampaignError where ``folder`` is
+    row that was shown is in ``folder``, and the same call goes on from there. Raises StudyError where ``folder`` is
     in use, workers cannot be had, or what the report needs is not installed.
     """
     for name in REPORT_NEEDS:
         if importlib.util.find_spec(name) is None:
-            raise CampaignError(f"the report of a campaign needs {name!r}: pip install 'homeostat[campaign]'")
+            raise StudyError(f"the report of a study needs {name!r}: pip install 'homeostat[campaign]'")
     prints = {job.fingerprint: job for job in jobs}
     failed: list[Done] = []
     with Ledger(folder) as ledger:
@@ -148,7 +148,7 @@ def run_campaign(
 
 
 def rerun_command(source: Path, options: Sequence[str] = ()) -> Rerun:
-    """What gives the command that repeats a row of the campaign in ``source``, started with ``options``."""
+    """What gives the command that repeats a row of the study in ``source``, started with ``options``."""
     begin = shlex.join(["homeostat", "campaign", str(source), *options, "--only"])
     return lambda row: f"{begin} {shlex.quote(row.job)}"
 
@@ -162,7 +162,7 @@ class Study:
     """Many runs, described by one file: scenarios, proposers, seeds."""
 
     def __init__(self, file: Path | str) -> None:
-        """Read ``file`` and find its jobs; CampaignError with place, value and remedy where that cannot be done."""
+        """Read ``file`` and find its jobs; StudyError with place, value and remedy where that cannot be done."""
         self._file = Path(file)
         plan = read_plan(self._file)
         self.title = plan.title
@@ -173,9 +173,9 @@ class Study:
     def run(self, folder: Path | str, workers: int = 1) -> Ended:
         """Run what ``folder`` does not hold yet, and write dataset and report; the same call goes on after a stop.
 
-        ``workers``: processes on this machine. Raises CampaignError where ``folder`` is in use, workers cannot be had,
+        ``workers``: processes on this machine. Raises StudyError where ``folder`` is in use, workers cannot be had,
         or what the report needs is not installed.
         """
-        return run_campaign(
+        return run_study(
             self.title, self.jobs, Path(folder), Workers(workers), lambda progress: None, rerun_command(self._file)
         )

@@ -105,7 +105,7 @@ class Latch:
     def give_up(
         self, limits: frozenset[str], reason: str, now_s: float, readings: Snapshot | None, violated: frozenset[str]
     ) -> None:
-        """What stands does not help: it acts no more before a reset, but the next one, and at last the plant's shed."""
+        """What stands does not help and is spent until a reset. The next strategy acts; after the last, the shed."""
         if self.strategy is not None:
             self.fallbacks.spend(self.strategy.name)
         if not self.escalate(limits, reason, now_s, readings, violated):

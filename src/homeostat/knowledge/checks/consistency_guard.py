@@ -32,7 +32,7 @@ def _seen(plant: PlantDescription, thing: str, formula: Formula) -> Found:
     """A rule about what the plant does must read something that the plant shows, not only what it is told."""
     if formula.tags and not any(plant.tag(name).role in (Role.PV, Role.STATUS) for name in formula.tags):
         message = f"'{formula}' reads commands only, so nothing that the plant does violates it; read a measured tag"
-        yield Code.LIMIT_NEVER_BROKEN, thing, message
+        yield Code.LIMIT_NEVER_VIOLATED, thing, message
 
 
 def _carrier(plant: PlantDescription, thing: str, limit: Limit, carrier: Formula) -> Found:

@@ -63,7 +63,7 @@ def breakable(thing: str, formula: Formula, ranges: Intervals) -> Found:
     """A formula that cannot fail inside ``ranges``."""
     if not can_fail(formula.root, ranges):
         message = f"'{formula}' holds for all values inside the ranges of its tags, so it protects nothing; correct it"
-        yield Code.LIMIT_NEVER_BROKEN, thing, message
+        yield Code.LIMIT_NEVER_VIOLATED, thing, message
 
 
 def violable(plant: PlantDescription, thing: str, formula: Formula) -> Found:
@@ -78,7 +78,7 @@ def violable(plant: PlantDescription, thing: str, formula: Formula) -> Found:
     if (found := deepest(formula, ranges)) < least:
         shown = f"no values inside the ranges of its tags violate '{formula}' by more than {found:g} {formula.unit}"
         message = f"{shown}, and {least:g} {formula.unit} are needed ({ROOM:.0%} of what it compares); correct it"
-        yield Code.LIMIT_NEVER_BROKEN, thing, message
+        yield Code.LIMIT_NEVER_VIOLATED, thing, message
 
 
 def roomy(plant: PlantDescription, thing: str, formula: Formula) -> Found:
@@ -93,7 +93,7 @@ def roomy(plant: PlantDescription, thing: str, formula: Formula) -> Found:
             unit = _unit(plant, comparison, formula)
             message = f"'{text}' can be violated by at most {max(-low, 0.0):g} {unit} inside the ranges of its tags"
             needed = f"less than {ROOM:.0%} of the {high - low:g} {unit} that it can vary by"
-            yield Code.LIMIT_NEVER_BROKEN, thing, f"{message}, {needed}, so it protects nothing; correct the value"
+            yield Code.LIMIT_NEVER_VIOLATED, thing, f"{message}, {needed}, so it protects nothing; correct the value"
 
 
 def _unit(plant: PlantDescription, comparison: Comparison, formula: Formula) -> str:

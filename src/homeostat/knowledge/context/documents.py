@@ -110,7 +110,7 @@ def _listed(words: Sequence[str]) -> str:
 
 
 EXTRA: Final = "retrieving documents needs 'bm25s': pip install 'homeostat[campaign]'"
-"""TranscriptEntry where the library is not installed."""
+"""Said where the library is not installed."""
 _SEARCHED: Final = re.compile(r"\w+(?:[.-]\w+)*")
 _JOINTS: Final = re.compile(r"[_.-]")
 _COMMON: Final = frozenset(

@@ -60,7 +60,7 @@ class Code(StrEnum):
     """No state is marked as one that a recovery may end in."""
     GUARD_NEVER_TRUE = "guard-never-true"
     """A formula cannot hold for any values inside the ranges of its tags."""
-    LIMIT_NEVER_BROKEN = "limit-never-broken"
+    LIMIT_NEVER_VIOLATED = "limit-never-broken"
     """A limit holds for all values inside the ranges of its tags, so it protects nothing."""
     LIMIT_OUTSIDE_RANGE = "limit-outside-range"
     """A formula compares a tag with a value that its instrument cannot show."""

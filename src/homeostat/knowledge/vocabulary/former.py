@@ -1,4 +1,4 @@
-"""Former names: what graphs and tables of before say, and what it is called now; both are read."""
+"""Former names of terms, columns and words, each with the name of today; graphs and tables may use either."""
 
 from __future__ import annotations
 

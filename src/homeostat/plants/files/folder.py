@@ -10,7 +10,7 @@ from homeostat.knowledge.build.provenance import with_one_line_end
 from homeostat.plants.error import PlantError
 from homeostat.stl.spelling import near_matches
 
-CASES: Final = Path(__file__).parents[1]
+INSTALLED: Final = Path(__file__).parents[1]
 """Where the installed plants are."""
 SETTINGS: Final = "case.toml"
 """Name of the settings in a plant's folder."""
@@ -46,7 +46,7 @@ def read_files(folder: Path) -> PlantFiles:
 
 def plant_names() -> tuple[str, ...]:
     """Names of every plant that is installed."""
-    return tuple(sorted(path.parent.name for path in CASES.glob(f"*/{SETTINGS}")))
+    return tuple(sorted(path.parent.name for path in INSTALLED.glob(f"*/{SETTINGS}")))
 
 
 def plant_folder(name: str) -> Path:
@@ -58,5 +58,5 @@ def plant_folder(name: str) -> Path:
         return Path(name).resolve()
     if name not in plant_names():
         known = plant_names()
-        raise PlantError(f"unknown case {name!r}{near_matches(name, known)}; installed: {', '.join(known)}")
-    return CASES / name
+        raise PlantError(f"unknown plant {name!r}{near_matches(name, known)}; installed: {', '.join(known)}")
+    return INSTALLED / name

@@ -48,8 +48,8 @@ class Watch:
     def notices(self, snapshot: Snapshot | None) -> bool:
         """Take one more snapshot, if there is one; whether something needs to be explained now.
 
-        A diagnosis that came when nobody waited for it any more is to be asked for: monitoring takes what it saw for
-        explained. Where it has seen something new meanwhile, that diagnosis is out of date.
+        A diagnosis that finished after its deadline is still delivered at the next question, because monitoring already
+        counts its symptoms as explained. Where monitoring has seen something new meanwhile, it is out of date.
         """
         if snapshot is not None:
             self._waiting.append(snapshot)

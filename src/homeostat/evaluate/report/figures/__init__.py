@@ -1,1 +1,1 @@
-"""Figures of a campaign's report, as SVG that follows from the rows alone."""
+"""Figures of a study's report, as SVG that follows from the rows alone."""

@@ -9,12 +9,12 @@ from homeostat.evaluate.report.figures.reliability import reliability_plot
 from homeostat.evaluate.report.figures.strips import PROCESS, TIMES, strips
 from homeostat.evaluate.report.figures.tokens import token_bars
 from homeostat.evaluate.report.figures.trade_off import trade_off
-from homeostat.evaluate.report.groups import cases, in_order
+from homeostat.evaluate.report.groups import in_order, plants
 from homeostat.evaluate.study.row import Row
 
 
 class Gallery(NamedTuple):
-    """The figures of a campaign; what there is no data for is left out."""
+    """The figures of a study; what there is no data for is left out."""
 
     pictures: tuple[Picture, ...]
     """Success, what the plant went through, what was believed, what was asked."""
@@ -25,7 +25,7 @@ class Gallery(NamedTuple):
 def gallery(rows: Sequence[Row]) -> Gallery:
     """Draw them."""
     ordered = in_order(rows)
-    own = {plant: [row for row in ordered if row.case == plant] for plant in cases(ordered)}
+    own = {plant: [row for row in ordered if row.case == plant] for plant in plants(ordered)}
 
     def drawn() -> Iterator[Picture | None]:
         yield from (heat_map(plant, mine) for plant, mine in own.items())

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from homeostat.evaluate.report.figures.picture import QUIET, Picture, colours, picture, short, small
-from homeostat.evaluate.report.groups import Group, Source, cases, overall
+from homeostat.evaluate.report.groups import Group, Source, overall, plants
 from homeostat.evaluate.report.measures import Bin, reliability
 from homeostat.evaluate.study.row import Row
 
@@ -17,7 +17,7 @@ _SIDE: Final = 3.6
 
 def reliability_plot(rows: Sequence[Row]) -> Picture | None:
     """One panel per plant; None where nothing was diagnosed."""
-    panels = [(plant, shown) for plant in cases(rows) if (shown := _curves([r for r in rows if r.case == plant]))]
+    panels = [(plant, shown) for plant in plants(rows) if (shown := _curves([r for r in rows if r.case == plant]))]
     if not panels:
         return None
 

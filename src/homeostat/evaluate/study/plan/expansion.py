@@ -14,7 +14,7 @@ from homeostat.domain.diagnosis import FaultState
 from homeostat.evaluate.named_model import REPLAY, SITUATED, NamedModel, NoSuchModel
 from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.scenario import Scenario, ScenarioError, scenario
-from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT, WITHOUT_MODEL, Ablation, Arm, Job
 from homeostat.evaluate.study.plan.plan import Plan, ProposerPlan, ScenarioPlan, seeds_of
 from homeostat.evaluate.study.row import REFERENCE_POLICIES, WHOLE
@@ -33,17 +33,17 @@ LONGEST_NAME = 200
 
 @cache
 def loaded(name: str) -> Plant:
-    """The plant called ``name``, loaded once per process; CampaignError where there is none."""
+    """The plant called ``name``, loaded once per process; StudyError where there is none."""
     try:
         return load_plant(name)
     except PlantError as error:
-        raise CampaignError(str(error)) from None
+        raise StudyError(str(error)) from None
 
 
 def jobs_of(plan: Plan, folder: Path, model: NamedModel | None = None) -> tuple[Job, ...]:
     """Every job, in the order of the file: scenario, seed, proposer, ablation.
 
-    Recorded answers are looked for from ``folder`` on; ``model`` says how models are asked. Raises CampaignError where
+    Recorded answers are looked for from ``folder`` on; ``model`` says how models are asked. Raises StudyError where
     something is asked for that there is not.
     """
     found: dict[str, Job] = {}
@@ -58,30 +58,30 @@ def jobs_of(plan: Plan, folder: Path, model: NamedModel | None = None) -> tuple[
             for proposer in plan.proposers:
                 for job in _side_by_side(plan, chosen, truth, proposer, folder, model or NamedModel("")):
                     if found.setdefault(job.name, job) is not job:
-                        raise CampaignError(f"two runs would be called {job.name!r}; choose other names or seeds")
+                        raise StudyError(f"two runs would be called {job.name!r}; choose other names or seeds")
                     if len(job.name.encode()) > LONGEST_NAME:
-                        raise CampaignError(
+                        raise StudyError(
                             f"run {job.name!r} has more than {LONGEST_NAME} bytes; give scenario or proposer a 'name'"
                         )
     if not found:
-        raise CampaignError("there is nothing to run: no proposer takes part in any case, or has answers for it")
+        raise StudyError("there is nothing to run: no proposer takes part in any plant, or has answers for it")
     return tuple(found.values())
 
 
-def _check_values(plan: ProposerPlan, cases: Sequence[Plant]) -> None:
-    """CampaignError where ``values`` name what is a setpoint in no plant: it would be left out without a word."""
-    known = {r.tag for plant in cases for state in plant.description.machine.states for r in state.open_setpoints}
+def _check_values(plan: ProposerPlan, plants: Sequence[Plant]) -> None:
+    """StudyError where ``values`` name what is a setpoint in no plant: it would be left out without a word."""
+    known = {r.tag for plant in plants for state in plant.description.machine.states for r in state.open_setpoints}
     for tag in plan.values:
         if tag not in known:
             there = ", ".join(sorted(known))
-            raise CampaignError(
+            raise StudyError(
                 f"proposer {plan.label!r}: values: no plant has an open setpoint {tag!r}{near_matches(tag, known)}; "
                 f"there are {there}"
             )
 
 
 def _check_ends(plan: ScenarioPlan) -> None:
-    """CampaignError where not everything exists that may be drawn, whether any seed draws it or not."""
+    """StudyError where not everything exists that may be drawn, whether any seed draws it or not."""
     plant = loaded(plan.case)
     names = plan.fault.split("+") if isinstance(plan.fault, str) else plan.fault
     try:
@@ -97,8 +97,8 @@ def _ends(given: float | str | tuple[float, float] | None) -> tuple[float | None
     return (None if isinstance(given, str) else given,)
 
 
-def _in_scenario(plan: ScenarioPlan, error: ScenarioError) -> CampaignError:
-    return CampaignError(f"scenario {plan.label!r} of {plan.case!r}: {error}")
+def _in_scenario(plan: ScenarioPlan, error: ScenarioError) -> StudyError:
+    return StudyError(f"scenario {plan.label!r} of {plan.case!r}: {error}")
 
 
 def _side_by_side(
@@ -192,7 +192,7 @@ def _arm(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, model: N
     try:
         asked.make()
     except (NoSuchModel, OSError) as error:
-        raise CampaignError(f"proposer {plan.label!r}: {error}") from None
+        raise StudyError(f"proposer {plan.label!r}: {error}") from None
     return Arm(plan.who, plan.label, protocol, plan.label_given, plan.then_search, asked)
 
 

@@ -1,4 +1,4 @@
-"""A job: one run of a campaign, with who proposes, what is left out and everything else that it depends on."""
+"""A job: one run of a study, with who proposes, what is left out and everything else that it depends on."""
 
 import hashlib
 import json
@@ -117,7 +117,7 @@ class Job:
 
     @property
     def name(self) -> str:
-        """Unique in its campaign, and good for a folder's name."""
+        """Unique in its study, and good for a folder's name."""
         parts = (self.scenario.case, self.label, str(self.scenario.seed), self.arm.label, self.ablation)
         return "~".join("".join(c if c.isalnum() or c in "._-+" else "-" for c in part) for part in parts)
 

@@ -1,4 +1,4 @@
-"""The plan of a campaign: what its file may say, and how that is read."""
+"""The plan of a study: what its file may say, and how that is read."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ from pydantic_core import ErrorDetails
 
 from homeostat.evaluate.named_model import REPLAY, SCRIPT, SITUATED
 from homeostat.evaluate.scenario import LARGEST_SEED
-from homeostat.evaluate.study.error import CampaignError
+from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT
 from homeostat.evaluate.study.row import WHOLE
 from homeostat.stl.spelling import near_matches
@@ -141,7 +141,7 @@ class ProposerPlan(_Table):
 
 
 class Plan(_Table):
-    """A whole campaign."""
+    """A whole study."""
 
     title: str
     """One line."""
@@ -174,7 +174,7 @@ class Plan(_Table):
         return value
 
     @property
-    def _cases(self) -> tuple[str, ...]:
+    def _plants(self) -> tuple[str, ...]:
         return tuple(dict.fromkeys(s.case for s in self.scenarios))
 
     @model_validator(mode="after")
@@ -183,7 +183,7 @@ class Plan(_Table):
             raise ValueError("thinking is declared or measured, not both")
         for what, names in (
             ("scenario", [f"{s.case} {s.label}" for s in self.scenarios]),
-            ("proposer", [f"{p.label} in {plant}" for p in self.proposers for plant in p.cases or self._cases]),
+            ("proposer", [f"{p.label} in {plant}" for p in self.proposers for plant in p.cases or self._plants]),
             ("ablation", list(self.ablations)),
         ):
             if twice := next((n for n in names if names.count(n) > 1), None):
@@ -202,11 +202,11 @@ _TABLES: Final[Mapping[str, type[BaseModel]]] = {"scenarios": ScenarioPlan, "pro
 
 
 def read_plan(path: Path) -> Plan:
-    """The plan in ``path``; CampaignError with place, value and remedy in one line, OSError where it is unreadable."""
+    """The plan in ``path``; StudyError with place, value and remedy in one line, OSError where it is unreadable."""
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:  # TOMLDecodeError, UnicodeDecodeError, a number of 5000 digits
-        raise CampaignError(f"{str(path)!r} is no TOML: {error}") from None
+        raise StudyError(f"{str(path)!r} is no TOML: {error}") from None
     try:
         return Plan.model_validate(content)
     except ValidationError as error:
@@ -216,7 +216,7 @@ def read_plan(path: Path) -> Plan:
         # Where a value may be of several types, what is wrong inside one of them says more than that it is no other.
         places = [p for p in found if not any(p == other[: len(p)] for other in found if other != p)]
         more = f"; and {len(places) - 1} more" if len(places) > 1 else ""
-        raise CampaignError(f"{str(path)!r}: {_words(places[0])}: {_told(found[places[0]])}{more}") from None
+        raise StudyError(f"{str(path)!r}: {_words(places[0])}: {_told(found[places[0]])}{more}") from None
 
 
 def _place(location: Sequence[int | str], content: Any) -> tuple[int | str, ...]:
