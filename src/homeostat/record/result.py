@@ -9,10 +9,9 @@ from typing import Any
 from homeostat.domain.diagnosis import FaultProbability, FaultState
 from homeostat.domain.outcome import Outcome, outcome_named
 from homeostat.domain.recovery import Command
+from homeostat.journal.beside.files import RESULT
 from homeostat.journal.encode import Json
 
-RESULT = "result.json"
-"""Name of the file in a run directory."""
 SCHEMA = 2
 """Number of what the keys mean; one that is not there is 1, which knew other outcomes."""
 
