@@ -52,16 +52,6 @@ class StepScores:
     """Actuators that had to be switched on and were not."""
 
     @property
-    def plan_correctness(self) -> float | None:
-        """Share of right plans [1]; None where none was asked for."""
-        return _share(self.plans_right, self.plans)
-
-    @property
-    def action_correctness(self) -> float | None:
-        """Share of right action answers [1]; None where none was asked for."""
-        return _share(self.actions_right, self.actions)
-
-    @property
     def precision(self) -> float | None:
         """Share of the actuators switched on that had to be [1]; None where none was."""
         return _share(self.on_right, self.on_right + self.on_wrong)
