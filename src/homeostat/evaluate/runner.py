@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeAlias
 
-from homeostat.agents.bounds import Budget
 from homeostat.agents.roles import AskingProtocol, Monitoring, Proposer
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.observation import Observation
@@ -43,6 +42,7 @@ from homeostat.plants.assembly import (
 )
 from homeostat.plants.plant import Plant
 from homeostat.record.run_record import RunRecord
+from homeostat.recovery.bounds import Budget
 
 Watcher: TypeAlias = Callable[[Snapshot], None]
 """Called with each snapshot before anybody thinks about it."""
