@@ -20,8 +20,7 @@ from benchmarks.paper.tables import paper_tables
 from homeostat.evaluate.report.contents import contents
 from homeostat.evaluate.report.tables.formats import markdown
 from homeostat.evaluate.study.ledger import DATASET, LEDGER, read_dataset
-from homeostat.evaluate.study.plan.job import SEARCH
-from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, WALL, WHOLE, Row
+from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, SEARCH, WALL, WHOLE, Row
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "campaigns.md"

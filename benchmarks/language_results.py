@@ -22,7 +22,6 @@ from benchmarks.cstr_results import table
 from benchmarks.host import kept, measured_on
 from benchmarks.language_runs import LanguageRun, reactor, run_with
 from benchmarks.prompt_tokens import PUBLISHED, Count, counts
-from homeostat.agents.bounds import Budget
 from homeostat.agents.language.scripts import SCRIPTS
 from homeostat.domain.events.recovery import FallbackArmed
 from homeostat.domain.events.trips import FallbackActivated
@@ -32,6 +31,7 @@ from homeostat.llm.network import AddressPolicy
 from homeostat.llm.providers import ProviderModel, Sampling
 from homeostat.llm.retry import RetryingModel
 from homeostat.llm.scripted import ScriptedModel
+from homeostat.recovery.bounds import Budget
 from tests.llm.hostile.behaviours import BEHAVIOURS
 from tests.llm.servers import hostile, random_model
 from tests.safety.injections import CORPUS

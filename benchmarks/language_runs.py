@@ -7,7 +7,6 @@ from functools import cache
 
 import numpy as np
 
-from homeostat.agents.bounds import Budget
 from homeostat.domain.events.recovery import Attempted, ReleasedActions
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.evaluate.reference.unsupervised import unsupervised
@@ -22,6 +21,7 @@ from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.llm.model import LanguageModel
 from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.recovery.bounds import Budget
 
 STARTED_S = 600.0
 """Start-up is over by then [s]."""

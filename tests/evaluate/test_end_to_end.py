@@ -7,7 +7,6 @@ import functools
 import numpy as np
 import pytest
 
-from homeostat.agents.bounds import Budget
 from homeostat.domain.events.recovery import Attempted, Diagnosed, FallbackArmed, Noticed, ReleasedActions
 from homeostat.domain.outcome import Outcome
 from homeostat.evaluate.reference.unsupervised import unsupervised
@@ -18,6 +17,7 @@ from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.evaluate.score.scoring import exposures
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
+from homeostat.recovery.bounds import Budget
 from tests.twin.followed import reactor
 
 ONSET_S = 1450.0

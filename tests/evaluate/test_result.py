@@ -11,7 +11,8 @@ import pytest
 from homeostat.domain.diagnosis import FaultProbability, FaultState
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import Command
-from homeostat.record.result import RESULT, SCHEMA, Exposure, Result, ResultError, StepScores, read_result
+from homeostat.journal.beside.files import RESULT
+from homeostat.record.result import SCHEMA, Exposure, Result, ResultError, StepScores, read_result
 
 BOTH = (FaultState("leak", 0.005, 0.0), FaultState("fouling", 0.7, 0.0))
 RESULT_OF_TWO = Result(

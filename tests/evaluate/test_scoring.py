@@ -12,7 +12,7 @@ from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.plant.production import Production
 from homeostat.domain.plant.rules import StartUp
 from homeostat.domain.snapshot import Trajectory
-from homeostat.evaluate.score.limits_in_force import LimitsInForce, Span, in_force
+from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
 from homeostat.evaluate.score.scoring import (
     CALM_S,
     RETURN_S,
@@ -27,6 +27,7 @@ from homeostat.evaluate.score.scoring import (
     production_loss,
     worse,
 )
+from homeostat.record.run_record import Span
 from tests.safety.world import CALM, COLD, FEED, HOT, rule
 from tests.twin.followed import reactor
 

@@ -9,7 +9,6 @@ from collections.abc import Callable, Coroutine, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from homeostat.agents.bounds import InterventionBounds
 from homeostat.agents.roles import Agents, Proposer, Situation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
@@ -26,6 +25,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Revise, Rollout, StepBand
 from homeostat.guard.requests.seal import Sealer
 from homeostat.journal import MemoryTrace
+from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.exchange.beside import DaemonExecutor
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import ReleaseCheck

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from homeostat.agents.bounds import InterventionBounds
 from homeostat.agents.roles import NoAdmissiblePlan
 from homeostat.domain.events.recovery import Deviated, NoActionTaken
 from homeostat.domain.observation import Observation
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.verdict import StepBand
+from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, diagnosis
 from tests.recovery.desk import (

@@ -7,10 +7,10 @@ import time
 
 import pytest
 
-from homeostat.agents.bounds import Budget
 from homeostat.domain.events.recovery import FallbackArmed
 from homeostat.domain.verdict import FallbackNeeded
 from homeostat.links.clock import DeclaredClock, ThinkingClock
+from homeostat.recovery.bounds import Budget
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
 from tests.recovery.line import BAD, GOOD, Stage, run, safe

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from homeostat.agents.bounds import InterventionBounds
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Deviated, NoActionTaken, Noticed, ReleasedActions
 from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.verdict import StepBand
+from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
 from tests.recovery.line import COOLING, GOOD, Stage, monitoring, run

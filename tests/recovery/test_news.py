@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from homeostat.agents.bounds import InterventionBounds
 from homeostat.agents.hypotheses import LIKELY
 from homeostat.agents.roles import NoAdmissiblePlan
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
@@ -17,6 +16,7 @@ from homeostat.domain.events.recovery import FallbackArmed, NoActionTaken
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Arm, Observation
 from homeostat.domain.verdict import NoActionNeeded, StepBand
+from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.look.news import MARGIN, NEAR, PRODUCTION, SEVERITY, Look, is_news
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, diagnosis

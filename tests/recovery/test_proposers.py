@@ -11,7 +11,6 @@ from itertools import pairwise
 
 import pytest
 
-from homeostat.agents.bounds import Budget
 from homeostat.agents.checks import CLOSED
 from homeostat.agents.roles import Approved, NoAdmissiblePlan, Proposer, Situation
 from homeostat.domain.advice import Advice, Attempt
@@ -25,6 +24,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import REPEATED, FallbackNeeded, Finding, Released, Revise, RolloutResult
 from homeostat.guard.requests.seal import Sealer
 from homeostat.links.clock import ThinkingClock
+from homeostat.recovery.bounds import Budget
 from homeostat.recovery.plant_rules import Bounds
 from homeostat.recovery.release_check import Checked, ReleaseCheck
 from homeostat.recovery.releasing import Overtaken

@@ -5,12 +5,12 @@ from __future__ import annotations
 import threading
 from dataclasses import replace
 
-from homeostat.agents.bounds import Budget
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import Deviated
 from homeostat.domain.observation import Trouble
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.verdict import NoActionNeeded, Released
+from homeostat.recovery.bounds import Budget
 from tests.recovery.desk import (
     DOOMED,
     NEXT,

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.agents.bounds import Budget
 from homeostat.agents.roles import NoAdmissiblePlan
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import Diagnosed, NoActionTaken, Noticed, Retrieved
@@ -17,6 +16,7 @@ from homeostat.domain.observation import Arm, FallBack, NoAction, Observation
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released, Resolution, RolloutResult
+from homeostat.recovery.bounds import Budget
 from homeostat.recovery.deadline import SHORTEST_S
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, diagnosis

@@ -8,7 +8,6 @@ from collections.abc import Callable
 
 import pytest
 
-from homeostat.agents.bounds import Budget
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.guard import Armed
 from homeostat.domain.events.people import AlarmRaised
@@ -18,6 +17,7 @@ from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import Observation
 from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released
 from homeostat.links.clock import DeclaredClock, ThinkingClock
+from homeostat.recovery.bounds import Budget
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring, diagnosis
 from tests.recovery.line import GOOD, Stage, monitoring, run, safe

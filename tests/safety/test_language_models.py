@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import pytest
 
 from benchmarks.language_runs import run_with
-from homeostat.agents.bounds import Budget
 from homeostat.domain.events.recovery import Attempted, FallbackArmed
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.journal.calls import ModelCalled
@@ -17,6 +16,7 @@ from homeostat.llm.address import SERVER_KEY, parse_address
 from homeostat.llm.network import AddressPolicy
 from homeostat.llm.providers import ProviderModel, Sampling
 from homeostat.llm.retry import RetryingModel
+from homeostat.recovery.bounds import Budget
 from tests.llm.servers import hostile, random_model
 
 ONSET_S = 1450.0

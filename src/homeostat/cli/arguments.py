@@ -9,8 +9,6 @@ ENDINGS: Final = "its ending says the format: .ttl, .nt, .jsonld, .rdf, .owl, .t
 """What the help says about a file with a graph."""
 LEAST_DIGITS: Final = 8
 """Fewest digits that name a digest."""
-SEARCH: Final = "search"
-"""The proposer that is always there."""
 
 
 class UsageError(ValueError):

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Final
 
 from homeostat.agents.grounding.context import GroundingKind
-from homeostat.cli.arguments import SEARCH, UsageError
+from homeostat.cli.arguments import UsageError
 from homeostat.domain.mode import Mode, PersonCommand
 from homeostat.domain.quotation import printable
 from homeostat.evaluate.named_model import NamedModel, NoSuchModel
 from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.study.row import SEARCH
 from homeostat.plants.assembly import Language
 from homeostat.service.inbox import Inbox
 

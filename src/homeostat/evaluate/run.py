@@ -58,6 +58,8 @@ class Run:
     """What the plant adds up over a run -> its true value at the end."""
     thought_s: float
     """Wall-clock seconds of all thinking [s]."""
+    thinking_s: float
+    """Those from the notice that led to the first action until that action; all where nothing was done [s]."""
     wall_s: float
     """Wall-clock seconds of the whole run [s]."""
     transcript: tuple[TranscriptEntry, ...] = ()
@@ -118,12 +120,6 @@ class Run:
         """Process time at which the plant left start-up [s]."""
         left_s = self.record.started_s
         return self.truth.start_s if left_s is None else left_s
-
-    @property
-    def thinking_s(self) -> float:
-        """Wall-clock seconds of thinking, from the notice that led to the first action until that action; all of it
-        where nothing was done [s]."""
-        return self.thought_s if self.record.thinking_s is None else self.record.thinking_s
 
     def result(self, folder: Path) -> Result:
         """As ``result.json`` has it, whose record is in ``folder``; what is not a finite number is None there."""

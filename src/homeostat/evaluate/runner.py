@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeAlias
 
-from homeostat.agents.bounds import Budget
 from homeostat.agents.roles import AskingProtocol, Monitoring, Proposer
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.observation import Observation
@@ -22,9 +21,10 @@ from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.outcome import completion_s, facts_of, limits_of, outcome
 from homeostat.evaluate.score.scoring import exposures, production_loss
+from homeostat.evaluate.thinking_time import ThinkingTime
 from homeostat.evaluate.transcript import TranscribedModel
 from homeostat.guard.sequence.sequencer import Sequencer
-from homeostat.journal import MemoryTrace, RunStarted, Trace
+from homeostat.journal import MemoryTrace, RunStarted, Subscriber, Trace
 from homeostat.journal.beside.archive import Archive, MemoryArchive
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
@@ -42,6 +42,7 @@ from homeostat.plants.assembly import (
 )
 from homeostat.plants.plant import Plant
 from homeostat.record.run_record import RunRecord
+from homeostat.recovery.bounds import Budget
 
 Watcher: TypeAlias = Callable[[Snapshot], None]
 """Called with each snapshot before anybody thinks about it."""
@@ -73,12 +74,12 @@ def run_steered(
     plant: Plant, scenario: Scenario, sequencer: Sequencer, at_s: float = math.inf, commands: tuple[Command, ...] = ()
 ) -> Run:
     """Run ``scenario`` with nobody but ``sequencer``, ``commands`` being given at ``at_s`` [s], and score it."""
-    begin, clock, trace = time.monotonic(), DeclaredClock(0.0), MemoryTrace()
-    record = RunRecord(lambda: clock.total_s)
+    begin, trace, record = time.monotonic(), MemoryTrace(), RunRecord()
     trace.subscribe(record)
     process = watch(open_process(plant, scenario), once(sequencer, at_s, lambda now_s: commands))
     _note_states(sequencer, trace)
-    return _score(plant, scenario, record, process, clock.total_s, time.monotonic() - begin)
+    nobody_thinks = ThinkingTime(record, lambda: 0.0)
+    return _score(plant, scenario, record, process, nobody_thinks, time.monotonic() - begin)
 
 
 def _note_states(sequencer: Sequencer, trace: Trace) -> None:
@@ -114,8 +115,10 @@ def run(
     conditions, operation, trace = conditions or Conditions(), operation or Operation(), trace or MemoryTrace()
     check_protocol(plant, conditions.protocol)
     clock = clock or ThinkingClock()
-    record = RunRecord(lambda: clock.total_s, conditions.protocol is AskingProtocol.PER_STEP)
+    record = RunRecord(conditions.protocol is AskingProtocol.PER_STEP)
+    thinking = ThinkingTime(record, lambda: clock.total_s)
     trace.subscribe(record)
+    trace.subscribe(thinking)
     if started is not None:
         trace.record(started, 0.0)
     process, shown = open_process(plant, scenario), Shown(plant.description.machine.initial.name, watcher)
@@ -141,17 +144,18 @@ def run(
         understood = (known or plant) if conditions.ensemble else without_ensemble(known or plant)
         assembly = wire(understood, lease, clock, trace, scenario.seed, arrangement)
         if operation.past is not None:
-            _go_on(plant, operation.past, record, trace)
+            _go_on(plant, operation.past, (record, thinking), trace)
             assembly.exchange.remember(operation.past.retrace(link, local))
         assembly.run(link.source, _hook(shown, assembly, operation, local), operation.pace)
-    result = _score(plant, scenario, record, process, clock.total_s, time.monotonic() - begin)
+    result = _score(plant, scenario, record, process, thinking, time.monotonic() - begin)
     return replace(result, transcript=tuple(transcribed.transcript)) if transcribed else result
 
 
-def _go_on(plant: Plant, past: Past, record: RunRecord, trace: Trace) -> None:
+def _go_on(plant: Plant, past: Past, followers: tuple[Subscriber, ...], trace: Trace) -> None:
     """Take note of what happened before the run was killed."""
     for event, at_s in past.events:
-        record(event, at_s)
+        for follower in followers:
+            follower(event, at_s)
     if (unsaid := past.unsaid(plant)) is not None:
         trace.record(unsaid, past.at_s)
 
@@ -198,7 +202,7 @@ def _once(propose: Propose, conditions: Conditions) -> Propose:
 
 
 def _score(
-    plant: Plant, scenario: Scenario, record: RunRecord, process: TrueProcess, thought_s: float, wall_s: float
+    plant: Plant, scenario: Scenario, record: RunRecord, process: TrueProcess, thinking: ThinkingTime, wall_s: float
 ) -> Run:
     truth, onset_s = process.truth(), scenario.onset_s
     healthy, force = fault_free(plant, scenario.seed, scenario.end_s), limits_of(plant, record, truth)
@@ -223,6 +227,7 @@ def _score(
         complete_s=completion_s(plant, record.states),
         nominal_s=completion_s(plant, healthy.states),
         totals={name: float(truth.signals[v][0, -1]) for name, v in plant.totals.items()},
-        thought_s=thought_s,
+        thought_s=thinking.total_s,
+        thinking_s=thinking.decision_s,
         wall_s=wall_s,
     )

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from homeostat.agents.bounds import Budget
 from homeostat.agents.grounding.context import GroundingKind
 from homeostat.agents.grounding.documents import context_finder
 from homeostat.agents.grounding.grounding import Grounding
@@ -39,6 +38,7 @@ from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.secrets import Secrets
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import Plant
+from homeostat.recovery.bounds import Budget
 from homeostat.recovery.exchange.exchange import Exchange, ExchangeSettings
 from homeostat.recovery.exchange.loop import Hook, Loop
 from homeostat.recovery.exchange.worker import Worker

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from homeostat.agents.bounds import InterventionBounds
 from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.domain.mode import Side
 from homeostat.domain.plant.baseline import Baseline
@@ -30,6 +29,7 @@ from homeostat.process.model import ProcessModel
 from homeostat.process.seeds import Stream, generator
 from homeostat.process.types import Vec
 from homeostat.record.figure.panel import Panel
+from homeostat.recovery.bounds import InterventionBounds
 from homeostat.stl.formula import Formula
 from homeostat.twin.settings import TwinSettings
 

@@ -23,8 +23,6 @@ class Stream(StrEnum):
     """Parameters of the true plant."""
     TRUTH_NOISE = "truth/noise"
     """Disturbances and sensor noise of the true plant."""
-    LINK_NOISE = "link/noise"
-    """Sensor noise of a scripted plant."""
     TWIN_REFINE = "twin/refine"
     """Choosing among a search's finalists."""
     TWIN_EXPLORE = "twin/explore"

@@ -9,10 +9,9 @@ from typing import Any
 from homeostat.domain.diagnosis import FaultProbability, FaultState
 from homeostat.domain.outcome import Outcome, outcome_named
 from homeostat.domain.recovery import Command
+from homeostat.journal.beside.files import RESULT
 from homeostat.journal.encode import Json
 
-RESULT = "result.json"
-"""Name of the file in a run directory."""
 SCHEMA = 2
 """Number of what the keys mean; one that is not there is 1, which knew other outcomes."""
 
@@ -51,16 +50,6 @@ class StepScores:
     """Actuators that were switched on and should not have been."""
     on_missed: int
     """Actuators that had to be switched on and were not."""
-
-    @property
-    def plan_correctness(self) -> float | None:
-        """Share of right plans [1]; None where none was asked for."""
-        return _share(self.plans_right, self.plans)
-
-    @property
-    def action_correctness(self) -> float | None:
-        """Share of right action answers [1]; None where none was asked for."""
-        return _share(self.actions_right, self.actions)
 
     @property
     def precision(self) -> float | None:

@@ -1,12 +1,12 @@
 """The record of a run: every event in order, and what follows from them; every account of a run is a view of it."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Self, TypeVar
 
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.events.guard import StartUpBegan, StartUpEnded, StateEntered
-from homeostat.domain.events.recovery import Attempted, Diagnosed, Noticed
+from homeostat.domain.events.recovery import Attempted, Diagnosed
 from homeostat.domain.events.trips import FallbackActivated, Tripped
 from homeostat.domain.recovery import Command
 from homeostat.journal.events import Event, RunStarted
@@ -23,22 +23,16 @@ NOBODY = "none"
 class RunRecord:
     """Follows a trace, or reads one again; nothing in it knows what truly happened."""
 
-    def __init__(self, thought_s: Callable[[], float] = lambda: 0.0, stepwise: bool = False) -> None:
-        """``thought_s`` tells the wall-clock seconds of thinking so far; ``stepwise``: every step is released.
-
-        Then what is released before anything was diagnosed is the batch as usual, and counts for nothing.
-        """
-        self._thought_s, self.stepwise = thought_s, stepwise
+    def __init__(self, stepwise: bool = False) -> None:
+        """``stepwise``: every step is released, and before anything is diagnosed it is the batch as usual."""
+        self.stepwise = stepwise
         self._entries: list[Entry] = []
         self._releases = Releases()
         self._usual: int | None = None  # releases before the first diagnosis
-        self._before_notice_s = 0.0
-        self.thinking_s: float | None = None
-        """Thinking from the notice that led to the first action until that action [s]; None while nothing was done."""
 
     @classmethod
     def of(cls, entries: Iterable[Entry]) -> Self:
-        """What ``entries`` say; nothing is known of the time that thinking took."""
+        """What ``entries`` say."""
         record = cls()
         for entry in entries:
             record(entry.event, entry.at_s)
@@ -49,11 +43,7 @@ class RunRecord:
         self._entries.append(Entry(at_s, event))
         if isinstance(event, Diagnosed) and self._usual is None:
             self._usual = len(self._releases.made)
-        if isinstance(event, Noticed):
-            self._before_notice_s = self._thought_s()
-        released = self._releases.take(event, at_s) and not (self.stepwise and self._usual is None)
-        if (released or isinstance(event, FallbackActivated)) and self.thinking_s is None:
-            self.thinking_s = self._thought_s() - self._before_notice_s
+        self._releases.take(event, at_s)
 
     @property
     def entries(self) -> tuple[Entry, ...]:

@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from homeostat.agents.bounds import Budget
 from homeostat.agents.checks import judge_safety
 from homeostat.agents.roles import Simulation
 from homeostat.domain.diagnosis import Diagnosis
@@ -13,6 +12,7 @@ from homeostat.domain.observation import Arm, Correction
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.recovery import FallbackStrategy
 from homeostat.domain.verdict import Approve, Finding, Rollout, Verdict
+from homeostat.recovery.bounds import Budget
 from homeostat.recovery.deadline import act_by_s, deadline_s
 from homeostat.recovery.plant_rules import PlantRules
 from homeostat.recovery.scene import Scene

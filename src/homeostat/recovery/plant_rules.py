@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from homeostat.agents.bounds import Budget, InterventionBounds
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.production import Production
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.recovery import FallbackStrategy
+from homeostat.recovery.bounds import Budget, InterventionBounds
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,13 +3,13 @@
 import asyncio
 from dataclasses import dataclass
 
-from homeostat.agents.bounds import Budget
 from homeostat.agents.roles import Approved
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import ReleasedActions, ReleaseRefused
 from homeostat.domain.mode import Mode
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import Finding, NoActionNeeded, Released, Revise, Rollout
+from homeostat.recovery.bounds import Budget
 from homeostat.recovery.release_check import Check
 from homeostat.recovery.scene import Scene
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from homeostat.domain.recovery import Command
 from homeostat.process.schedule import InputRamp
-from homeostat.process.seeds import Stream, generator
+from homeostat.process.seeds import generator
 from tests.equipment.links.timetable import Timetable
 
 
@@ -91,7 +91,7 @@ class ScriptedPlant:
         self._pushes = Timetable(script.pushes)
         self._true = {t.tag: t.start for t in script.tags}
         self._gain = {t.tag: 1.0 - math.exp(-1.0 / t.lag_s) for t in script.tags}
-        self._noise = generator(script.seed, Stream.LINK_NOISE)
+        self._noise = generator(script.seed, "link/noise")
         self._accepted = self._targets()
         self.now_s = 0.0
         """Process time [s]."""

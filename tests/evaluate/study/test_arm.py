@@ -7,8 +7,8 @@ import functools
 from homeostat.agents.grounding.context import GroundingKind
 from homeostat.agents.roles import AskingProtocol, Proposer
 from homeostat.evaluate.named_model import NamedModel
-from homeostat.evaluate.study.plan.job import CONSTANT, SEARCH, Arm
-from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY
+from homeostat.evaluate.study.plan.job import CONSTANT, Arm
+from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, SEARCH
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.assembly import Arrangement, Workbench, wire

@@ -15,10 +15,10 @@ from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.recorded.run import record_run
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.journal import Event
+from homeostat.journal.beside.files import RESULT
 from homeostat.plants.assembly import Language, check_protocol
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.directory import RunDirectory
-from homeostat.record.result import RESULT
 from homeostat.record.story.story import Story
 from homeostat.record.story.summary import summary
 

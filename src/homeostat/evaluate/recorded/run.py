@@ -16,12 +16,12 @@ from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.step_scores import score_steps
 from homeostat.journal import RunFinished, RunStarted, Setting, Subscriber, Summary
+from homeostat.journal.beside.files import RESULT
 from homeostat.plants.assembly import Language, Propose, in_operation
 from homeostat.plants.plant import Plant
 from homeostat.process.seeds import NAMING
 from homeostat.record.directory import FIGURE, TRAJECTORY, RunDirectory
 from homeostat.record.figure.figure import draw
-from homeostat.record.result import RESULT
 
 LIBRARIES = ("numpy", "numba", "pyoxigraph")
 """Libraries that what is computed depends on."""

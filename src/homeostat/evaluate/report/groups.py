@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Final
 
-from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, WHOLE, Row
+from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, SEARCH, WHOLE, Row
 
 ALL: Final = "all"
 """Name of all scenarios of a plant together."""
-SEARCH: Final = "search"
 _POLICIES: Final = (FALLBACK_ONLY, DO_NOTHING, HINDSIGHT)
 """In the order of tables."""
 _KINDS: Final = ("none", "single", "paired", "unknown")

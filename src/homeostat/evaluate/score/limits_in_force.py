@@ -13,10 +13,8 @@ from homeostat.domain.plant.limits import Limit, Limits
 from homeostat.domain.plant.rules import StartUp
 from homeostat.domain.snapshot import Trajectory
 from homeostat.process.types import Vec
+from homeostat.record.run_record import Span
 from homeostat.stl.formula import Formula
-
-Span = tuple[float, float]
-"""First and last process time of something [s]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,8 @@ from typing import Any
 
 from homeostat.domain.outcome import FORMER, outcome_named
 
+SEARCH = "search"
+"""The proposer that is always there, and asks no model."""
 HINDSIGHT = "hindsight"
 """Proposer of the rows that say what was possible: an exhaustive search on the true plant."""
 DO_NOTHING = "do-nothing"

@@ -46,7 +46,7 @@ def condensed(record: Record) -> Record:
     return record if record.kind in _TOLD else replace(record, fields={})
 
 
-def read_result(run_dir: Path) -> Mapping[str, Json] | None:
+def result_values(run_dir: Path) -> Mapping[str, Json] | None:
     """The values of the run's result; None where it has none that can be read."""
     try:
         content = json.loads((run_dir / RESULT).read_bytes())

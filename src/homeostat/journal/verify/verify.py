@@ -9,7 +9,7 @@ from homeostat.journal.beside.manifest import BadManifest, Manifest, read_manife
 from homeostat.journal.chain import GENESIS, digest
 from homeostat.journal.reading import BrokenChain, Record, scan
 from homeostat.journal.signing.signatures import NOBODY, Signatures, Vouched
-from homeostat.journal.verify.evidence import Evidence, condensed, read_result
+from homeostat.journal.verify.evidence import Evidence, condensed, result_values
 from homeostat.journal.verify.meaning import contradictions
 
 
@@ -71,7 +71,7 @@ def _with_meaning(report: Report, directory: Path, records: list[Record], manife
     """The report with every contradiction; only a record that is intact is asked what it means."""
     if not report.intact:
         return report
-    result = None if manifest is None else read_result(directory)
+    result = None if manifest is None else result_values(directory)
     found = tuple(contradictions(Evidence(tuple(records), manifest, result)))
     if not found:
         return report

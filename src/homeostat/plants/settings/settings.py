@@ -7,7 +7,6 @@ from typing import Annotated, Any, Final, Literal, TypeAlias
 from annotated_types import Len
 from pydantic import BaseModel, ConfigDict, StringConstraints, model_validator
 
-from homeostat.agents.bounds import InterventionBounds
 from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.domain.plant.production import Production
 from homeostat.guard.settings import LEASE_WITHIN_S, LONGEST_LEASE_S
@@ -25,6 +24,7 @@ from homeostat.plants.settings.bounds import (
     Stride,
     within,
 )
+from homeostat.recovery.bounds import InterventionBounds
 from homeostat.twin.settings import TwinSettings
 
 MOST_STEPS: Final = 1_000_000

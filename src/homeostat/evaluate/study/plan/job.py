@@ -15,7 +15,7 @@ from homeostat.evaluate.named_model import NamedModel
 from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.study.plan.constant import constant_proposer
-from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, WHOLE
+from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, SEARCH, WHOLE
 from homeostat.plants.assembly import Language, Propose, in_operation
 
 
@@ -44,7 +44,7 @@ ABLATIONS: Final[Mapping[str, Ablation]] = {
 """Name in files and tables -> what it leaves out."""
 
 
-SEARCH, CONSTANT = "search", "constant"
+CONSTANT = "constant"
 WITHOUT_MODEL = (SEARCH, CONSTANT, DO_NOTHING, FALLBACK_ONLY, HINDSIGHT)
 """Arms that ask no language model."""
 
