@@ -13,7 +13,7 @@ from pathlib import Path
 from benchmarks.paper.heat_map import heat_map
 from benchmarks.paper.names import distinct, file_name
 from benchmarks.paper.tables import paper_latency, paper_tables
-from homeostat.evaluate.report.groups import cases, in_order
+from homeostat.evaluate.report.groups import in_order, plants
 from homeostat.evaluate.report.report import write_tables
 from homeostat.evaluate.study.ledger import DATASET, read_dataset
 from homeostat.evaluate.study.row import Row
@@ -26,7 +26,7 @@ def write_paper(folder: Path, rows: Sequence[Row]) -> tuple[Path, ...]:
     """Write the tables and heat maps of ``rows`` into ``folder``; paths of the files."""
     written = [*write_tables(folder, distinct([*paper_tables(rows), *paper_latency(rows)]))]
     ordered = in_order(rows)
-    for plant in cases(ordered):
+    for plant in plants(ordered):
         path = folder / f"{file_name('success', plant)}.svg"
         path.write_bytes(heat_map(plant, [row for row in ordered if row.case == plant]).svg)
         written.append(path)

@@ -8,7 +8,7 @@ from typing import Final
 
 from benchmarks.paper.names import file_name
 from benchmarks.paper.published import Published, published_lines, published_rows
-from homeostat.evaluate.report.groups import ALL, Group, cases, grouped, in_order, overall
+from homeostat.evaluate.report.groups import ALL, Group, grouped, in_order, overall, plants
 from homeostat.evaluate.report.statistics import Estimate, Rate, wilson
 from homeostat.evaluate.report.tables.scores import EFFORT, RUNS, SUCCESS, WHO, Score, Words, mean, table, words
 from homeostat.evaluate.report.tables.table import Cell, Column, Kind, Percent, Table, compact
@@ -119,7 +119,7 @@ def _table(name: str, plant: str, title: str, note: str, scores: Sequence[Score[
 def _cases(rows: Sequence[Row]) -> Iterator[tuple[str, list[Line]]]:
     """The cases with rows that stand for published ones, with the lines of their tables."""
     ordered = in_order(row for row in rows if row.published)
-    for plant in cases(ordered):
+    for plant in plants(ordered):
         yield plant, list(_listed(plant, [row for row in ordered if row.case == plant]))
 
 
