@@ -219,7 +219,7 @@ def _score(
         record=record,
         truth=truth,
         measured=process.measured(),
-        outcome=outcome(facts_of(plant, scenario, record, truth, healthy, detected_s)),
+        outcome=outcome(facts_of(plant, scenario, record, truth, force, detected_s)),
         detected_s=detected_s,
         false_alarm=bool(record.diagnosed) if onset_s is None else len(reports) < len(record.diagnosed),
         exposures=exposures(truth, force, detected_s),
