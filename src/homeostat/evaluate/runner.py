@@ -211,7 +211,7 @@ def _score(
     times = [*(at_s for at_s, _ in record.diagnosed), *record.tripped_s]
     reports = [at_s for at_s in times if onset_s is None or at_s >= onset_s]
     detected_s = min(reports, default=None)
-    started_s = truth.start_s if record.started_s is None else record.started_s
+    started_s = record.started_s(truth.start_s)
     from_s = started_s if onset_s is None else onset_s
     return Run(
         plant=plant,
