@@ -118,8 +118,7 @@ class Run:
     @property
     def started_s(self) -> float:
         """Process time at which the plant left start-up [s]."""
-        left_s = self.record.started_s
-        return self.truth.start_s if left_s is None else left_s
+        return self.record.started_s(self.truth.start_s)
 
     def result(self, folder: Path) -> Result:
         """As ``result.json`` has it, whose record is in ``folder``; what is not a finite number is None there."""

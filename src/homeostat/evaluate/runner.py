@@ -210,7 +210,7 @@ def _score(
     times = [*(at_s for at_s, _ in record.diagnosed), *record.tripped_s]
     reports = [at_s for at_s in times if onset_s is None or at_s >= onset_s]
     detected_s = min(reports, default=None)
-    started_s = truth.start_s if record.started_s is None else record.started_s
+    started_s = record.started_s(truth.start_s)
     from_s = started_s if onset_s is None else onset_s
     return Run(
         plant=plant,
@@ -218,7 +218,7 @@ def _score(
         record=record,
         truth=truth,
         measured=process.measured(),
-        outcome=outcome(facts_of(plant, scenario, record, truth, healthy, detected_s)),
+        outcome=outcome(facts_of(plant, scenario, record, truth, force, detected_s)),
         detected_s=detected_s,
         false_alarm=bool(record.diagnosed) if onset_s is None else len(reports) < len(record.diagnosed),
         exposures=exposures(truth, force, detected_s),

@@ -73,10 +73,9 @@ class RunRecord:
         """States of the machine, each with the process time at which it was entered [s]."""
         return [(entered.state, at_s) for at_s, entered in self._timed(StateEntered)]
 
-    @property
-    def started_s(self) -> float | None:
-        """Process time at which the plant left start-up [s]; None where it did not."""
-        return next((at_s for _, at_s in self.states), None)
+    def started_s(self, never_s: float) -> float:
+        """Process time at which the plant left start-up, ``never_s`` where it did not [s]."""
+        return next((at_s for _, at_s in self.states), never_s)
 
     @property
     def start_ups(self) -> list[Span]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.reference.alternatives import as_usual, avoidable, needless, released_set
-from homeostat.evaluate.reference.unsupervised import Unsupervised
+from homeostat.evaluate.reference.unsupervised import Unsupervised, fault_free
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
 from homeostat.evaluate.score.scoring import exposures, fed_at_end, has_product, inside_at_end
@@ -54,12 +54,12 @@ def facts_of(
     scenario: Scenario,
     record: RunRecord,
     truth: Trajectory,
-    healthy: Unsupervised,
+    force: LimitsInForce,
     detected_s: float | None,
 ) -> Facts:
-    """The facts of a run; ``healthy``: the fault-free one, ``detected_s``: first report from the onset on [s]."""
-    force, onset_s = limits_of(plant, record, truth), scenario.onset_s
-    started_s = truth.start_s if record.started_s is None else record.started_s
+    """The facts of a run; ``force``: its :func:`limits_of`, ``detected_s``: first report from the onset on [s]."""
+    healthy, onset_s = fault_free(plant, scenario.seed, scenario.end_s), scenario.onset_s
+    started_s = record.started_s(truth.start_s)
     released = record.released
     usual = record.stepwise and as_usual(plant, [state for state, _ in record.states])
     written = bool(released) and not record.fallbacks and not usual

@@ -62,7 +62,7 @@ def compose(run: ShownRun) -> Figure:
     strip.set_xlim(first_s, last_s)
     for axis in axes:
         axis.yaxis.set_label_coords(-_NAMES / (_WIDTH - _LEFT - _RIGHT), 0.5)
-    started_s = run.scenario.end_s if run.record.started_s is None else run.record.started_s
+    started_s = run.record.started_s(run.scenario.end_s)
     for panel, axis in zip(plant.panels, axes[:-1], strict=True):
         match panel:
             case LinePanel():
