@@ -124,9 +124,7 @@ def run(
     process, shown = open_process(plant, scenario), Shown(plant.description.machine.initial.name, watcher)
     transcribed = TranscribedModel(language.model, lambda: shown.state) if language else None
     if propose is None:
-        sequencer = new_sequencer(plant)
-        watch(process, sequencer.sample, shown.sampled)
-        _note_states(sequencer, trace)
+        _leave_alone(plant, process, shown, trace)
     else:
         arrangement = Arrangement(
             mode=operation.mode,
@@ -149,6 +147,12 @@ def run(
         assembly.run(link.source, _hook(shown, assembly, operation, local), operation.pace)
     result = _score(plant, scenario, record, process, thinking, time.monotonic() - begin)
     return replace(result, transcript=tuple(transcribed.transcript)) if transcribed else result
+
+
+def _leave_alone(plant: Plant, process: TrueProcess, shown: Shown, trace: Trace) -> None:
+    sequencer = new_sequencer(plant)
+    watch(process, sequencer.sample, shown.sampled)
+    _note_states(sequencer, trace)
 
 
 def _go_on(plant: Plant, past: Past, followers: tuple[Subscriber, ...], trace: Trace) -> None:
