@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Final, get_type_hints
 
 from homeostat import __version__
 from homeostat.journal.beside.files import JOURNAL, MANIFEST, StoredFile, describe, write_whole
@@ -113,8 +113,8 @@ def read_manifest(run_dir: Path) -> Manifest | None:
 
 def _is_typed(record: Manifest | StoredFile) -> bool:
     """Whether numbers are numbers and texts are texts: a forger may write anything."""
-    types = {"int": int, "str": str}
-    return all(type(getattr(record, f.name)) is types[str(f.type)] for f in fields(record) if str(f.type) in types)
+    hints = get_type_hints(type(record))
+    return all(type(getattr(record, name)) is kind for name, kind in hints.items() if kind in (int, str))
 
 
 def _content(manifest: Manifest) -> dict[str, Json]:
