@@ -126,6 +126,7 @@ def main() -> None:
     load = os.getloadavg()[0]
     with checked_out(chosen.against) as before:
         lines = list(costs(before, ROOT, chosen.times))
+    first_s, later_s = (float(line.split("|")[-2]) for line in lines[2:4])
     sizes = installed_mb()
     PAGE.write_text(
         TEMPLATE.read_text(encoding="utf-8").format(
@@ -133,6 +134,8 @@ def main() -> None:
             measured=f"{measured_on()} Load {load:.1f} when it began.",
             shape=shape(chosen.against),
             costs="\n".join(lines),
+            first_s=f"{first_s - later_s:.1f}",
+            rest_mb=f"{sum(sizes.values()) - sizes['llvmlite'] - sizes['numba'] - sizes['pyarrow']:.0f}",
             total_mb=f"{sum(sizes.values()):.0f}",
             trial=TRIAL.read_text(encoding="utf-8").strip(),
             largest=", ".join(f"{name} {mb:.0f}" for name, mb in list(sizes.items())[:8]),
