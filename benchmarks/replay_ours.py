@@ -21,7 +21,7 @@ from homeostat.domain.verdict import Finding, NoActionNeeded
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import scenario
 from homeostat.links.simulated import SimulatedLink
-from homeostat.links.true_process import TrueProcess
+from homeostat.links.truth.process import TrueProcess
 from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
 from homeostat.process.types import Vec

@@ -17,7 +17,7 @@ from homeostat.journal import Journal
 from homeostat.journal.events import Event
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
-from homeostat.links.true_process import PlantConfiguration, TrueProcess
+from homeostat.links.truth.process import PlantConfiguration, TrueProcess
 from homeostat.plants.assembly import wire
 from homeostat.plants.plant import load_plant
 from homeostat.process.seeds import Stream, noise_seed

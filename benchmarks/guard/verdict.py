@@ -11,7 +11,7 @@ from homeostat.domain.recovery import Command
 from homeostat.guard.writing.flight import PUT_RIGHT
 from homeostat.journal import BrokenChain, Record
 from homeostat.journal.beside.files import JOURNAL
-from homeostat.links.true_process import TrueProcess
+from homeostat.links.truth.process import TrueProcess
 
 FRESH_S = 15.0
 """What was intended this shortly before the end need not be read back yet [s]."""

@@ -20,7 +20,7 @@ from homeostat.guard.sequence.recognition import Evidence, followed
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
-from homeostat.links.true_process import TrueProcess
+from homeostat.links.truth.process import TrueProcess
 from homeostat.plants.plant import Plant, load_plant
 from tests.evaluate.test_operation import FAULT, Person
 

@@ -14,7 +14,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.links import simulated
 from homeostat.links.errors import PlantEnded
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
-from homeostat.links.true_process import PlantConfiguration, TrueProcess
+from homeostat.links.truth.process import PlantConfiguration, TrueProcess
 from homeostat.links.virtual import Recipe
 from homeostat.process.batch import ProcessError
 from tests.contracts.link import Handles, LinkContract, Open, equal, read

@@ -9,7 +9,7 @@ import pytest
 
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.recovery import Command
-from homeostat.links.true_process import PlantConfiguration, TrueProcess
+from homeostat.links.truth.process import PlantConfiguration, TrueProcess
 from homeostat.plants.cstr.layout import P
 from tests.contracts.link import equal
 from tests.plants.cstr import reactor

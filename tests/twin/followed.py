@@ -7,7 +7,7 @@ import functools
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.simulated import SimulatedLink
-from homeostat.links.true_process import PlantConfiguration, TrueProcess
+from homeostat.links.truth.process import PlantConfiguration, TrueProcess
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.process.seeds import Stream, noise_seed
 from homeostat.twin.twin import Twin

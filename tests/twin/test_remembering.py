@@ -10,7 +10,7 @@ from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.simulated import SimulatedLink
-from homeostat.links.true_process import PlantConfiguration, TrueProcess
+from homeostat.links.truth.process import PlantConfiguration, TrueProcess
 from homeostat.process.seeds import Stream, noise_seed
 from tests.twin.followed import follow, reactor, readings
 

@@ -145,6 +145,8 @@ class Run:
             thinking_s=self.thinking_s,
             wall_s=self.wall_s,
             trace=str(folder),
+            disturbances=tuple(map(str, self.scenario.disturbances)),
+            mismatch=self.scenario.mismatch,
         )
 
     def events(self, kind: type[E]) -> tuple[E, ...]:

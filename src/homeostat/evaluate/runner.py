@@ -28,7 +28,7 @@ from homeostat.journal import MemoryTrace, RunStarted, Subscriber, Trace
 from homeostat.journal.beside.archive import Archive, MemoryArchive
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
-from homeostat.links.true_process import TrueProcess
+from homeostat.links.truth.process import TrueProcess
 from homeostat.plants.assembly import (
     Arrangement,
     Assembly,
@@ -209,7 +209,7 @@ def _score(
     plant: Plant, scenario: Scenario, record: RunRecord, process: TrueProcess, thinking: ThinkingTime, wall_s: float
 ) -> Run:
     truth, onset_s = process.truth(), scenario.onset_s
-    healthy, force = fault_free(plant, scenario.seed, scenario.end_s), limits_of(plant, record, truth)
+    healthy, force = fault_free(plant, scenario), limits_of(plant, record, truth)
     # A report before the onset is a false alarm, not a detection.
     times = [*(at_s for at_s, _ in record.diagnosed), *record.tripped_s]
     reports = [at_s for at_s in times if onset_s is None or at_s >= onset_s]

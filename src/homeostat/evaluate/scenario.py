@@ -3,9 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral, Real
+from typing import Self
 
 from homeostat.domain.diagnosis import FaultState
+from homeostat.links.truth.disturbance import Disturbance, DisturbanceError
+from homeostat.links.truth.disturbed import Disturbed, Targets
+from homeostat.plants.error import PlantError
 from homeostat.plants.plant import Plant
+from homeostat.plants.truth import NONE, find_mismatch, true_model
 
 LONGEST_S = 86_400.0
 """Longest run: a day [s]. Every second is kept in memory."""
@@ -29,6 +34,10 @@ class Scenario:
     """Seed of the plant's parameters, its disturbances and the twin's draws."""
     end_s: float
     """Process time at which the run ends [s]."""
+    disturbances: tuple[Disturbance, ...] = ()
+    """What else happens to the true plant, which no table knows."""
+    mismatch: str = NONE
+    """How the true plant is not the model that its twin has: one of the plant's mismatches, or 'none'."""
 
     @property
     def fault(self) -> str:
@@ -37,8 +46,14 @@ class Scenario:
 
     @property
     def onset_s(self) -> float | None:
-        """Process time of the first fault [s]; None for a fault-free run."""
-        return min((f.onset_s for f in self.faults), default=None)
+        """Process time of the first fault or disturbance [s]; None where there is neither."""
+        begun = [*(f.onset_s for f in self.faults), *(d.from_s for d in self.disturbances)]
+        return min(begun, default=None)
+
+    @property
+    def undisturbed(self) -> Self:
+        """The same true plant, to which nothing happens."""
+        return replace(self, faults=(), disturbances=())
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +126,30 @@ def scenario(
     if len(set(names)) != len(names):
         raise ScenarioError(f"{fault!r} names a fault twice; name each once")
     return Scenario(plant.name, tuple(states), seed, end)
+
+
+def departing(plant: Plant, chosen: Scenario, disturbances: Sequence[str] = (), mismatch: str = NONE) -> Scenario:
+    """``chosen`` on a true plant that differs from its model by ``mismatch``, and to which ``disturbances`` happen.
+
+    ScenarioError where the plant has no such mismatch, or cannot be disturbed like that.
+    """
+    truth = true_model(plant.model)
+    if truth is None and (disturbances or mismatch != NONE):
+        raise ScenarioError(f"plant {plant.name!r} has no true plant beside its model; it cannot depart from it")
+    try:
+        parsed = tuple(Disturbance.parse(text) for text in disturbances)
+        if truth is not None:
+            Disturbed(Targets(plant.model, truth.departures, plant.description), parsed)
+        named = find_mismatch(plant.model, mismatch)
+    except (DisturbanceError, PlantError) as error:
+        raise ScenarioError(str(error)) from None
+    for disturbance in parsed:
+        if disturbance.from_s >= chosen.end_s:
+            raise ScenarioError(
+                f"disturbance '{disturbance}' begins at {disturbance.from_s:g} s, and the run ends at {chosen.end_s:g} s; "
+                "choose an earlier begin, or a later end"
+            )
+    return replace(chosen, disturbances=parsed, mismatch=NONE if named is None else named.name)
 
 
 def _check_numbers(given: Mapping[str, object], seed: object) -> None:

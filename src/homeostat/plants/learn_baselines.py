@@ -12,7 +12,7 @@ from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.domain.plant.baseline import Baseline
 from homeostat.journal.beside.files import write_whole
 from homeostat.links.simulated import SimulatedLink
-from homeostat.links.true_process import PlantConfiguration, TrueProcess
+from homeostat.links.truth.process import PlantConfiguration, TrueProcess
 from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.files.baselines import read_baselines, write_baselines
 from homeostat.plants.files.folder import BASELINES

@@ -90,11 +90,11 @@ class Plant:
         """Digest of everything that configures the plant."""
         return configuration_digest(self.files)
 
-    def true_parameters(self, seed: int) -> Vec:
-        """Parameters of the plant that ``seed`` stands for, drawn from the stated uncertainty."""
+    def true_parameters(self, seed: int, spread: float = 1.0) -> Vec:
+        """Parameters of the plant that ``seed`` stands for, drawn from ``spread`` times the stated uncertainty."""
         by_symbol = {p.symbol: p for p in self.description.parameters}
         draws = generator(seed, Stream.TRUTH_PARAMETERS).standard_normal(len(self.model.parameters))
-        values = [by_symbol[s].value + by_symbol[s].sd * z for s, z in zip(self.model.parameters, draws, strict=True)]
+        values = [by_symbol[s].value + spread * by_symbol[s].sd * z for s, z in zip(self.model.parameters, draws, strict=True)]
         return np.array(values)
 
 

@@ -16,6 +16,7 @@ import os
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NamedTuple, final
 
 import numpy as np
@@ -49,8 +50,12 @@ class Columns(NamedTuple):
     inputs: int
 
 
-def kernel(columns: Columns, scratch: int) -> Callable[[Callable[..., None]], CompiledKernel]:
+def kernel(
+    columns: Columns, scratch: int, parts: ModuleType | None = None
+) -> Callable[[Callable[..., None]], CompiledKernel]:
     """A decorator: the function as a :class:`CompiledKernel` with ``scratch`` numbers of room for its own use.
+
+    ``parts`` is a module in another folder whose blocks it is made of.
 
     TypeError where the function takes values from around it: machine code is found again by its sources.
 
@@ -62,7 +67,7 @@ def kernel(columns: Columns, scratch: int) -> Callable[[Callable[..., None]], Co
     def made(function: Callable[..., None]) -> CompiledKernel:
         if function.__closure__:
             raise TypeError(f"kernel {function.__qualname__} depends on what is around it; make that a parameter")
-        return CompiledKernel(function, columns, scratch)
+        return CompiledKernel(function, columns, scratch, parts)
 
     return made
 
@@ -71,9 +76,12 @@ def kernel(columns: Columns, scratch: int) -> Callable[[Callable[..., None]], Co
 class CompiledKernel:
     """A :class:`~homeostat.process.batch.Kernel` of machine code, for any number of threads at once."""
 
-    def __init__(self, function: Callable[..., None], columns: Columns, scratch: int) -> None:
+    def __init__(
+        self, function: Callable[..., None], columns: Columns, scratch: int, parts: ModuleType | None = None
+    ) -> None:
         self.py_func = function
         """The kernel as plain Python."""
+        self._folders = tuple(Path(inspect.getfile(part)).parent for part in (function, parts) if part)
         self._columns, self._scratch = columns, scratch
 
     def __call__(
@@ -120,9 +128,8 @@ class CompiledKernel:
 
     @functools.cached_property
     def _code(self) -> Callable[..., None]:
-        folder = Path(inspect.getfile(self.py_func)).parent
         with _making:
-            file = cache_folder(folder) / f"{self.py_func.__module__}.{self._version(folder)}.o"
+            file = cache_folder(self._folders[0]) / f"{self.py_func.__module__}.{self._version()}.o"
             kept = read(file)
             if kept is not None:
                 with contextlib.suppress(RuntimeError):  # what cannot be linked is compiled again
@@ -133,11 +140,11 @@ class CompiledKernel:
             keep(file, made)
             return code
 
-    def _version(self, folder: Path) -> str:
+    def _version(self) -> str:
         """Digest of everything that the machine code follows from: sources, kernel, compiler, processor."""
         mine = (self.py_func.__qualname__, self.py_func.__code__.co_firstlineno, *self._columns, self._scratch)
         options = sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_") and "CACHE" not in item[0])
-        return hashlib.sha256(f"{sources(folder)} {mine} {options}".encode()).hexdigest()[:16]
+        return hashlib.sha256(f"{sources(*self._folders)} {mine} {options}".encode()).hexdigest()[:16]
 
     def _compile(self) -> MachineCode:
         import llvmlite.binding as llvm

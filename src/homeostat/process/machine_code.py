@@ -108,13 +108,13 @@ def cache_folder(folder: Path) -> Path:
 
 
 @functools.cache
-def sources(folder: Path) -> str:
-    """Digest of what every kernel in ``folder`` follows from: its place, its sources, the compiler, the processor."""
+def sources(*folders: Path) -> str:
+    """Digest of what every kernel made of ``folders`` follows from: their place and sources, compiler, processor."""
     import llvmlite.binding as llvm
 
     digest = hashlib.sha256()
     made_by = (version("numba"), version("llvmlite"), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
-    digest.update("\0".join((str(folder.resolve()), *made_by)).encode())
-    for source in sorted({*folder.glob("*.py"), *Path(__file__).parent.glob("*.py")}):
+    digest.update("\0".join((*(str(folder.resolve()) for folder in folders), *made_by)).encode())
+    for source in [path for folder in (*folders, Path(__file__).parent) for path in sorted(folder.glob("*.py"))]:
         digest.update(source.name.encode() + b"\0" + source.read_bytes() + b"\0")
     return digest.hexdigest()

@@ -110,6 +110,10 @@ class Result:
     """Wall-clock seconds of the whole run [s]."""
     trace: str
     """Path of the run directory."""
+    disturbances: tuple[str, ...] = ()
+    """What else happened to the true plant."""
+    mismatch: str = "none"
+    """How the true plant was not the model that its twin has."""
 
     @property
     def good(self) -> bool:
@@ -122,7 +126,9 @@ class Result:
             {
                 "schema": SCHEMA,
                 "case": self.case,
-                "fault": self.fault,
+                "fault": None if self.disturbances and self.fault == "none" else self.fault,
+                "disturbances": self.disturbances,
+                "mismatch": self.mismatch,
                 "seed": self.seed,
                 "outcome": self.outcome.value,
                 "actor": self.actor,
@@ -171,6 +177,8 @@ def read_result(run_dir: Path) -> Result | None:
         return Result(
             **{
                 **content,
+                "fault": content["fault"] or "none",
+                "disturbances": tuple(content.get("disturbances", ())),
                 "outcome": outcome_named(content["outcome"], content["actor"] == "fallback"),
                 "steps": None if content["steps"] is None else StepScores(**content["steps"]),
                 "hypotheses": tuple(_fault_set(item) for item in content["hypotheses"]),

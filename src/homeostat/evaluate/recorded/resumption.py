@@ -16,12 +16,13 @@ from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import ActionSet, Step
 from homeostat.evaluate.local_control import LocalControl, Told
-from homeostat.evaluate.scenario import Scenario
+from homeostat.evaluate.scenario import Scenario, departing
 from homeostat.guard.restart.memory import Memory
 from homeostat.journal import Event, Record, RunFinished, RunStarted
 from homeostat.links.retracing import Retracing
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.plant import Plant
+from homeostat.plants.truth import NONE
 from homeostat.record.decode import decode
 
 
@@ -75,7 +76,9 @@ class Past:
                 FaultState(name, float(chosen[f"severity {name}"]), float(chosen[f"onset_s {name}"]))
                 for name in self.started.faults
             )
-            return Scenario(plant.name, faults, self.started.seed, float(chosen["end_s"]))
+            whole = Scenario(plant.name, faults, self.started.seed, float(chosen["end_s"]))
+            disturbances = [str(text) for name, text in chosen.items() if name.startswith("disturbance ")]
+            return departing(plant, whole, disturbances, str(chosen.get("mismatch", NONE)))
         except (KeyError, ValueError) as error:
             raise ResumptionError(f"its first event does not say {error}") from None
 

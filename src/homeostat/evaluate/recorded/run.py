@@ -19,6 +19,7 @@ from homeostat.journal import RunFinished, RunStarted, Setting, Subscriber, Summ
 from homeostat.journal.beside.files import RESULT
 from homeostat.plants.assembly import Language, Propose, in_operation
 from homeostat.plants.plant import Plant
+from homeostat.plants.truth import NONE
 from homeostat.process.seeds import NAMING
 from homeostat.record.directory import FIGURE, TRAJECTORY, RunDirectory
 from homeostat.record.figure.figure import draw
@@ -111,6 +112,9 @@ def run_started(
     for fault in scenario.faults:
         configuration.append(Setting(f"onset_s {fault.fault}", fault.onset_s))
         configuration.append(Setting(f"severity {fault.fault}", fault.severity))
+    if scenario.mismatch != NONE:
+        configuration.append(Setting("mismatch", scenario.mismatch))
+    configuration += [Setting(f"disturbance {k}", str(d)) for k, d in enumerate(scenario.disturbances, start=1)]
     configuration += [Setting("proposer", proposer), thinking.setting, *chosen]
     if language is not None:
         configuration.append(Setting("grounding", language.grounding.value))

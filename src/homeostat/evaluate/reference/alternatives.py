@@ -56,7 +56,7 @@ def needless(plant: Plant, scenario: Scenario, truth: Trajectory, from_s: float)
         return False
     if outside_after(alone.truth, in_force(plant.description, alone.states, alone.truth.start_s)):
         return False
-    healthy = fault_free(plant, scenario.seed, scenario.end_s).truth
+    healthy = fault_free(plant, scenario).truth
     return loses_no_more(alone.truth, truth, healthy, plant.delivered, from_s)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from homeostat.domain.plant.limits import LimitKind
 from homeostat.domain.recovery import Command
 from homeostat.evaluate.scenario import Scenario
-from homeostat.links.true_process import fault_tables
+from homeostat.links.truth.process import fault_tables
 from homeostat.plants.plant import Plant
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.schedule import InputRamp

@@ -7,21 +7,25 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
+import numpy as np
+
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.evaluate.scenario import Scenario
 from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.links.simulated import SimulatedLink
-from homeostat.links.true_process import PlantConfiguration, TrueProcess
+from homeostat.links.truth.disturbance import Disturbance
+from homeostat.links.truth.process import Departed, PlantConfiguration, TrueProcess
 from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
+from homeostat.plants.truth import Mismatch, find_mismatch, true_model
 from homeostat.process.seeds import Stream, noise_seed
 
 MOST = 32
 """Most fault-free runs that are kept in memory; one of the reactor takes about 3 MB."""
 Recipe: TypeAlias = Callable[[Snapshot], tuple[Command, ...]]
 """What a simulated plant is commanded by design after a snapshot, without anybody who supervises it."""
-_healthy: OrderedDict[tuple[int, int, float], tuple[Plant, Unsupervised]] = OrderedDict()
+_healthy: OrderedDict[tuple[int, Scenario], tuple[Plant, Unsupervised]] = OrderedDict()
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,15 +54,27 @@ def once(sequencer: Sequencer, at_s: float, act: Callable[[float], tuple[Command
 
 
 def open_process(plant: Plant, scenario: Scenario) -> TrueProcess:
-    """The true process of a scenario: its own true parameters, its faults, its noise."""
+    """The true process of a scenario: its own true parameters, its faults, its noise, and how it departs."""
+    mismatch = find_mismatch(plant.model, scenario.mismatch)
     configuration = PlantConfiguration(
-        parameters=plant.true_parameters(scenario.seed),
+        parameters=plant.true_parameters(scenario.seed, 1.0 if mismatch is None else mismatch.spread),
         inputs=plant.start,
         faults=scenario.faults,
         end_s=scenario.end_s,
         noise_seed=noise_seed(scenario.seed, Stream.TRUTH_NOISE),
+        departed=_departed(plant, mismatch, scenario.disturbances),
     )
     return TrueProcess(plant.model, plant.description, configuration)
+
+
+def _departed(plant: Plant, mismatch: Mismatch | None, disturbances: tuple[Disturbance, ...]) -> Departed | None:
+    """How the true plant differs from its model; None where it does not, and what simulates it needs no more."""
+    truth = true_model(plant.model)
+    if truth is None or (mismatch is None and not disturbances):
+        return None
+    if mismatch is None:
+        return Departed(truth, np.array(truth.departures.neutral()), disturbances)
+    return Departed(truth, mismatch.parameters, (*mismatch.drifts, *disturbances))
 
 
 def watch(
@@ -79,11 +95,12 @@ def unsupervised(plant: Plant, scenario: Scenario) -> Unsupervised:
     return Unsupervised(process.truth(), tuple(sequencer.drain()))
 
 
-def fault_free(plant: Plant, seed: int, end_s: float) -> Unsupervised:
-    """The fault-free run of the plant that ``seed`` stands for; the last ones are remembered, as runs share them."""
-    key = id(plant), seed, end_s
+def fault_free(plant: Plant, scenario: Scenario) -> Unsupervised:
+    """``scenario`` without faults and disturbances; the last ones are remembered, as runs share them."""
+    chosen = scenario.undisturbed
+    key = id(plant), chosen
     if key not in _healthy:
-        _healthy[key] = plant, unsupervised(plant, Scenario(plant.name, (), seed, end_s))  # the plant keeps its number
+        _healthy[key] = plant, unsupervised(plant, chosen)  # the plant keeps its number
         if len(_healthy) > MOST:
             _healthy.popitem(last=False)
     return _healthy[key][1]

@@ -58,7 +58,7 @@ def facts_of(
     detected_s: float | None,
 ) -> Facts:
     """The facts of a run; ``force``: its :func:`limits_of`, ``detected_s``: first report from the onset on [s]."""
-    healthy, onset_s = fault_free(plant, scenario.seed, scenario.end_s), scenario.onset_s
+    healthy, onset_s = fault_free(plant, scenario), scenario.onset_s
     started_s = record.started_s(truth.start_s)
     released = record.released
     usual = record.stepwise and as_usual(plant, [state for state, _ in record.states])

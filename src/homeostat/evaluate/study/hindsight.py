@@ -56,7 +56,7 @@ def _best_setpoints(plant: Plant, chosen: Scenario) -> Run | None:
     onset_s = float(max(1, math.ceil(chosen.onset_s)))  # the first second at which anything can be commanded
     if chosen.end_s - onset_s < STRIDE_S:
         return None  # too late for anything
-    healthy = fault_free(plant, chosen.seed, chosen.end_s).truth.signals
+    healthy = fault_free(plant, chosen).truth.signals
     made = sum(float(healthy[d][0, -1] - healthy[d][0, int(onset_s) - 1]) for d in plant.delivered)
     choices = max((s.open_setpoints for s in plant.description.machine.states if s.recovery_target), key=len)
     open_ = [r for r in choices if r.design is not None]

@@ -10,11 +10,26 @@ from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
-from homeostat.links.truth import TruthRecord
+from homeostat.links.truth.disturbance import Disturbance
+from homeostat.links.truth.disturbed import Disturbed, Targets
+from homeostat.links.truth.recorded import TruthRecord
 from homeostat.process.batch import ProcessError
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.schedule import InputRamp
+from homeostat.process.truth import TrueModel
 from homeostat.process.types import Vec
+
+
+@dataclass(frozen=True, slots=True)
+class Departed:
+    """How a true plant differs from its process model."""
+
+    model: TrueModel
+    """Equations of the true plant."""
+    parameters: Vec
+    """Its own parameters, shape (departures.parameters,)."""
+    disturbances: tuple[Disturbance, ...] = ()
+    """What happens to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +48,8 @@ class PlantConfiguration:
     """Seed of the disturbances and the sensor noise."""
     noise: float = 1.0
     """Scale of all noise; 0 for a quiet plant."""
+    departed: Departed | None = None
+    """How it differs from its process model; None where it is one."""
 
 
 class TrueProcess:
@@ -46,6 +63,7 @@ class TrueProcess:
         Raises:
             ValueError: a true parameter or the size of a fault is not finite.
             KeyError: the model has no such fault.
+            DisturbanceError: the plant cannot have one of the disturbances.
         """
         wrong = np.flatnonzero(~np.isfinite(configuration.parameters))
         if wrong.size:
@@ -53,8 +71,14 @@ class TrueProcess:
             raise ValueError(f"true parameter {name!r} is {value!r}; must be finite")
         self._model = model
         self._variables, self._automatic = plant.variables, plant.automatic
-        self._parameters = np.array(configuration.parameters, dtype=np.float64, ndmin=2)
-        self._state = model.initial_state(configuration.parameters).reshape(1, -1)
+        self._usual, state = configuration.parameters, model.initial_state(configuration.parameters)
+        self._kernel, self._disturbed = model.kernel, None
+        if departed := configuration.departed:
+            self._kernel = departed.model.kernel
+            self._usual = np.concatenate([self._usual, departed.parameters])
+            state = np.concatenate([state, departed.model.own_states(state)])
+            self._disturbed = Disturbed(Targets(model, departed.model.departures, plant), departed.disturbances)
+        self._parameters, self._state = np.array(self._usual, dtype=np.float64, ndmin=2), state.reshape(1, -1)
         self._severity, self._onset = fault_tables(model, configuration.faults)
         self._ramp = InputRamp(model.inputs, configuration.inputs)
         self._seeds = np.array([configuration.noise_seed], dtype=np.int64)
@@ -91,16 +115,19 @@ class TrueProcess:
 
     def advance(self) -> Mapping[str, float]:
         """One second later: tag -> reading in the tag's unit; ProcessError where the plant left the physical world."""
+        if self._disturbed is not None:
+            self.command(self._disturbed.commands(self._accepted, self.now_s))
+            self._disturbed.act(self._usual, self._parameters[0], self.now_s)
         inputs = self._ramp.advance()
         broken = np.full(1, np.nan)
         member = self._state, self._parameters, self._severity, self._onset, inputs[None, None], self._index
         noise = self._seeds, self._noise, self._noise
-        self._model.kernel(0, 1, *member, self.now_s, self._index, 1, 1, *noise, self._picks, self._out, broken)
+        self._kernel(0, 1, *member, self.now_s, self._index, 1, 1, *noise, self._picks, self._out, broken)
         if not math.isnan(broken[0]):
             raise ProcessError(f"the simulated plant left the physical world at t = {broken[0]:.0f} s")
         self.now_s += 1.0
         if self._record is not None:
-            self._record.append(self._state[0], inputs)
+            self._record.append(self._state[0, : len(self._model.states)], inputs)
         readings = self._model.readings(self._state[0], inputs)
         return {tag: readings[v] for tag, v in self._variables.items()}
 

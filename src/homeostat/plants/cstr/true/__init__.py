@@ -1,0 +1,1 @@
+"""The reactor as it truly is in a simulated run; the twin and the agents know nothing of it."""

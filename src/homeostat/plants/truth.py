@@ -1,0 +1,102 @@
+"""How the true plant of a simulated run may differ from its model: the mismatches that a plant's folder states."""
+
+import importlib
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Final
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from homeostat.links.truth.disturbance import Disturbance, DisturbanceError
+from homeostat.plants.error import PlantError
+from homeostat.process.model import ProcessModel
+from homeostat.process.truth import TrueModel
+from homeostat.process.types import Vec
+from homeostat.stl.spelling import near_matches
+
+MISMATCHES: Final = "mismatches.toml"
+NONE: Final = "none"
+"""The mismatch of a true plant that is its model."""
+Number = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class _Table(BaseModel):
+    """One mismatch as the file states it."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    description: str
+    spread: Annotated[float, Field(ge=0.0, le=10.0, allow_inf_nan=False)] = 1.0
+    drifts: list[str] = []
+    values: dict[str, Number] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class Mismatch:
+    """One way in which the true plant is not the model that its twin has."""
+
+    name: str
+    """As a study names it."""
+    description: str
+    """In the engineer's words."""
+    spread: float
+    """How many times their stated spread its parameters deviate [1]."""
+    parameters: Vec
+    """Its own parameters, shape (departures.parameters,)."""
+    drifts: tuple[Disturbance, ...]
+    """What happens to it in every run."""
+
+
+def true_model(model: ProcessModel) -> TrueModel | None:
+    """What the true plant behind ``model`` has beyond it; None where nobody wrote that down.
+
+    It stands in the folder ``true`` beside the model's module.
+    """
+    package = type(model).__module__.rpartition(".")[0]
+    try:
+        module = importlib.import_module(f"{package}.true.plant")
+    except ModuleNotFoundError as missing:
+        if missing.name and missing.name.startswith(f"{package}.true"):
+            return None
+        raise
+    found: TrueModel = module.TRUE
+    return found
+
+
+def mismatches(model: ProcessModel) -> dict[str, Mismatch]:
+    """Those of the plant behind ``model``, by name; the first is the one that studies use unless told otherwise.
+
+    PlantError where its file states one that is none.
+    """
+    truth = true_model(model)
+    if truth is None:
+        return {}
+    source = importlib.import_module(type(truth).__module__).__file__
+    file = Path(str(source)).with_name(MISMATCHES)
+    found: dict[str, Mismatch] = {}
+    for name, content in tomllib.loads(file.read_text("utf-8")).items():
+        try:
+            table = _Table.model_validate(content)
+            own, names = truth.departures.neutral(), truth.departures.parameters
+            for parameter, value in table.values.items():
+                if parameter not in names:
+                    hint = near_matches(parameter, names)
+                    raise PlantError(f"{MISMATCHES}: {name}: the true plant has no {parameter!r}{hint}")
+                own[names.index(parameter)] = value
+            drifts = tuple(Disturbance.parse(text) for text in table.drifts)
+        except (ValidationError, DisturbanceError) as wrong:
+            raise PlantError(f"{MISMATCHES}: {name}: {str(wrong).splitlines()[0]}") from None
+        found[name] = Mismatch(name, table.description, table.spread, np.array(own), drifts)
+    return found
+
+
+def find_mismatch(model: ProcessModel, name: str) -> Mismatch | None:
+    """The one called ``name``; None for 'none'. PlantError where there is no such one, naming those there are."""
+    if name == NONE:
+        return None
+    known = mismatches(model)
+    if name not in known:
+        raise PlantError(f"the plant has no mismatch {name!r}; it has {', '.join((NONE, *known))}")
+    return known[name]
