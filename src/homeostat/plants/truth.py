@@ -1,7 +1,9 @@
 """How the true plant of a simulated run may differ from its model: the mismatches that a plant's folder states."""
 
+import functools
 import importlib
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Final
@@ -65,31 +67,32 @@ def true_model(model: ProcessModel) -> TrueModel | None:
     return found
 
 
-def mismatches(model: ProcessModel) -> dict[str, Mismatch]:
-    """Those of the plant behind ``model``, by name; the first is the one that studies use unless told otherwise.
-
-    PlantError where its file states one that is none.
-    """
+def mismatches(model: ProcessModel) -> Mapping[str, Mismatch]:
+    """Those of the plant behind ``model``, by name; PlantError where its file states one that is none."""
     truth = true_model(model)
-    if truth is None:
-        return {}
+    return {} if truth is None else _read(truth)
+
+
+@functools.cache
+def _read(truth: TrueModel) -> Mapping[str, Mismatch]:
     source = importlib.import_module(type(truth).__module__).__file__
-    file = Path(str(source)).with_name(MISMATCHES)
-    found: dict[str, Mismatch] = {}
-    for name, content in tomllib.loads(file.read_text("utf-8")).items():
-        try:
-            table = _Table.model_validate(content)
-            own, names = truth.departures.neutral(), truth.departures.parameters
-            for parameter, value in table.values.items():
-                if parameter not in names:
-                    hint = near_matches(parameter, names)
-                    raise PlantError(f"{MISMATCHES}: {name}: the true plant has no {parameter!r}{hint}")
-                own[names.index(parameter)] = value
-            drifts = tuple(Disturbance.parse(text) for text in table.drifts)
-        except (ValidationError, DisturbanceError) as wrong:
-            raise PlantError(f"{MISMATCHES}: {name}: {str(wrong).splitlines()[0]}") from None
-        found[name] = Mismatch(name, table.description, table.spread, np.array(own), drifts)
-    return found
+    content = tomllib.loads(Path(str(source)).with_name(MISMATCHES).read_text("utf-8"))
+    try:
+        return {name: _mismatch(truth, name, table) for name, table in content.items()}
+    except (ValidationError, DisturbanceError) as wrong:
+        raise PlantError(f"{MISMATCHES}: {str(wrong).splitlines()[0]}") from None
+
+
+def _mismatch(truth: TrueModel, name: str, content: object) -> Mismatch:
+    table, own, names = _Table.model_validate(content), truth.departures.neutral(), truth.departures.parameters
+    for parameter, value in table.values.items():
+        if parameter not in names:
+            raise PlantError(
+                f"{MISMATCHES}: {name}: the true plant has no {parameter!r}{near_matches(parameter, names)}"
+            )
+        own[names.index(parameter)] = value
+    drifts = tuple(Disturbance.parse(text) for text in table.drifts)
+    return Mismatch(name, table.description, table.spread, np.array(own), drifts)
 
 
 def find_mismatch(model: ProcessModel, name: str) -> Mismatch | None:

@@ -18,4 +18,6 @@ class TrueCstr:
     def own_states(self, state: Vec) -> Vec:
         """Nothing lags yet, instruments show what they show, and the wall is as warm as the liquid."""
         return np.array([*DEPARTURES.begin(state[list(SHOWN)].tolist()), state[S.T]])
+
+
 TRUE = TrueCstr()

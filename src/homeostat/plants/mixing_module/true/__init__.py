@@ -1,0 +1,1 @@
+"""The Mixing Module as it truly is in a simulated run; the twin and the agents know nothing of it."""
