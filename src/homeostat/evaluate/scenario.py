@@ -146,8 +146,8 @@ def departing(plant: Plant, chosen: Scenario, disturbances: Sequence[str] = (), 
     for disturbance in parsed:
         if disturbance.from_s >= chosen.end_s:
             raise ScenarioError(
-                f"disturbance '{disturbance}' must begin in the run, 0 s to {chosen.end_s:g} s; choose an earlier begin, "
-                "or a later end"
+                f"disturbance '{disturbance}' must begin in the run, 0 s to {chosen.end_s:g} s; "
+                "choose an earlier begin, or a later end"
             )
     return replace(chosen, disturbances=parsed, mismatch=NONE if named is None else named.name)
 

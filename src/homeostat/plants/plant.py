@@ -94,10 +94,8 @@ class Plant:
         """Parameters of the plant that ``seed`` stands for, drawn from ``spread`` times the stated uncertainty."""
         by_symbol = {p.symbol: p for p in self.description.parameters}
         draws = generator(seed, Stream.TRUTH_PARAMETERS).standard_normal(len(self.model.parameters))
-        values = [
-            by_symbol[s].value + spread * by_symbol[s].sd * z for s, z in zip(self.model.parameters, draws, strict=True)
-        ]
-        return np.array(values)
+        stated = [by_symbol[symbol] for symbol in self.model.parameters]
+        return np.array([p.value + spread * p.sd * z for p, z in zip(stated, draws, strict=True)])
 
 
 def load_plant(name: str, learned: bool = True) -> Plant:

@@ -1,6 +1,5 @@
 """How the true plant of a simulated run may differ from its model: the mismatches that a plant's folder states."""
 
-import functools
 import importlib
 import tomllib
 from collections.abc import Mapping
@@ -70,13 +69,10 @@ def true_model(model: ProcessModel) -> TrueModel | None:
 def mismatches(model: ProcessModel) -> Mapping[str, Mismatch]:
     """Those of the plant behind ``model``, by name; PlantError where its file states one that is none."""
     truth = true_model(model)
-    return {} if truth is None else _read(truth)
-
-
-@functools.cache
-def _read(truth: TrueModel) -> Mapping[str, Mismatch]:
-    source = importlib.import_module(type(truth).__module__).__file__
-    content = tomllib.loads(Path(str(source)).with_name(MISMATCHES).read_text("utf-8"))
+    if truth is None:
+        return {}
+    source = Path(str(importlib.import_module(type(truth).__module__).__file__))
+    content = tomllib.loads(source.with_name(MISMATCHES).read_text("utf-8"))
     try:
         return {name: _mismatch(truth, name, table) for name, table in content.items()}
     except (ValidationError, DisturbanceError) as wrong:

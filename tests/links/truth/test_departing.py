@@ -204,7 +204,7 @@ def test_every_mismatch_of_a_plant_can_be_run_and_says_what_it_is(name: str) -> 
     plant, truth = true_plant(name)
     assert mismatches(plant.model)
     for mismatch in mismatches(plant.model).values():
-        assert mismatch.description and find_mismatch(plant.model, mismatch.name) is mismatch
+        assert mismatch.description and str(find_mismatch(plant.model, mismatch.name)) == str(mismatch)
         departed = Departed(truth, mismatch.parameters, mismatch.drifts)
         start = plant.true_parameters(2, mismatch.spread), plant.start
         process = TrueProcess(plant.model, plant.description, PlantConfiguration(*start, (), 1e6, 7, 1.0, departed))

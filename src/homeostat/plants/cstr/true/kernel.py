@@ -44,9 +44,8 @@ BEFORE = len(P) + len(NOISE_LAW)
 """First parameter of the first actuator; before it stands the noise law."""
 BEHIND = BEFORE + len(BEFORE_ACTUATOR) * len(COMMANDS)
 """First parameter of the first instrument."""
-Q = Structure(
-    *(len(P) + len(DEPARTURES.parameters) - len(Structure._fields) + i for i in range(len(Structure._fields)))
-)
+OWN = len(P) + len(DEPARTURES.parameters)
+Q = Structure(*range(OWN - len(Structure._fields), OWN))
 INSTRUMENTS = len(S) + ACTUATOR_STATES * len(COMMANDS)
 """First state of the first instrument."""
 WALL = len(S) + DEPARTURES.states
@@ -141,9 +140,7 @@ def step(
     observe(x, p, sev, onset, t + dt, seed, sensor, ideal)
 
 
-@kernel(
-    Columns(WALL + 1, len(P) + len(DEPARTURES.parameters), len(F), len(U)), scratch=len(U) + len(SHOWN), parts=model
-)
+@kernel(Columns(WALL + 1, OWN, len(F), len(U)), scratch=len(U) + len(SHOWN), parts=model)
 def advance(
     first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
     begin: Indices, steps: int, stride: int, seeds: Indices, process: Vec, sensor: Vec, picks: Indices, out: Cube,
