@@ -118,7 +118,7 @@ def decide(
     timed.took_ms.clear()
     chosen = scenario(plant, fault, seed, end_s=END_S[plant.name] if end_s is None else end_s)
     clock, trace = DeclaredClock(1.0), MemoryTrace()
-    record, stopwatch = RunRecord(lambda: clock.total_s), Stopwatch(site)
+    record, stopwatch = RunRecord(), Stopwatch(site)
     trace.subscribe(record)
     trace.subscribe(stopwatch)
     process = open_process(replace(plant, model=site.join(plant.model)), chosen)

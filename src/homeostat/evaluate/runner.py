@@ -157,9 +157,9 @@ def _leave_alone(plant: Plant, process: TrueProcess, shown: Shown, trace: Trace)
 
 def _go_on(plant: Plant, past: Past, followers: tuple[Subscriber, ...], trace: Trace) -> None:
     """Take note of what happened before the run was killed."""
-    for event, at_s in past.events:
+    for entry in past.record.entries:
         for follower in followers:
-            follower(event, at_s)
+            follower(entry.event, entry.at_s)
     if (unsaid := past.unsaid(plant)) is not None:
         trace.record(unsaid, past.at_s)
 

@@ -76,8 +76,8 @@ def carry(going: Going, as_json: bool) -> int:
     story, view = Story(plant.description, directory.path), _view(plant, chosen, as_json)
 
     if going.operation.past is not None:
-        for before, at_s in going.operation.past.events:
-            list(story.tell(before, at_s))  # told when it happened
+        for before in going.operation.past.record.entries:
+            list(story.tell(before.event, before.at_s))  # told when it happened
 
     def on_event(event: Event, at_s: float) -> None:
         for line in story.tell(event, at_s):
