@@ -27,7 +27,6 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.plants.assembly import Language, fallbacks, new_sequencer
 from homeostat.plants.plant import Plant, load_plant
-from homeostat.record.releases import Releases
 from tests.twin.followed import reactor
 
 STUCK = scenario(reactor(), "cool_stuck_closed", 1, 1450.0, None, 2400.0)
@@ -101,7 +100,7 @@ def test_acting_is_needed_where_leaving_alone_loses_more() -> None:
 
 def test_a_release_is_found_again_with_its_later_steps() -> None:
     result, trace = batch()
-    released, attempts = Releases.of(entry.event for entry in trace.entries).made[0], trace.of(Attempted)
+    released, attempts = result.record.releases[0], trace.of(Attempted)
     actions = released_set(mixing(), released, attempts)
     assert actions is not None and actions.digest == released.digest and actions.then
     (path,) = {a.path for a in attempts if a.digest == released.digest}

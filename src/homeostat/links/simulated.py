@@ -38,7 +38,7 @@ class LinkConfiguration:
 
 @final
 class SimulatedLink:
-    """Implements :class:`homeostat.links.virtual.VirtualLink`; one second per sample, and no sample is kept."""
+    """Implements :class:`homeostat.domain.ports.Link` in virtual time; one second per sample, and no sample is kept."""
 
     def __init__(
         self, plant: VirtualPlant, configuration: LinkConfiguration = LinkConfiguration(), recipe: Recipe | None = None

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias, final
 
-from homeostat.domain.ports import Lease, Wire
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 
@@ -82,33 +81,6 @@ class Arrival:
     """What arrived, in order."""
     error: str = ""
     """What the sender was told of it; empty where nothing went wrong."""
-
-
-class VirtualLink(Source, Lease, Protocol):
-    """A plant in virtual time, with everything that a test or a study may do to it."""
-
-    def take(self) -> Wire:
-        """Take the lease; LinkError where the plant does not give it."""
-        ...
-
-    @property
-    def source(self) -> Source:
-        """The reading side alone."""
-        ...
-
-    @property
-    def wire_log(self) -> tuple[Arrival, ...]:
-        """What arrived on the wire, the oldest first."""
-        ...
-
-    @property
-    def shed(self) -> bool:
-        """Whether the plant's own control has taken over because the guard is gone."""
-        ...
-
-    def operate(self, tag: str, value: float | None, rate: float | None = None) -> None:
-        """Somebody at the plant moves ``tag``; not a matter of the wire."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)

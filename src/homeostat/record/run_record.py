@@ -25,7 +25,7 @@ NOBODY = "none"
 
 
 @dataclass(frozen=True, slots=True)
-class Attempt:
+class WriteAttempt:
     """One attempt to write to the plant."""
 
     intended: WriteIntended
@@ -47,7 +47,7 @@ class RunRecord:
         self.stepwise = stepwise
         self._entries: list[Entry] = []
         self._releases = Releases()
-        self._writes: dict[tuple[int, int], Attempt] = {}
+        self._writes: dict[tuple[int, int], WriteAttempt] = {}
         self._usual: int | None = None  # releases before the first diagnosis
 
     @classmethod
@@ -68,7 +68,7 @@ class RunRecord:
         self._releases.take(event, at_s)
         match event:
             case WriteIntended():
-                self._writes[event.write, event.attempt] = Attempt(event)
+                self._writes[event.write, event.attempt] = WriteAttempt(event)
             case WriteEnded() if (tried := self._writes.get((event.write, event.attempt))) is not None:
                 self._writes[event.write, event.attempt] = replace(tried, result=event.result)
 
@@ -106,7 +106,7 @@ class RunRecord:
             FaultState(n, float(chosen[f"severity {n}"]), float(chosen[f"onset_s {n}"])) for n in self.started.faults
         )
 
-    def attempt(self, write: int, number: int) -> Attempt:
+    def write_attempt(self, write: int, number: int) -> WriteAttempt:
         """Attempt ``number`` of ``write``, and what became of it; KeyError where it was never intended."""
         return self._writes[write, number]
 

@@ -22,7 +22,7 @@ from homeostat.links.retracing import Retracing
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.plant import Plant
 from homeostat.record.releases import Release
-from homeostat.record.run_record import Attempt, RunRecord
+from homeostat.record.run_record import RunRecord, WriteAttempt
 
 
 class ResumptionError(ValueError):
@@ -105,8 +105,8 @@ class Past:
         made = next(release for release in reversed(self.record.releases) if release.digest == written.digest)
         return _release(plant, written, made)
 
-    def _attempt(self, intended: WriteIntended) -> Attempt:
-        return self.record.attempt(intended.write, intended.attempt)
+    def _attempt(self, intended: WriteIntended) -> WriteAttempt:
+        return self.record.write_attempt(intended.write, intended.attempt)
 
 
 class _Seen:
