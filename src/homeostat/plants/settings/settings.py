@@ -159,7 +159,7 @@ class InterventionTable(Table):
 
     @property
     def settings(self) -> InterventionBounds:
-        """As the supervisor takes them."""
+        """As recovery takes them."""
         return InterventionBounds(**self.given())
 
 

@@ -23,7 +23,7 @@ from homeostat.recovery.releasing import Withdrawn
 from homeostat.recovery.scene import Scene
 
 
-class Supervisor:
+class RecoveryLoop:
     """Watches what the guard sees; every fault that monitoring reports gets one bounded recovery."""
 
     def __init__(
