@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Protocol
 
 from homeostat.domain.ports import Lease, Wire
-from homeostat.links.virtual import Arrival, Source
+from homeostat.links.virtual import Arrival, VirtualSource
 
 
-class VirtualLink(Source, Lease, Protocol):
+class VirtualLink(VirtualSource, Lease, Protocol):
     """A plant in virtual time, with everything that a test may do to it."""
 
     def take(self) -> Wire:
@@ -16,7 +16,7 @@ class VirtualLink(Source, Lease, Protocol):
         ...
 
     @property
-    def source(self) -> Source:
+    def source(self) -> VirtualSource:
         """The reading side alone."""
         ...
 

@@ -25,7 +25,7 @@ RUNS = "runs"
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class KeptRuns:
     """Where runs go that are kept."""
 
     root: Path | None
@@ -36,7 +36,7 @@ class Kept:
         return None if self.root is None or job.keep == "none" else self.root / RUNS / job.name
 
 
-def measure(job: Job, kept: Kept) -> Row:
+def measure(job: Job, kept: KeptRuns) -> Row:
     """Run ``job`` to its end, on one core where others work beside it; what it left from an earlier try is removed."""
     if job.arm.who == HINDSIGHT:
         return hindsight_row(job)

@@ -17,7 +17,7 @@ from homeostat.evaluate.report.report import Rerun, write_report
 from homeostat.evaluate.study.engine import Done, carry_out
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import DATASET, Ledger, in_order, write_dataset
-from homeostat.evaluate.study.measurement import Kept
+from homeostat.evaluate.study.measurement import KeptRuns
 from homeostat.evaluate.study.plan.expansion import jobs_of
 from homeostat.evaluate.study.plan.job import Job, code_digest
 from homeostat.evaluate.study.plan.plan import read_plan
@@ -133,7 +133,7 @@ def run_study(
         todo = [job for fingerprint, job in prints.items() if fingerprint not in ledger.rows]
         progress = Progress(todo, workers.number)
         show(progress)
-        for done in carry_out(todo, Kept(folder.resolve()), workers.number, workers.cluster) if todo else ():
+        for done in carry_out(todo, KeptRuns(folder.resolve()), workers.number, workers.cluster) if todo else ():
             if done.row is None:
                 failed.append(done)
             else:

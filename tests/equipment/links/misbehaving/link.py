@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias, final
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LinkError
-from homeostat.links.virtual import Arrival, Source, SourceView
+from homeostat.links.virtual import Arrival, SourceView, VirtualSource
 from tests.equipment.links.misbehaving.readings import BadReading
 from tests.equipment.links.misbehaving.wire import MisbehavingWire, WriteSide
 from tests.equipment.links.misbehaving.writes import BadWrite
@@ -100,7 +100,7 @@ class Misbehaving:
         self._may_block = any(isinstance(m, Blocking) for m in script)
         self._held: dict[BadReading, Snapshot] = {}
         self._last: Snapshot | None = None
-        self.source: Source = SourceView(self)
+        self.source: VirtualSource = SourceView(self)
         """The reading side alone."""
 
     @property

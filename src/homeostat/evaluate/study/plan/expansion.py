@@ -15,7 +15,7 @@ from homeostat.evaluate.named_model import REPLAY, SITUATED, NamedModel, NoSuchM
 from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.scenario import Scenario, ScenarioError, scenario
 from homeostat.evaluate.study.error import StudyError
-from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT, WITHOUT_MODEL, Ablation, Arm, Job
+from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT, WITHOUT_MODEL, Ablation, Job, StudyArm
 from homeostat.evaluate.study.plan.plan import Plan, ProposerPlan, ScenarioPlan, seeds_of
 from homeostat.evaluate.study.row import REFERENCE_POLICIES, WHOLE
 from homeostat.plants.assembly import check_protocol
@@ -121,7 +121,7 @@ def _side_by_side(
     ]
 
 
-def _matters(ablation: Ablation, arm: Arm) -> bool:
+def _matters(ablation: Ablation, arm: StudyArm) -> bool:
     """Whether leaving it out can make a difference to ``arm``."""
     if arm.who in UNTOUCHED or (ablation.label_given and arm.label_given):
         return False
@@ -174,10 +174,10 @@ def _value(given: float | tuple[float, float] | None, generator: np.random.Gener
     return min(max(round(float(generator.uniform(low, high)), digits), low), high)
 
 
-def _arm(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, model: NamedModel) -> Arm | None:
+def _arm(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, model: NamedModel) -> StudyArm | None:
     """Who proposes in one run; None where its answers were to be recorded run by run, and those of this one are not."""
     protocol = AskingProtocol(plan.protocol) if _has_steps(truth.case) else AskingProtocol.ROUTE
-    arm = Arm(plan.who, plan.label, protocol, plan.label_given, plan.then_search, None, dict(plan.values))
+    arm = StudyArm(plan.who, plan.label, protocol, plan.label_given, plan.then_search, None, dict(plan.values))
     if plan.who in WITHOUT_MODEL:
         return arm
     name = plan.who
@@ -193,7 +193,7 @@ def _arm(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, model: N
         asked.make()
     except (NoSuchModel, OSError) as error:
         raise StudyError(f"proposer {plan.label!r}: {error}") from None
-    return Arm(plan.who, plan.label, protocol, plan.label_given, plan.then_search, asked)
+    return StudyArm(plan.who, plan.label, protocol, plan.label_given, plan.then_search, asked)
 
 
 @cache

@@ -50,7 +50,7 @@ WITHOUT_MODEL = (SEARCH, CONSTANT, DO_NOTHING, FALLBACK_ONLY, HINDSIGHT)
 
 
 @dataclass(frozen=True, slots=True)
-class Arm:
+class StudyArm:
     """Who proposes, and how it is asked."""
 
     who: str
@@ -106,7 +106,7 @@ class Job:
     """``none``, ``single``, ``paired`` or ``unknown``."""
     published: str
     """Row of the published tables; empty for none."""
-    arm: Arm
+    arm: StudyArm
     """Who proposes, and how it is asked."""
     ablation: str
     """What is left out."""
