@@ -138,7 +138,7 @@ class PlantDescription:
     equations: tuple[Equation, ...]
     """Equations of the process operators."""
     qualities: Mapping[str, QualityRule]
-    """Tag -> when its reading may be believed."""
+    """Tag -> when its reading is good, uncertain or bad."""
     trips: Mapping[str, TripRule]
     """Name of a hard limit -> how it is watched."""
     writables: Mapping[str, WriteRule]

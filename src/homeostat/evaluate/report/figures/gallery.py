@@ -17,7 +17,7 @@ class Gallery(NamedTuple):
     """The figures of a study; what there is no data for is left out."""
 
     pictures: tuple[Picture, ...]
-    """Success, what the plant went through, what was believed, what was asked."""
+    """Success, what the plant went through, what was diagnosed, what was asked."""
     times: tuple[Picture, ...]
     """Wall-clock times; they depend on the machine."""
 

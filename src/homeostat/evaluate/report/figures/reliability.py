@@ -1,4 +1,4 @@
-"""How often a diagnosis is true, by how much it is believed."""
+"""How often a diagnosis is true, by its probability."""
 
 from collections.abc import Sequence
 from typing import Final
