@@ -29,6 +29,7 @@ from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.events.recovery import Attempted, GaveUp, ReleasedActions
 from homeostat.domain.outcome import Outcome
 from homeostat.evaluate.conditions import Conditions
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
@@ -93,8 +94,9 @@ def replayed(published: PublishedRun, label_given: bool = True) -> Replayed:
     )  # fmt: skip
     protocol = AskingProtocol.PER_STEP if batch else AskingProtocol.ROUTE
     trace, model = MemoryTrace(), SituatedReplay(str(published.path), published.calls)
-    result = run(plant, chosen, trace, DeclaredClock(1.0), language=Language(model),
-                 conditions=Conditions(protocol, label_given))  # fmt: skip
+    result = run(
+        plant, chosen, trace, DeclaredClock(1.0), Proposing(Language(model), Conditions(protocol, label_given))
+    )
     return _replayed(published, result, trace)
 
 

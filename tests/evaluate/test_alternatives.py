@@ -15,6 +15,7 @@ from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.reference.alternatives import as_usual, avoidable, diverted, needless, released_set
 from homeostat.evaluate.reference.unsupervised import unsupervised
 from homeostat.evaluate.run import Run
@@ -122,7 +123,8 @@ def test_a_batch_that_is_released_step_by_step_is_not_acted_upon_without_need(
     chosen = scenario(mixing(), "none" if onset_s is None else "pump_failure", 3, onset_s)
     stepwise = Conditions(AskingProtocol.PER_STEP)
     language = Language(ScriptedModel("reasonable", reasonable))
-    assert run(mixing(), chosen, clock=DeclaredClock(1.0), language=language, conditions=stepwise).outcome is kind
+    proposing = Proposing(language, stepwise)
+    assert run(mixing(), chosen, clock=DeclaredClock(1.0), proposing=proposing).outcome is kind
 
 
 def outcome_of(chosen: Scenario, at_s: float, *commands: Command) -> Run:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from homeostat.evaluate import runner
 from homeostat.evaluate.operation import Thinking
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.run import run_started
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Fault, ScenarioError, scenario_of
@@ -45,7 +46,7 @@ def run(
         raise ScenarioError(f"thinking {thinking!r} says not how long it takes; give homeostat.declared(1.0), or None")
     language = None if model is None else Language(model)
     started = run_started(plant, chosen, thinking, "search" if model is None else model.name, (), language)
-    done = runner.run(plant, chosen, trace, thinking.clock(), archive=archive, language=language, started=started)
+    done = runner.run(plant, chosen, trace, thinking.clock(), Proposing(language), archive=archive, started=started)
     trace.record(RunFinished(done.outcome.value, done.reason, done.wall_s), chosen.end_s)
     return replace(done, texts=archive)
 

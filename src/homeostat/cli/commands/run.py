@@ -12,6 +12,7 @@ from homeostat.domain.quotation import printable
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation, Thinking
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.run import record_run
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.journal import Event
@@ -91,7 +92,7 @@ def carry(going: Going, as_json: bool) -> int:
     try:
         with directory:
             what = (plant, chosen, directory, going.thinking, going.proposer, on_event, on_snapshot)
-            done = record_run(*what, going.speaker, going.conditions, operation=going.operation)
+            done = record_run(*what, Proposing(going.speaker, going.conditions), going.operation)
     finally:
         view.close()
     for trouble in directory.take_troubles():

@@ -9,6 +9,7 @@ from pathlib import Path
 from pyoxigraph import RdfFormat
 
 from homeostat.evaluate.conditions import Conditions
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.run import record_run
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.study.hindsight import hindsight_row
@@ -75,10 +76,7 @@ def _recorded(job: Job, directory: RunDirectory, is_kept: Callable[[Run], bool])
         directory,
         job.thinking,
         arm.who,
-        language=arm.language(ablation.grounding),
-        conditions=conditions,
-        propose=arm.propose,
-        known=known,
+        proposing=Proposing(arm.language(ablation.grounding), conditions, arm.propose, known),
         kept=is_kept,
     )
 
