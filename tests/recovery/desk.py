@@ -28,8 +28,8 @@ from homeostat.journal import MemoryTrace
 from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.exchange.beside import DaemonExecutor
 from homeostat.recovery.plant_rules import Bounds, PlantRules
-from homeostat.recovery.recovery_loop import RecoveryLoop
 from homeostat.recovery.release_check import ReleaseCheck
+from homeostat.recovery.supervisor import RecoveryLoop
 from tests.agents.scripted import (
     NoGraph,
     ScriptedAction,

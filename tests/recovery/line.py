@@ -36,8 +36,8 @@ from homeostat.recovery.exchange.exchange import Exchange
 from homeostat.recovery.exchange.loop import Hook, Loop
 from homeostat.recovery.exchange.worker import Worker
 from homeostat.recovery.plant_rules import Bounds, PlantRules
-from homeostat.recovery.recovery_loop import RecoveryLoop
 from homeostat.recovery.release_check import Check, ReleaseCheck
+from homeostat.recovery.supervisor import RecoveryLoop
 from homeostat.stl.formula import parse
 from tests.agents.scripted import NoGraph, ScriptedMonitoring, ScriptedPlanning, ScriptedReprompting
 from tests.safety.world import CALM, HOT, TAGS

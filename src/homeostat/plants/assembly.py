@@ -43,8 +43,8 @@ from homeostat.recovery.exchange.exchange import Exchange, ExchangeSettings
 from homeostat.recovery.exchange.loop import Hook, Loop
 from homeostat.recovery.exchange.worker import Worker
 from homeostat.recovery.plant_rules import Bounds, PlantRules
-from homeostat.recovery.recovery_loop import RecoveryLoop
 from homeostat.recovery.release_check import ReleaseCheck
+from homeostat.recovery.supervisor import RecoveryLoop
 from homeostat.twin.twin import Twin
 
 
