@@ -14,8 +14,8 @@ from pyarrow import parquet
 
 from homeostat.domain.plant.limits import LimitKind
 from homeostat.evaluate.study.measurement import Kept, measure, without_faults
-from homeostat.evaluate.study.plan.expansion import loaded
 from homeostat.evaluate.study.plan.job import Job
+from homeostat.evaluate.study.plan.plants import loaded
 from homeostat.evaluate.study.row import Row
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify

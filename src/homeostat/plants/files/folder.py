@@ -1,5 +1,6 @@
 """The files of a plant's folder, read once, and the folders of the installed plants."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,14 +50,36 @@ def plant_names() -> tuple[str, ...]:
     return tuple(sorted(path.parent.name for path in INSTALLED.glob(f"*/{SETTINGS}")))
 
 
-def plant_folder(name: str) -> Path:
-    """Folder of the plant called ``name``, or the folder that ``name`` is a path of (it has a ``/``).
+def is_path(name: str) -> bool:
+    """Whether ``name`` is a path of a plant's folder rather than the name of an installed plant."""
+    return "/" in name or "\\" in name
 
-    Raises PlantError naming near matches where there is no such plant.
+
+def plant_folder(name: str, base: Path = Path()) -> Path:
+    """Folder of the plant called ``name``, or the folder that ``name`` is a path of, from ``base`` on (it has a ``/``).
+
+    Raises PlantError with what there is, near matches and the remedy where there is no such plant, and TypeError where
+    ``name`` is no text.
     """
-    if ("/" in name or "\\" in name) and (Path(name) / SETTINGS).is_file():
-        return Path(name).resolve()
-    if name not in plant_names():
-        known = plant_names()
-        raise PlantError(f"unknown plant {name!r}{near_matches(name, known)}; installed: {', '.join(known)}")
-    return INSTALLED / name
+    if not isinstance(name, str):
+        raise TypeError(f"plant {name!r} must be a text: the name of an installed plant, or the path of a folder")
+    known = plant_names()
+    if is_path(name):
+        if (base / name / SETTINGS).is_file():
+            return (base / name).resolve()
+        raise PlantError(f"unknown plant {name!r}: {_lacking(base / name)}; installed: {', '.join(known)}")
+    if name in known:
+        return INSTALLED / name
+    there = (base / name / SETTINGS).is_file()
+    own = f"for the folder {name!r} write './{name}'" if there else "a folder is named by its path, as './my_plant'"
+    raise PlantError(f"unknown plant {name!r}{near_matches(name, known)}; installed: {', '.join(known)}; {own}")
+
+
+def _lacking(folder: Path) -> str:
+    """Why ``folder`` is no plant's, and what to do."""
+    whole = repr(os.path.abspath(folder))
+    if not folder.exists():
+        return f"there is no folder {whole}; correct the path"
+    if not folder.is_dir():
+        return f"{whole} is a file; give the folder that it is in"
+    return f"the folder {whole} has no {SETTINGS}; give the folder of a plant"
