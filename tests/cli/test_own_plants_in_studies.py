@@ -14,9 +14,9 @@ from homeostat.evaluate.study.engine import measured
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import DATASET, read_dataset
 from homeostat.evaluate.study.measurement import Kept
-from homeostat.evaluate.study.row import Row
 from homeostat.evaluate.study.study import PROVENANCE
 from homeostat.journal import read_events
+from homeostat.record.row import Row
 from tests.cli.campaigns import prints
 from tests.cli.command import Done, homeostat, homeostat_process, refused
 from tests.plants.copies import Copy

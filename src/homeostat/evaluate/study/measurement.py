@@ -14,11 +14,11 @@ from homeostat.evaluate.run import Run
 from homeostat.evaluate.study.hindsight import hindsight_row
 from homeostat.evaluate.study.plan.job import ABLATIONS, Job
 from homeostat.evaluate.study.plan.plants import plant_of
-from homeostat.evaluate.study.row import HINDSIGHT, Row
 from homeostat.evaluate.study.row_of import notable, row_of
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.plants.plant import Plant
 from homeostat.record.directory import RunDirectory
+from homeostat.record.row import HINDSIGHT, Row
 
 RUNS = "runs"
 """Folder of the runs that are kept, in the study's."""

@@ -21,8 +21,8 @@ from homeostat.evaluate.study.measurement import Kept
 from homeostat.evaluate.study.plan.expansion import jobs_of
 from homeostat.evaluate.study.plan.job import Job, code_digest
 from homeostat.evaluate.study.plan.plan import read_plan
-from homeostat.evaluate.study.row import Row
 from homeostat.journal.beside.files import write_whole
+from homeostat.record.row import Row
 
 Group = tuple[str, str, str, str]
 """Plant, scenario, proposer and ablation: runs of one group take about the same time."""

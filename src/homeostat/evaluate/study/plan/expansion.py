@@ -18,12 +18,12 @@ from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT, WITHOUT_MODEL, Ablation, Arm, Job
 from homeostat.evaluate.study.plan.plan import Plan, ProposerPlan, ScenarioPlan, seeds_of
 from homeostat.evaluate.study.plan.plants import own_plant, placed, plants_of
-from homeostat.evaluate.study.row import REFERENCE_POLICIES, WHOLE
 from homeostat.plants.assembly import check_protocol
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import Plant
 from homeostat.process.seeds import Stream
 from homeostat.process.seeds import generator as draws
+from homeostat.record.row import REFERENCE_POLICIES, WHOLE
 from homeostat.stl.spelling import near_matches
 
 UNTOUCHED = (CONSTANT, *REFERENCE_POLICIES)

@@ -15,8 +15,8 @@ from homeostat.evaluate.named_model import NamedModel
 from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.study.plan.constant import constant_proposer
-from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, SEARCH, WHOLE
 from homeostat.plants.assembly import Language, Propose, in_operation
+from homeostat.record.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, SEARCH, WHOLE
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ from homeostat.evaluate.named_model import REPLAY, SCRIPT, SITUATED
 from homeostat.evaluate.scenario import LARGEST_SEED
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT
-from homeostat.evaluate.study.row import WHOLE
+from homeostat.record.row import WHOLE
 from homeostat.stl.spelling import near_matches
 
 MOST_SEEDS = 10_000
