@@ -216,7 +216,8 @@ def test_reference_values_follow_what_they_were_learned_from(module: Copy) -> No
 
 def test_what_was_never_learned_says_how(module: Copy) -> None:
     (module.folder / BASELINES).unlink()
-    with pytest.raises(PlantError, match=r"no reference values yet; learn them: .* mixing_module"):
+    remedy = re.escape(f"learn them: python -m homeostat.plants.learn_baselines {module.folder}")
+    with pytest.raises(PlantError, match=f"no reference values yet; {remedy}$"):
         module.load()
     assert learn([str(module.folder)]) == 0
     assert (module.folder / BASELINES).read_bytes() == (INSTALLED / "mixing_module" / BASELINES).read_bytes()

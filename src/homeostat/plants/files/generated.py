@@ -14,7 +14,7 @@ from homeostat.knowledge.build.provenance import is_sealed, sha256, source_words
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.baselines import digest_of, learned_from, read_baselines, refuse_altered
-from homeostat.plants.files.folder import BASELINES, PlantFiles
+from homeostat.plants.files.folder import BASELINES, INSTALLED, PlantFiles
 
 if TYPE_CHECKING:
     from homeostat.plants.plant import Plant
@@ -54,9 +54,11 @@ def with_baselines(plant: Plant, kept: bool) -> Plant:
     where they were altered or cannot be.
     """
     if BASELINES not in plant.files.contents:
+        folder = plant.files.folder
+        case = plant.name if folder.parent == INSTALLED else folder
         raise PlantError(
             f"plant {plant.name!r} has no reference values yet; "
-            f"learn them: python -m homeostat.plants.learn_baselines {plant.name}"
+            f"learn them: python -m homeostat.plants.learn_baselines {case}"
         )
     content = plant.files.contents[BASELINES]
     refuse_altered(content)
