@@ -108,6 +108,7 @@ def test_a_supervisor_for_a_plant_of_ones_own_is_one_call() -> None:
     [
         ({"fault": None}, "fault None is none"),
         ({"fault": ["pump_degrade", 3]}, "is none; give a name"),
+        ({"fault": hs.Fault(3)}, "fault 3 must be a name, as the plant's tables have it"),  # type: ignore[arg-type]
         ({"seed": 1.5}, "seed 1.5 must be a whole number"),
         ({"end_s": "2600"}, "end_s '2600' must be a number"),
         ({"fault": hs.Fault("leak", severity="big")}, "severity 'big' must be a number"),  # type: ignore[arg-type]
@@ -170,6 +171,7 @@ def test_a_study_that_is_not_there_is_refused_in_one_line(file: Path | str, mess
         (lambda: hs.Study(3), "file 3 must be a path, as 'campaigns/quick.toml'"),  # type: ignore[arg-type]
         (lambda: hs.load_plant(3), "plant 3 must be a text: "),  # type: ignore[arg-type]
         (lambda: hs.run(None), "plant None must be a text: "),  # type: ignore[arg-type]
+        (lambda: hs.declared("1"), "process_s '1' must be a number of seconds, as 1.0"),  # type: ignore[arg-type]
     ],
 )
 def test_what_is_of_another_type_is_refused_in_one_line(call: Callable[[], object], message: str) -> None:
@@ -199,6 +201,9 @@ def test_events_of_what_is_no_type_are_refused_in_one_line(run: hs.Run, wrong: A
         ("./nowhere", ("unknown plant './nowhere': there is no folder '", "/nowhere'; correct the path", "installed:")),
         ("./empty", ("unknown plant './empty': the folder '", "/empty' has no case.toml; give the folder of a plant")),
         ("./own/case.toml", ("'./own/case.toml'", "is a file; give the folder that it is in")),
+        ("./odd", ("unknown plant './odd': case.toml in the folder '", "/odd' is no file; give the folder of a plant")),
+        ("./" + "x" * 5000, ("unknown plant './xxx", "xxx... cannot be used: File name too long; correct the path")),
+        ("x" * 5000, ("unknown plant 'xxx", "xxx...", "installed: cstr, mixing_module; a folder is named by its path")),
     ],
 )
 def test_a_plant_that_is_not_there_is_refused_with_the_remedy(
@@ -207,6 +212,7 @@ def test_a_plant_that_is_not_there_is_refused_with_the_remedy(
     for folder in ("own", "empty"):
         (tmp_path / folder).mkdir()
     (tmp_path / "own/case.toml").write_text("")
+    (tmp_path / "odd/case.toml").mkdir(parents=True)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(PlantError) as refused:
         hs.load_plant(name)

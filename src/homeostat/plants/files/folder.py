@@ -19,6 +19,8 @@ BASELINES: Final = "baseline.csv"
 """Name of the reference values in a plant's folder."""
 SIGNATURE: Final = "plant.sig"
 """Name of the engineer's signature in a plant's folder; no part of what is signed."""
+_LONGEST: Final = 200
+"""Most characters of a name that a message shows."""
 _PATTERNS: Final = (SETTINGS, GRAPH, BASELINES, "engineering/*.csv", "*.py")
 
 
@@ -63,23 +65,41 @@ def plant_folder(name: str, base: Path = Path()) -> Path:
     """
     if not isinstance(name, str):
         raise TypeError(f"plant {name!r} must be a text: the name of an installed plant, or the path of a folder")
-    known = plant_names()
+    known, shown = plant_names(), _short(name)
+    there = _is_plant(base / name)
     if is_path(name):
-        if (base / name / SETTINGS).is_file():
+        if there:
             return (base / name).resolve()
-        raise PlantError(f"unknown plant {name!r}: {_lacking(base / name)}; installed: {', '.join(known)}")
+        raise PlantError(f"unknown plant {shown}: {_lacking(base / name)}; installed: {', '.join(known)}")
     if name in known:
         return INSTALLED / name
-    there = (base / name / SETTINGS).is_file()
-    own = f"for the folder {name!r} write './{name}'" if there else "a folder is named by its path, as './my_plant'"
-    raise PlantError(f"unknown plant {name!r}{near_matches(name, known)}; installed: {', '.join(known)}; {own}")
+    own = f"for the folder {shown} write './{name}'" if there else "a folder is named by its path, as './my_plant'"
+    raise PlantError(f"unknown plant {shown}{near_matches(name, known)}; installed: {', '.join(known)}; {own}")
+
+
+def _is_plant(folder: Path) -> bool:
+    try:
+        return (folder / SETTINGS).is_file()
+    except OSError:  # a name that is too long, a folder that may not be read
+        return False
 
 
 def _lacking(folder: Path) -> str:
     """Why ``folder`` is no plant's, and what to do."""
-    whole = repr(os.path.abspath(folder))
-    if not folder.exists():
-        return f"there is no folder {whole}; correct the path"
-    if not folder.is_dir():
-        return f"{whole} is a file; give the folder that it is in"
-    return f"the folder {whole} has no {SETTINGS}; give the folder of a plant"
+    whole = _short(os.path.abspath(folder))
+    try:
+        if not folder.exists():
+            return f"there is no folder {whole}; correct the path"
+        if not folder.is_dir():
+            return f"{whole} is a file; give the folder that it is in"
+        (folder / SETTINGS).stat()
+    except FileNotFoundError:
+        return f"the folder {whole} has no {SETTINGS}; give the folder of a plant"
+    except OSError as error:
+        return f"{whole} cannot be used: {error.strerror}; correct the path"
+    return f"{SETTINGS} in the folder {whole} is no file; give the folder of a plant"
+
+
+def _short(text: str) -> str:
+    shown = repr(text)
+    return shown if len(shown) <= _LONGEST else f"{shown[:_LONGEST]}..."
