@@ -20,7 +20,7 @@ from benchmarks.paper.tables import paper_tables
 from homeostat.evaluate.report.contents import contents
 from homeostat.evaluate.report.tables.formats import markdown
 from homeostat.evaluate.study.ledger import DATASET, LEDGER, read_dataset
-from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, SEARCH, WALL, WHOLE, Row
+from homeostat.record.row import DO_NOTHING, HINDSIGHT, SEARCH, WALL, WHOLE, Row
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "campaigns.md"

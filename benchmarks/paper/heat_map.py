@@ -8,7 +8,7 @@ from benchmarks.paper.published import published_lines
 from homeostat.evaluate.report.figures.heat_map import Counts, counts, success_map
 from homeostat.evaluate.report.figures.picture import Picture
 from homeostat.evaluate.report.groups import arms, scenarios
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 MARKS = {"paper": "published", "rerun": "rerun"}
 

@@ -12,7 +12,7 @@ from homeostat.evaluate.report.groups import ALL, Group, grouped, in_order, over
 from homeostat.evaluate.report.statistics import Estimate, Rate, wilson
 from homeostat.evaluate.report.tables.scores import EFFORT, RUNS, SUCCESS, WHO, Score, Words, mean, table, words
 from homeostat.evaluate.report.tables.table import Cell, Column, Kind, Percent, Table, compact
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 RUN: Final = "those run"
 """Name of the last row where some of the published rows were not run."""

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from homeostat.evaluate.study.ledger import DATASET, LEDGER, read_dataset
-from homeostat.evaluate.study.row import WALL
+from homeostat.record.row import WALL
 from tests.cli.command import LIMIT_S, environment
 
 SMALL = """

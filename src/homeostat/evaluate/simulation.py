@@ -28,7 +28,7 @@ def run(
     """Run ``plant`` from start-up to its end, with faults or without, and score it.
 
     Args:
-        plant: as :func:`homeostat.load_plant` gives it, or its name.
+        plant: as :func:`homeostat.load_plant` gives it, or what that takes.
         fault: what is truly wrong: one fault or its name, or several of them; nothing by default.
         seed: of the true parameters, the noise and every draw; with declared thinking, equal seeds give equal runs.
         end_s: process time at which the run ends [s]; the plant's usual end where None.
@@ -39,7 +39,7 @@ def run(
         ScenarioError: a fault, severity, onset, seed or end that the plant does not have.
         PlantError: there is no plant of this name.
     """
-    plant = load_plant(plant) if isinstance(plant, str) else plant
+    plant = plant if isinstance(plant, Plant) else load_plant(plant)
     chosen, trace, archive = scenario_of(plant, _faults(fault), seed, end_s), MemoryTrace(), MemoryArchive()
     thinking = thinking or Thinking()
     if not isinstance(thinking, Thinking):

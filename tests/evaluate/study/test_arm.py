@@ -8,11 +8,11 @@ from homeostat.agents.grounding.context import GroundingKind
 from homeostat.agents.roles import AskingProtocol, Proposer
 from homeostat.evaluate.named_model import NamedModel
 from homeostat.evaluate.study.plan.job import CONSTANT, StudyArm
-from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, SEARCH
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.assembly import Arrangement, Workbench, wire
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.record.row import DO_NOTHING, FALLBACK_ONLY, SEARCH
 
 
 @functools.cache

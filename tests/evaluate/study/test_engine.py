@@ -20,8 +20,8 @@ from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import DATASET, LEDGER, Ledger, read_dataset
 from homeostat.evaluate.study.measurement import KeptRuns
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.row import Row
 from homeostat.evaluate.study.study import Ended, Progress, Workers, run_study
+from homeostat.record.row import Row
 from tests.cli.campaigns import cluster
 from tests.cli.command import environment
 from tests.evaluate.study.plans import BATCH, PUMP, jobs, lasting

@@ -13,12 +13,12 @@ import pytest
 from pyarrow import parquet
 
 from homeostat.domain.plant.limits import LimitKind
-from homeostat.evaluate.study.measurement import KeptRuns, measure, without_faults
-from homeostat.evaluate.study.plan.expansion import loaded
+from homeostat.evaluate.study.measurement import measure, without_faults
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.row import Row
+from homeostat.evaluate.study.plan.plants import loaded
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
+from homeostat.record.row import Row
 from tests.evaluate.study.plans import BATCH, COOLING, PUMP, lasting, one
 
 pytestmark = pytest.mark.filterwarnings("ignore:open_binary is deprecated:DeprecationWarning")  # on counting tokens

@@ -13,7 +13,7 @@ import pytest
 from homeostat.evaluate.report.contents import contents
 from homeostat.evaluate.report.report import REPORT, write_report
 from homeostat.evaluate.report.summary import spans, summary
-from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, Row
+from homeostat.record.row import DO_NOTHING, HINDSIGHT, Row
 from tests.evaluate.study.fake_rows import LANGUAGE, campaign, plain
 
 KEPT = {"normal", "fouling", "drift", "healthy", "pump_failure", "open_inlet"}

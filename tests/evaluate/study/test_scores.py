@@ -21,7 +21,7 @@ from homeostat.evaluate.report.tables.scores import (
     words,
 )
 from homeostat.evaluate.report.tables.table import Cell
-from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, Row
+from homeostat.record.row import DO_NOTHING, HINDSIGHT, Row
 from tests.evaluate.study.fake_rows import campaign, plain
 
 ENDS = ((True, True), (True, False), (False, True), (False, False))

@@ -12,7 +12,7 @@ from homeostat.evaluate.report.groups import Origin, arm, source
 from homeostat.evaluate.report.summary import summary, what_was_run
 from homeostat.evaluate.report.tables.formats import comma_separated, latex, markdown
 from homeostat.evaluate.report.tables.table import Table, said
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 REPORT: Final = "report.html"
 """Name of the page in the study's folder."""

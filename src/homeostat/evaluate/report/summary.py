@@ -17,7 +17,7 @@ from homeostat.evaluate.report.groups import (
 )
 from homeostat.evaluate.report.measures import Comparison, References, comparisons
 from homeostat.evaluate.report.statistics import Rate, rate
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 _CLEAR: Final = 0.05
 """Adjusted probability below which a difference is called clear [1]."""

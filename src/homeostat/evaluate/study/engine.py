@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.measurement import KeptRuns, measure
 from homeostat.evaluate.study.plan.job import Job, code_digest
-from homeostat.evaluate.study.row import Row
 from homeostat.process.batch import use_threads
+from homeostat.record.row import Row
 
 
 @dataclass(frozen=True, slots=True)

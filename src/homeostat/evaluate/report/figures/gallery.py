@@ -10,7 +10,7 @@ from homeostat.evaluate.report.figures.strips import PROCESS, TIMES, strips
 from homeostat.evaluate.report.figures.tokens import token_bars
 from homeostat.evaluate.report.figures.trade_off import trade_off
 from homeostat.evaluate.report.groups import in_order, plants
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 
 class Gallery(NamedTuple):

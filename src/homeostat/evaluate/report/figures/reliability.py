@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from homeostat.evaluate.report.figures.picture import QUIET, Picture, colours, picture, short, small
 from homeostat.evaluate.report.groups import Group, Origin, overall, plants
 from homeostat.evaluate.report.measures import Bin, reliability
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 _SIDE: Final = 3.6
 """Width of a plant's panel [in]."""

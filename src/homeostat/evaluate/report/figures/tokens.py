@@ -10,7 +10,7 @@ from homeostat.evaluate.report.figures.picture import INK, Picture, lined, pictu
 from homeostat.evaluate.report.groups import Group, Origin, overall
 from homeostat.evaluate.report.measures import Tokens, tokens_of
 from homeostat.evaluate.report.statistics import Spread
-from homeostat.evaluate.study.row import AGENTS, Row
+from homeostat.record.row import AGENTS, Row
 
 _FILL: Final = {"planning": "#4c78a8", "action": "#f2a65a", "reprompting": "#8f6bb3"}
 _BAR: Final = 0.26

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from homeostat.evaluate.report.figures.picture import QUIET, Picture, colours, picture, plain, short
 from homeostat.evaluate.report.groups import Origin, overall, succeeded
 from homeostat.evaluate.report.statistics import Estimate, estimate
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 _MARKS: Final = "osD^vP*Xhp"
 
