@@ -13,7 +13,7 @@ import pytest
 from pyarrow import parquet
 
 from homeostat.domain.plant.limits import LimitKind
-from homeostat.evaluate.study.measurement import measure, without_faults
+from homeostat.evaluate.study.measurement import KeptRuns, measure, without_faults
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.plan.plants import loaded
 from homeostat.journal import read_events
