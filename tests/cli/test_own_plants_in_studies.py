@@ -13,7 +13,7 @@ import homeostat as hs
 from homeostat.evaluate.study.engine import measured
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import DATASET, read_dataset
-from homeostat.evaluate.study.measurement import Kept
+from homeostat.evaluate.study.measurement import KeptRuns
 from homeostat.evaluate.study.study import PROVENANCE
 from homeostat.journal import read_events
 from homeostat.record.row import Row
@@ -162,8 +162,8 @@ def test_a_plant_that_was_changed_is_seen_at_the_next_study_and_refused_in_the_o
     second = hs.Study(place / "studies/own.toml")
     assert first.jobs[0].fingerprint != second.jobs[0].fingerprint
     assert [job.fingerprint for job in first.jobs[2:]] == [job.fingerprint for job in second.jobs[2:]]
-    done = measured(first.jobs[0], Kept(None))
+    done = measured(first.jobs[0], KeptRuns(None))
     assert done.row is None and "was changed since the study began; start the study again" in done.failure
     (place / "my_reactor").rename(place / "gone")
-    done = measured(replace(second.jobs[0]), Kept(None))
+    done = measured(replace(second.jobs[0]), KeptRuns(None))
     assert done.row is None and "there is no folder" in done.failure and "\n" not in done.failure
