@@ -126,7 +126,7 @@ def test_no_command_hides_from_the_tests(page: Path) -> None:
         assert not block.marker or block.language == "sh", f"{named(page)}:{block.line}: a marker is for sh blocks"
     assert len(blocks(text)) == len(re.findall(r"^```", text, re.MULTILINE)) / 2, f"{named(page)}: a fence is odd"
     assert sum(bool(block.marker) for block in blocks(text)) == sum(
-        f"<!-- {m}" in line for m in MARKERS for line in text.splitlines()
+        line.startswith(f"<!-- {m}") for m in MARKERS for line in text.splitlines()
     )
     prose = BLOCK.sub("", text)
     assert not re.search(rf"^ {{4,}}{COMMAND.pattern[1:]}", prose, re.MULTILINE), f"{named(page)}: an indented command"
