@@ -126,7 +126,7 @@ def _until_given_up(trace: MemoryTrace) -> tuple[tuple[str, ...], str]:
 
 
 def rows(runs: Sequence[Replayed]) -> list[list[str]]:
-    """One line per campaign, model and fault.
+    """One line per study, model and fault.
 
     Successes there and here, runs in which the model's proposal was the first that was released, answers said again.
     """
@@ -148,8 +148,8 @@ HEAD = ["campaign", "model", "case", "fault", "published", "ours", "released fir
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run, and print the table and why runs failed."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.published_answers.measure")
-    parser.add_argument("--records", type=Path, default=FOLDER, help="folder with the recorded campaigns")
-    parser.add_argument("--case", help="only this case")
+    parser.add_argument("--records", type=Path, default=FOLDER, help="folder with the recorded studies")
+    parser.add_argument("--case", help="only this plant")
     parser.add_argument("--as-said", action="store_true", help="keep setpoints that are no whole increments")
     parser.add_argument("--monitoring", action="store_true", help="do not tell which fault is there")
     given = parser.parse_args(arguments)

@@ -1,4 +1,4 @@
-"""Campaigns as processes of their own, which are stopped, killed and started again."""
+"""Studies as processes of their own, which are stopped, killed and started again."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, str, str]:
 
 
 def stop(process: subprocess.Popen[str], how: signal.Signals) -> tuple[int, str, str]:
-    """Send ``how`` to a campaign and all that it started, and wait for its end."""
+    """Send ``how`` to a study and all that it started, and wait for its end."""
     os.killpg(process.pid, how)
     return ended(process)
 

@@ -1,4 +1,4 @@
-"""Rows that look like a campaign's, without any run: two plants, eleven scenarios, seven proposers, ten seeds."""
+"""Rows that look like a study's, without any run: two plants, eleven scenarios, seven proposers, ten seeds."""
 
 from __future__ import annotations
 

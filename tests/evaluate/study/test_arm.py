@@ -1,4 +1,4 @@
-"""Who takes part, made from the bench of a real case."""
+"""Who takes part, made from the bench of a real plant."""
 
 from __future__ import annotations
 

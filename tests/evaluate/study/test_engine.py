@@ -1,4 +1,4 @@
-"""Engines and whole campaigns in this process: what fails, what goes on, what is refused."""
+"""Engines and whole studies in this process: what fails, what goes on, what is refused."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_a_plan_that_grew_makes_only_what_is_new(tmp_path: Path) -> None:
 
 
 def broken(job: Job) -> Job:
-    """A job whose case has gone."""
+    """A job whose plant has gone."""
     return replace(job, scenario=replace(job.scenario, case="gone"))
 
 
@@ -167,7 +167,7 @@ except StudyError as error:
 
 
 def refused(what: str, address: str) -> str:
-    """What a campaign says in a process of its own, where a library may spoil what it likes."""
+    """What a study says in a process of its own, where a library may spoil what it likes."""
     root = Path(__file__).parents[3]
     env = {**environment(), "PYTHONPATH": f"{environment()['PYTHONPATH']}:{root}"}
     arguments = [sys.executable, "-c", DASK, what, address]

@@ -282,4 +282,4 @@ def test_an_unknown_fault_is_in_no_table_and_in_no_triple(name: str) -> None:
         assert not [rule for rule in known.description.symptom_rules if mode.name in rule.faults]
         assert len(known.description.faults) == len(plant.description.faults) - 1
         assert len(known.description.symptom_rules) == len(plant.description.symptom_rules)
-    assert plant.graph.select(count.format(f"{plant.namespace}fault_{mode.name}"))  # the case itself is as it was
+    assert plant.graph.select(count.format(f"{plant.namespace}fault_{mode.name}"))  # the plant itself is as it was

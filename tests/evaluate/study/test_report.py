@@ -68,7 +68,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def written(folder: Path, rows: tuple[Row, ...] | list[Row], title: str = "A campaign") -> tuple[str, Page]:
+def written(folder: Path, rows: tuple[Row, ...] | list[Row], title: str = "A study") -> tuple[str, Page]:
     paths = write_report(folder, title, rows, command)
     assert paths[0] == folder / REPORT
     assert all(path.is_file() and path.stat().st_size for path in paths)
