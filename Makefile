@@ -8,7 +8,7 @@ COMPILE := $(BIN)/uv pip compile --universal --fork-strategy fewest --generate-h
 PYTEST := $(BIN)/pytest -n 2 --dist worksteal
 # Where the quick and the slow tests are: nothing else is even read.
 QUICK := tests/domain tests/guard tests/journal tests/stl tests/tools tests/cli/test_replay.py
-SLOW := tests/cli tests/evaluate tests/guard tests/journal tests/plants
+SLOW := tests/cli tests/docs tests/evaluate tests/guard tests/journal tests/plants
 SEED := 1
 
 .PHONY: demo test quick slow coverage pythons llm campaign graph results pages docs lint audit format lock help clean
@@ -17,7 +17,7 @@ SEED := 1
 demo: $(VENV)/.base
 	@$(BIN)/homeostat run cstr --fault cool_stuck_closed --seed $(SEED)
 
-## test: every test that a change needs, on two processes, ten to twelve minutes; all but those marked slow
+## test: every test that a change needs, ten to twelve minutes on 2 cores; all but those marked slow
 test: $(VENV)/.dev
 	$(PYTEST) -m "not slow"
 
@@ -25,7 +25,7 @@ test: $(VENV)/.dev
 quick: $(VENV)/.dev
 	$(PYTEST) -m quick $(QUICK)
 
-## slow: what `make test` leaves out: kills, mutants, campaigns on several processes; .ci/run runs both
+## slow: what `make test` leaves out: kills, mutants, studies; .ci/run runs both
 slow: $(VENV)/.dev
 	$(PYTEST) -m slow $(SLOW)
 
@@ -42,7 +42,7 @@ pythons: $(VENV)/.dev
 ## llm: what talks to language models
 llm: $(VENV)/.llm
 
-## campaign: what campaigns need
+## campaign: what studies need
 campaign: $(VENV)/.campaign
 
 ## graph: make the plants' knowledge graphs again from the engineering tables
@@ -113,7 +113,7 @@ $(VENV)/.llm: $(VENV)/.base requirements/llm.txt
 	@touch $@
 
 $(VENV)/.campaign: $(VENV)/.base requirements/campaign.txt
-	@echo "installing what campaigns need"
+	@echo "installing what studies need"
 	@$(INSTALL) -r requirements/campaign.txt
 	@touch $@
 

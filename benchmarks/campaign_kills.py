@@ -1,8 +1,8 @@
-"""Is a campaign that is killed again and again the same as one that nobody disturbed?
+"""Is a study that is killed again and again the same as one that nobody disturbed?
 
 Usage: python -m benchmarks.campaign_kills [--kills 10] [--seed 1] [--workers 1]
 
-A small campaign runs once undisturbed, and once with ``--kills`` SIGKILLs at moments drawn from a seed: after so many
+A small study runs once undisturbed, and once with ``--kills`` SIGKILLs at moments drawn from a seed: after so many
 rows, and so many milliseconds. Then dataset and tables, without what depends on the machine, must be the same, and no
 job may have been carried out twice.
 """
@@ -64,7 +64,7 @@ def _compared(scratch: Path, kills: int, draw: random.Random, workers: str) -> i
 def _finish(folder: Path, workers: str) -> None:
     status, _, errors = ended(started(folder, "--workers", workers))
     if status:
-        raise SystemExit(f"the campaign ended with {status}: {errors}")
+        raise SystemExit(f"the study ended with {status}: {errors}")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Carry out the two large campaigns and write ``docs/results/campaigns.md``: ``python -m benchmarks.campaign_results``.
+"""Carry out the two large studies and write ``docs/results/campaigns.md``: ``python -m benchmarks.campaign_results``.
 
 What was run before is not run again, so an interrupted measurement goes on where it stopped.
 """
@@ -20,7 +20,7 @@ from benchmarks.paper.tables import paper_tables
 from homeostat.evaluate.report.contents import contents
 from homeostat.evaluate.report.tables.formats import markdown
 from homeostat.evaluate.study.ledger import DATASET, LEDGER, read_dataset
-from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, SEARCH, WALL, WHOLE, Row
+from homeostat.record.row import DO_NOTHING, HINDSIGHT, SEARCH, WALL, WHOLE, Row
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "campaigns.md"
@@ -31,12 +31,12 @@ SHOWN = {
     PAPER: ("paper_mixing_module", "paper_cstr", "safety", "reference_policies"),
     ROBUST: ("success", "safety", "reference_policies", "diagnosis", "comparison", "success_by_scenario"),
 }
-"""Names of the tables that the page has of each campaign."""
+"""Names of the tables that the page has of each study."""
 
 
 @dataclass(frozen=True)
 class Taken:
-    """How long a campaign took."""
+    """How long a study took."""
 
     runs: int
     """Runs that were carried out."""
@@ -45,7 +45,7 @@ class Taken:
 
 
 def carried_out(name: str, workers: int, folder: Path | None = None) -> Taken:
-    """Carry a campaign out; the time is kept beside its rows, of the start that found none."""
+    """Carry a study out; the time is kept beside its rows, of the start that found none."""
     target = folder or RUNS / name
     kept = target / "taken.json"
     fresh = not (target / LEDGER).exists()
@@ -83,7 +83,7 @@ def without_times(rows: Sequence[Row]) -> list[dict[str, object]]:
 
 
 def tables(name: str, wanted: Sequence[str]) -> str:
-    """The ``wanted`` tables of a campaign, the paper's among them."""
+    """The ``wanted`` tables of a study, the paper's among them."""
     rows = read_dataset(RUNS / name / DATASET)
     every = {table.name: table for table in (*contents(rows).tables, *paper_tables(rows))}
     return "\n\n".join(markdown(every[want]).replace("# ", "### ", 1).strip() for want in wanted)

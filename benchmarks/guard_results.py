@@ -57,7 +57,7 @@ def _wire(plant: str) -> Measure:
 
 
 def _mutation(sizes: Sizes) -> dict[str, Any]:
-    """Every module of the guard and the supervisor's, some at a time, each kept as soon as it is measured."""
+    """Every module of the guard and those of recovery's loop, some at a time, each kept as soon as it is measured."""
     at, groups = commit(), mutation.groups()
     modules = sum(len(names) for _, names in groups)
     rows = (read("mutation", at) or {"rows": []})["rows"] if sizes == FULL else []

@@ -9,6 +9,7 @@ import numpy as np
 
 from homeostat.domain.events.recovery import Attempted, ReleasedActions
 from homeostat.domain.events.trips import FallbackActivated
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.reference.unsupervised import unsupervised
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
@@ -75,7 +76,8 @@ def run_with(
     """One run in which ``model`` proposes before the search does, with its trace."""
     plant, trace = plant or reactor(), MemoryTrace()
     chosen = scenario(plant, fault, seed, onset_s, None, end_s)
-    result = run(plant, chosen, trace, clock or DeclaredClock(1.0), budget, language=Language(model, notes))
+    proposing = Proposing(Language(model, notes), budget=budget or Budget())
+    result = run(plant, chosen, trace, clock or DeclaredClock(1.0), proposing)
     events = [entry.event for entry in trace.entries]
     acted = next((k for k, e in enumerate(events) if isinstance(e, ReleasedActions | FallbackActivated)), len(events))
     attempts = [e for e in events[:acted] if isinstance(e, Attempted)]

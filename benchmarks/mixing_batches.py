@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from benchmarks.latest_fallback import latest_fallback
-from homeostat.domain.diagnosis import Fault, FaultState
+from homeostat.domain.diagnosis import FaultMode, FaultState
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Deviated
 from homeostat.evaluate.reference.best_route import best_route
@@ -97,7 +97,7 @@ def _fault(family: str, generator: np.random.Generator) -> FaultState:
     return FaultState(fault.name, severity, onset)
 
 
-def _severity(fault: Fault, generator: np.random.Generator) -> float:
+def _severity(fault: FaultMode, generator: np.random.Generator) -> float:
     r = fault.severity_range
     return round(float(generator.uniform(r.low, r.high)), 4)
 

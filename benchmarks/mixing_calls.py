@@ -1,6 +1,6 @@
 """What language models answered about the published mixing module, as it was recorded, in this project's names.
 
-Two kinds of records: calls of one campaign (one line per call), and rows of an older one (one line per accepted or
+Two kinds of records: calls of one study (one line per call), and rows of an older one (one line per accepted or
 refused pair of a plan and its actuators). Answers that are alike are counted once.
 """
 

@@ -23,6 +23,7 @@ from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.events.recovery import Attempted
 from homeostat.evaluate.conditions import Conditions
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
@@ -103,8 +104,8 @@ def judged(answer: Answer) -> Judgement:
     chosen = scenario(module(), fault, SEED, None if fault == "none" else 0.0, severity, END_S)
     speaker = _Speaker(answer, trace)
     with contextlib.suppress(_Seen):
-        run(module(), chosen, trace, DeclaredClock(1.0), language=Language(ScriptedModel("recorded", speaker)),
-            conditions=CONDITIONS)  # fmt: skip
+        proposing = Proposing(Language(ScriptedModel("recorded", speaker)), CONDITIONS)
+        run(module(), chosen, trace, DeclaredClock(1.0), proposing)
     if speaker.before is None:
         return Judgement(False, False, ("schema",), ())
     attempts = [a for a in trace.of(Attempted)[speaker.before :] if a.proposer == "language"]

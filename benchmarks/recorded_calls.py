@@ -77,11 +77,11 @@ class RecordedCall:
     """One answer of a language model, and what the published validator made of it."""
 
     experiment: str
-    """Name of the campaign."""
+    """Name of the study."""
     fault: str
     """Injected fault."""
     run: int
-    """Number of the run, counted from 0 for each fault of a campaign."""
+    """Number of the run, counted from 0 for each fault of a study."""
     number: int
     """Number of the call in its run, counted from 1."""
     model_served: str
@@ -117,7 +117,7 @@ class RecordedCall:
 
     @property
     def run_id(self) -> str:
-        """Campaign, fault and number of the run."""
+        """Study, fault and number of the run."""
         return f"{self.experiment}/{self.fault}/{self.run}"
 
 

@@ -42,7 +42,7 @@ Found = Mapping[tuple[str, Setpoints | None], Ours]
 Rows = list[Sequence[object]]
 TEXT = """# The reactor: recorded language-model answers, judged again
 
-Made by `python -m benchmarks.replay_results`. Material: {calls} calls in {runs} runs; of the two published campaigns on
+Made by `python -m benchmarks.replay_results`. Material: {calls} calls in {runs} runs; of the two published studies on
 the reactor, {campaigns}. Each record has the model that was served, its answer and the published verdict; the
 records are not part of this project. A model was shown the plant once, at the second in which the published monitoring
 reported the fault, and asked up to six times for three setpoints. The published validator simulated each answer to the

@@ -6,6 +6,7 @@ import pydoc
 import re
 import subprocess
 import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -18,11 +19,14 @@ from homeostat.cli.main import main
 from homeostat.domain.mode import Mode
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import ScenarioError, scenario
+from homeostat.evaluate.study.error import StudyError
 from homeostat.journal.verify.verify import verify
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
+from homeostat.plants.error import PlantError
 from homeostat.record.events import EVENTS
 from homeostat.record.result import read_result
+from homeostat.stl.formula import FormulaError
 
 QUICK = Path(__file__).parents[1] / "campaigns" / "quick.toml"
 
@@ -104,6 +108,7 @@ def test_a_supervisor_for_a_plant_of_ones_own_is_one_call() -> None:
     [
         ({"fault": None}, "fault None is none"),
         ({"fault": ["pump_degrade", 3]}, "is none; give a name"),
+        ({"fault": hs.Fault(3)}, "fault 3 must be a name, as the plant's tables have it"),  # type: ignore[arg-type]
         ({"seed": 1.5}, "seed 1.5 must be a whole number"),
         ({"end_s": "2600"}, "end_s '2600' must be a number"),
         ({"fault": hs.Fault("leak", severity="big")}, "severity 'big' must be a number"),  # type: ignore[arg-type]
@@ -144,6 +149,78 @@ def test_a_time_that_thinking_cannot_take_is_refused_at_once(cost: float) -> Non
 def test_a_study_is_read_from_its_file() -> None:
     study = hs.Study(QUICK)
     assert study.title and len({job.name for job in study.jobs}) == len(study.jobs) > 1
+
+
+@pytest.mark.parametrize(
+    ("file", "message"),
+    [
+        ("nothing.toml", "'nothing.toml' cannot be used: No such file or directory; give the file of a study"),
+        (Path("."), "'.' cannot be used: Is a directory"),
+        ("a\0b", "'a\\x00b'"),
+    ],
+)
+def test_a_study_that_is_not_there_is_refused_in_one_line(file: Path | str, message: str) -> None:
+    with pytest.raises(StudyError, match=re.escape(message)) as refused:
+        hs.Study(file)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: hs.Study(3), "file 3 must be a path, as 'campaigns/quick.toml'"),  # type: ignore[arg-type]
+        (lambda: hs.load_plant(3), "plant 3 must be a text: "),  # type: ignore[arg-type]
+        (lambda: hs.run(None), "plant None must be a text: "),  # type: ignore[arg-type]
+        (lambda: hs.declared("1"), "process_s '1' must be a number of seconds, as 1.0"),  # type: ignore[arg-type]
+    ],
+)
+def test_what_is_of_another_type_is_refused_in_one_line(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(TypeError, match=re.escape(message)) as refused:
+        call()
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("wrong", [3, None, b"T1 <= 313", ["T1 <= 313"]])
+def test_a_formula_that_is_no_text_is_refused_in_one_line(wrong: Any) -> None:
+    with pytest.raises(FormulaError, match=rf"formula {re.escape(repr(wrong))} must be a text, as 'T1 <= 313'"):
+        hs.formula(wrong)
+
+
+@pytest.mark.parametrize("wrong", ["Attempted", 3, None])
+def test_events_of_what_is_no_type_are_refused_in_one_line(run: hs.Run, wrong: Any) -> None:
+    with pytest.raises(TypeError, match=rf"kind {wrong!r} must be a type of events, as homeostat.events.Diagnosed"):
+        run.events(wrong)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("my_reactor", ("unknown plant 'my_reactor'", "installed: cstr", "a folder is named by its path")),
+        ("own", ("unknown plant 'own'", "installed: cstr", "for the folder 'own' write './own'")),
+        ("ctsr", ("unknown plant 'ctsr'; did you mean 'cstr'?", "installed: cstr, mixing_module")),
+        ("./nowhere", ("unknown plant './nowhere': there is no folder '", "/nowhere'; correct the path", "installed:")),
+        ("./empty", ("unknown plant './empty': the folder '", "/empty' has no case.toml; give the folder of a plant")),
+        ("./own/case.toml", ("'./own/case.toml'", "is a file; give the folder that it is in")),
+        ("./odd", ("unknown plant './odd': case.toml in the folder '", "/odd' is no file; give the folder of a plant")),
+        ("./" + "x" * 5000, ("unknown plant './xxx", "xxx... cannot be used: File name too long; correct the path")),
+        ("x" * 5000, ("unknown plant 'xxx", "xxx...", "installed: cstr, mixing_module; a folder is named by its path")),
+    ],
+)
+def test_a_plant_that_is_not_there_is_refused_with_the_remedy(
+    name: str, words: Sequence[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for folder in ("own", "empty"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "own/case.toml").write_text("")
+    (tmp_path / "odd/case.toml").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(PlantError) as refused:
+        hs.load_plant(name)
+    assert "\n" not in str(refused.value)
+    for word in words:
+        assert word in str(refused.value)
+    assert main(["run", name]) == 2
+    assert capsys.readouterr().err == f"homeostat: {refused.value}\n"
 
 
 def test_a_formula_has_a_margin() -> None:

@@ -123,7 +123,7 @@ def _other_claims(parts: dict[str, Results]) -> list[tuple[str, str, str, str]]:
         found = parts["mutation"]["rows"]
         asked_of, left = sum(r["asked"] for r in found), sum(r["asked"] - r["noticed"] for r in found)
         text = f"{left} of {asked_of:,} ({sum(r['equivalent'] for r in found)} more are equivalent)"
-        rows.append(_row("Mutants of the guard and the supervisor that no test notices", "0", text, not left))
+        rows.append(_row("Mutants of the guard and of recovery's loop that no test notices", "0", text, not left))
     if "cost" in parts:
         median = max(t["median_ms"] for t in parts["cost"]["ticks"])
         rows.append(_row("Guard per tick, median, batch and recovery", "<= 0.5 ms", f"{median:.2f} ms", median <= 0.5))

@@ -1,4 +1,4 @@
-"""Whether the tests of the guard and of the supervisor notice every small change, some modules at a time."""
+"""Whether the tests of the guard and of recovery's loop notice every small change, some modules at a time."""
 
 from __future__ import annotations
 

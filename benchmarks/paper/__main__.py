@@ -16,7 +16,7 @@ from benchmarks.paper.tables import paper_latency, paper_tables
 from homeostat.evaluate.report.groups import in_order, plants
 from homeostat.evaluate.report.report import write_tables
 from homeostat.evaluate.study.ledger import DATASET, read_dataset
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 FOLDER = "paper"
 """Where it is written, in the study's folder."""

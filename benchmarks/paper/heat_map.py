@@ -8,13 +8,13 @@ from benchmarks.paper.published import published_lines
 from homeostat.evaluate.report.figures.heat_map import Counts, counts, success_map
 from homeostat.evaluate.report.figures.picture import Picture
 from homeostat.evaluate.report.groups import arms, scenarios
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 MARKS = {"paper": "published", "rerun": "rerun"}
 
 
 def heat_map(plant: str, rows: Sequence[Row]) -> Picture:
-    """The heat map of one case; ``rows`` are its own and not empty."""
+    """The heat map of one plant; ``rows`` are its own and not empty."""
     theirs = published_counts(plant, rows)
     caption = "Runs that succeeded, of those made; empty where there was none. Right: published, of the same fault."
     columns = [arms(rows), list(dict.fromkeys(column for _, column in theirs))]

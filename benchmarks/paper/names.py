@@ -1,4 +1,4 @@
-"""Names of files that name a study's cases, whatever these are called."""
+"""Names of files that name a study's plants, whatever these are called."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ class Published:
     """One line of a published table; None where a figure is not known."""
 
     case: str
-    """Name of our case of the same plant."""
+    """Name of our plant."""
     row: str
     """Row of the table; ``all`` for the last one."""
     model: str
@@ -75,11 +75,11 @@ def published() -> tuple[Published, ...]:
 
 
 def published_rows(plant: str) -> tuple[str, ...]:
-    """Rows of the case's published table without the last one, in its order; empty where there is none."""
+    """Rows of the plant's published table without the last one, in its order; empty where there is none."""
     return tuple(dict.fromkeys(line.row for line in published() if line.case == plant and line.row != ALL))
 
 
 def published_lines(plant: str, row: str) -> tuple[Published, ...]:
-    """Lines of one row of the case's published table: the paper's, then the later runs'."""
+    """Lines of one row of the plant's published table: the paper's, then the later runs'."""
     lines = [line for line in published() if (line.case, line.row) == (plant, row)]
     return tuple(sorted(lines, key=lambda line: line.source))

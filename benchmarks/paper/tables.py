@@ -12,7 +12,7 @@ from homeostat.evaluate.report.groups import ALL, Group, grouped, in_order, over
 from homeostat.evaluate.report.statistics import Estimate, Rate, wilson
 from homeostat.evaluate.report.tables.scores import EFFORT, RUNS, SUCCESS, WHO, Score, Words, mean, table, words
 from homeostat.evaluate.report.tables.table import Cell, Column, Kind, Percent, Table, compact
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 RUN: Final = "those run"
 """Name of the last row where some of the published rows were not run."""
@@ -95,7 +95,7 @@ TIMES: Final = (
 
 
 def paper_tables(rows: Sequence[Row]) -> list[Table]:
-    """One table per case with rows that stand for published ones."""
+    """One table per plant with rows that stand for published ones."""
     return [
         _table("paper", plant, f"{plant}: the paper's table", _note(plant, lines), (*WHOSE, *SCORES), lines)
         for plant, lines in _cases(rows)
@@ -117,14 +117,14 @@ def _table(name: str, plant: str, title: str, note: str, scores: Sequence[Score[
 
 
 def _cases(rows: Sequence[Row]) -> Iterator[tuple[str, list[Line]]]:
-    """The cases with rows that stand for published ones, with the lines of their tables."""
+    """The plants with rows that stand for published ones, with the lines of their tables."""
     ordered = in_order(row for row in rows if row.published)
     for plant in plants(ordered):
         yield plant, list(_listed(plant, [row for row in ordered if row.case == plant]))
 
 
 def _listed(plant: str, rows: Sequence[Row]) -> Iterator[Line]:
-    """Our groups and the published lines of one case, in the order of the published table."""
+    """Our groups and the published lines of one plant, in the order of the published table."""
     groups, known = by_published(rows), published_rows(plant)
     run = {group.scenario for group in groups}
     for name in (*(row for row in known if row in run), *sorted(run - set(known))):
@@ -137,7 +137,7 @@ def _listed(plant: str, rows: Sequence[Row]) -> Iterator[Line]:
 
 
 def by_published(rows: Sequence[Row]) -> list[Group]:
-    """One group per case, row of the published tables, proposer and ablation; rows without one are left out."""
+    """One group per plant, row of the published tables, proposer and ablation; rows without one are left out."""
     return grouped((row for row in rows if row.published), lambda row: row.published)
 
 

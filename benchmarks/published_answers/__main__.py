@@ -1,4 +1,4 @@
-"""Convert records of the published campaigns to files of calls: ``python -m benchmarks.published_answers --help``."""
+"""Convert records of the published studies to files of calls: ``python -m benchmarks.published_answers --help``."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from benchmarks.published_answers.reactor import reactor_runs
 from benchmarks.published_answers.runs import PublishedRun
 
 RUNS = 10
-"""Runs of each fault in a published campaign."""
+"""Runs of each fault in a published study."""
 
 
 def converted(records: Path, as_said: bool = False) -> list[PublishedRun]:
     """Every run in the records; FileNotFoundError where there is none."""
     found = [*mixing_runs(records), *reactor_runs(records, as_said)]
     if not found:
-        raise FileNotFoundError(f"{str(records)!r} has none of the recorded campaigns; give their folder")
+        raise FileNotFoundError(f"{str(records)!r} has none of the recorded studies; give their folder")
     return found
 
 
@@ -37,7 +37,7 @@ def write(runs: Sequence[PublishedRun], out: Path) -> list[Path]:
 
 
 def summary(runs: Sequence[PublishedRun]) -> str:
-    """How many of which runs are there, one line per campaign, model and fault."""
+    """How many of which runs are there, one line per study, model and fault."""
     told = []
     for key in dict.fromkeys((r.campaign, r.model, r.case, r.scenario) for r in runs):
         mine = [r for r in runs if (r.campaign, r.model, r.case, r.scenario) == key]
@@ -50,7 +50,7 @@ def summary(runs: Sequence[PublishedRun]) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Convert, and say what was there."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.published_answers")
-    parser.add_argument("--records", type=Path, default=FOLDER, help="folder with the recorded campaigns")
+    parser.add_argument("--records", type=Path, default=FOLDER, help="folder with the recorded studies")
     parser.add_argument("--out", type=Path, required=True, help="folder for the files of calls")
     parser.add_argument("--as-said", action="store_true", help="keep setpoints that are no whole increments")
     given = parser.parse_args(arguments)

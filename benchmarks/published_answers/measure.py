@@ -29,6 +29,7 @@ from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.events.recovery import Attempted, GaveUp, ReleasedActions
 from homeostat.domain.outcome import Outcome
 from homeostat.evaluate.conditions import Conditions
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
@@ -93,8 +94,9 @@ def replayed(published: PublishedRun, label_given: bool = True) -> Replayed:
     )  # fmt: skip
     protocol = AskingProtocol.PER_STEP if batch else AskingProtocol.ROUTE
     trace, model = MemoryTrace(), SituatedReplay(str(published.path), published.calls)
-    result = run(plant, chosen, trace, DeclaredClock(1.0), language=Language(model),
-                 conditions=Conditions(protocol, label_given))  # fmt: skip
+    result = run(
+        plant, chosen, trace, DeclaredClock(1.0), Proposing(Language(model), Conditions(protocol, label_given))
+    )
     return _replayed(published, result, trace)
 
 
@@ -124,7 +126,7 @@ def _until_given_up(trace: MemoryTrace) -> tuple[tuple[str, ...], str]:
 
 
 def rows(runs: Sequence[Replayed]) -> list[list[str]]:
-    """One line per campaign, model and fault.
+    """One line per study, model and fault.
 
     Successes there and here, runs in which the model's proposal was the first that was released, answers said again.
     """
@@ -146,8 +148,8 @@ HEAD = ["campaign", "model", "case", "fault", "published", "ours", "released fir
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run, and print the table and why runs failed."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.published_answers.measure")
-    parser.add_argument("--records", type=Path, default=FOLDER, help="folder with the recorded campaigns")
-    parser.add_argument("--case", help="only this case")
+    parser.add_argument("--records", type=Path, default=FOLDER, help="folder with the recorded studies")
+    parser.add_argument("--case", help="only this plant")
     parser.add_argument("--as-said", action="store_true", help="keep setpoints that are no whole increments")
     parser.add_argument("--monitoring", action="store_true", help="do not tell which fault is there")
     given = parser.parse_args(arguments)

@@ -1,4 +1,4 @@
-"""The mixing module's runs: calls of the August campaign, and rows of the January one.
+"""The mixing module's runs: calls of the August study, and rows of the January one.
 
 The published loop asks planning and action in every state until the collecting tank drains, and then ends by itself.
 Ours asks once more what follows then; that answer is the published loop's, and marked so.

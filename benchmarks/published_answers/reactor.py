@@ -1,4 +1,4 @@
-"""The reactor's runs: one campaign's calls.
+"""The reactor's runs: one study's calls.
 
 The published loop asks for three setpoints and for no plan. Ours asks for a path first. What leads to the setpoints is
 read from them, not chosen: where they leave the feed as it was it is the state in which the feed is fixed, otherwise

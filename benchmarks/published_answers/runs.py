@@ -25,11 +25,11 @@ class PublishedRun:
     model: str
     """The model that answered, without the date of its version."""
     case: str
-    """Name of the case here."""
+    """Name of the plant here."""
     scenario: str
     """Published name of the fault."""
     number: int
-    """Number of the run, from 1 for each fault of a campaign."""
+    """Number of the run, from 1 for each fault of a study."""
     calls: tuple[Call, ...]
     """The answers, and what the published loop decided by itself (served by :data:`SUPPLIED`)."""
     complete: bool

@@ -33,7 +33,7 @@ FAULTS = {
     "cstr": ("cool_stuck_closed", "pump_degrade", "inlet_stuck_open"),
     "mixing_module": ("pump_failure", "leakage_main", "sensor_stuck_B202"),
 }
-"""What goes wrong in the module that is looked at; onset and severity are the case's."""
+"""What goes wrong in the module that is looked at; onset and severity are the plant's."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def decide(
 ) -> Decision:  # fmt: skip
     """What comes of ``fault`` in ``module`` of a site of ``modules``; its other modules are what their numbers say.
 
-    ``end_s``: length of the run [s]; that of its case in :data:`END_S` where None.
+    ``end_s``: length of the run [s]; that of its plant in :data:`END_S` where None.
     """
     kinds = [kind_of(k, first) for k in range(1, modules + 1)]
     seeds = [seed if k == module else 100_000 + k for k in range(1, modules + 1)]
@@ -118,7 +118,7 @@ def decide(
     timed.took_ms.clear()
     chosen = scenario(plant, fault, seed, end_s=END_S[plant.name] if end_s is None else end_s)
     clock, trace = DeclaredClock(1.0), MemoryTrace()
-    record, stopwatch = RunRecord(lambda: clock.total_s), Stopwatch(site)
+    record, stopwatch = RunRecord(), Stopwatch(site)
     trace.subscribe(record)
     trace.subscribe(stopwatch)
     process = open_process(replace(plant, model=site.join(plant.model)), chosen)

@@ -1,4 +1,4 @@
-"""The modules of one case on a site, simulated side by side as the members of one batch."""
+"""The modules of one plant on a site, simulated side by side as the members of one batch."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ BATCHES = 40
 
 @dataclass
 class Fleet:
-    """Fault-free modules of one case, which run as by design."""
+    """Fault-free modules of one plant, which run as by design."""
 
     case: Plant
     """What they are copies of."""
@@ -38,7 +38,7 @@ class Fleet:
     """When each begins its first batch [s]."""
 
     def __post_init__(self) -> None:
-        """Put every module where its case starts."""
+        """Put every module where its plant starts."""
         model = self.case.model
         self.own = np.array([self.case.true_parameters(seed) for seed in self.seeds])
         """Parameters of each without its neighbours, shape (members, parameters)."""
@@ -108,7 +108,7 @@ class Fleet:
 def fleets(
     cases: Mapping[str, Plant], kinds: Sequence[str], seeds: Sequence[int], group: int, live: int | None
 ) -> list[Fleet]:
-    """One fleet per case that occurs, of all modules but ``live``; modules are counted from 1."""
+    """One fleet per plant that occurs, of all modules but ``live``; modules are counted from 1."""
     found = []
     for kind, plant in cases.items():
         mine = tuple(k for k, other in enumerate(kinds, start=1) if other == kind and k != live)

@@ -32,7 +32,7 @@ class Header:
     givers: dict[str, tuple[str, ...]]
     """Plant -> process operators that give to the header."""
     given: dict[str, str]
-    """Plant -> flow of the module that is given; one flow of the header where a case is missing."""
+    """Plant -> flow of the module that is given; one flow of the header where a plant is missing."""
 
 
 HEADERS: Final = (
@@ -87,7 +87,7 @@ def header_triples(header: Header, group: int, site: NamedNode) -> Iterator[Trip
 
 
 def connections(header: Header, group: int, kind: str, own: str) -> Iterator[Triple]:
-    """What ties ``header`` of ``group`` to a module: a copy of case ``kind`` in namespace ``own``."""
+    """What ties ``header`` of ``group`` to a module: a copy of plant ``kind`` in namespace ``own``."""
     operator = _of_site("operator", header, group)
     for name in header.users.get(kind, ()):
         user = NamedNode(f"{own}operator_{name}")

@@ -30,7 +30,7 @@ from homeostat.process.types import Vec
 DESIGN_T: Final = 290.0
 """Supply temperature at the design duty: the reactor's nominal T_coolant [K]."""
 DESIGN_DUTY: Final = 5573.0
-"""Heat that a reactor gives to its jacket in the design state, from the case's hand check [W]."""
+"""Heat that a reactor gives to its jacket in the design state, from the plant's hand check [W]."""
 TOWER: Final = 2000.0
 """Heat that the tower takes per kelvin above its sink, per reactor [W/K]."""
 HOLD_UP: Final = 0.25 * 600.0 * 4180.0
@@ -40,7 +40,7 @@ SINK_T: Final = DESIGN_T - DESIGN_DUTY / TOWER
 FRICTION: Final = 0.04
 """Share of its pressure that a main loses at full load [1]."""
 DESIGN_DRAW: Final = {"cstr": 1.0 / 30.0, "mixing_module": 0.07}
-"""Flow that a module of each case draws from the main at most by design [L/s]."""
+"""Flow that a module of each plant draws from the main at most by design [L/s]."""
 
 
 def supply_temperature(before: Vec, heat: Vec, reactors: Vec, seconds: float) -> Vec:

@@ -1,4 +1,4 @@
-"""One module of a site as a case: the same equations and settings, but everything the graph says from the site's."""
+"""One module of a site as a plant: the same equations and settings, but everything the graph says from the site's."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class TimedStore:
 
 
 def module_case(plant: Plant, store: GraphStore, module: int) -> Plant:
-    """``case`` as number ``module`` of the site in ``store``; its description is read from there."""
+    """``case``, a plant, as number ``module`` of the site in ``store``; its description is read from there."""
     own = namespace(module)
     description = read_description(store, f"{own}system", plant.model, plant.twin.horizon_s)
     return replace(plant, graph=store, namespace=own, description=description)

@@ -25,7 +25,7 @@ MOST_GROWTH = 0.2
 
 
 def page(studies: Sequence[Study], alone: Sequence[Retrieval], measured: str) -> str:
-    """The whole page; ``alone``: the same questions to the cases without a site."""
+    """The whole page; ``alone``: the same questions to the plants without a site."""
     effect = colder_neighbours({kind: load_plant(kind) for kind in KINDS})
     return TEXT.read_text(encoding="utf-8").format(
         measured=measured, cores=os.cpu_count(), asked=ASKED, minutes=SIMULATED_S // 60, result=_result(studies, alone),
@@ -56,12 +56,12 @@ def _result(studies: Sequence[Study], alone: Sequence[Retrieval]) -> str:
         f"{max(r.worst_ms for r in contexts):.1f} ms by the clock), and prompts have {min(ratios):.3f} to "
         f"{max(ratios):.3f} times the tokens of the same scenario on a single module. Uncut, contexts have up to "
         f"{_longest(last.retrievals, studies[0].retrievals):.2f} times the tokens of those of a single module with "
-        f"headers, and up to {_longest(last.retrievals, alone):.2f} times those of the case without any."
+        f"headers, and up to {_longest(last.retrievals, alone):.2f} times those of the plant without any."
     )
 
 
 def _longest(found: Sequence[Retrieval], before: Sequence[Retrieval]) -> float:
-    """Most tokens of a context divided by those ``before`` of the same case and question."""
+    """Most tokens of a context divided by those ``before`` of the same plant and question."""
     tokens = {(r.kind, r.question): r.tokens for r in before}
     return max(r.tokens / tokens[r.kind, r.question] for r in found if r.question in CONTEXTS)
 

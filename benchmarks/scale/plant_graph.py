@@ -1,8 +1,8 @@
-"""The knowledge graph of a site: modules that are copies of the two reference cases, coupled by shared headers.
+"""The knowledge graph of a site: modules that are copies of the two reference plants, coupled by shared headers.
 
-Module k says everything that its case's ``plant.ttl`` says, in a namespace of its own. Ten modules in a row share four
+Module k says everything that its plant's ``plant.ttl`` says, in a namespace of its own. Ten modules in a row share four
 headers. The site says what the headers are (VDI 2206), what they do (VDI/VDE 3682) and how they behave, and ties them
-to the process operators of the modules with the properties that the cases themselves use; it states nothing else about
+to the process operators of the modules with the properties that the plants themselves use; it states nothing else about
 a module.
 """
 
@@ -21,9 +21,9 @@ from homeostat.knowledge.vocabulary.vocabulary import RDF, VDI2206, VDI3682, CPS
 from homeostat.plants.files.folder import INSTALLED
 
 KINDS: Final = ("mixing_module", "cstr")
-"""Cases that modules are copies of, in turn."""
+"""Plants that modules are copies of, in turn."""
 ROOTS: Final = {"mixing_module": "equipment_MixingModule", "cstr": "equipment_CSTR"}
-"""The whole plant of each case, a System."""
+"""The whole of each plant, a System."""
 GROUP: Final = 10
 """Most modules that share a header."""
 
@@ -54,7 +54,7 @@ def load_site(modules: int, first: str = KINDS[0]) -> EmbeddedStore:
 
 
 def module_text(module: int, kind: str) -> bytes:
-    """Everything that the case ``kind`` says, about a module of its own, as N-Triples."""
+    """Everything that the plant ``kind`` says, about a module of its own, as N-Triples."""
     return _case_text(kind).replace(f"<urn:homeostat:{kind}#".encode(), f"<{namespace(module)}".encode())
 
 

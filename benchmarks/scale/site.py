@@ -40,7 +40,7 @@ class Site:
         """
         self._kinds, self._live, self._coupled = tuple(kinds), live, coupled
         self.fleets = fleets(cases, kinds, seeds, GROUP, live)
-        """The modules that are simulated here, by case."""
+        """The modules that are simulated here, by plant."""
         groups = np.array([group_of(k) for k in range(1, len(kinds) + 1)]) - 1
         self._group = groups
         self._groups = int(groups[-1]) + 1

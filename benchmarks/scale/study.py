@@ -22,7 +22,7 @@ from homeostat.process.seeds import generator as draws
 SIZES = (1, 3, 10, 30, 100, 300, 1000)
 """Modules of the sites."""
 ASKED = 3
-"""Modules of each case whose retrieval is measured."""
+"""Modules of each plant whose retrieval is measured."""
 SIMULATED_S = 600
 """Process time of the simulation without any fault [s]."""
 
@@ -62,7 +62,7 @@ class Study:
 
 
 def study(modules: int) -> Study:
-    """Measure a site of ``modules``; one module is measured as each of the cases."""
+    """Measure a site of ``modules``; one module is measured as each of the plants."""
     cases = {kind: load_plant(kind) for kind in KINDS}
     firsts = KINDS if modules == 1 else KINDS[:1]
     found = [_study(cases, modules, first) for first in firsts]
@@ -73,7 +73,7 @@ def study(modules: int) -> Study:
 
 
 def alone() -> tuple[Retrieval, ...]:
-    """The same questions to the cases' own graphs, without any site."""
+    """The same questions to the plants' own graphs, without any site."""
     return tuple(r for kind in KINDS for r in retrievals(load_plant(kind)))
 
 

@@ -132,7 +132,7 @@ class TestTwinSimulation(SimulationContract):
 
 
 class TestSimulationOnTheLine(SimulationContract):
-    """The straight-line twin that the supervisor's tests use, behind the same simulation agent."""
+    """The straight-line twin that recovery's tests use, behind the same simulation agent."""
 
     @pytest.fixture
     def simulation(self) -> Simulation:

@@ -1,4 +1,4 @@
-"""Campaigns as processes of their own, which are stopped, killed and started again."""
+"""Studies as processes of their own, which are stopped, killed and started again."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from homeostat.evaluate.study.ledger import DATASET, LEDGER, read_dataset
-from homeostat.evaluate.study.row import WALL
+from homeostat.record.row import WALL
 from tests.cli.command import LIMIT_S, environment
 
 SMALL = """
@@ -75,7 +75,7 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, str, str]:
 
 
 def stop(process: subprocess.Popen[str], how: signal.Signals) -> tuple[int, str, str]:
-    """Send ``how`` to a campaign and all that it started, and wait for its end."""
+    """Send ``how`` to a study and all that it started, and wait for its end."""
     os.killpg(process.pid, how)
     return ended(process)
 

@@ -30,7 +30,7 @@ from tests.cli.command import homeostat, refused
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A campaign that nobody disturbed."""
+    """A study that nobody disturbed."""
     folder = tmp_path_factory.mktemp("whole")
     status, out, err = ended(started(folder, "--workers", "1"))
     assert (status, rows_in(folder / "out")) == (0, JOBS), err
@@ -40,7 +40,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def same(folder: Path, whole: Path) -> bool:
-    """The campaign in ``folder`` came to what the undisturbed one came to, and did nothing twice."""
+    """The study in ``folder`` came to what the undisturbed one came to, and did nothing twice."""
     assert len(prints(folder)) == len(set(prints(folder))) == JOBS
     return table(folder) == table(whole) and tables(folder) == tables(whole)
 
@@ -125,7 +125,7 @@ def test_a_second_campaign_in_the_same_folder_is_refused(tmp_path: Path) -> None
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a campaign, where the command is."""
+    """A folder with a study, where the command is."""
     (tmp_path / "small.toml").write_text(SMALL)
     monkeypatch.chdir(tmp_path)
     return tmp_path

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from homeostat.journal import read_events
-from homeostat.journal.beside.artifacts import read_parquet
 from homeostat.journal.beside.manifest import read_manifest
 from homeostat.journal.verify.verify import verify
 from homeostat.plants.plant import load_plant
 from tests.cli.command import Done, homeostat
+from tests.equipment.journals import read_parquet, timeless
 
 KEYS = (
     "schema", "case", "fault", "seed", "outcome", "actor", "onset_s", "detected_s", "released_s", "attempts",
@@ -164,7 +164,7 @@ def test_the_trajectory_of_a_run(record: Path) -> None:
 
 
 def test_equal_seeds_give_equal_journals(recovered: Done, recovered_json: Done) -> None:
-    first, second = ([r.timeless() for r in read_events(done.cwd / "run")] for done in (recovered, recovered_json))
+    first, second = ([timeless(r) for r in read_events(done.cwd / "run")] for done in (recovered, recovered_json))
     assert first == second and len(first) > 10
     paths = [done.cwd / "run" / "trajectory.parquet" for done in (recovered, recovered_json)]
     assert paths[0].read_bytes() == paths[1].read_bytes()

@@ -16,7 +16,7 @@ import pytest
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LeaseVoid, LinkError
-from homeostat.links.virtual import VirtualLink
+from tests.equipment.links.virtual import VirtualLink
 
 Open: TypeAlias = Callable[[], VirtualLink]
 """Opens the link under test, with a heartbeat of 5 s and no local setpoints; every call a fresh one."""

@@ -1,63 +1,37 @@
 """The documentation keeps its word: its examples run and show what the pages say.
 
-Every ``python`` block of a page runs, in order, in one process per page. Every ``$ ...`` line of a ``console`` block
-runs, in order, in one folder per page, and must exit with 0; output shown under it must match, where ``...`` stands for
-anything. A command that takes minutes belongs in an ``sh`` block, which is not run.
+Every ``$ ...`` line of a ``console`` block and every line of an ``sh`` block is carried out, in order, in one folder
+per page that has the folders of a checkout, and must exit with 0; output shown under a ``$`` line must match, where
+``...`` stands for anything. Then every ``python`` block of the page runs there, in order, in one process.
+
+A comment on the line before a block may change that. ``<!-- run with: OPTIONS -->`` adds options that make the commands
+of the block shorter. ``<!-- not run: WHY -->`` is for what needs a server, a key, a network or minutes: such commands
+are read by `tests.docs.test_not_run`.
 """
 
 from __future__ import annotations
 
 import doctest
 import os
-import re
 import shlex
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-REPO = Path(__file__).resolve().parents[2]
-PAGES = [page for page in [REPO / "README.md", *sorted((REPO / "docs").glob("**/*.md"))] if page.is_file()]
-BLOCK = re.compile(r"^```(?P<language>\w+)[^\n]*\n(?P<body>.*?)^```[ \t]*$", re.MULTILINE | re.DOTALL)
+from tests.docs.blocks import PAGES, REPO, blocks, commands_of, named, python_of
+
 LIMIT_S = 180
 HERE = {**os.environ, "PYTHONPATH": str(REPO / "src")}
 """The environment of an example: the package of this tree, from whatever folder."""
-
-
-@dataclass(frozen=True)
-class Shown:
-    """One command of a page with the output that the page promises."""
-
-    line: int
-    command: str
-    output: str
-
-
-def named(page: Path) -> str:
-    return str(page.relative_to(REPO))
-
-
-def python_of(page: str) -> str:
-    """The page's Python blocks on their own line numbers, everything else blank."""
-    lines: list[str] = []
-    for block in BLOCK.finditer(page):
-        if block["language"] == "python":
-            first = page[: block.start("body")].count("\n")
-            lines += [""] * (first - len(lines)) + block["body"].splitlines()
-    return "\n".join(lines)
-
-
-def commands_of(page: Path) -> list[Shown]:
-    """The ``$`` lines of the page's console blocks."""
-    text = page.read_text(encoding="utf-8")
-    blocks = [block for block in BLOCK.finditer(text) if block["language"] == "console"]
-    return [
-        Shown(text[: block.start("body") + part.start()].count("\n") + 1, part["command"], part["output"])
-        for block in blocks
-        for part in re.finditer(r"^\$ (?P<command>.+)\n(?P<output>(?:(?!\$ ).*\n)*)", block["body"], re.MULTILINE)
-    ]
+SLOW = {"docs/how-to/run-a-campaign.md"}
+"""Pages whose examples take most of a minute."""
+ALL = [
+    pytest.param(page, id=named(page), marks=[pytest.mark.slow] if named(page) in SLOW else [])
+    for page in PAGES
+    if python_of(page.read_text("utf-8")) or commands_of(page.read_text("utf-8"))
+]
 
 
 def test_the_readme_is_among_the_pages() -> None:
@@ -67,39 +41,55 @@ def test_the_readme_is_among_the_pages() -> None:
 def test_blocks_keep_their_line_numbers() -> None:
     page = "# Title\n\n```python\nx = 1\n```\n\n```sh\nnot python\n```\ntext\n```python\nassert x == 1\n```\n"
     assert python_of(page).splitlines() == ["", "", "", "x = 1", *[""] * 7, "assert x == 1"]
+    assert [block.line for block in blocks(page)] == [4, 8, 12]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=named)
-def test_python_blocks_run(page: Path, tmp_path: Path) -> None:
-    source = python_of(page.read_text(encoding="utf-8"))
-    if not source:
-        pytest.skip("the page has no Python block")
-    program = f"exec(compile({source!r}, {str(page)!r}, 'exec'), {{'__name__': '__main__'}})"
-    done = subprocess.run(
-        [sys.executable, "-c", program], cwd=tmp_path, env=HERE, capture_output=True, text=True, timeout=LIMIT_S
+def test_which_commands_are_carried_out() -> None:
+    page = (
+        "<!-- run with: --end 3 -->\n```sh\nshort --of it  # why\n\n```\n<!-- not run: a key -->\n```sh\nlong\n```\n"
+        "```console\n$ first\nsaid\n$ second\n```\n"
     )
-    assert done.returncode == 0, f"{named(page)}:\n{done.stderr}"
+    assert [(shown.line, shown.command, shown.output) for shown in commands_of(page)] == [
+        (3, "short --of it --end 3  # why", ""),
+        (11, "first", "said\n"),
+        (13, "second", ""),
+    ]
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if commands_of(page)], ids=named)
-def test_commands_show_what_the_page_says(page: Path, tmp_path: Path) -> None:
-    bin_ = tmp_path / "bin"
-    bin_.mkdir()
+def checkout(folder: Path) -> Path:
+    """A folder with what a page finds in a checkout; the commands of this tree are in its ``bin``."""
     for name, words in (("homeostat", "-m homeostat"), ("python", "")):
-        (bin_ / name).write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {words} "$@"\n')
-        (bin_ / name).chmod(0o755)
-    (tmp_path / "here").mkdir()
-    for shown in commands_of(page):
+        (folder / "bin" / name).parent.mkdir(exist_ok=True)
+        (folder / "bin" / name).write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {words} "$@"\n')
+        (folder / "bin" / name).chmod(0o755)
+    (folder / "here").mkdir()
+    for name in ("src", "campaigns"):
+        (folder / "here" / name).symlink_to(REPO / name)
+    return folder / "here"
+
+
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("page", ALL)
+def test_examples_do_what_the_page_says(page: Path, tmp_path: Path) -> None:
+    text, here = page.read_text("utf-8"), checkout(tmp_path)
+    env = {**HERE, "PATH": f"{tmp_path / 'bin'}{os.pathsep}{os.environ['PATH']}"}
+    for shown in commands_of(text):
         done = subprocess.run(
             ["sh", "-c", shown.command],
-            cwd=tmp_path / "here",
-            env={**HERE, "PATH": f"{bin_}{os.pathsep}{os.environ['PATH']}"},
+            cwd=here,
+            env=env,
             capture_output=True,
             text=True,
             timeout=LIMIT_S,
             stdin=subprocess.DEVNULL,
         )
-        assert done.returncode == 0, f"{shown.command}:\n{done.stdout}{done.stderr}"
+        where = f"{named(page)}:{shown.line}"
+        assert done.returncode == 0, f"{where}: {shown.command}:\n{done.stdout}{done.stderr}"
         flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
         if shown.output.strip() and not doctest.OutputChecker().check_output(shown.output, done.stdout, flags):
-            pytest.fail(f"{named(page)}:{shown.line} promises\n{shown.output}\nbut it shows\n{done.stdout}")
+            pytest.fail(f"{where} promises\n{shown.output}\nbut it shows\n{done.stdout}")
+    program = f"exec(compile({python_of(text)!r}, {str(page)!r}, 'exec'), {{'__name__': '__main__'}})"
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=here, env=env, capture_output=True, text=True, timeout=LIMIT_S
+    )
+    assert done.returncode == 0, f"{named(page)}:\n{done.stderr}"

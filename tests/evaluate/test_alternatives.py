@@ -15,6 +15,7 @@ from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.reference.alternatives import as_usual, avoidable, diverted, needless, released_set
 from homeostat.evaluate.reference.unsupervised import unsupervised
 from homeostat.evaluate.run import Run
@@ -27,7 +28,6 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.plants.assembly import Language, fallbacks, new_sequencer
 from homeostat.plants.plant import Plant, load_plant
-from homeostat.record.releases import Releases
 from tests.twin.followed import reactor
 
 STUCK = scenario(reactor(), "cool_stuck_closed", 1, 1450.0, None, 2400.0)
@@ -101,7 +101,7 @@ def test_acting_is_needed_where_leaving_alone_loses_more() -> None:
 
 def test_a_release_is_found_again_with_its_later_steps() -> None:
     result, trace = batch()
-    released, attempts = Releases.of(entry.event for entry in trace.entries).made[0], trace.of(Attempted)
+    released, attempts = result.record.releases[0], trace.of(Attempted)
     actions = released_set(mixing(), released, attempts)
     assert actions is not None and actions.digest == released.digest and actions.then
     (path,) = {a.path for a in attempts if a.digest == released.digest}
@@ -123,7 +123,8 @@ def test_a_batch_that_is_released_step_by_step_is_not_acted_upon_without_need(
     chosen = scenario(mixing(), "none" if onset_s is None else "pump_failure", 3, onset_s)
     stepwise = Conditions(AskingProtocol.PER_STEP)
     language = Language(ScriptedModel("reasonable", reasonable))
-    assert run(mixing(), chosen, clock=DeclaredClock(1.0), language=language, conditions=stepwise).outcome is kind
+    proposing = Proposing(language, stepwise)
+    assert run(mixing(), chosen, clock=DeclaredClock(1.0), proposing=proposing).outcome is kind
 
 
 def outcome_of(chosen: Scenario, at_s: float, *commands: Command) -> Run:

@@ -9,6 +9,7 @@ import pytest
 
 from homeostat.domain.events.recovery import Attempted, Diagnosed, FallbackArmed, Noticed, ReleasedActions
 from homeostat.domain.outcome import Outcome
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.reference.unsupervised import unsupervised
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
@@ -33,7 +34,7 @@ def short(fault: str, seed: int) -> Scenario:
 
 def done(fault: str, seed: int, budget: Budget | None = None) -> tuple[Run, MemoryTrace]:
     trace = MemoryTrace()
-    return run(reactor(), short(fault, seed), trace, DeclaredClock(1.0), budget), trace
+    return run(reactor(), short(fault, seed), trace, DeclaredClock(1.0), Proposing(budget=budget or Budget())), trace
 
 
 @functools.cache

@@ -18,6 +18,7 @@ from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding, Owner
 from homeostat.evaluate.operation import Operation, Thinking
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.run import record_run
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
@@ -188,7 +189,7 @@ def test_a_proposer_that_ends_the_process_ends_no_run(raised: type[BaseException
     with RunDirectory(tmp_path / "run") as directory:
         done = record_run(
             plant, chosen, directory, Thinking(declared_s=1.0), "leaving", lambda event, at_s: seen.append(event),
-            lambda snapshot: None, propose=propose,
+            lambda snapshot: None, Proposing(propose=propose),
         )  # fmt: skip
     assert (result := read_result(tmp_path / "run")) is not None and result.outcome is done.outcome
     assert verify(tmp_path / "run").complete

@@ -69,7 +69,7 @@ def test_killed_between_two_thoughts_it_goes_on_as_if_it_had_not_been(
 ) -> None:
     first = whole(folder)
     past = killed(folder, tmp_path / "run", kind, at_s)
-    assert past.open_writes == ()
+    assert past.record.open_writes == ()
     again = recorded(RunDirectory.resume(tmp_path / "run"), Operation(past=past))
     assert writes(tmp_path / "run") == writes(folder)
     for name, values in first.truth.signals.items():

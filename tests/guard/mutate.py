@@ -4,7 +4,7 @@
 and names those that survive the fast tests of the guard. The tests are collected once, and each is run once to see
 which lines it reaches; a child process then gives the functions of the guard the mutant's code and runs the tests that
 reach its line until one fails, those of the mutant's own module first. ``--sample`` takes so many of the mutants at
-random. ``--area supervisor`` does the same with the supervisor and the tests of recovery.
+random. ``--area recovery`` does the same with the loop of recovery and its tests.
 """
 
 from __future__ import annotations
@@ -68,13 +68,13 @@ AREAS = {
             if p.stem.removeprefix("test_") not in SLOW
         ),
     ),
-    "supervisor": Area(
+    "recovery": Area(
         "recovery",
-        ("supervisor", "agenda", "endings", "look.news", "look.prospect"),
+        ("recovery_loop", "agenda", "endings", "look.news", "look.prospect"),
         tuple(
             f"recovery/test_{name}.py"
             for name in (
-                "supervisor",
+                "recovery_loop",
                 "agenda",
                 "prospect",
                 "recovery",

@@ -15,7 +15,6 @@ from homeostat.guard.restart.memory import Memory
 from homeostat.journal.encode import encode_fields
 from homeostat.links.errors import LinkError
 from homeostat.links.simulated import SimulatedLink
-from homeostat.links.virtual import VirtualLink
 from tests.equipment.links.misbehaving.link import ByHand, LostHeartbeat, Misbehaving, Misbehaviour, NoLease
 from tests.equipment.links.misbehaving.readings import (
     ALL,
@@ -41,6 +40,7 @@ from tests.equipment.links.misbehaving.writes import (
     LateAnswer,
 )
 from tests.equipment.links.scripted import PlantScript, Push, ScriptedPlant, ScriptedTag
+from tests.equipment.links.virtual import VirtualLink
 from tests.guard.test_memory import Line
 from tests.guard.vessel import DRAIN, PATIENT, RULES, Journal
 

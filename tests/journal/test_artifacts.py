@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from homeostat.journal.beside.artifacts import read_parquet, write_parquet, write_text
+from homeostat.journal.beside.artifacts import write_parquet, write_text
+from tests.equipment.journals import read_parquet
 
 TIMES = np.array([0.0, 0.5, 1.0])
 UNITS = {"T1": "K", "B203.level": "m"}

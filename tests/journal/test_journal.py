@@ -14,6 +14,7 @@ from homeostat import __version__
 from homeostat.journal import Journal, RunFinished, Summary, read_events
 from homeostat.journal.beside.manifest import read_manifest
 from homeostat.journal.verify.verify import verify
+from tests.equipment.journals import timeless
 from tests.journal.samples import Measured, write_open_run, write_run
 
 pytestmark = pytest.mark.quick
@@ -43,7 +44,7 @@ def test_only_wall_fields_differ_on_a_slower_machine(tmp_path: Path) -> None:
     write_run(tmp_path / "slow", wall_latency_s=9.0)
     fast, slow = (list(read_events(tmp_path / name)) for name in ("fast", "slow"))
     assert fast != slow
-    assert [record.timeless() for record in fast] == [record.timeless() for record in slow]
+    assert [timeless(record) for record in fast] == [timeless(record) for record in slow]
 
 
 def test_a_directory_holds_one_run(tmp_path: Path) -> None:
@@ -82,6 +83,7 @@ FULL_DISK = """
 import resource, sys
 from homeostat.journal import Journal
 from homeostat.journal.beside.artifacts import write_text
+from tests.equipment.journals import timeless
 from tests.journal.samples import Measured
 journal = Journal(sys.argv[1])
 journal.record(Measured("T1", 0.0), 0.0)

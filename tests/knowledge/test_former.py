@@ -68,7 +68,27 @@ def test_a_table_with_both_names_of_a_column_is_refused(tmp_path: Path) -> None:
     path.write_text("\n".join([f"{lines[0]},deadband", *(f"{line},1" for line in lines[1:])]), encoding="utf-8")
     with pytest.raises(GraphError, match="needs a header of different column names") as refused:
         build(bench.folder)
-    assert refused.value.code is Code.BAD_TABLE
+    assert refused.value.code is Code.BAD_TABLE and "'deadband (threshold)'" in str(refused.value)
+
+
+FORMER = [(table, old, new) for table, names in COLUMNS.items() for old, new in names.items()]
+
+
+@pytest.mark.parametrize(("cell", "wrong"), [("much", "is no number"), ("", "the cell is empty"), (" 1", "a space")])
+@pytest.mark.parametrize(("table", "old", "new"), FORMER)
+def test_a_bad_cell_is_named_by_the_column_of_the_file(
+    tmp_path: Path, table: str, old: str, new: str, cell: str, wrong: str
+) -> None:
+    bench = Workbench.at(tmp_path / "plant")
+    bench.edit(table, lambda rows: [{**rows[0], new: cell}, *rows[1:]])
+    with pytest.raises(GraphError, match=wrong) as today:
+        build(bench.folder)
+    assert new in str(today.value) and old not in str(today.value)
+    text = bench.path(table).read_text(encoding="utf-8")
+    bench.path(table).write_text(text.replace(f",{new},", f",{old},", 1), encoding="utf-8")
+    with pytest.raises(GraphError, match=wrong) as before:
+        build(bench.folder)
+    assert f"{table}.csv row 2" in str(before.value) and f"{old} ({new})" in str(before.value)
 
 
 def test_a_former_name_is_no_name_of_today() -> None:

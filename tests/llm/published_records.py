@@ -1,4 +1,4 @@
-"""Records in the form of the published campaigns, made by the published rule: small stand-ins for those of others."""
+"""Records in the form of the published studies, made by the published rule: small stand-ins for those of others."""
 
 from __future__ import annotations
 

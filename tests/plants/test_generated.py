@@ -138,12 +138,39 @@ def test_what_is_made_again_is_said_to_the_person_and_in_the_first_event(reactor
     checked = homeostat("graph", "check", "./cstr", cwd=tmp_path)
     assert f"run 'python -m homeostat.knowledge.build {reactor.folder}'" in checked.out
     done = homeostat("run", "./cstr", "--end", "20", "--out", "run", cwd=tmp_path)
-    assert done.err == "homeostat: made again cstr/plant.ttl: its tables are newer\n"
+    why = "table 'engineering/limits.csv' changed since it was made"
+    assert done.err == f"homeostat: made again cstr/plant.ttl: {why}\n"
     started = next(iter(read_events(tmp_path / "run")))
     stated = {setting["name"]: setting["value"] for setting in started.fields["configuration"]}
     assert stated["made again plant.ttl"] == "it was older than its sources"
     again = homeostat("run", "./cstr", "--end", "20", "--out", "again", cwd=tmp_path)
     assert again.err == ""
+
+
+def test_what_is_made_again_for_another_mapping_is_said_to_be_so(
+    reactor: Copy, caplog: pytest.LogCaptureFixture, tmp_path: Path
+) -> None:
+    digest = re.search(r'"mapping.rml.ttl" ;\s+hs:sha256 "([0-9a-f]{64})"', reactor.text(GRAPH))
+    assert digest is not None
+    reactor.replace(GRAPH, digest[1], "0" * 64)
+    reactor.reseal(GRAPH)
+    checked = homeostat("graph", "check", "./cstr", cwd=tmp_path)
+    assert "[stale-graph] the package's mapping: changed after the graph was built" in checked.out
+    assert reactor.load().remade == (GRAPH,)
+    assert caplog.messages == ["made again cstr/plant.ttl: the package's mapping changed since it was made"]
+
+
+def test_what_is_made_again_says_what_changed(reactor: Copy, caplog: pytest.LogCaptureFixture) -> None:
+    for table in ("limits", "faults", "criteria", "sensors", "states"):
+        path = reactor.folder / f"engineering/{table}.csv"
+        path.write_text(path.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    reactor.load()
+    tables = "table 'engineering/criteria.csv', table 'engineering/faults.csv', table 'engineering/limits.csv'"
+    assert caplog.messages == [f"made again cstr/plant.ttl: {tables} and 2 more changed since it was made"]
+    caplog.clear()
+    (reactor.folder / GRAPH).unlink()
+    reactor.load()
+    assert caplog.messages == ["made again cstr/plant.ttl: there was none"]
 
 
 def test_a_changed_table_takes_effect_at_the_next_load(reactor: Copy) -> None:
@@ -189,7 +216,8 @@ def test_reference_values_follow_what_they_were_learned_from(module: Copy) -> No
 
 def test_what_was_never_learned_says_how(module: Copy) -> None:
     (module.folder / BASELINES).unlink()
-    with pytest.raises(PlantError, match=r"no reference values yet; learn them: .* mixing_module"):
+    remedy = re.escape(f"learn them: python -m homeostat.plants.learn_baselines {module.folder}")
+    with pytest.raises(PlantError, match=f"no reference values yet; {remedy}$"):
         module.load()
     assert learn([str(module.folder)]) == 0
     assert (module.folder / BASELINES).read_bytes() == (INSTALLED / "mixing_module" / BASELINES).read_bytes()

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import sys
 import tomllib
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from homeostat.evaluate.study.ledger import LEDGER, Ledger
 from homeostat.guard.guard import Guard
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import MemoryTrace
@@ -25,6 +27,9 @@ from homeostat.plants.files.folder import INSTALLED, PlantFiles
 from homeostat.plants.plant import load_plant
 from homeostat.plants.settings.file import read_settings
 from homeostat.plants.settings.settings import Settings
+from homeostat.record.row import RESERVED, Row, columns_of
+from tests.cli.command import homeostat, refused
+from tests.evaluate.study.fake_rows import plain
 from tests.plants.copies import Copy
 
 TEXT = (INSTALLED / "cstr" / "case.toml").read_text(encoding="utf-8")
@@ -262,3 +267,23 @@ def test_the_guard_waits_for_a_lease_as_long_as_the_plant_states(monkeypatch: py
     plant = replace(load_plant("cstr"), lease_within_s=45.0)
     wire(plant, None, DeclaredClock(1.0), MemoryTrace(), 1)
     assert [s.lease_within_s for s in made] == [45.0]
+
+
+@pytest.mark.parametrize("name", sorted(RESERVED))
+def test_a_total_is_reported_under_no_name_that_a_row_has_for_something_else(reactor: Copy, name: str) -> None:
+    reactor.replace("case.toml", "[objective]\n", f'[objective]\nreported = ["{name}"]\n')
+    reactor.replace("case.toml", "\n[twin]\n", f'\n[objective.totals]\n{name} = "T1"\n\n[twin]\n')
+    with pytest.raises(PlantError, match=f"objective: reported names '{name}', which every row of a study has") as bad:
+        reactor.load()
+    assert "\n" not in str(bad.value) and f"{name}_L" in str(bad.value)
+    refused(homeostat("graph", "check", "./cstr", cwd=reactor.folder.parent), f"reported names {name!r}")
+
+
+def test_what_a_row_has_is_reserved_whatever_writes_it(tmp_path: Path) -> None:
+    row = plain()
+    with Ledger(tmp_path) as ledger:
+        ledger.add("0" * 32, row)
+    (line,) = (tmp_path / LEDGER).read_text().splitlines()
+    assert set(json.loads(line)) <= RESERVED and {*columns_of(row), *(f.name for f in fields(Row))} <= RESERVED
+    with pytest.raises(ValueError, match="reports a total 'fingerprint', which is another column"):
+        plain(totals={"fingerprint": 1.0})

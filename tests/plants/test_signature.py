@@ -88,6 +88,29 @@ def test_sign_and_verify_on_the_command_line(tmp_path: Path) -> None:
     assert changed.status == 1 and "signed another configuration" in changed.out
 
 
+def test_verify_writes_nothing_whatever_is_stale(tmp_path: Path) -> None:
+    copy = Copy.of("mixing_module", tmp_path)
+    homeostat("plant", "keygen", "own.key", cwd=tmp_path)
+    key = ("--key", "own.key.pub")
+    copy.replace("engineering/faults.csv", "Clogging of the main line", "Clogged main line")
+    copy.replace("case.toml", "end_s = 600.0", "end_s = 580.0")
+
+    def there() -> dict[str, tuple[bytes, int]]:
+        paths = [path for path in copy.folder.rglob("*") if path.is_file()]
+        return {str(path): (path.read_bytes(), path.stat().st_mtime_ns) for path in paths}
+
+    before = there()
+    done = homeostat("plant", "verify", "./mixing_module", *key, cwd=tmp_path)
+    assert done.status == 1 and there() == before
+    graph, values = done.err.splitlines()
+    assert "made again mixing_module/plant.ttl: table 'engineering/faults.csv' changed since it was made" in graph
+    assert "made again mixing_module/baseline.csv: what it follows from has changed" in values
+    for line in (graph, values):
+        assert line.endswith("is only looked at, and the next run of the plant writes it") and str(copy.folder) in line
+    digest = done.out.split()[1].rstrip(":")
+    assert copy.load().configuration == digest, "it is the configuration that a run would have"
+
+
 def test_what_cannot_be_signed(tmp_path: Path) -> None:
     Copy.of("cstr", tmp_path).replace("plant.ttl", '"T1 <= 313"', '"T1 <= 353"')
     homeostat("plant", "keygen", "own.key", cwd=tmp_path)

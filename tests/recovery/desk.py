@@ -1,4 +1,4 @@
-"""A desk whose every tick was written down before, and a supervisor that sits at it: no guard and no waiting."""
+"""A desk whose every tick was written down before, and a recovery that sits at it: no guard and no waiting."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.exchange.beside import DaemonExecutor
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import ReleaseCheck
-from homeostat.recovery.supervisor import Supervisor
+from homeostat.recovery.supervisor import RecoveryLoop
 from tests.agents.scripted import (
     NoGraph,
     ScriptedAction,
@@ -169,7 +169,7 @@ class Graph(NoGraph):
 
 @dataclass
 class Recovery:
-    """A supervisor at a desk; a test changes what it is about."""
+    """Recovery at a desk; a test changes what it is about."""
 
     ticks: Sequence[Observation]
     monitoring: Watching = field(default_factory=lambda: Watching(10.0))
@@ -196,12 +196,12 @@ class Recovery:
         agents = Agents(self.monitoring, (proposer,), self.simulation, validation, self.graph)  # type: ignore[arg-type]
         rules = PlantRules(COOLING, self.limits, Production("F", FULL), (DRAIN, VENT), {"K": 2.0})
         check = ReleaseCheck(self.twin, self.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
-        self.supervisor = Supervisor(self.desk, agents, rules, check, self.bounds, self.trace)
+        self.loop = RecoveryLoop(self.desk, agents, rules, check, self.bounds, self.trace)
 
     def run(self, *more: Observation) -> Recovery:
         """Supervise until there is no further tick."""
         self.desk.more(more)
-        self.wait_for(self.supervisor.supervise())
+        self.wait_for(self.loop.supervise())
         return self
 
     def wait_for(self, work: Coroutine[Any, Any, T]) -> T:

@@ -37,7 +37,7 @@ from homeostat.recovery.exchange.loop import Hook, Loop
 from homeostat.recovery.exchange.worker import Worker
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import Check, ReleaseCheck
-from homeostat.recovery.supervisor import Supervisor
+from homeostat.recovery.supervisor import RecoveryLoop
 from homeostat.stl.formula import parse
 from tests.agents.scripted import NoGraph, ScriptedMonitoring, ScriptedPlanning, ScriptedReprompting
 from tests.safety.world import CALM, HOT, TAGS
@@ -219,7 +219,7 @@ class Stage:
 
     def run(self) -> Stage:
         """Run the line to its end."""
-        worker = Worker(self.exchange, self._supervisor().supervise, self.alarms.append)
+        worker = Worker(self.exchange, self._recovery().supervise, self.alarms.append)
         worker.start()
         try:
             Loop(self.guard, self.plant, self.exchange, self.hook).run_virtual()
@@ -240,7 +240,7 @@ class Stage:
             StartUp(frozenset({"starting"}), {x.name: replace(x, formula=never) for x in self.limits.hard}),
         )  # fmt: skip
 
-    def _supervisor(self) -> Supervisor:
+    def _recovery(self) -> RecoveryLoop:
         assert self.planning is not None
         agents = Agents(
             self.monitoring,
@@ -251,7 +251,7 @@ class Stage:
         )
         rules = PlantRules(self.machine, self.limits, Production("F", FULL), (DRAIN, VENT), {"K": 2.0})
         check = self.check or ReleaseCheck(self.twin, self.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
-        return Supervisor(self.exchange, agents, rules, check, self.bounds, self.shared)
+        return RecoveryLoop(self.exchange, agents, rules, check, self.bounds, self.shared)
 
     @property
     def kinds(self) -> list[str]:

@@ -208,6 +208,10 @@ def failing(how: str) -> Stage:
             stage.action = ScriptedAction(BAD, feed(0.028, "reduced"))
         case "wants what is not open":
             stage.planning = ScriptedPlanning(MACHINE, ("when_cold",))
+        case "breaks":
+            stage.action = ScriptedAction(ZeroDivisionError("scripted: a mean of nothing"))
+        case "has a bug":
+            stage.action = ScriptedAction(None)
     return stage
 
 
@@ -216,6 +220,7 @@ WAYS = {
     "action computes": "in the time that was left", "reprompting hangs": "in the time that was left",
     "has no plan": "the model refused", "has no commands": "the key was not accepted",
     "is never right": "in 2 attempts", "wants what is not open": "is not open now",
+    "breaks": "a mean of nothing", "has a bug": "failed: AttributeError",
 }  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""The supervisor at a desk whose ticks are known: when it thinks, what it does, what it records, whom it tells."""
+"""Recovery at a desk whose ticks are known: when it thinks, what it does, what it records, whom it tells."""
 
 from __future__ import annotations
 
@@ -362,9 +362,9 @@ def test_the_time_of_a_hand_over_is_when_the_fallback_is_asked_for() -> None:
     done = Recovery(ticks(1, 20, DOOMED), thinking=1)
 
     async def recover() -> object:
-        await done.supervisor.supervise()
+        await done.loop.supervise()
         done.desk.more(ticks(21, 30, DOOMED))
-        return await done.supervisor.recover(diagnosis(20.0), deviates=False)
+        return await done.loop.recover(diagnosis(20.0), deviates=False)
 
     done.twin.result = lambda actions: RolloutResult.BROKE_DOWN
     outcome = done.wait_for(recover())

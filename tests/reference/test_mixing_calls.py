@@ -42,7 +42,7 @@ WRONG_PLANS = tuple(
         ("sensor_fault", "filling_B202", "emptying_B203"),
     )
 )
-"""Every wrong plan of both campaigns."""
+"""Every wrong plan of both studies."""
 WRONG_ACTUATORS = tuple(
     switched(*names, correct=False)
     for names in (

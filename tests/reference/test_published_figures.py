@@ -1,7 +1,7 @@
 """The engine against figures of the published reactor that are few enough to stand here.
 
 They hold the claims of ``test_cstr_published`` and of the recorded half of ``test_recorded_calls`` where the published
-trajectories and records are not beside the project. Source: the noise-free trajectories and the campaign of 3 August
+trajectories and records are not beside the project. Source: the noise-free trajectories and the study of 3 August
 2026 that go with the published reactor (Autonomous Industrial Systems Laboratory, 2026).
 """
 
@@ -150,7 +150,7 @@ RUNS = (
         (Told(1.0, Reason.PASS, 322.0, 203.0, 311.7694778888, 0.5191054121, level=10.5),),
     ),
 )  # fmt: skip
-"""Runs of each fault of the campaign; between them every verdict."""
+"""Runs of each fault of the study; between them every verdict."""
 REPEATED, NUDGED = 0.85, 0.765
 """The feed of the proposals that the published rule multiplied by 0.9 because they were repeated, and what it made."""
 

@@ -1,6 +1,6 @@
 """Recorded language-model answers, replayed on the published plant under the published rules.
 
-Every record of the file is replayed. The published campaigns have 90 and 95 calls; where a campaign's records are
+Every record of the file is replayed. The published studies have 90 and 95 calls; where a study's records are
 here, all of them must be. The records are not part of this project: without them ``test_published_figures`` replays
 four of the runs from figures.
 """

@@ -14,6 +14,7 @@ from homeostat.agents.language.action import LanguageAction
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.domain.advice import Advice
 from homeostat.domain.events.recovery import Attempted
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
@@ -64,6 +65,6 @@ def test_a_whole_run_on_documents_releases_only_what_was_approved(technique: str
     plant, trace = poisoned(reactor(), text), MemoryTrace()
     language = Language(ScriptedModel("obedient", obedient), (text,), grounding=GroundingKind.DOCUMENTS)
     chosen = scenario(plant, "cool_stuck_closed", 3, 1450.0, None, 1900.0)
-    result = run(plant, chosen, trace, DeclaredClock(1.0), language=language)
+    result = run(plant, chosen, trace, DeclaredClock(1.0), Proposing(language))
     assert unsafe(plant, chosen, result, trace) == ""
     assert any(a.proposer == "language" for a in trace.of(Attempted)), "the model was heard"

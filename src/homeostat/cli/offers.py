@@ -8,14 +8,14 @@ from typing import Final
 
 from homeostat.domain.diagnosis import FaultProbability, by_fault_set
 from homeostat.domain.events.guard import Armed
-from homeostat.domain.events.recovery import Attempted, Diagnosed
+from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import Criterion, Limit
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
 from homeostat.guard.settings import GuardSettings
-from homeostat.journal import Event, Record
-from homeostat.record.decode import decode
+from homeostat.journal import Record
+from homeostat.record.run_record import RunRecord
 from homeostat.record.story.wording import probabilities, quantity
 from homeostat.service.answers import Waiting, waiting
 
@@ -41,14 +41,12 @@ class Offers:
     @classmethod
     def of(cls, records: Sequence[Record]) -> Offers:
         """What ``records``, a whole journal in order, say."""
-        events: list[Event | None] = [decode(record) for record in records]
-        attempts = {event.digest: event for event in events if isinstance(event, Attempted) and event.approved}
-        diagnosed = [event for event in events if isinstance(event, Diagnosed)]
-        armed = [event for event in events if isinstance(event, Armed)]
+        run = RunRecord.of(records)
+        diagnosed, armed = run.diagnosed, run.of_kind(Armed)
         return cls(
             waiting(records),
-            attempts,
-            by_fault_set(diagnosed[-1].hypotheses) if diagnosed else (),
+            {attempt.digest: attempt for attempt in run.attempts if attempt.approved},
+            by_fault_set(diagnosed[-1][1].hypotheses) if diagnosed else (),
             armed[-1] if armed else None,
             records[-1].at_s if records else 0.0,
         )

@@ -12,8 +12,8 @@ from homeostat.domain.mode import Mode, PersonCommand
 from homeostat.domain.quotation import printable
 from homeostat.evaluate.named_model import NamedModel, NoSuchModel
 from homeostat.evaluate.operation import Operation
-from homeostat.evaluate.study.row import SEARCH
 from homeostat.plants.assembly import Language
+from homeostat.record.row import SEARCH
 from homeostat.service.inbox import Inbox
 
 FOR_A_MODEL = ("local_only", "allow_host", "temperature", "model_seed", "note", "record", "grounding")

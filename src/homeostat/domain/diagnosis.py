@@ -75,7 +75,7 @@ class Symptom:
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class FaultMode:
     """One fault mode of a component (FMEA row)."""
 
     name: str

@@ -35,7 +35,7 @@ class Observation:
     answers: tuple[Answer, ...]
     """Answers that were given in this tick."""
     sample: Snapshot | None
-    """What the instruments said, as it came: a reading that is not believed is evidence all the same; None for none."""
+    """What the instruments said, as it came: a bad reading is evidence all the same; None for none."""
     act_by_s: float | None = None
     """Process time at which a fallback acts unless the guard hears of something better [s]; None for no such time."""
 

@@ -43,8 +43,8 @@ class Kept(OSError):
     """A record has no room for an event, keeps it and stores it later by itself; nobody needs to record it again."""
 
 
-class Record(Protocol):
-    """Where the guard's events go; it may fail and it may hang, and the guard goes on."""
+class GuardTrace(Protocol):
+    """Where the guard's events go, a trace in its eyes; it may fail and it may hang, and the guard goes on."""
 
     def record(self, event: GuardEvent, at_s: float) -> None:
         """Append ``event``, which happened at process time ``at_s`` [s]; Kept where that must wait for room."""

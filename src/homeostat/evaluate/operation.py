@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from numbers import Real
 
 from homeostat.domain.mode import Mode, PersonCommand
 from homeostat.evaluate.recorded.resumption import Past
@@ -37,8 +38,17 @@ class Thinking:
 
 
 def declared(process_s: float) -> Thinking:
-    """Every stretch of thinking takes ``process_s``, whatever it took: equal seeds give equal runs [s]."""
+    """Every stretch of thinking takes ``process_s``, whatever it took: equal seeds give equal runs [s].
+
+    TypeError where that is no number, ValueError where it is not finite or negative.
+    """
+    if not _is_number(process_s):
+        raise TypeError(f"process_s {process_s!r} must be a number of seconds, as 1.0")
     return Thinking(declared_s=process_s)
+
+
+def _is_number(given: object) -> bool:
+    return isinstance(given, Real) and not isinstance(given, bool)
 
 
 UNHURRIED_S = 5.0

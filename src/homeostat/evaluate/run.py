@@ -150,7 +150,12 @@ class Run:
         )
 
     def events(self, kind: type[E]) -> tuple[E, ...]:
-        """Everything of one kind that happened, in order: ``run.events(homeostat.events.Diagnosed)``."""
+        """Everything of one kind that happened, in order: ``run.events(homeostat.events.Diagnosed)``.
+
+        TypeError where ``kind`` is no type.
+        """
+        if not isinstance(kind, type):
+            raise TypeError(f"kind {kind!r} must be a type of events, as homeostat.events.Diagnosed")
         return self.record.of_kind(kind)
 
     def figure(self, path: Path | str) -> Path:

@@ -15,6 +15,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.conditions import Conditions, LabelGiven, MostProbable, without_ensemble
 from homeostat.evaluate.local_control import LocalControl, Told
 from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.resumption import Past
 from homeostat.evaluate.reference.unsupervised import fault_free, once, open_process, watch
 from homeostat.evaluate.run import Run
@@ -32,17 +33,14 @@ from homeostat.links.truth.process import TrueProcess
 from homeostat.plants.assembly import (
     Arrangement,
     Assembly,
-    Language,
     Propose,
     Workbench,
     check_protocol,
-    in_operation,
     new_sequencer,
     wire,
 )
 from homeostat.plants.plant import Plant
 from homeostat.record.run_record import RunRecord
-from homeostat.recovery.bounds import Budget
 
 Watcher: TypeAlias = Callable[[Snapshot], None]
 """Called with each snapshot before anybody thinks about it."""
@@ -93,26 +91,21 @@ def run(
     scenario: Scenario,
     trace: Trace | None = None,
     clock: ThinkingClock | DeclaredClock | None = None,
-    budget: Budget | None = None,
+    proposing: Proposing | None = None,
+    operation: Operation | None = None,
     watcher: Watcher | None = None,
     archive: Archive | None = None,
-    language: Language | None = None,
-    conditions: Conditions | None = None,
-    propose: Propose | None = in_operation,
-    known: Plant | None = None,
-    operation: Operation | None = None,
     started: RunStarted | None = None,
 ) -> Run:
     """Run ``scenario`` to its end and score it; everything that happens goes to ``trace``.
 
-    ``watcher`` is shown every snapshot; ``archive`` keeps what graph and models were asked and answered;
-    ``language`` proposes before the search does, unless ``propose`` makes other proposers; where that is None, nobody
-    acts, not even the fallback. ``conditions`` are those of a study; ``known`` is what the agents know of ``plant``
-    where that is less; ``operation``: what may be done to the plant, and who orders anything; ``started`` is recorded
-    first. Raises PlantError where the plant cannot be asked for step by step.
+    ``proposing``: who proposes, the search alone where None; ``operation``: what may be done to the plant, and who
+    orders anything; ``watcher`` is shown every snapshot; ``archive`` keeps what graph and models were asked and
+    answered; ``started`` is recorded first. Raises PlantError where the plant cannot be asked for step by step.
     """
     begin = time.monotonic()
-    conditions, operation, trace = conditions or Conditions(), operation or Operation(), trace or MemoryTrace()
+    proposing, operation, trace = proposing or Proposing(), operation or Operation(), trace or MemoryTrace()
+    conditions, language, propose = proposing.conditions, proposing.language, proposing.propose
     check_protocol(plant, conditions.protocol)
     clock = clock or ThinkingClock()
     record = RunRecord(conditions.protocol is AskingProtocol.PER_STEP)
@@ -130,7 +123,7 @@ def run(
             mode=operation.mode,
             guard=operation.guard,
             memory=operation.past.memory if operation.past else None,
-            budget=budget or Budget(),
+            budget=proposing.budget,
             archive=archive or MemoryArchive(),
             language=replace(language, model=transcribed) if language and transcribed else None,
             protocol=conditions.protocol,
@@ -139,7 +132,8 @@ def run(
         )
         link, local = _attach(plant, process, operation)
         lease = link if operation.mode.writes else None
-        understood = (known or plant) if conditions.ensemble else without_ensemble(known or plant)
+        known = proposing.known or plant
+        understood = known if conditions.ensemble else without_ensemble(known)
         assembly = wire(understood, lease, clock, trace, scenario.seed, arrangement)
         if operation.past is not None:
             _go_on(plant, operation.past, (record, thinking), trace)
@@ -157,9 +151,9 @@ def _leave_alone(plant: Plant, process: TrueProcess, shown: Shown, trace: Trace)
 
 def _go_on(plant: Plant, past: Past, followers: tuple[Subscriber, ...], trace: Trace) -> None:
     """Take note of what happened before the run was killed."""
-    for event, at_s in past.events:
+    for entry in past.record.entries:
         for follower in followers:
-            follower(event, at_s)
+            follower(entry.event, entry.at_s)
     if (unsaid := past.unsaid(plant)) is not None:
         trace.record(unsaid, past.at_s)
 

@@ -94,6 +94,8 @@ def scenario(
     a single fault, ``severity`` is in its unit, the nominal one where None; ``location`` says where it is, for faults
     that are named ``fault_location``. ScenarioError where the plant has no such thing, or one is out of range.
     """
+    if not isinstance(fault, str):
+        raise ScenarioError(f"fault {fault!r} must be a name, as the plant's tables have it")
     _check_numbers({"end_s": end_s, "onset_s": onset_s, "severity": severity}, seed)
     end = plant.end_s if end_s is None else end_s
     onset = plant.onset_s if onset_s is None else onset_s

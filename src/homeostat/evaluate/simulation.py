@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from homeostat.evaluate import runner
 from homeostat.evaluate.operation import Thinking
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.run import run_started
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Fault, ScenarioError, scenario_of
@@ -27,7 +28,7 @@ def run(
     """Run ``plant`` from start-up to its end, with faults or without, and score it.
 
     Args:
-        plant: as :func:`homeostat.load_plant` gives it, or its name.
+        plant: as :func:`homeostat.load_plant` gives it, or what that takes.
         fault: what is truly wrong: one fault or its name, or several of them; nothing by default.
         seed: of the true parameters, the noise and every draw; with declared thinking, equal seeds give equal runs.
         end_s: process time at which the run ends [s]; the plant's usual end where None.
@@ -38,14 +39,14 @@ def run(
         ScenarioError: a fault, severity, onset, seed or end that the plant does not have.
         PlantError: there is no plant of this name.
     """
-    plant = load_plant(plant) if isinstance(plant, str) else plant
+    plant = plant if isinstance(plant, Plant) else load_plant(plant)
     chosen, trace, archive = scenario_of(plant, _faults(fault), seed, end_s), MemoryTrace(), MemoryArchive()
     thinking = thinking or Thinking()
     if not isinstance(thinking, Thinking):
         raise ScenarioError(f"thinking {thinking!r} says not how long it takes; give homeostat.declared(1.0), or None")
     language = None if model is None else Language(model)
     started = run_started(plant, chosen, thinking, "search" if model is None else model.name, (), language)
-    done = runner.run(plant, chosen, trace, thinking.clock(), archive=archive, language=language, started=started)
+    done = runner.run(plant, chosen, trace, thinking.clock(), Proposing(language), archive=archive, started=started)
     trace.record(RunFinished(done.outcome.value, done.reason, done.wall_s), chosen.end_s)
     return replace(done, texts=archive)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from homeostat.domain.mode import Mode
 from homeostat.domain.plant.rules import GuardRules
-from homeostat.domain.ports import GuardEvent, Lease, Record
+from homeostat.domain.ports import GuardEvent, GuardTrace, Lease
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.restart.memory import Memory
 from homeostat.guard.restart.recorder import Recorder
@@ -43,7 +43,7 @@ class Parts:
     """The right to write."""
 
     @classmethod
-    def of(cls, rules: GuardRules, record: Record, lease: Lease | None, settings: GuardSettings) -> Parts:
+    def of(cls, rules: GuardRules, record: GuardTrace, lease: Lease | None, settings: GuardSettings) -> Parts:
         """New parts for a plant that nobody has watched yet."""
         recorder = Recorder(record, settings.sync_s)
         alarms, writer = Alarms(recorder.note), Writer(rules.writables, recorder, settings)
@@ -65,7 +65,7 @@ class Parts:
 class Attachment:
     """What a guard is attached to, and in which mode it begins."""
 
-    record: Record
+    record: GuardTrace
     """Where its events go."""
     lease: Lease | None = None
     """The right to write; None where the plant is only observed."""

@@ -5,14 +5,13 @@ from homeostat.journal.beside.manifest import Manifest, Summary
 from homeostat.journal.events import Event, Resumed, RunFinished, RunStarted, Setting, Signed, Subscriber, Trace
 from homeostat.journal.followed import Followed
 from homeostat.journal.journal import Journal
-from homeostat.journal.memory import Entry, MemoryTrace
+from homeostat.journal.memory import MemoryTrace
 from homeostat.journal.reading import BrokenChain, Record, read_events
-from homeostat.journal.signing.signatures import Signature, Vouched
+from homeostat.journal.signing.signatures import Signature
 from homeostat.journal.verify.verify import Report
 
 __all__ = [
     "BrokenChain",
-    "Entry",
     "Event",
     "Followed",
     "Journal",
@@ -30,6 +29,5 @@ __all__ = [
     "Subscriber",
     "Summary",
     "Trace",
-    "Vouched",
     "read_events",
 ]

@@ -72,6 +72,11 @@ class RunStarted:
     wall_started: str = ""
     """Wall-clock time of the start, ISO 8601 with offset."""
 
+    @property
+    def settings(self) -> dict[str, str | float | bool]:
+        """What else was chosen, by name."""
+        return {setting.name: setting.value for setting in self.configuration}
+
 
 @dataclass(frozen=True, slots=True)
 class RunFinished:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Final, cast
+from typing import Final
 
 from homeostat.journal.beside.files import JOURNAL
 from homeostat.journal.chain import GENESIS, HAPPENED, HEADER, digest
@@ -40,10 +40,6 @@ class Record:
     """The event's fields in JSON form: enums by name, nested records as objects with ``@type``."""
     happened_s: float
     """Process time at which it happened [s]; before ``at_s`` where it was recorded late."""
-
-    def timeless(self) -> Record:
-        """The same record without what depends on the wall clock; equal for two runs of the same seed."""
-        return replace(self, fields=cast("Mapping[str, Json]", _without_wall(dict(self.fields))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,11 +109,3 @@ def _parts(line: bytes) -> tuple[Record, str]:
     if type(happened_s) is not float:
         raise ValueError(f"line {seq!r}: {HAPPENED} must be a number")
     return Record(seq, at_s, kind, MappingProxyType(content), happened_s), prev
-
-
-def _without_wall(value: Json) -> Json:
-    if isinstance(value, dict):
-        return {key: _without_wall(item) for key, item in value.items() if not key.startswith("wall_")}
-    if isinstance(value, list):
-        return [_without_wall(item) for item in value]
-    return value

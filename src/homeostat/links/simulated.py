@@ -14,7 +14,7 @@ from homeostat.domain.ports import Ticket
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LeaseVoid, PlantEnded
-from homeostat.links.virtual import Answered, Arrival, Recipe, Source, SourceView, VirtualPlant
+from homeostat.links.virtual import Answered, Arrival, Recipe, SourceView, VirtualPlant, VirtualSource
 
 WIRE_LOG_LENGTH = 10_000
 """Most arrivals that a link remembers; the oldest are forgotten first."""
@@ -38,7 +38,7 @@ class LinkConfiguration:
 
 @final
 class SimulatedLink:
-    """Implements :class:`homeostat.links.virtual.VirtualLink`; one second per sample, and no sample is kept."""
+    """Implements :class:`homeostat.domain.ports.Link` in virtual time; one second per sample, and no sample is kept."""
 
     def __init__(
         self, plant: VirtualPlant, configuration: LinkConfiguration = LinkConfiguration(), recipe: Recipe | None = None
@@ -58,7 +58,7 @@ class SimulatedLink:
         self._lease, self._leased, self._beat_s = 0, False, math.inf
         self._shed = self._broken = False
         self._wire_log: deque[Arrival] = deque(maxlen=WIRE_LOG_LENGTH)
-        self.source: Source = SourceView(self)
+        self.source: VirtualSource = SourceView(self)
         """The reading side alone."""
 
     @property

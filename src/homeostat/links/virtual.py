@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias, final
 
-from homeostat.domain.ports import Lease, Wire
+from homeostat.domain.ports import Source
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 
@@ -44,31 +44,12 @@ class VirtualPlant(Protocol):
         ...
 
 
-class Source(Protocol):
-    """The reading side of a link: nothing in it can command the plant."""
-
-    @property
-    def never_blocks(self) -> bool:
-        """Whether every call returns at once, also those of the link's other side."""
-        ...
-
-    @property
-    def now_s(self) -> float:
-        """Process time [s]."""
-        ...
+class VirtualSource(Source, Protocol):
+    """The reading side of a link in virtual time: nothing in it can command the plant."""
 
     @property
     def end_s(self) -> float:
         """Process time at which the run ends [s]."""
-        ...
-
-    @property
-    def ended(self) -> bool:
-        """Whether there is nothing more to read."""
-        ...
-
-    def advance(self) -> Snapshot | None:
-        """One second later: the sample, None where none came; LinkError where reading failed or the run is over."""
         ...
 
 
@@ -84,33 +65,6 @@ class Arrival:
     """What the sender was told of it; empty where nothing went wrong."""
 
 
-class VirtualLink(Source, Lease, Protocol):
-    """A plant in virtual time, with everything that a test or a study may do to it."""
-
-    def take(self) -> Wire:
-        """Take the lease; LinkError where the plant does not give it."""
-        ...
-
-    @property
-    def source(self) -> Source:
-        """The reading side alone."""
-        ...
-
-    @property
-    def wire_log(self) -> tuple[Arrival, ...]:
-        """What arrived on the wire, the oldest first."""
-        ...
-
-    @property
-    def shed(self) -> bool:
-        """Whether the plant's own control has taken over because the guard is gone."""
-        ...
-
-    def operate(self, tag: str, value: float | None, rate: float | None = None) -> None:
-        """Somebody at the plant moves ``tag``; not a matter of the wire."""
-        ...
-
-
 @dataclass(frozen=True, slots=True)
 class Answered:
     """Implements :class:`homeostat.domain.ports.Ticket` for a write that will say no more than it does now."""
@@ -123,11 +77,11 @@ class Answered:
 
 @final
 class SourceView:
-    """Implements :class:`Source` over a link, and shows nothing else of it."""
+    """Implements :class:`VirtualSource` over a link, and shows nothing else of it."""
 
     __slots__ = ("_source",)
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: VirtualSource) -> None:
         """The reading side of ``source``."""
         self._source = source
 

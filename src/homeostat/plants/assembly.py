@@ -44,7 +44,7 @@ from homeostat.recovery.exchange.loop import Hook, Loop
 from homeostat.recovery.exchange.worker import Worker
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import ReleaseCheck
-from homeostat.recovery.supervisor import Supervisor
+from homeostat.recovery.supervisor import RecoveryLoop
 from homeostat.twin.twin import Twin
 
 
@@ -248,11 +248,11 @@ def wire(
     busy_s = BUSY_S if clock.measured else clock.wall_s(0.0)
     exchange = Exchange(clock, guard.mailbox.put, lost, ExchangeSettings(busy_s=busy_s))
     sealer = Sealer(ISSUER, key, lambda: settings.person_s if guard.mode is Mode.APPROVE else settings.check_age_s)
-    supervisor = _supervisor(plant, exchange, trace, seed, arrangement, rules, sealer)
-    return Assembly(guard, exchange, Worker(exchange, supervisor.supervise, failed))
+    recovery = _recovery(plant, exchange, trace, seed, arrangement, rules, sealer)
+    return Assembly(guard, exchange, Worker(exchange, recovery.supervise, failed))
 
 
-def _supervisor(
+def _recovery(
     plant: Plant,
     exchange: Exchange,
     trace: Trace,
@@ -260,7 +260,7 @@ def _supervisor(
     arrangement: Arrangement,
     rules: GuardRules,
     sealer: Sealer,
-) -> Supervisor:
+) -> RecoveryLoop:
     d, tags, archive = plant.description, plant.description.tags_by_name, arrangement.archive
     twin = Twin(plant.model, d, plant.twin, seed)
     grounding = Grounding(plant.graph, plant.namespace, archive)
@@ -277,4 +277,4 @@ def _supervisor(
     known = PlantRules(d.machine, d.limits, plant.production, rules.fallbacks, d.scales)
     check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration)
     bounds = Bounds(arrangement.budget, plant.intervention, arrangement.protocol is AskingProtocol.PER_STEP)
-    return Supervisor(exchange, agents, known, check, bounds, trace)
+    return RecoveryLoop(exchange, agents, known, check, bounds, trace)

@@ -98,11 +98,11 @@ class Plant:
         return np.array([p.value + spread * p.sd * z for p, z in zip(stated, draws, strict=True)])
 
 
-def load_plant(name: str, learned: bool = True) -> Plant:
+def load_plant(name: str, learned: bool = True, kept: bool = True) -> Plant:
     """Read the plant called ``name``: its graph, its model and, unless not ``learned`` yet, its reference values.
 
     ``name`` may be a path of a plant's folder; it has a ``/`` then. A generated file that is older than its sources is
-    made again: `Plant.remade` names it.
+    made again, and unless not ``kept`` written to the folder: `Plant.remade` names it.
 
     Raises:
         PlantError: the plant is unknown, or its settings are wrong or do not fit the plant.
@@ -111,7 +111,7 @@ def load_plant(name: str, learned: bool = True) -> Plant:
     files = read_files(plant_folder(name))
     settings = read_settings(files)
     model = find_model(files.folder.name, settings.model)
-    fresh = with_fresh_graph(files)
+    fresh = with_fresh_graph(files, kept)
     graph = open_graph(fresh.contents[GRAPH])
     description = read_description(graph, settings.system, model, settings.twin.settings.horizon_s)
     refuse_misfit(files.folder.name, settings, description, model)
@@ -119,7 +119,7 @@ def load_plant(name: str, learned: bool = True) -> Plant:
     plant = _case(settings, fresh, graph, description, model)
     if fresh is not files:
         plant = replace(plant, remade=(GRAPH,))
-    return with_baselines(plant) if learned else plant
+    return with_baselines(plant, kept) if learned else plant
 
 
 def _case(

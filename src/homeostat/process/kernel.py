@@ -174,7 +174,7 @@ class CompiledKernel:
         def entry(  # type: ignore[no-untyped-def]
             first, last, members, schedules, cover, rows, picked, t0, steps, stride, x, p, sev, onset, u, u_of, begin,
             seeds, process, sensor, picks, out, broken_at, work,
-        ):  # fmt: skip
+        ) -> None:  # fmt: skip
             advance(
                 first, last, carray(x, (members, states)), carray(p, (members, parameters)),
                 carray(sev, (members, faults)), carray(onset, (members, faults)),

@@ -2,6 +2,7 @@
 
 import dataclasses
 from enum import Enum
+from functools import cache
 from types import UnionType
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
@@ -36,11 +37,11 @@ def _made(kind: Any, value: Any) -> Any:
     if get_origin(kind) in (Union, UnionType):
         options = [option for option in get_args(kind) if option is not type(None)]
         return value if value is None or len(options) > 1 else _made(options[0], value)
-    if dataclasses.is_dataclass(kind):
-        types = get_type_hints(kind)
+    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
+        types = _types(kind)
         given = [field for field in dataclasses.fields(kind) if field.name in value or _is_required(field)]
         made = {field.name: _made(types[field.name], value[field.name]) for field in given}
-        return kind(**made) if isinstance(kind, type) else None
+        return kind(**made)
     if isinstance(kind, type) and issubclass(kind, Enum):
         return kind[value]
     if kind is float and type(value) in (int, float, str):  # a text for what is not finite
@@ -48,6 +49,12 @@ def _made(kind: Any, value: Any) -> Any:
     if kind in (str, int, bool) and type(value) is not kind:
         raise TypeError(f"{value!r} is no {kind.__name__}")
     return value
+
+
+@cache
+def _types(kind: Any) -> dict[str, Any]:
+    """Field -> type of an event, or of a part of one; finding them is most of the work."""
+    return get_type_hints(kind)
 
 
 def _is_required(field: dataclasses.Field[Any]) -> bool:

@@ -1,8 +1,6 @@
 """Releases: what was written for a request, by the guard's own word; recovery may be overtaken before it says so."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Self
 
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.events.recovery import Attempted, ReleasedActions
@@ -43,14 +41,6 @@ class Releases:
         self._proposers: dict[str, str] = {}
         self._approved: dict[str, Attempted] = {}
         self._made: dict[str, Release] = {}
-
-    @classmethod
-    def of(cls, events: Iterable[Event]) -> Self:
-        """What ``events`` say, times left out."""
-        releases = cls()
-        for event in events:
-            releases.take(event, 0.0)
-        return releases
 
     @property
     def made(self) -> tuple[Release, ...]:

@@ -205,7 +205,7 @@ def _fault_set(item: dict[str, Any]) -> FaultProbability:
         severity = {}
     elif not isinstance(severity, dict):
         severity = {item["fault"]: severity}
-    # The onset that was believed is in the journal, not in the result.
+    # The onset that was diagnosed is in the journal, not in the result.
     return FaultProbability(
         tuple(FaultState(name, size, math.nan) for name, size in severity.items()), item["probability"]
     )

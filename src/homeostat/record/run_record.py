@@ -2,15 +2,19 @@
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from typing import Self, TypeVar
 
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.events.guard import StartUpBegan, StartUpEnded, StateEntered
 from homeostat.domain.events.recovery import Attempted, Diagnosed
 from homeostat.domain.events.trips import FallbackActivated, Tripped
+from homeostat.domain.events.writes import WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.recovery import Command
-from homeostat.journal.events import Event, RunStarted
+from homeostat.journal.events import Event, RunFinished, RunStarted
 from homeostat.journal.memory import Entry
+from homeostat.journal.reading import Record
+from homeostat.record.decode import decode
 from homeostat.record.releases import Release, Releases
 
 E = TypeVar("E")
@@ -18,6 +22,21 @@ Span = tuple[float, float]
 """First and last process time of something [s]."""
 NOBODY = "none"
 """Actor of a run in which nothing was done but the steps of a batch as usual."""
+
+
+@dataclass(frozen=True, slots=True)
+class WriteAttempt:
+    """One attempt to write to the plant."""
+
+    intended: WriteIntended
+    """What was to be sent."""
+    result: WriteResult | None = None
+    """What became of it; None where nothing is known."""
+
+    @property
+    def arrived(self) -> bool:
+        """Whether something of it is known to have reached the plant."""
+        return self.result not in (None, WriteResult.FAILED)
 
 
 class RunRecord:
@@ -28,15 +47,18 @@ class RunRecord:
         self.stepwise = stepwise
         self._entries: list[Entry] = []
         self._releases = Releases()
+        self._writes: dict[tuple[int, int], WriteAttempt] = {}
         self._usual: int | None = None  # releases before the first diagnosis
 
     @classmethod
-    def of(cls, entries: Iterable[Entry]) -> Self:
-        """What ``entries`` say."""
-        record = cls()
-        for entry in entries:
-            record(entry.event, entry.at_s)
-        return record
+    def of(cls, records: Iterable[Record]) -> Self:
+        """What a journal says, at the times of its lines; DecodeError where one of them cannot be read."""
+        made = cls()
+        for record in records:
+            event = decode(record)
+            if event is not None:
+                made(event, record.at_s)
+        return made
 
     def __call__(self, event: Event, at_s: float) -> None:
         """Take one event."""
@@ -44,6 +66,11 @@ class RunRecord:
         if isinstance(event, Diagnosed) and self._usual is None:
             self._usual = len(self._releases.made)
         self._releases.take(event, at_s)
+        match event:
+            case WriteIntended():
+                self._writes[event.write, event.attempt] = WriteAttempt(event)
+            case WriteEnded() if (tried := self._writes.get((event.write, event.attempt))) is not None:
+                self._writes[event.write, event.attempt] = replace(tried, result=event.result)
 
     @property
     def entries(self) -> tuple[Entry, ...]:
@@ -59,14 +86,34 @@ class RunRecord:
         return [(entry.at_s, entry.event) for entry in self._entries if isinstance(entry.event, kind)]
 
     @property
+    def started(self) -> RunStarted | None:
+        """How the run began; None where its first event is another one."""
+        first = self._entries[0].event if self._entries else None
+        return first if isinstance(first, RunStarted) else None
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run came to its end."""
+        return bool(self.of_kind(RunFinished))
+
+    @property
     def faults(self) -> tuple[FaultState, ...]:
-        """The injected faults, as the run's first event has them."""
-        for started in self.of_kind(RunStarted):
-            chosen = {setting.name: setting.value for setting in started.configuration}
-            return tuple(
-                FaultState(n, float(chosen[f"severity {n}"]), float(chosen[f"onset_s {n}"])) for n in started.faults
-            )
-        return ()
+        """The injected faults, as the run's first event has them; LookupError or ValueError where it does not."""
+        if self.started is None:
+            return ()
+        chosen = self.started.settings
+        return tuple(
+            FaultState(n, float(chosen[f"severity {n}"]), float(chosen[f"onset_s {n}"])) for n in self.started.faults
+        )
+
+    def write_attempt(self, write: int, number: int) -> WriteAttempt:
+        """Attempt ``number`` of ``write``, and what became of it; KeyError where it was never intended."""
+        return self._writes[write, number]
+
+    @property
+    def open_writes(self) -> tuple[int, ...]:
+        """Numbers of writes of which an attempt has no outcome: nobody knows whether the plant got them."""
+        return tuple(sorted({tried.intended.write for tried in self._writes.values() if tried.result is None}))
 
     @property
     def states(self) -> list[tuple[str, float]]:

@@ -13,7 +13,7 @@ from homeostat.recovery.scene import Scene
 
 
 @dataclass(frozen=True, slots=True)
-class Memory:
+class RecoveryMemory:
     """All that recovery remembers from one look at the plant to the next."""
 
     unanswered: bool = False
@@ -65,11 +65,11 @@ class Agenda:
         """Whether nothing but the fallback leads out of ``state``: a batch that is complete."""
         return self._machine.is_end(state, self._machine.recovery_event)
 
-    def settled(self, memory: Memory, state: str, symptoms: Iterable[Symptom]) -> bool:
+    def settled(self, memory: RecoveryMemory, state: str, symptoms: Iterable[Symptom]) -> bool:
         """Whether the batch is over, and safe with every symptom that there is: nothing is left to review."""
         return self.finished(state) and {s.rule for s in symptoms} <= memory.accepted
 
-    def step_is_due(self, memory: Memory, scene: Scene) -> bool:
+    def step_is_due(self, memory: RecoveryMemory, scene: Scene) -> bool:
         """Whether every state is asked about, and this one was not yet, or a while ago in vain."""
         now = scene.now
         if not self._every_step or not scene.ready or self.finished(now.state):
@@ -80,7 +80,7 @@ class Agenda:
         in_vain = now.way is None and now.now_s - at_s >= self._intervention.repeat_s
         return now.state != state or in_vain
 
-    def stance(self, memory: Memory, look: Look, due: bool, deviates: bool) -> Stance:
+    def stance(self, memory: RecoveryMemory, look: Look, due: bool, deviates: bool) -> Stance:
         """What is to be done after ``look``; ``due``: this state is to be asked about, ``deviates``: the batch does."""
         if look.fine and not due and self._calm(memory, look):
             return Stance.LEAVE
@@ -93,12 +93,12 @@ class Agenda:
             return Stance.LEAVE
         return Stance.IMPROVE if look.fine and not due else Stance.PREFER
 
-    def after_release(self, memory: Memory, released: Released, diagnosis: Diagnosis) -> Memory:
+    def after_release(self, memory: RecoveryMemory, released: Released, diagnosis: Diagnosis) -> RecoveryMemory:
         """What is remembered once ``released`` was written because of ``diagnosis``; a usual step is no recovery."""
         usual = self._every_step and not diagnosis.faulty
         return replace(memory, in_vain=None, released_s=memory.released_s if usual else released.at_s)
 
-    def _calm(self, memory: Memory, look: Look) -> bool:
+    def _calm(self, memory: RecoveryMemory, look: Look) -> bool:
         """Whether a plant in which all is well is not to be improved: no fault, or no release that has settled."""
         if not look.diagnosis.faulty or memory.released_s is None:
             return True

@@ -39,8 +39,8 @@ class ValidatedFallback:
 
 
 @dataclass(frozen=True, slots=True)
-class Armed:
-    """What the guard was told."""
+class TimeLeft:
+    """The time that is left, as the guard was told."""
 
     act_by_s: float | None
     """Process time by which something must be done; None where no limit is violated without it [s]."""
@@ -66,7 +66,7 @@ class Arming:
         """``rules`` hold the strategies in table order."""
         self._scene, self._simulation, self._rules, self._budget = scene, simulation, rules, budget
 
-    async def arm(self, diagnosis: Diagnosis, idle: Rollout) -> Armed:
+    async def arm(self, diagnosis: Diagnosis, idle: Rollout) -> TimeLeft:
         """Arm the best fallback under ``diagnosis``, by the time that ``idle`` leaves.
 
         Where the rollouts are late, the strategies stay in the order of the tables. A time to act by that stands in the
@@ -77,7 +77,7 @@ class Arming:
         scene.send(Correction(self._simulation.instrument_errors(diagnosis)))
         until_s = math.inf if standing_s is None else standing_s - scene.seen_s
         left_s = deadline_s(idle, limits, budget.latency_s, budget.reserve_s, until_s)
-        armed = Armed(act_by_s(idle, limits, scene.seen_s, budget.reserve_s), left_s)
+        armed = TimeLeft(act_by_s(idle, limits, scene.seen_s, budget.reserve_s), left_s)
         try:
             ranked = await scene.within("arming the fallback", budget.arming_s, self._ranked(diagnosis))
         except TimeoutError as late:

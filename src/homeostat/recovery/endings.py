@@ -3,7 +3,7 @@
 from homeostat.domain.events.recovery import NoActionTaken
 from homeostat.domain.observation import Arm, FallBack, NoAction
 from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Verdict
-from homeostat.recovery.arming import Armed
+from homeostat.recovery.arming import TimeLeft
 from homeostat.recovery.scene import Scene
 
 
@@ -13,7 +13,7 @@ def nothing_is_known(scene: Scene, limit_s: float) -> None:
     scene.alarm("diagnosis", f"the diagnosis took longer than {limit_s:g} s; nothing counts as known")
 
 
-def take_no_action(scene: Scene, verdict: Verdict, armed: Armed) -> NoActionNeeded:
+def take_no_action(scene: Scene, verdict: Verdict, armed: TimeLeft) -> NoActionNeeded:
     """Say by which margin the plant does without help."""
     worst = min(f.margin for f in verdict.findings)
     scene.record(NoActionTaken(scene.now.state, worst))
@@ -21,7 +21,7 @@ def take_no_action(scene: Scene, verdict: Verdict, armed: Armed) -> NoActionNeed
     return NoActionNeeded(scene.seen_s, worst)
 
 
-def stand_down(scene: Scene, armed: Armed) -> None:
+def stand_down(scene: Scene, armed: TimeLeft) -> None:
     """Nothing need act by itself any more: end the time to act by that the guard was told, or that stands in it."""
     if armed.act_by_s is not None or scene.now.act_by_s is not None:
         scene.send(NoAction())

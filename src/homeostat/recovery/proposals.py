@@ -47,6 +47,10 @@ class Proposals:
                 text = str(late) or f"{proposer.name}: no approved proposal in the time that was left for it"
             except (NoAdmissiblePlan, Withdrawn) as failed:
                 reason, text = failed, str(failed)
+            except Exception as failed:  # a proposer may be anybody's: one that breaks is not the last that is asked
+                if last:
+                    raise
+                reason, text = failed, f"{proposer.name} failed: {failed!r}"
             self._scene.record(GaveUp(proposer.name, text))
         raise reason
 

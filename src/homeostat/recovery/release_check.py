@@ -89,7 +89,7 @@ class ReleaseCheck:
 
 
 def digest_of(diagnosis: Diagnosis) -> str:
-    """SHA-256 of the canonical text of what was believed."""
-    believed = [[[f.fault, f.severity, f.onset_s] for f in h.faults] + [h.probability] for h in diagnosis.hypotheses]
-    text = json.dumps([diagnosis.at_s, [s.rule for s in diagnosis.symptoms], believed], separators=(",", ":"))
+    """SHA-256 of the canonical text of a diagnosis."""
+    hypotheses = [[[f.fault, f.severity, f.onset_s] for f in h.faults] + [h.probability] for h in diagnosis.hypotheses]
+    text = json.dumps([diagnosis.at_s, [s.rule for s in diagnosis.symptoms], hypotheses], separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()

@@ -9,7 +9,7 @@ from homeostat.domain.events.recovery import Deviated, Diagnosed, Noticed
 from homeostat.domain.ports import Desk
 from homeostat.domain.verdict import Deviation, FallbackNeeded, NoActionNeeded, Released, Resolution
 from homeostat.journal.events import Trace
-from homeostat.recovery.agenda import Agenda, Memory, Stance
+from homeostat.recovery.agenda import Agenda, RecoveryMemory, Stance
 from homeostat.recovery.arming import Arming
 from homeostat.recovery.endings import fall_back, nothing_is_known, stand_down, take_no_action
 from homeostat.recovery.intervention import InterventionPolicy
@@ -23,7 +23,7 @@ from homeostat.recovery.releasing import Withdrawn
 from homeostat.recovery.scene import Scene
 
 
-class Supervisor:
+class RecoveryLoop:
     """Watches what the guard sees; every fault that monitoring reports gets one bounded recovery."""
 
     def __init__(
@@ -38,7 +38,7 @@ class Supervisor:
         self._prospect = Prospect(scene, agents, rules.machine, self._progress, bounds)
         self._arming = Arming(scene, agents.simulation, rules, bounds.budget)
         self._proposals = Proposals(scene, agents, rules, check, policy, bounds)
-        self._agenda, self._memory = Agenda(rules.machine, bounds), Memory()
+        self._agenda, self._memory = Agenda(rules.machine, bounds), RecoveryMemory()
 
     async def supervise(self) -> None:
         """Watch until there is nothing more to see; attend to what is noticed, deviates or is due, until it is done."""

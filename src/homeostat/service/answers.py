@@ -1,37 +1,18 @@
 """Answers: what a run's journal says of an order, and which requests wait for a person."""
 
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Final
 
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.events.people import PersonHeard
 from homeostat.domain.request import RequestStatus
 from homeostat.journal.beside.files import JOURNAL, MANIFEST
-from homeostat.journal.reading import parse
+from homeostat.journal.reading import Record, parse
 
 _LOOK_S: Final = 0.1
-
-
-class Recorded(Protocol):
-    """One event as a journal holds it."""
-
-    @property
-    def at_s(self) -> float:
-        """Process time of its line [s]."""
-        ...
-
-    @property
-    def kind(self) -> str:
-        """The event's kind."""
-        ...
-
-    @property
-    def fields(self) -> Mapping[str, Any]:
-        """The event's fields in JSON form."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +41,7 @@ class Waiting:
     """Process time from which it waits [s]."""
 
 
-def waiting(events: Iterable[Recorded]) -> tuple[Waiting, ...]:
+def waiting(events: Iterable[Record]) -> tuple[Waiting, ...]:
     """Requests that ``events``, in order, leave waiting for a person, the oldest first."""
     found: dict[str, Waiting] = {}
     for event in events:
@@ -91,14 +72,14 @@ def wait_for(run_dir: Path, order: str, after: int, within_s: float) -> Heard | 
         for event, end in _lines(run_dir / JOURNAL, after):
             after = end
             if event.kind == PersonHeard.kind and event.fields["command"] == order:
-                fields = event.fields
-                return Heard(bool(fields["done"]), str(fields["reason"]), int(fields.get("missing", 0)) > 0)
+                fields, missing = event.fields, event.fields.get("missing", 0)
+                return Heard(bool(fields["done"]), str(fields["reason"]), isinstance(missing, int) and missing > 0)
         if over or time.monotonic() >= deadline:
             return None
         time.sleep(_LOOK_S)
 
 
-def _lines(path: Path, after: int) -> Iterator[tuple[Recorded, int]]:
+def _lines(path: Path, after: int) -> Iterator[tuple[Record, int]]:
     """The whole lines of a journal behind its first ``after`` bytes, each with where it ends."""
     with path.open("rb") as file:
         file.seek(after)

@@ -62,6 +62,8 @@ def read_arithmetic(text: str, tags: Mapping[str, Signal] | None) -> Arithmetic:
 
 
 def _read(text: str, start: _Start, tags: Mapping[str, Signal] | None) -> Any:
+    if not isinstance(text, str):
+        raise FormulaError(f"{start} {_shorten(repr(text))} must be a text, as 'T1 <= 313'")
     try:
         root = _parse(text, start)
         _check(root, tags)

@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from homeostat.domain.diagnosis import Fault, FaultState, Hypothesis
+from homeostat.domain.diagnosis import FaultMode, FaultState, Hypothesis
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Table, Vec
 from homeostat.twin.calibration import Posterior
@@ -62,7 +62,7 @@ class FaultIsolation:
         window: Window,
         posterior: Posterior,
         accuracy: Accuracy,
-        faults: Sequence[Fault],
+        faults: Sequence[FaultMode],
         known: Sequence[FaultState] = (),
     ) -> None:
         """``known`` is what was probably wrong before; the model's response to its parameters depends on it.

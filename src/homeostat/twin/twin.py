@@ -10,7 +10,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.domain.diagnosis import Fault, FaultState, Hypothesis
+from homeostat.domain.diagnosis import FaultMode, FaultState, Hypothesis
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.parameter import ModelParameter
 from homeostat.domain.recovery import ActionSet
@@ -60,7 +60,7 @@ class Twin:
         """``seed`` seeds the parameter draws and the noise of the rollouts."""
         self._model = model
         self._description = description
-        self._faults: Sequence[Fault] = description.faults
+        self._faults: Sequence[FaultMode] = description.faults
         self._parameters: tuple[ModelParameter, ...] = description.parameters
         self.settings = settings
         self._seed = seed

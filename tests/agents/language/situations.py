@@ -58,7 +58,7 @@ def diagnosed(fault: str) -> Diagnosis:
 
 @functools.cache
 def situation(fault: str) -> Situation:
-    """What a proposer is asked about ``fault``, as the supervisor puts it."""
+    """What a proposer is asked about ``fault``, as recovery puts it."""
     d, snapshots = reactor().description, readings(3, NOW_S, (state(fault),))
     idle = ActionSet((), "normal")
     rollout = asyncio.run(simulation(fault).roll_out(diagnosed(fault), idle))
@@ -82,7 +82,7 @@ class Agents:
         self.reprompting = TeachingReprompting(told)
 
     async def attempt(self, advice: Advice) -> Advice:
-        """One attempt after ``advice``, and the advice after it; like the supervisor's, without its bookkeeping."""
+        """One attempt after ``advice``, and the advice after it; like recovery's, without its bookkeeping."""
         d, now, number = reactor().description, situation(self.fault), len(self.attempts) + 1
         path = advice.keep_path or await self.planning.plan(now, advice)
         if isinstance(path, Revise):

@@ -20,6 +20,7 @@ from homeostat.agents.language.stepwise import StepAction
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.events.recovery import Retrieved
 from homeostat.domain.verdict import Revise
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
@@ -127,7 +128,7 @@ def test_reprompting_is_told_the_same_rules(kind: GroundingKind) -> None:
 def test_a_run_recovers_under_each_kind(kind: GroundingKind) -> None:
     model, trace = ScriptedModel("scripted:reasonable", reasonable), MemoryTrace()
     chosen = scenario(reactor(), "pump_degrade", 3, 2000.0, None, 2300.0)
-    result = run(reactor(), chosen, trace, DeclaredClock(1.0), language=Language(model, grounding=kind))
+    result = run(reactor(), chosen, trace, DeclaredClock(1.0), Proposing(Language(model, grounding=kind)))
     assert result.good and result.actor == "language" and {q.agent for q in model.asked} >= {"planning", "action"}
     forms = {e.form for e in trace.of(Retrieved)}
     assert forms >= {"SELECT", "ASK"}, "what the agents that calculate ask stays the same"

@@ -1,4 +1,4 @@
-"""Rows that look like a campaign's, without any run: two plants, eleven scenarios, seven proposers, ten seeds."""
+"""Rows that look like a study's, without any run: two plants, eleven scenarios, seven proposers, ten seeds."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, Row
+from homeostat.record.row import DO_NOTHING, HINDSIGHT, Row
 
 SEEDS = range(1, 11)
 SCENARIOS = {

@@ -10,7 +10,7 @@ from typing import Any
 from homeostat.evaluate.study.plan.expansion import jobs_of
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.plan.plan import Plan
-from homeostat.evaluate.study.row import WALL, Row
+from homeostat.record.row import WALL, Row
 
 BATCH = {"case": "mixing_module", "end_s": 400.0}
 """A batch without a fault."""

@@ -1,4 +1,4 @@
-"""Who takes part, made from the bench of a real case."""
+"""Who takes part, made from the bench of a real plant."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import functools
 from homeostat.agents.grounding.context import GroundingKind
 from homeostat.agents.roles import AskingProtocol, Proposer
 from homeostat.evaluate.named_model import NamedModel
-from homeostat.evaluate.study.plan.job import CONSTANT, Arm
-from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, SEARCH
+from homeostat.evaluate.study.plan.job import CONSTANT, StudyArm
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.assembly import Arrangement, Workbench, wire
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.record.row import DO_NOTHING, FALLBACK_ONLY, SEARCH
 
 
 @functools.cache
@@ -20,7 +20,7 @@ def plant() -> Plant:
     return load_plant("mixing_module")
 
 
-def proposers(arm: Arm) -> tuple[Proposer, ...]:
+def proposers(arm: StudyArm) -> tuple[Proposer, ...]:
     """Those that ``arm`` makes on the bench that a run has."""
     found: list[Workbench] = []
 
@@ -34,9 +34,9 @@ def proposers(arm: Arm) -> tuple[Proposer, ...]:
     return arm.propose(found[0])
 
 
-def arm(who: str, then_search: bool = False) -> Arm:
+def arm(who: str, then_search: bool = False) -> StudyArm:
     model = NamedModel(who) if who.startswith("scripted:") else None
-    return Arm(who, who, AskingProtocol.ROUTE, False, then_search, model, {})
+    return StudyArm(who, who, AskingProtocol.ROUTE, False, then_search, model, {})
 
 
 def test_who_proposes_in_which_order_and_who_improves() -> None:

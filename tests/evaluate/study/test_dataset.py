@@ -13,7 +13,7 @@ from pyarrow import parquet
 
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import DATASET, read_dataset, schema, write_dataset
-from homeostat.evaluate.study.row import TOTALS, Row, columns_of
+from homeostat.record.row import TOTALS, Row, columns_of
 from tests.evaluate.study.fake_rows import campaign, plain
 
 ROWS = [*campaign(range(1, 3)), plain(job="Umlaut ü, \"quotes\" and 'more'", reason="a\nb\0c", severity=(), onset_s=())]

@@ -1,4 +1,4 @@
-"""Engines and whole campaigns in this process: what fails, what goes on, what is refused."""
+"""Engines and whole studies in this process: what fails, what goes on, what is refused."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from homeostat.evaluate.study import study as whole
 from homeostat.evaluate.study.engine import carry_out, measured_alike
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import DATASET, LEDGER, Ledger, read_dataset
-from homeostat.evaluate.study.measurement import Kept
+from homeostat.evaluate.study.measurement import KeptRuns
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.row import Row
 from homeostat.evaluate.study.study import Ended, Progress, Workers, run_study
+from homeostat.record.row import Row
 from tests.cli.campaigns import cluster
 from tests.cli.command import environment
 from tests.evaluate.study.plans import BATCH, PUMP, jobs, lasting
@@ -73,7 +73,7 @@ def test_a_plan_that_grew_makes_only_what_is_new(tmp_path: Path) -> None:
 
 
 def broken(job: Job) -> Job:
-    """A job whose case has gone."""
+    """A job whose plant has gone."""
     return replace(job, scenario=replace(job.scenario, case="gone"))
 
 
@@ -82,7 +82,7 @@ def test_a_job_that_fails_is_its_own_failure(
 ) -> None:
     measure, bad = one.measure, JOBS[2].name
 
-    def breaks(job: Job, kept: Kept) -> Row:
+    def breaks(job: Job, kept: KeptRuns) -> Row:
         if job.name == bad:
             raise RuntimeError("the first line\nand the second one")
         return measure(job, kept)
@@ -152,7 +152,7 @@ DASK = """
 import sys
 from homeostat.evaluate.study import engine
 from homeostat.evaluate.study.error import StudyError
-from homeostat.evaluate.study.measurement import Kept
+from homeostat.evaluate.study.measurement import KeptRuns
 from tests.evaluate.study.plans import BATCH, jobs
 if sys.argv[1] == "missing":
     sys.modules["distributed"] = None
@@ -160,14 +160,14 @@ else:
     from homeostat.evaluate.study import cluster
     cluster.WAIT_S = 1
 try:
-    list(engine.carry_out(jobs(proposers=["do-nothing"], scenarios=[BATCH]), Kept(None), 2, sys.argv[2] or None))
+    list(engine.carry_out(jobs(proposers=["do-nothing"], scenarios=[BATCH]), KeptRuns(None), 2, sys.argv[2] or None))
 except StudyError as error:
     print(error)
 """
 
 
 def refused(what: str, address: str) -> str:
-    """What a campaign says in a process of its own, where a library may spoil what it likes."""
+    """What a study says in a process of its own, where a library may spoil what it likes."""
     root = Path(__file__).parents[3]
     env = {**environment(), "PYTHONPATH": f"{environment()['PYTHONPATH']}:{root}"}
     arguments = [sys.executable, "-c", DASK, what, address]
@@ -195,12 +195,12 @@ def test_a_scheduler_without_workers(tmp_path: Path) -> None:
 
 def test_one_worker_needs_no_library(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    (only,) = carry_out(JOBS[:1], Kept(None), 1)
+    (only,) = carry_out(JOBS[:1], KeptRuns(None), 1)
     assert only.row is not None and only.row.job == JOBS[0].name
 
 
 def test_a_worker_of_another_version_carries_nothing_out() -> None:
-    done = measured_alike(jobs(scenarios=[BATCH])[0], Kept(None), "another")
+    done = measured_alike(jobs(scenarios=[BATCH])[0], KeptRuns(None), "another")
     assert done.row is None and "another version of the package" in done.failure
 
 

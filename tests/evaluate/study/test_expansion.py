@@ -14,9 +14,10 @@ import pytest
 
 from homeostat.evaluate.named_model import NamedModel
 from homeostat.evaluate.operation import Thinking
-from homeostat.evaluate.study.plan.expansion import jobs_of, loaded
+from homeostat.evaluate.study.plan.expansion import jobs_of
 from homeostat.evaluate.study.plan.job import ABLATIONS
 from homeostat.evaluate.study.plan.plan import read_plan
+from homeostat.evaluate.study.plan.plants import loaded
 from tests.cli.command import environment
 from tests.evaluate.study.plans import COOLING, PUMP, jobs, one
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import LEDGER, Ledger, in_order
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 from tests.cli.command import environment
 from tests.evaluate.study.fake_rows import campaign
 

@@ -13,12 +13,12 @@ import pytest
 from pyarrow import parquet
 
 from homeostat.domain.plant.limits import LimitKind
-from homeostat.evaluate.study.measurement import Kept, measure, without_faults
-from homeostat.evaluate.study.plan.expansion import loaded
+from homeostat.evaluate.study.measurement import KeptRuns, measure, without_faults
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.row import Row
+from homeostat.evaluate.study.plan.plants import loaded
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
+from homeostat.record.row import Row
 from tests.evaluate.study.plans import BATCH, COOLING, PUMP, lasting, one
 
 pytestmark = pytest.mark.filterwarnings("ignore:open_binary is deprecated:DeprecationWarning")  # on counting tokens
@@ -46,7 +46,7 @@ def ran(root: Path, who: str, which: str, ablation: str = "none", told: bool = F
     }
     proposer |= {"values": VALUES} if who == "constant" else {}
     job = one(proposer, scenario, ablation, keep="all")
-    return job, measure(job, Kept(root))
+    return job, measure(job, KeptRuns(root))
 
 
 def events(root: Path, row: Row, kind: str) -> list[tuple[float, dict[str, Any]]]:
@@ -172,21 +172,21 @@ def test_hindsight_is_never_worse(root: Path) -> None:
 )  # fmt: skip
 def test_hindsight_at_the_edges(changed: dict[str, Any], success: bool) -> None:
     """No onset is too early, too late or between two seconds; and it succeeds where doing nothing does."""
-    row = measure(one("hindsight", {**COOLING, **changed}), Kept(None))
-    idle = measure(one("do-nothing", {**COOLING, **changed}), Kept(None))
+    row = measure(one("hindsight", {**COOLING, **changed}), KeptRuns(None))
+    idle = measure(one("do-nothing", {**COOLING, **changed}), KeptRuns(None))
     assert row.success is success and row.success >= idle.success
     assert row.outcome == ("possible" if success else "impossible")
 
 
 def test_hindsight_sees_that_a_plant_comes_back_by_itself() -> None:
     scenario = {"case": "cstr", "fault": "inlet_stuck_open", "end_s": 3000.0}
-    idle, best = (measure(one(who, scenario), Kept(None)) for who in ("do-nothing", "hindsight"))
+    idle, best = (measure(one(who, scenario), KeptRuns(None)) for who in ("do-nothing", "hindsight"))
     assert idle.exposure_s > 0.0 and idle.success <= best.success
 
 
 def test_a_run_that_ends_before_anything_can_be_judged_is_a_failure() -> None:
     with pytest.raises(ValueError, match=r"the run ends at 1 s, before there is anything to judge; make it longer"):
-        measure(one("do-nothing", {"case": "cstr", "end_s": 1.0}), Kept(None))
+        measure(one("do-nothing", {"case": "cstr", "end_s": 1.0}), KeptRuns(None))
 
 
 @pytest.mark.parametrize(
@@ -194,14 +194,14 @@ def test_a_run_that_ends_before_anything_can_be_judged_is_a_failure() -> None:
 )
 def test_the_same_job_gives_the_same_row(root: Path, tmp_path: Path, who: str, which: str) -> None:
     job, row = ran(root, who, which)
-    again = measure(job, Kept(tmp_path))
+    again = measure(job, KeptRuns(tmp_path))
     assert lasting(again) == lasting(row)
     assert verify(tmp_path / again.trace).complete or who == "hindsight"
 
 
 def test_what_is_kept(tmp_path: Path) -> None:
     def kept(who: str, scenario: dict[str, Any], keep: str) -> tuple[Row, list[str]]:
-        row = measure(one(who, scenario, keep=keep), Kept(tmp_path))
+        row = measure(one(who, scenario, keep=keep), KeptRuns(tmp_path))
         return row, [path.name for path in (tmp_path / "runs").glob("*")]
 
     for keep in ("none", "failures"):  # reference policies are there to fail, and this one succeeds
@@ -221,7 +221,7 @@ def test_what_an_earlier_try_left_is_replaced(tmp_path: Path) -> None:
     left = tmp_path / "runs" / job.name
     left.mkdir(parents=True)
     (left / "events.jsonl").write_text("half a line")
-    row = measure(job, Kept(tmp_path))
+    row = measure(job, KeptRuns(tmp_path))
     assert verify(tmp_path / row.trace).complete
 
 
@@ -266,7 +266,8 @@ def test_nobody_is_shown_an_unknown_fault(root: Path, ablation: str) -> None:
     assert not [e for _, e in events(root, row, "diagnosed") if name in json.dumps(e, default=str)]
     # The plant has it all the same: left alone, it gets as hot as one whose tables have the fault.
     assert (
-        measure(one("do-nothing", UNKNOWN), Kept(None)).exposure_s == ran(root, "do-nothing", "cooling")[1].exposure_s
+        measure(one("do-nothing", UNKNOWN), KeptRuns(None)).exposure_s
+        == ran(root, "do-nothing", "cooling")[1].exposure_s
     )
 
 
@@ -281,4 +282,4 @@ def test_an_unknown_fault_is_in_no_table_and_in_no_triple(name: str) -> None:
         assert not [rule for rule in known.description.symptom_rules if mode.name in rule.faults]
         assert len(known.description.faults) == len(plant.description.faults) - 1
         assert len(known.description.symptom_rules) == len(plant.description.symptom_rules)
-    assert plant.graph.select(count.format(f"{plant.namespace}fault_{mode.name}"))  # the case itself is as it was
+    assert plant.graph.select(count.format(f"{plant.namespace}fault_{mode.name}"))  # the plant itself is as it was

@@ -1,4 +1,4 @@
-"""Files of campaigns: those that are wrong are refused in one line, before anything is written."""
+"""Files of studies: those that are wrong are refused in one line, before anything is written."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ BAD = [
     ("a number without end", f"seeds = {'9' * 5000}", ("no TOML", "digits")),
     ("nothing", "", ("title: Field required; and 1 more",)),
     ("no scenario", "scenarios = []", ("scenarios", "at least 1 item")),
-    ("a scenario without case", "[[scenarios]]\nname = 'x'", ("scenario 1, case: Field required",)),
+    ("a scenario without a plant", "[[scenarios]]\nname = 'x'", ("scenario 1, case: Field required",)),
     ("an unknown key", f"sedes = 3\n{CSTR}", ("sedes: there is no such key; did you mean 'seeds'", "keep")),
     ("an unknown key of a scenario", f"{CSTR}{LEAK}onset = 3.0", ("scenario 2, onset", "did you mean 'onset_s'")),
     ("an unknown key of a proposer", f"proposers = [{{ who = 'search', nmae = 'a' }}]\n{CSTR}",
      ("proposer 1, nmae", "did you mean 'name'", "then_search")),
-    ("an unknown case", '[[scenarios]]\ncase = "csrt"', ("unknown plant 'csrt'; did you mean 'cstr'",)),
-    ("a case outside", '[[scenarios]]\ncase = "../cases/cstr"', ("unknown plant '../cases/cstr'",)),
-    ("a proposer's unknown case", f"proposers = [{{ who = 'search', cases = ['csrt'] }}]\n{CSTR}", ("did you mean",)),
+    ("an unknown plant", '[[scenarios]]\ncase = "csrt"', ("unknown plant 'csrt'; did you mean 'cstr'",)),
+    ("a plant outside", '[[scenarios]]\ncase = "../cases/cstr"', ("unknown plant '../cases/cstr'",)),
+    ("a proposer's unknown plant", f"proposers = [{{ who = 'search', cases = ['csrt'] }}]\n{CSTR}", ("did you mean",)),
     ("an unknown fault", CSTR + 'fault = "leek"', ("scenario 'leek' of 'cstr'", "did you mean 'leak'")),
     ("an unknown fault that is not drawn", "seeds = [1]\n" + listed('"leak", "fouling", "leek"'), ("'some'", "'leek'")),
     ("an unknown location", BATCH + 'fault = "clogging"\nlocation = "B999"', ("'B999'", "it can be at")),
@@ -97,7 +97,7 @@ BAD = [
     ("no ablation", f"ablations = []\n{CSTR}", ("ablations", "at least 1")),
     ("an ablation that matters to nobody", f"ablations = ['no-graph']\n{CSTR}", ("there is nothing to run",)),
     ("no proposer", f"proposers = []\n{CSTR}", ("proposers", "at least 1")),
-    ("a proposer for another case", f"proposers = [{{ who = 'search', cases = ['mixing_module'] }}]\n{CSTR}",
+    ("a proposer for another plant", f"proposers = [{{ who = 'search', cases = ['mixing_module'] }}]\n{CSTR}",
      ("there is nothing to run",)),
     ("an unknown proposer", f"proposers = ['serch']\n{CSTR}", ("proposer 'serch'", "search")),
     ("a proposer without name", f"proposers = ['']\n{CSTR}", ("proposer ''", "unknown proposer")),

@@ -13,7 +13,7 @@ import pytest
 from homeostat.evaluate.report.contents import contents
 from homeostat.evaluate.report.report import REPORT, write_report
 from homeostat.evaluate.report.summary import spans, summary
-from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, Row
+from homeostat.record.row import DO_NOTHING, HINDSIGHT, Row
 from tests.evaluate.study.fake_rows import LANGUAGE, campaign, plain
 
 KEPT = {"normal", "fouling", "drift", "healthy", "pump_failure", "open_inlet"}
@@ -68,7 +68,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def written(folder: Path, rows: tuple[Row, ...] | list[Row], title: str = "A campaign") -> tuple[str, Page]:
+def written(folder: Path, rows: tuple[Row, ...] | list[Row], title: str = "A study") -> tuple[str, Page]:
     paths = write_report(folder, title, rows, command)
     assert paths[0] == folder / REPORT
     assert all(path.is_file() and path.stat().st_size for path in paths)

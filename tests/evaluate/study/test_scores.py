@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from homeostat.evaluate.report.contents import contents
-from homeostat.evaluate.report.groups import Group, Source, arm, arms, by_scenario, overall, scenarios, source
+from homeostat.evaluate.report.groups import Group, Origin, arm, arms, by_scenario, overall, scenarios, source
 from homeostat.evaluate.report.measures import References, comparisons, reliability, tokens_of
 from homeostat.evaluate.report.statistics import Rate, Spread
 from homeostat.evaluate.report.tables.scores import (
@@ -21,7 +21,7 @@ from homeostat.evaluate.report.tables.scores import (
     words,
 )
 from homeostat.evaluate.report.tables.table import Cell
-from homeostat.evaluate.study.row import DO_NOTHING, HINDSIGHT, Row
+from homeostat.record.row import DO_NOTHING, HINDSIGHT, Row
 from tests.evaluate.study.fake_rows import campaign, plain
 
 ENDS = ((True, True), (True, False), (False, True), (False, False))
@@ -205,10 +205,10 @@ def test_groups_are_in_order_whatever_the_order_of_the_rows() -> None:
 @pytest.mark.parametrize(
     ("proposer", "expected"),
     [
-        ("search", Source.MEASURED), ("openai:gpt-4o-mini", Source.MEASURED), ("replay:a.jsonl", Source.REPLAYED),
-        ("scripted:reasonable", Source.SCRIPTED), (HINDSIGHT, Source.REFERENCE), (DO_NOTHING, Source.REFERENCE),
+        ("search", Origin.MEASURED), ("openai:gpt-4o-mini", Origin.MEASURED), ("replay:a.jsonl", Origin.REPLAYED),
+        ("scripted:reasonable", Origin.SCRIPTED), (HINDSIGHT, Origin.REFERENCE), (DO_NOTHING, Origin.REFERENCE),
     ],
 )  # fmt: skip
-def test_what_no_model_said_there_and_then_is_marked(proposer: str, expected: Source) -> None:
+def test_what_no_model_said_there_and_then_is_marked(proposer: str, expected: Origin) -> None:
     assert source(proposer) is expected
     assert arm(plain(proposer=proposer, ablation="graph")) == f"{proposer}, graph"

@@ -12,6 +12,7 @@ from homeostat.agents.language.answers import Unusable, planning_type, read
 from homeostat.agents.language.scripts import reasonable, stubborn
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Attempted
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
@@ -42,7 +43,7 @@ def batch(fault: str, onset_s: float, seed: int = 3) -> tuple[Run, tuple[Questio
     """One batch with a script that reads what a model reads: its result, what was asked, and its trace."""
     model, trace = ScriptedModel("reasonable", reasonable), MemoryTrace()
     chosen = scenario(plant(), fault, seed, onset_s, SEVERITY.get(fault), 400.0)
-    return run(plant(), chosen, trace, DeclaredClock(1.0), language=Language(model)), tuple(model.asked), trace
+    return run(plant(), chosen, trace, DeclaredClock(1.0), Proposing(Language(model))), tuple(model.asked), trace
 
 
 def tokens(question: Question) -> int:
@@ -114,6 +115,6 @@ def test_search_takes_over_from_a_model_that_always_says_the_same() -> None:
     """Full clogging of the common line: there is no way through, and holding is found by whoever looks for it."""
     model, trace = ScriptedModel("stubborn", stubborn), MemoryTrace()
     chosen = scenario(plant(), "clogging_common", 3, 120.0, 1.0, 400.0)
-    result = run(plant(), chosen, trace, DeclaredClock(1.0), language=Language(model))
+    result = run(plant(), chosen, trace, DeclaredClock(1.0), Proposing(Language(model)))
     assert result.actor == "search" and result.state in ("held", "complete")
     assert max(result.totals[n] for n in ("overflowed_L", "dry_run_s", "dead_head_s")) == 0.0

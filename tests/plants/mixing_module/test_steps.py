@@ -16,6 +16,7 @@ from homeostat.agents.roles import AskingProtocol, NoAdmissiblePlan, Proposer
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Attempted, GaveUp, NoActionTaken, ReleasedActions
 from homeostat.evaluate.conditions import Conditions
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
@@ -52,7 +53,7 @@ def stepwise(
     model, trace = ScriptedModel("scripted", answer), MemoryTrace()
     chosen = scenario(plant(), fault, 3, None if fault == "none" else 0.0, severity, 400.0)
     conditions = Conditions(PER_STEP, label_given)
-    result = run(plant(), chosen, trace, DeclaredClock(1.0), language=Language(model), conditions=conditions)
+    result = run(plant(), chosen, trace, DeclaredClock(1.0), Proposing(Language(model), conditions))
     assert max(result.totals[n] for n in ("overflowed_L", "dry_run_s", "dead_head_s")) == 0.0
     return result, model.asked, trace
 
@@ -185,14 +186,14 @@ def test_a_step_that_was_asked_for_in_vain_is_asked_for_again() -> None:
     model, trace = ScriptedModel("scripted", at_second), MemoryTrace()
     chosen, clock = scenario(plant(), "none", 3, end_s=300.0), DeclaredClock(1.0)
     conditions = Conditions(PER_STEP)
-    run(plant(), chosen, trace, clock, language=Language(model), conditions=conditions, propose=propose)
+    run(plant(), chosen, trace, clock, Proposing(Language(model), conditions, propose))
     assert len(trace.of(GaveUp)) == 2 and entered(trace) == MAIN
 
 
 def test_steps_are_refused_where_there_is_no_batch() -> None:
     cstr = load_plant("cstr")
     with pytest.raises(PlantError, match="from 'starting' no path leads"):
-        run(cstr, scenario(cstr, "none", 3, end_s=10.0), conditions=Conditions(PER_STEP))
+        run(cstr, scenario(cstr, "none", 3, end_s=10.0), proposing=Proposing(conditions=Conditions(PER_STEP)))
 
 
 def test_steps_as_usual_are_no_recovery() -> None:

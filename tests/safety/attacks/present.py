@@ -182,7 +182,7 @@ class Attacked(Stage):
 
     def run(self) -> Attacked:
         """Run to the end, to a stop, or to the moment at which the process is killed."""
-        worker = Worker(self.exchange, self._supervisor().supervise, self._trouble)
+        worker = Worker(self.exchange, self._recovery().supervise, self._trouble)
         worker.start()
         try:
             Loop(self.guard, self.link, self.exchange).run_virtual()

@@ -42,7 +42,7 @@ RESERVE: Final = 0.05
 MOVES: Final = 201
 """Values of each command that are looked at."""
 STRIDE: Final = 0.5
-"""Longest step of each command, as a share of its range: straight lines are not believed any farther [1]."""
+"""Longest step of each command, as a share of its range: straight lines do not hold any farther [1]."""
 
 
 def reasonable(question: Question) -> str:

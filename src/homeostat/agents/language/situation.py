@@ -28,7 +28,7 @@ NOTE_LIMIT: Final = 300
 
 
 def situation_text(situation: Situation, plant: PlantDescription, notes: Sequence[str] = (), idle: bool = True) -> str:
-    """What is seen, what is believed, where the plant is going, and, with ``idle``, what happens without action."""
+    """What is seen, the diagnosis, where the plant is going, and, with ``idle``, what happens without action."""
     state = plant.machine.state(situation.state)
     lines = [
         f"State {situation.state} ({quote(state.label)}) at {situation.snapshot.at_s:.0f} s; "
@@ -69,7 +69,7 @@ def _symptoms(situation: Situation, plant: PlantDescription) -> str:
 
 
 def _hypotheses(hypotheses: Sequence[Hypothesis], plant: PlantDescription) -> list[str]:
-    """One line per combination of faults, with the range of what is believed about sizes."""
+    """One line per combination of faults, with the range of its sizes."""
     by_name: dict[str, list[Hypothesis]] = {}
     for hypothesis in hypotheses:
         by_name.setdefault(hypothesis.name, []).append(hypothesis)

@@ -79,7 +79,7 @@ class TwinMonitoring:
         return self._symptoms
 
     def diagnose(self, deviates: bool = False) -> Diagnosis:
-        """What is believed now; not faulty where evidence is missing or nothing is the best explanation.
+        """The diagnosis as of now; not faulty where evidence is missing or nothing is the best explanation.
 
         That the batch ``deviates`` from its prediction is evidence enough: each fault is tried, and none is waited for.
         """
@@ -156,7 +156,7 @@ class TwinMonitoring:
         return bool(fresh) and at_s >= self._quiet_until_s
 
     def _explain(self, symptoms: tuple[Symptom, ...], deviates: bool) -> tuple[Hypothesis, ...]:
-        """Candidate faults from the graph, and those believed before, explained by the twin; all where ``deviates``."""
+        """Candidate faults from the graph and the last diagnosis, explained by the twin; all where ``deviates``."""
         indicated = [s.rule for s in symptoms]
         candidates = self._grounding.candidate_faults(indicated) if indicated else ()
         others = self._every if deviates else ()

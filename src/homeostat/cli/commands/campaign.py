@@ -19,7 +19,7 @@ from homeostat.cli.arguments import UsageError
 from homeostat.evaluate.named_model import REPLAY, SITUATED
 from homeostat.evaluate.report.summary import summary
 from homeostat.evaluate.study.engine import measured
-from homeostat.evaluate.study.measurement import Kept
+from homeostat.evaluate.study.measurement import KeptRuns
 from homeostat.evaluate.study.plan.expansion import jobs_of
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.plan.plan import Plan, read_plan
@@ -81,7 +81,7 @@ def _run_again(jobs: Sequence[Job], options: argparse.Namespace) -> int:
     folder: Path = options.out or FOLDER / "again"
     failed = 0
     for name in options.only:
-        done = measured(replace(by_name[name], keep="all"), Kept(folder))
+        done = measured(replace(by_name[name], keep="all"), KeptRuns(folder))
         failed += done.row is None
         # what is not a run but a search for the best one is nowhere
         kept = f"in {folder / done.row.trace}" if done.row and done.row.trace else "nothing to keep"

@@ -3,7 +3,7 @@
 import argparse
 
 from homeostat.cli.table import show_table
-from homeostat.domain.diagnosis import Fault
+from homeostat.domain.diagnosis import FaultMode
 from homeostat.plants.files.folder import plant_names
 from homeostat.plants.plant import load_plant
 
@@ -17,6 +17,6 @@ def carry_out(options: argparse.Namespace) -> int:
     return 0
 
 
-def _told(fault: Fault) -> tuple[str, ...]:
+def _told(fault: FaultMode) -> tuple[str, ...]:
     span, unit = fault.severity_range, "-" if fault.severity_unit == "1" else fault.severity_unit
     return fault.name, f"{fault.severity_nominal:g}", f"{span.low:g} to {span.high:g}", unit, fault.label

@@ -21,6 +21,7 @@ def carry_out(options: argparse.Namespace) -> int:
     """Run, stop at the question, print it; 1 where it was never asked."""
     if options.number < 1:
         raise UsageError(f"--number {options.number} must be at least 1")
+    from homeostat.evaluate.proposing import Proposing
     from homeostat.evaluate.runner import run
 
     plant = load_plant(options.case)
@@ -33,7 +34,8 @@ def carry_out(options: argparse.Namespace) -> int:
             asked.append(question)
         return reasonable(question)
 
-    run(plant, chosen, clock=DeclaredClock(), language=Language(ScriptedModel("shown", answer), tuple(options.note)))
+    language = Language(ScriptedModel("shown", answer), tuple(options.note))
+    run(plant, chosen, clock=DeclaredClock(), proposing=Proposing(language))
     if len(asked) >= options.number:
         _show(asked[options.number - 1])
         return 0

@@ -74,7 +74,7 @@ def _tell(run_dir: Path, intact: bool, given: str | None) -> None:
 def _plant(started: RunStarted, run_dir: Path, given: str | None) -> PlantDescription:
     """The plant of the run, whose words and units tell it; what the run says itself where that is not to be had.
 
-    A plant has code, so where it is, is not believed of a journal that nobody vouches for.
+    A plant has code, so where it is, is not taken from a journal that nobody vouches for.
     """
     folder = recorded_folder(started)
     try:

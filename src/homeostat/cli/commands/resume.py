@@ -31,7 +31,7 @@ def carry_out(options: argparse.Namespace) -> int:
         past = Past.of(tuple(read_events(run_dir)))
         plant = recorded_plant_of(past.started, options.case)
         scenario = past.scenario(plant)
-        chosen = past.settings
+        chosen = past.started.settings
         if options.pace is not None and "pace" not in chosen:
             raise ResumptionError("it is not paced; leave --pace out")
         if chosen.get("protocol") != AskingProtocol.ROUTE.value:
@@ -60,14 +60,14 @@ def _copied(run_dir: Path, out: Path) -> Path:
 
 
 def _thinking(past: Past, pace: float | None) -> Thinking:
-    chosen = past.settings
+    chosen = past.started.settings
     if "thinking_declared_s" in chosen:
         return Thinking(declared_s=float(chosen["thinking_declared_s"]))
     return Thinking(pace or float(chosen["thinking_scale"]))
 
 
 def _operation(past: Past, run_dir: Path, pace: float | None) -> Operation:
-    chosen = past.settings
+    chosen = past.started.settings
     mode, persons = Mode(str(chosen.get("mode", Mode.CLOSED_LOOP))), int(chosen.get("persons", 1))
     if "pace" not in chosen:
         return Operation(mode, persons=persons, past=past)

@@ -12,6 +12,7 @@ from homeostat.domain.quotation import printable
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation, Thinking
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.run import record_run
 from homeostat.evaluate.scenario import Scenario, departing, scenario
 from homeostat.journal import Event
@@ -77,8 +78,8 @@ def carry(going: Going, as_json: bool) -> int:
     story, view = Story(plant.description, directory.path), _view(plant, chosen, as_json)
 
     if going.operation.past is not None:
-        for before, at_s in going.operation.past.events:
-            list(story.tell(before, at_s))  # told when it happened
+        for before in going.operation.past.record.entries:
+            list(story.tell(before.event, before.at_s))  # told when it happened
 
     def on_event(event: Event, at_s: float) -> None:
         for line in story.tell(event, at_s):
@@ -92,7 +93,7 @@ def carry(going: Going, as_json: bool) -> int:
     try:
         with directory:
             what = (plant, chosen, directory, going.thinking, going.proposer, on_event, on_snapshot)
-            done = record_run(*what, going.speaker, going.conditions, operation=going.operation)
+            done = record_run(*what, Proposing(going.speaker, going.conditions), going.operation)
     finally:
         view.close()
     for trouble in directory.take_troubles():

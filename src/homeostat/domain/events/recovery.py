@@ -1,4 +1,4 @@
-"""The events of a recovery: what was believed, proposed, judged, and done."""
+"""The events of a recovery: what was diagnosed, proposed, judged, and done."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Self

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from homeostat.domain.diagnosis import Fault, Feature, SymptomRule
+from homeostat.domain.diagnosis import FaultMode, Feature, SymptomRule
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.parameter import ModelParameter
 from homeostat.domain.plant.rules import QualityRule, StartUp, TripRule, WriteRule
@@ -125,7 +125,7 @@ class PlantDescription:
     """Supervisory state machine."""
     limits: Limits
     """Trip limits, permissives, envelopes and acceptance criteria."""
-    faults: tuple[Fault, ...]
+    faults: tuple[FaultMode, ...]
     """Fault modes."""
     features: tuple[Feature, ...]
     """What monitoring computes."""
@@ -138,7 +138,7 @@ class PlantDescription:
     equations: tuple[Equation, ...]
     """Equations of the process operators."""
     qualities: Mapping[str, QualityRule]
-    """Tag -> when its reading may be believed."""
+    """Tag -> when its reading is good, uncertain or bad."""
     trips: Mapping[str, TripRule]
     """Name of a hard limit -> how it is watched."""
     writables: Mapping[str, WriteRule]
@@ -183,7 +183,7 @@ class PlantDescription:
             found[tag.unit] = min(found.get(tag.unit, tag.scale), tag.scale)
         return found | {"1": 1.0}
 
-    def fault(self, name: str) -> Fault:
+    def fault(self, name: str) -> FaultMode:
         """The fault mode called ``name``; ValueError naming the nearest ones where there is none."""
         for fault in self.faults:
             if fault.name == name:

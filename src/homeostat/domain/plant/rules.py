@@ -13,7 +13,7 @@ from homeostat.stl.formula import Formula
 
 @dataclass(frozen=True, slots=True)
 class QualityRule:
-    """When a reading of one tag may be believed."""
+    """When a reading of one tag is good, uncertain or bad."""
 
     tag: str
     """Name of the tag."""
@@ -90,7 +90,7 @@ class GuardRules:
     trips: Mapping[str, TripRule]
     """Name of a hard limit -> how it is watched."""
     qualities: Mapping[str, QualityRule]
-    """Tag -> when its reading may be believed."""
+    """Tag -> when its reading is good, uncertain or bad."""
     writables: Mapping[str, WriteRule]
     """Tag -> how it is commanded; no other tag can be."""
     fallbacks: tuple[FallbackStrategy, ...]

@@ -22,7 +22,8 @@ def place(plant: Plant) -> tuple[Setting, ...]:
 
 def recorded_folder(started: RunStarted) -> str | None:
     """The folder that the run ``started`` in; None for an installed plant."""
-    return next((str(setting.value) for setting in started.configuration if setting.name == FOLDER), None)
+    folder = started.settings.get(FOLDER)
+    return None if folder is None else str(folder)
 
 
 def recorded_plant_of(started: RunStarted, given: str | None = None) -> Plant:
@@ -36,8 +37,8 @@ def recorded_plant_of(started: RunStarted, given: str | None = None) -> Plant:
     except PlantError as error:
         text = f"plant {started.case!r} of the run cannot be read from {where!r}: {error}"
         raise PlantError(f"{text}; name its folder with --case") from None
-    made = next((str(setting.value) for setting in started.configuration if setting.name == "configuration"), None)
-    if made is not None and plant.configuration != made:
+    made = str(started.settings.get("configuration", plant.configuration))
+    if plant.configuration != made:
         raise PlantError(
             f"the plant in {str(plant.files.folder)!r} has configuration {plant.configuration[:_DIGITS]}, and the run "
             f"was made with {started.case!r} in configuration {made[:_DIGITS]}; name its folder with --case"

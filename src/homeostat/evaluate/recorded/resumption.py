@@ -6,24 +6,24 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.events.guard import RequestAnswered, SequenceLoaded, StateEntered, StepTaken
 from homeostat.domain.events.people import ModeEntered
-from homeostat.domain.events.recovery import Attempted, ReleasedActions
+from homeostat.domain.events.recovery import ReleasedActions
 from homeostat.domain.events.trips import FallbackActivated, LatchReset, Shed
-from homeostat.domain.events.writes import Cause, ReadBack, WriteEnded, WriteIntended, WriteResult
+from homeostat.domain.events.writes import Cause, ReadBack, WriteIntended
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import ActionSet, Step
 from homeostat.evaluate.local_control import LocalControl, Told
 from homeostat.evaluate.scenario import Scenario, departing
 from homeostat.guard.restart.memory import Memory
-from homeostat.journal import Event, Record, RunFinished, RunStarted
+from homeostat.journal import Event, Record, RunStarted
 from homeostat.links.retracing import Retracing
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.plant import Plant
 from homeostat.plants.truth import NONE
-from homeostat.record.decode import decode
+from homeostat.record.releases import Release
+from homeostat.record.run_record import RunRecord, WriteAttempt
 
 
 class ResumptionError(ValueError):
@@ -36,47 +36,33 @@ class Past:
 
     started: RunStarted
     """How it began."""
-    events: tuple[tuple[Event, float], ...]
-    """Its events, each with the process time of its line [s]."""
+    record: RunRecord
+    """Everything that happened until then, at the times of the journal's lines."""
     memory: Memory
     """Where its guard stood."""
 
     @classmethod
     def of(cls, records: Sequence[Record]) -> Past:
         """The past of a journal; ResumptionError where it holds no run that was killed."""
-        decoded = [(event, r.at_s) for r in records if (event := decode(r)) is not None]
-        if not decoded or not isinstance(decoded[0][0], RunStarted):
+        record = RunRecord.of(records)
+        if record.started is None:
             raise ResumptionError("its journal does not begin with a run")
-        if any(isinstance(event, RunFinished) for event, _ in decoded):
+        if record.finished:
             raise ResumptionError("it came to its end; there is nothing to go on with")
-        return cls(decoded[0][0], tuple(decoded), Memory.of(records))
+        return cls(record.started, record, Memory.of(records))
 
     @property
     def at_s(self) -> float:
         """Process time of the last line [s]."""
-        return self.events[-1][1]
-
-    @property
-    def settings(self) -> dict[str, str | float | bool]:
-        """What was chosen when the run began, by name."""
-        return {setting.name: setting.value for setting in self.started.configuration}
-
-    @property
-    def open_writes(self) -> tuple[int, ...]:
-        """Numbers of writes whose last attempt has no outcome: nobody knows whether the plant got them."""
-        return tuple(sorted({key[0] for key, result in self._results().items() if result is None}))
+        return self.record.entries[-1].at_s
 
     def scenario(self, plant: Plant) -> Scenario:
         """The scenario of the run; ResumptionError where ``plant`` is not what it was, or the journal does not say."""
-        chosen = self.settings
+        chosen = self.started.settings
         if chosen.get("configuration") != plant.configuration:
             raise ResumptionError(f"the configuration of {plant.name!r} has changed since the run began")
         try:
-            faults = tuple(
-                FaultState(name, float(chosen[f"severity {name}"]), float(chosen[f"onset_s {name}"]))
-                for name in self.started.faults
-            )
-            whole = Scenario(plant.name, faults, self.started.seed, float(chosen["end_s"]))
+            whole = Scenario(plant.name, self.record.faults, self.started.seed, float(chosen["end_s"]))
             disturbances = [str(text) for name, text in chosen.items() if name.startswith("disturbance ")]
             return departing(plant, whole, disturbances, str(chosen.get("mismatch", NONE)))
         except (KeyError, ValueError) as error:
@@ -87,56 +73,43 @@ class Past:
 
         ``local`` runs its recipe again, told what it was told then.
         """
-        results, seen, again = self._results(), _Seen(local.told.state), Retracing(link)
+        seen, again = _Seen(local.told.state), Retracing(link)
         observations: list[Observation] = []
-        for event, at_s in self.events:
-            while link.now_s < at_s and not link.ended:
+        for entry in self.record.entries:
+            while link.now_s < entry.at_s and not link.ended:
                 local.tell(seen.told)
                 observations.append(seen.observed(link))
-            seen.take(event)
-            match event:
-                case ModeEntered() if Mode(event.mode).writes:
+            seen.take(entry.event)
+            match entry.event:
+                case ModeEntered(mode=mode) if Mode(mode).writes:
                     again.lease()
                 case ModeEntered() | Shed():
                     again.give_back()
-                case WriteIntended() if results[event.write, event.attempt] not in (None, WriteResult.FAILED):
-                    again.write(event.commands)
+                case WriteIntended() as intended if self._attempt(intended).arrived:
+                    again.write(intended.commands)
         local.tell(seen.told)
         return tuple(observations)
 
     def unsaid(self, plant: Plant) -> ReleasedActions | None:
         """The release that the plant of ``plant`` has and that recovery did not live to record; None for none."""
-        results, margins, proposers = self._results(), dict[str, float](), dict[str, str]()
         begun: WriteIntended | None = None
         written: WriteIntended | None = None
-        for event, _ in self.events:
-            match event:
-                case Attempted() if event.approved:
-                    margins[event.digest] = min(f.margin for f in event.findings)
-                case WriteIntended() if event.cause is Cause.REQUEST:
-                    begun = event if event.attempt == 1 else begun  # another attempt may send what is left
-                    arrived = results[event.write, event.attempt] not in (None, WriteResult.FAILED)
-                    written = begun if arrived else written
-                case RequestAnswered():
-                    proposers[event.request] = event.proposer
-                    if written and event.request == written.source and event.status in ("failed", "withdrawn"):
-                        written = None
+        for entry in self.record.entries:
+            match entry.event:
+                case WriteIntended(cause=Cause.REQUEST) as intended:
+                    begun = intended if intended.attempt == 1 else begun  # another attempt may send what is left
+                    written = begun if self._attempt(intended).arrived else written
+                case RequestAnswered(status="failed" | "withdrawn", request=request):
+                    written = None if written is not None and request == written.source else written
                 case ReleasedActions() | FallbackActivated():
                     written = None
         if written is None:
             return None
-        return _release(plant, written, proposers.get(written.source, ""), margins.get(written.digest, math.inf))
+        made = next(release for release in reversed(self.record.releases) if release.digest == written.digest)
+        return _release(plant, written, made)
 
-    def _results(self) -> dict[tuple[int, int], WriteResult | None]:
-        """Write and attempt -> what became of it; None where nothing is known."""
-        results: dict[tuple[int, int], WriteResult | None] = {}
-        for event, _ in self.events:
-            match event:
-                case WriteIntended():
-                    results[event.write, event.attempt] = None
-                case WriteEnded():
-                    results[event.write, event.attempt] = event.result
-        return results
+    def _attempt(self, intended: WriteIntended) -> WriteAttempt:
+        return self.record.write_attempt(intended.write, intended.attempt)
 
 
 class _Seen:
@@ -182,18 +155,19 @@ class _Seen:
         return replace(self._last, now_s=link.now_s, snapshot=snapshot, sample=snapshot)
 
 
-def _release(plant: Plant, written: WriteIntended, proposer: str, margin: float) -> ReleasedActions:
-    """What recovery would have recorded of a request that was ``written``."""
+def _release(plant: Plant, written: WriteIntended, made: Release) -> ReleasedActions:
+    """What recovery would have recorded of the release ``made``, which was ``written``."""
     by_name = {t.name: t for t in plant.description.machine.transitions}
     try:
         then = tuple(Step(by_name[step.transition], step.commands) for step in written.steps)
     except KeyError as unknown:
         raise ResumptionError(f"{plant.name!r} has no transition {unknown}, which was released") from None
-    return ReleasedActions.of(proposer, ActionSet(written.commands, written.state, then), margin)
+    margin = math.inf if made.min_margin is None else made.min_margin
+    return ReleasedActions.of(made.proposer, ActionSet(written.commands, written.state, then), margin)
 
 
 def told(past: Past) -> Iterator[str]:
     """In what the run that goes on may differ from one that was never killed, line by line."""
     yield f"it goes on at {past.at_s:.0f} s; what was thought and not released by then is thought again"
-    for write in past.open_writes:
+    for write in past.record.open_writes:
         yield f"whether write {write} reached the plant is not known: the plant is made again without it, and read"

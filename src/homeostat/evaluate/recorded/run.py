@@ -8,8 +8,8 @@ from importlib.metadata import version
 
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.snapshot import Snapshot
-from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation, Thinking
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.plant import place
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
@@ -17,7 +17,7 @@ from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.step_scores import score_steps
 from homeostat.journal import RunFinished, RunStarted, Setting, Subscriber, Summary
 from homeostat.journal.beside.files import RESULT
-from homeostat.plants.assembly import Language, Propose, in_operation
+from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Plant
 from homeostat.plants.truth import NONE
 from homeostat.process.seeds import NAMING
@@ -38,24 +38,22 @@ def record_run(
     proposer: str,
     subscriber: Subscriber = lambda event, at_s: None,
     watcher: Callable[[Snapshot], None] = lambda snapshot: None,
-    language: Language | None = None,
-    conditions: Conditions | None = None,
-    propose: Propose | None = in_operation,
-    known: Plant | None = None,
-    kept: Callable[[Run], bool] = lambda run: True,
+    proposing: Proposing | None = None,
     operation: Operation | None = None,
+    kept: Callable[[Run], bool] = lambda run: True,
 ) -> Run:
     """Run ``scenario``, keep everything in ``directory`` and close it; ``subscriber`` and ``watcher`` follow the run.
 
-    ``proposer`` is what was asked for; ``language``, ``conditions``, ``propose``, ``known`` and ``operation`` are
-    as in :func:`homeostat.evaluate.runner.run`; ``kept`` says whether anybody will look at the run: if not, there is
-    neither trajectory nor figure. Where the disk is full, the run goes on to its end, and ``directory.missing`` says
-    what its record lacks. A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other
+    ``proposer`` is what was asked for; ``proposing`` and ``operation`` are as in
+    :func:`homeostat.evaluate.runner.run`; ``kept`` says whether anybody will look at the run: if not, there is neither
+    trajectory nor figure. Where the disk is full, the run goes on to its end, and ``directory.missing`` says what its
+    record lacks. A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other
     exception leaves it without manifest, which verifies as incomplete.
     """
     trace, seen = directory.trace, _LastTime(watcher)
     trace.subscribe(subscriber)
-    conditions, operation = conditions or Conditions(), operation or Operation()
+    proposing, operation = proposing or Proposing(), operation or Operation()
+    conditions, language = proposing.conditions, proposing.language
     chosen = (*conditions.settings, *operation.settings)
     started = None if operation.past else run_started(plant, scenario, thinking, proposer, chosen, language)
     try:
@@ -64,13 +62,10 @@ def record_run(
             scenario,
             trace,
             thinking.clock(),
+            proposing,
+            operation,
             watcher=seen,
             archive=directory,
-            language=language,
-            conditions=conditions,
-            propose=propose,
-            known=known,
-            operation=operation,
             started=started,
         )
         stepwise = language is not None and conditions.protocol is AskingProtocol.PER_STEP

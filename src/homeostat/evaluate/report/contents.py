@@ -27,7 +27,7 @@ from homeostat.evaluate.report.tables.scores import (
     words,
 )
 from homeostat.evaluate.report.tables.table import Column, Kind, Table, compact
-from homeostat.evaluate.study.row import HINDSIGHT, Row
+from homeostat.record.row import HINDSIGHT, Row
 
 _LEFT_ALONE: Final = "none"
 _OVERALL: Final[Scores] = (Score(CASE, lambda group: group.case), *WHO)

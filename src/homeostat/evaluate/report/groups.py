@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Final
 
-from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, SEARCH, WHOLE, Row
+from homeostat.record.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, SEARCH, WHOLE, Row
 
 ALL: Final = "all"
 """Name of all scenarios of a plant together."""
@@ -14,7 +14,7 @@ _POLICIES: Final = (FALLBACK_ONLY, DO_NOTHING, HINDSIGHT)
 _KINDS: Final = ("none", "single", "paired", "unknown")
 
 
-class Source(Enum):
+class Origin(Enum):
     """Where figures come from. Lines of tables say so."""
 
     MEASURED = "measured"
@@ -48,7 +48,7 @@ class Group:
         return arm(self.rows[0])
 
     @property
-    def source(self) -> Source:
+    def source(self) -> Origin:
         """Where its figures come from."""
         return source(self.proposer)
 
@@ -63,13 +63,13 @@ def violated(row: Row) -> bool:
     return row.exposure_s > 0.0 or row.least_margin < 0.0
 
 
-def source(proposer: str) -> Source:
+def source(proposer: str) -> Origin:
     """Where figures of ``proposer`` come from, by its name."""
     if proposer.startswith(("replay:", "situated:")):
-        return Source.REPLAYED
+        return Origin.REPLAYED
     if proposer.startswith("scripted:"):
-        return Source.SCRIPTED
-    return Source.REFERENCE if proposer in _POLICIES else Source.MEASURED
+        return Origin.SCRIPTED
+    return Origin.REFERENCE if proposer in _POLICIES else Origin.MEASURED
 
 
 def arm(row: Row) -> str:

@@ -6,7 +6,7 @@ from typing import Final, NamedTuple, Self
 
 from homeostat.evaluate.report.groups import Group, arm, arms, in_order, overall, plants, succeeded
 from homeostat.evaluate.report.statistics import Estimate, Rate, Spread, estimate, holm, mcnemar, rate, spread
-from homeostat.evaluate.study.row import AGENTS, DO_NOTHING, HINDSIGHT, WHOLE, Row
+from homeostat.record.row import AGENTS, DO_NOTHING, HINDSIGHT, WHOLE, Row
 
 
 @dataclass(frozen=True, slots=True)

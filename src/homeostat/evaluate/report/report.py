@@ -8,11 +8,11 @@ from typing import Final
 
 from homeostat import __version__
 from homeostat.evaluate.report.contents import Contents, contents, failed, what_failed
-from homeostat.evaluate.report.groups import Source, arm, source
+from homeostat.evaluate.report.groups import Origin, arm, source
 from homeostat.evaluate.report.summary import summary, what_was_run
 from homeostat.evaluate.report.tables.formats import comma_separated, latex, markdown
 from homeostat.evaluate.report.tables.table import Table, said
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 REPORT: Final = "report.html"
 """Name of the page in the study's folder."""
@@ -60,7 +60,7 @@ def html(title: str, rows: Sequence[Row], rerun: Rerun, known: Contents, referen
     page = Environment(loader=FunctionLoader(_file), autoescape=True, undefined=StrictUndefined)
     page.trim_blocks = page.lstrip_blocks = page.keep_trailing_newline = True
     page.globals |= {"said": said, "arm": arm, "what_failed": what_failed, "link": _link, "rerun": rerun}
-    parts = [[r for r in failed(rows) if (source(r.proposer) is Source.REFERENCE) is it] for it in (False, True)]
+    parts = [[r for r in failed(rows) if (source(r.proposer) is Origin.REFERENCE) is it] for it in (False, True)]
     drawn = gallery(rows) if rows else Gallery((), ())
     return page.get_template("report.html").render(
         {"title": title, "version": __version__, "style": _file("report.css"), "folder": TABLES},

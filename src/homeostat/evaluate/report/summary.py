@@ -6,7 +6,7 @@ from typing import Final
 
 from homeostat.evaluate.report.groups import (
     Group,
-    Source,
+    Origin,
     arms,
     in_order,
     overall,
@@ -17,7 +17,7 @@ from homeostat.evaluate.report.groups import (
 )
 from homeostat.evaluate.report.measures import Comparison, References, comparisons
 from homeostat.evaluate.report.statistics import Rate, rate
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 _CLEAR: Final = 0.05
 """Adjusted probability below which a difference is called clear [1]."""
@@ -44,7 +44,7 @@ def summary(rows: Sequence[Row], reference: str | None = None) -> list[tuple[str
     for plant, groups in groupby(overall(ordered), key=lambda group: group.case):
         sentences = []
         for group in groups:
-            missed = known.missed(group.rows) if group.source is not Source.REFERENCE else None
+            missed = known.missed(group.rows) if group.source is not Origin.REFERENCE else None
             sentences.append(_sentence(group, missed, compared.get((plant, group.name))))
         told.append((plant, sentences))
     return told
@@ -64,13 +64,13 @@ def spans(seeds: Sequence[int]) -> str:
 def _named(rows: Sequence[Row]) -> list[str]:
     """Proposers, and how those answered that were no model asked there and then."""
     sources = {group.name: group.source for group in overall(rows)}
-    return [n if sources[n] is Source.MEASURED else f"{n} ({sources[n].value})" for n in arms(rows)]
+    return [n if sources[n] is Origin.MEASURED else f"{n} ({sources[n].value})" for n in arms(rows)]
 
 
 def _sentence(group: Group, missed: Rate | None, compared: Comparison | None) -> str:
     good = rate([succeeded(row) for row in group.rows])
     assert good is not None
-    origin = "" if group.source is Source.MEASURED else f" ({group.source.value})"
+    origin = "" if group.source is Origin.MEASURED else f" ({group.source.value})"
     words = f"{group.name}{origin}: {good.count} of {good.of} runs succeeded{_interval(good)}"
     outside = [row.exposure_s for row in group.rows if violated(row)]
     if outside:

@@ -12,7 +12,7 @@ from dask import config
 
 from homeostat.evaluate.study.engine import Done, failed, measured_alike
 from homeostat.evaluate.study.error import StudyError
-from homeostat.evaluate.study.measurement import Kept
+from homeostat.evaluate.study.measurement import KeptRuns
 from homeostat.evaluate.study.plan.job import Job, code_digest
 
 _dask: Any = distributed  # its types are there in part only
@@ -75,7 +75,7 @@ def at_address(stack: ExitStack, address: str) -> Any:
     return client
 
 
-def carry_out_on(client: Any, jobs: Sequence[Job], kept: Kept) -> Iterator[Done]:
+def carry_out_on(client: Any, jobs: Sequence[Job], kept: KeptRuns) -> Iterator[Done]:
     """Every job as it ends; a job whose worker died is given to another one by the scheduler, as are those that wait.
 
     No job is tied to a worker, though runs of one plant share what a worker worked out: that is worth one percent, and

@@ -5,10 +5,10 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 from homeostat.evaluate.study.error import StudyError
-from homeostat.evaluate.study.measurement import Kept, measure
+from homeostat.evaluate.study.measurement import KeptRuns, measure
 from homeostat.evaluate.study.plan.job import Job, code_digest
-from homeostat.evaluate.study.row import Row
 from homeostat.process.batch import use_threads
+from homeostat.record.row import Row
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class Done:
     """What failed, in one line; empty where nothing did."""
 
 
-def measured(job: Job, kept: Kept) -> Done:
+def measured(job: Job, kept: KeptRuns) -> Done:
     """Carry ``job`` out on one core; a bug in one run is its failure and not the study's."""
     use_threads(1)
     try:
@@ -34,7 +34,7 @@ def measured(job: Job, kept: Kept) -> Done:
         use_threads(0)
 
 
-def measured_alike(job: Job, kept: Kept, package: str) -> Done:
+def measured_alike(job: Job, kept: KeptRuns, package: str) -> Done:
     """As :func:`measured`, on a worker that may be another machine; ``package``: digest of the package that asks."""
     if code_digest() != package:
         return Done(job, None, "the worker has another version of the package; install the same one everywhere")
@@ -46,7 +46,7 @@ def failed(job: Job, error: BaseException) -> Done:
     return Done(job, None, " ".join(f"{type(error).__name__}: {error}".split()))
 
 
-def carry_out(jobs: Sequence[Job], kept: Kept, workers: int, cluster: str | None = None) -> Iterator[Done]:
+def carry_out(jobs: Sequence[Job], kept: KeptRuns, workers: int, cluster: str | None = None) -> Iterator[Done]:
     """Every job as it ends; one after the other in this process for one worker, in any order otherwise.
 
     ``cluster``: address of a Dask scheduler whose workers have this package and see the study's folder. Raises

@@ -13,12 +13,12 @@ from homeostat.evaluate.reference.unsupervised import fault_free
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run_steered
 from homeostat.evaluate.scenario import Scenario
-from homeostat.evaluate.study.plan.expansion import loaded
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.row import HINDSIGHT, Row
+from homeostat.evaluate.study.plan.plants import plant_of
 from homeostat.evaluate.study.row_of import row_of, succeeded
 from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
+from homeostat.record.row import HINDSIGHT, Row
 
 LEVELS = 7
 """Values of each setpoint that are tried at first."""
@@ -33,7 +33,7 @@ def hindsight_row(job: Job) -> Row:
     none of them keeps every limit, nothing at all, if the plant comes back by itself.
     """
     begin = time.monotonic()
-    plant, chosen = loaded(job.scenario.case), job.scenario
+    plant, chosen = plant_of(job), job.scenario
     idle = run_steered(plant, chosen, new_sequencer(plant))
     found = _best_batch(plant, chosen) if idle.nominal_s is not None else _best_setpoints(plant, chosen)
     if found is None and succeeded(idle):

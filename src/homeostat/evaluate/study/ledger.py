@@ -16,7 +16,7 @@ import pyarrow as pa
 from pyarrow import parquet
 
 from homeostat.evaluate.study.error import StudyError
-from homeostat.evaluate.study.row import OWN, TOTALS, Row, columns_of, row_from
+from homeostat.record.row import FINGERPRINT, OWN, TOTALS, Row, columns_of, row_from
 
 LEDGER = "rows.jsonl"
 """Name of the file in the study's folder."""
@@ -42,7 +42,7 @@ class Ledger:
 
     def add(self, fingerprint: str, row: Row) -> None:
         """Keep ``row`` for good; OSError where the disk does not take it, and then the next start makes it again."""
-        left = (json.dumps({"fingerprint": fingerprint, **columns_of(row)}, allow_nan=False) + "\n").encode()
+        left = (json.dumps({FINGERPRINT: fingerprint, **columns_of(row)}, allow_nan=False) + "\n").encode()
         before = os.fstat(self._file).st_size
         try:
             while left:  # a disk that is nearly full takes a part of a line, and says so at the next one only
@@ -77,7 +77,7 @@ class Ledger:
             # Whatever else stands there is no row; such a row is made again.
             with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError, RecursionError):
                 kept: dict[str, Any] = json.loads(line)
-                fingerprint = str(kept.pop("fingerprint"))
+                fingerprint = str(kept.pop(FINGERPRINT))
                 self._rows[fingerprint] = row_from(kept)
 
 

@@ -9,23 +9,24 @@ from pathlib import Path
 from pyoxigraph import RdfFormat
 
 from homeostat.evaluate.conditions import Conditions
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.run import record_run
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.study.hindsight import hindsight_row
-from homeostat.evaluate.study.plan.expansion import loaded
 from homeostat.evaluate.study.plan.job import ABLATIONS, Job
-from homeostat.evaluate.study.row import HINDSIGHT, Row
+from homeostat.evaluate.study.plan.plants import plant_of
 from homeostat.evaluate.study.row_of import notable, row_of
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.plants.plant import Plant
 from homeostat.record.directory import RunDirectory
+from homeostat.record.row import HINDSIGHT, Row
 
 RUNS = "runs"
 """Folder of the runs that are kept, in the study's."""
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class KeptRuns:
     """Where runs go that are kept."""
 
     root: Path | None
@@ -36,7 +37,7 @@ class Kept:
         return None if self.root is None or job.keep == "none" else self.root / RUNS / job.name
 
 
-def measure(job: Job, kept: Kept) -> Row:
+def measure(job: Job, kept: KeptRuns) -> Row:
     """Run ``job`` to its end, on one core where others work beside it; what it left from an earlier try is removed."""
     if job.arm.who == HINDSIGHT:
         return hindsight_row(job)
@@ -64,7 +65,7 @@ def _measured(job: Job, folder: Path, trace: str) -> Row:
 
 
 def _recorded(job: Job, directory: RunDirectory, is_kept: Callable[[Run], bool]) -> Run:
-    plant, ablation, arm = loaded(job.scenario.case), ABLATIONS[job.ablation], job.arm
+    plant, ablation, arm = plant_of(job), ABLATIONS[job.ablation], job.arm
     known = without_faults(plant, [f.fault for f in job.scenario.faults]) if job.kind == "unknown" else plant
     conditions = Conditions(
         arm.protocol, arm.label_given or ablation.label_given, ablation.reprompting, ablation.ensemble
@@ -75,10 +76,7 @@ def _recorded(job: Job, directory: RunDirectory, is_kept: Callable[[Run], bool])
         directory,
         job.thinking,
         arm.who,
-        language=arm.language(ablation.grounding),
-        conditions=conditions,
-        propose=arm.propose,
-        known=known,
+        proposing=Proposing(arm.language(ablation.grounding), conditions, arm.propose, known),
         kept=is_kept,
     )
 

@@ -13,12 +13,12 @@ from homeostat.evaluate.run import Run, finite
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.evaluate.score.scoring import inside_at_end
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.row import AGENTS, REFERENCE_POLICIES, Row
 from homeostat.evaluate.transcript import TranscriptEntry
 from homeostat.journal.calls import ModelCalled
 from homeostat.llm.replay import SUPPLIED
 from homeostat.plants.plant import Plant
 from homeostat.record.result import StepScores
+from homeostat.record.row import AGENTS, REFERENCE_POLICIES, Row
 from homeostat.record.run_record import NOBODY
 
 STEPS = tuple(field.name for field in fields(StepScores))

@@ -7,7 +7,7 @@ import sys
 import time
 from collections import defaultdict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 
@@ -17,12 +17,12 @@ from homeostat.evaluate.report.report import Rerun, write_report
 from homeostat.evaluate.study.engine import Done, carry_out
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import DATASET, Ledger, in_order, write_dataset
-from homeostat.evaluate.study.measurement import Kept
+from homeostat.evaluate.study.measurement import KeptRuns
 from homeostat.evaluate.study.plan.expansion import jobs_of
 from homeostat.evaluate.study.plan.job import Job, code_digest
 from homeostat.evaluate.study.plan.plan import read_plan
-from homeostat.evaluate.study.row import Row
 from homeostat.journal.beside.files import write_whole
+from homeostat.record.row import Row
 
 Group = tuple[str, str, str, str]
 """Plant, scenario, proposer and ablation: runs of one group take about the same time."""
@@ -133,7 +133,7 @@ def run_study(
         todo = [job for fingerprint, job in prints.items() if fingerprint not in ledger.rows]
         progress = Progress(todo, workers.number)
         show(progress)
-        for done in carry_out(todo, Kept(folder.resolve()), workers.number, workers.cluster) if todo else ():
+        for done in carry_out(todo, KeptRuns(folder.resolve()), workers.number, workers.cluster) if todo else ():
             if done.row is None:
                 failed.append(done)
             else:
@@ -142,7 +142,7 @@ def run_study(
             show(progress)
         rows = in_order(prints, ledger)
         write_dataset(folder / DATASET, rows)
-        write_whole(folder / PROVENANCE, _provenance(title))
+        write_whole(folder / PROVENANCE, _provenance(title, jobs))
         files = write_report(folder, title, rows, rerun) if rows else ()
     return Ended(tuple(rows), tuple(failed), (folder / DATASET, *files))
 
@@ -153,16 +153,23 @@ def rerun_command(source: Path, options: Sequence[str] = ()) -> Rerun:
     return lambda row: f"{begin} {shlex.quote(row.job)}"
 
 
-def _provenance(title: str) -> bytes:
+def _provenance(title: str, jobs: Sequence[Job]) -> bytes:
     versions = {"homeostat": __version__, "python": sys.version.split()[0], **{n: version(n) for n in LIBRARIES}}
-    return (json.dumps({"title": title, "package": code_digest(), "versions": versions}, indent=1) + "\n").encode()
+    own = {job.scenario.case: asdict(job.own) for job in jobs if job.own is not None}
+    content = {"title": title, "package": code_digest(), "own_plants": own, "versions": versions}
+    return (json.dumps(content, indent=1) + "\n").encode()
 
 
 class Study:
     """Many runs, described by one file: scenarios, proposers, seeds."""
 
     def __init__(self, file: Path | str) -> None:
-        """Read ``file`` and find its jobs; StudyError with place, value and remedy where that cannot be done."""
+        """Read ``file`` and find its jobs; StudyError with place, value and remedy where that cannot be done.
+
+        TypeError where ``file`` is no path.
+        """
+        if not isinstance(file, str | Path):
+            raise TypeError(f"file {file!r} must be a path, as 'campaigns/quick.toml'")
         self._file = Path(file)
         plan = read_plan(self._file)
         self.title = plan.title

@@ -6,7 +6,7 @@ import threading
 from collections import deque
 from dataclasses import dataclass, field
 
-from homeostat.domain.ports import GuardEvent, Kept, Record
+from homeostat.domain.ports import GuardEvent, GuardTrace, Kept
 from homeostat.guard.texts import said
 
 URGENT_S = 0.1
@@ -32,7 +32,7 @@ class Recorder:
     everything that came after it.
     """
 
-    def __init__(self, record: Record, wait_s: float = URGENT_S) -> None:
+    def __init__(self, record: GuardTrace, wait_s: float = URGENT_S) -> None:
         """``record`` takes the events; ``wait_s`` bounds every wait for it, wall-clock [s]."""
         self._record, self._wait_s = record, wait_s
         self._jobs: queue.Queue[_Job | None] = queue.Queue(BACKLOG)

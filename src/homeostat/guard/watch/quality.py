@@ -15,7 +15,7 @@ from homeostat.guard.texts import said
 SIGMAS = 4.5 * math.sqrt(2.0)
 """Noise of a difference of two readings that is not taken for a step [standard deviations of one reading]."""
 SLACK = 0.02
-"""How far outside its range an instrument may read before it is not believed [fraction of the span]."""
+"""How far outside its range an instrument may read before it is bad [fraction of the span]."""
 STALE_S = 10.0
 """Oldest sample that is still the present one where no tag has a rule [s]."""
 AHEAD_S = 1e-6
@@ -39,7 +39,7 @@ class QualityWatch:
     def __init__(
         self, rules: Mapping[str, QualityRule], tags: Mapping[str, Tag], note: Callable[[GuardEvent, float], None]
     ) -> None:
-        """``rules``: tag -> when its reading may be believed; ``note`` journals an event at a process time [s]."""
+        """``rules``: tag -> when its reading is good or bad; ``note`` journals an event at a process time [s]."""
         self._rules, self._tags, self._note = rules, tags, note
         self._seen = {tag: _Seen() for tag in rules}
         self._stale_s = max((rule.stale_s for rule in rules.values()), default=STALE_S)

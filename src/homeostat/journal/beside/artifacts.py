@@ -2,10 +2,8 @@
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -19,18 +17,6 @@ MEMBER = "member"
 """Column of the ensemble member, from 0; absent for a single trajectory."""
 UNIT = b"unit"
 """Key of the field metadata that holds a column's unit."""
-
-
-@dataclass(frozen=True, slots=True)
-class StoredTrajectory:
-    """A trajectory, or an ensemble of them, as it is read back."""
-
-    times_s: NDArray[np.float64]
-    """Process times [s], shape (n,)."""
-    columns: Mapping[str, NDArray[np.float64]]
-    """Values by tag, each of shape (n,) or (members, n)."""
-    units: Mapping[str, str]
-    """Unit by tag."""
 
 
 def write_parquet(
@@ -59,22 +45,6 @@ def write_parquet(
     pq.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields)), content, compression="zstd")
     write_whole(path, content.getvalue())
     return describe(path, path.parent)
-
-
-def read_parquet(path: Path) -> StoredTrajectory:
-    """Read what `write_parquet` wrote."""
-    import pyarrow.parquet as pq
-
-    table = pq.read_table(path)
-    times = table.column(TIME).to_numpy()
-    names = [name for name in table.column_names if name not in (TIME, MEMBER)]
-    columns = {name: table.column(name).to_numpy() for name in names}
-    if MEMBER in table.column_names:
-        members = int(table.column(MEMBER).to_numpy().max(initial=-1)) + 1
-        times = times[: len(times) // max(members, 1)]
-        columns = {name: values.reshape(members, len(times)) for name, values in columns.items()}
-    units = {name: (table.schema.field(name).metadata or {})[UNIT].decode() for name in names}
-    return StoredTrajectory(times, MappingProxyType(columns), MappingProxyType(units))
 
 
 def write_text(folder: Path, text: str, suffix: str) -> StoredFile:

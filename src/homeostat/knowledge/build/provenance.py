@@ -84,6 +84,13 @@ def stale_tables(folder: Path, graph: bytes, format: RdfFormat = RdfFormat.TURTL
     return tuple(sorted(stale | _unread(folder, names.values())))
 
 
+def source_words(name: str) -> str:
+    """What a message calls a file that `stale_tables` names."""
+    if name == MAPPING:
+        return "the package's mapping"
+    return f"table {name!r}" if name.endswith(".csv") else repr(name)
+
+
 def _unread(folder: Path, recorded: Iterable[str]) -> set[str]:
     """Tables beside the recorded ones that are not recorded."""
     known = set(recorded)

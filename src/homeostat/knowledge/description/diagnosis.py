@@ -4,17 +4,17 @@ from collections.abc import Mapping
 
 from pyoxigraph import NamedNode
 
-from homeostat.domain.diagnosis import Direction, Fault, Feature, SymptomRule
+from homeostat.domain.diagnosis import Direction, FaultMode, Feature, SymptomRule
 from homeostat.domain.plant.tag import Tag
 from homeostat.knowledge.description.entry import entries, unique
 from homeostat.knowledge.store.error import Code
 from homeostat.knowledge.store.store import GraphStore
 
 
-def faults(store: GraphStore, system: NamedNode) -> tuple[Fault, ...]:
+def faults(store: GraphStore, system: NamedNode) -> tuple[FaultMode, ...]:
     """The fault modes, sorted by name."""
     return tuple(
-        Fault(
+        FaultMode(
             name=entry.name,
             label=entry.words("label"),
             component=entry.reference("component", Code.UNKNOWN_COMPONENT),

@@ -1,4 +1,4 @@
-"""What the guard needs: when readings may be believed, how limits are watched and tags written, and start-up."""
+"""What the guard needs: when readings are good or bad, how limits are watched and tags written, and start-up."""
 
 import math
 from collections.abc import Mapping
@@ -29,7 +29,7 @@ _MAY_BE_ZERO: Final = frozenset({"grace_s", "cusum", "lift", "lift_s", "toleranc
 
 
 def qualities(store: GraphStore, system: NamedNode) -> Mapping[str, QualityRule]:
-    """Tag -> when its reading may be believed."""
+    """Tag -> when its reading is good, uncertain or bad."""
     return {
         (tag := entry.reference("tag", Code.UNKNOWN_TAG)): QualityRule(
             tag=tag,

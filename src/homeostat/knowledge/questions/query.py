@@ -13,7 +13,6 @@ text, and never inside strings, IRIs or comments; so an argument cannot change t
 """
 
 import functools
-import hashlib
 import math
 import re
 from collections.abc import Mapping
@@ -140,11 +139,6 @@ class Template:
     """Its parameters, in the order declared."""
     text: str
     """The file as read."""
-
-    @property
-    def sha256(self) -> str:
-        """Hash of the text, in lower-case hexadecimal, for the journal."""
-        return hashlib.sha256(self.text.encode()).hexdigest()
 
     def bind(self, arguments: Mapping[str, Argument]) -> str:
         """The query with every parameter replaced by its term; ParameterError where an argument does not fit."""

@@ -89,7 +89,7 @@ class Code(StrEnum):
     LIFT_WITHOUT_CARRIER = "lift-without-carrier"
     """A trip may be lifted although nothing carries the limit meanwhile."""
     READING_NOT_RATED = "reading-not-rated"
-    """A rule of the guard reads a tag of which no row says when its reading may be believed."""
+    """A rule of the guard reads a tag of which no row says when its reading is good or bad."""
     FROZEN_WITHOUT_NOISE = "frozen-without-noise"
     """A reading without noise would be called frozen because it does not change."""
     TAG_NOT_WRITABLE = "tag-not-writable"

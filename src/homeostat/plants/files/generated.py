@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
 from homeostat.domain.plant.limits import LimitKind
 from homeostat.knowledge.build.build import GRAPH, build, refuse_incomplete
-from homeostat.knowledge.build.provenance import is_sealed, sha256, stale_tables
+from homeostat.knowledge.build.provenance import is_sealed, sha256, source_words, stale_tables
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.baselines import digest_of, learned_from, read_baselines, refuse_altered
-from homeostat.plants.files.folder import BASELINES, PlantFiles
+from homeostat.plants.files.folder import BASELINES, INSTALLED, PlantFiles
 
 if TYPE_CHECKING:
     from homeostat.plants.plant import Plant
+
+_NAMED: Final = 3
+"""Most files that a message names."""
 
 
 def refuse_altered_graph(files: PlantFiles) -> None:
@@ -26,29 +31,34 @@ def refuse_altered_graph(files: PlantFiles) -> None:
         raise GraphError(Code.ALTERED, f"{files.folder.name}/{GRAPH}", message)
 
 
-def with_fresh_graph(files: PlantFiles) -> PlantFiles:
+def with_fresh_graph(files: PlantFiles, kept: bool) -> PlantFiles:
     """``files`` with a graph of the tables as they are now: the same object where it is that already.
 
-    Raises GraphError where the graph was altered, or cannot be made from the tables.
+    ``kept``: whether another one is written to the folder. Raises GraphError where the graph was altered, or cannot be
+    made from the tables.
     """
     refuse_altered_graph(files)
     graph = files.contents.get(GRAPH)
-    if graph is not None and not stale_tables(files.folder, graph):
+    stale = () if graph is None else stale_tables(files.folder, graph)
+    if graph is not None and not stale:
         return files
     fresh = build(files.folder)
     refuse_incomplete(fresh)
-    return _with(files, GRAPH, fresh)
+    return _with(files, GRAPH, fresh, _since(stale) if stale else "there was none", kept)
 
 
-def with_baselines(plant: Plant) -> Plant:
+def with_baselines(plant: Plant, kept: bool) -> Plant:
     """``plant`` with its reference values; they are learned again where they follow from something older.
 
-    Raises PlantError where they were never learned, GraphError where they were altered or cannot be.
+    ``kept``: whether others are then written to the folder. Raises PlantError where they were never learned, GraphError
+    where they were altered or cannot be.
     """
     if BASELINES not in plant.files.contents:
+        folder = plant.files.folder
+        case = plant.name if folder.parent == INSTALLED else folder
         raise PlantError(
             f"plant {plant.name!r} has no reference values yet; "
-            f"learn them: python -m homeostat.plants.learn_baselines {plant.name}"
+            f"learn them: python -m homeostat.plants.learn_baselines {case}"
         )
     content = plant.files.contents[BASELINES]
     refuse_altered(content)
@@ -56,7 +66,7 @@ def with_baselines(plant: Plant) -> Plant:
         from homeostat.plants.learn_baselines import learned  # learning loads plants, and rarely happens
 
         content = learned(plant)
-        files = _with(plant.files, BASELINES, content)
+        files = _with(plant.files, BASELINES, content, "what it follows from has changed", kept)
         plant = replace(plant, files=files, remade=(*plant.remade, BASELINES))
     return replace(plant, baselines=read_baselines(content, plant.description))
 
@@ -83,14 +93,28 @@ def baseline_sources(plant: Plant) -> str:
     return digest_of(sources)
 
 
-def _with(files: PlantFiles, name: str, content: bytes) -> PlantFiles:
-    """``files`` with another ``content`` of ``name``, on disk as well where the folder can be written; that is said."""
-    from homeostat.journal.beside.files import write_whole  # a journal that is seldom needed here loads much
+def _since(stale: Sequence[str]) -> str:
+    """What has changed, some of it by name."""
+    names = [source_words(name) for name in stale]
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return f"{', '.join(names[:_NAMED])}{more} changed since it was made"
 
-    why = "its tables are newer" if name == GRAPH else "what it follows from has changed"
-    try:
-        write_whole(files.folder / name, content)
-    except OSError:
+
+def _with(files: PlantFiles, name: str, content: bytes, why: str, kept: bool) -> PlantFiles:
+    """``files`` with another ``content`` of ``name``, on disk as well if it is ``kept`` and can be; that is said."""
+    if not kept:
+        why += f"; it is not kept: {str(files.folder)!r} is only looked at, and the next run of the plant writes it"
+    elif not _written(files.folder / name, content):
         why += f"; it is not kept, because {str(files.folder)!r} cannot be written"
     logging.getLogger(__name__).warning("made again %s: %s", f"{files.folder.name}/{name}", why)
     return PlantFiles(files.folder, dict(sorted({**files.contents, name: content}.items())))
+
+
+def _written(path: Path, content: bytes) -> bool:
+    from homeostat.journal.beside.files import write_whole  # a journal that is seldom needed here loads much
+
+    try:
+        write_whole(path, content)
+    except OSError:
+        return False
+    return True

@@ -24,6 +24,7 @@ from homeostat.plants.settings.bounds import (
     Stride,
     within,
 )
+from homeostat.record.row import RESERVED
 from homeostat.recovery.bounds import InterventionBounds
 from homeostat.twin.settings import TwinSettings
 
@@ -81,6 +82,9 @@ class ObjectiveTable(Table):
         for name in self.reported:
             if name not in self.totals:
                 raise ValueError(f"reported names {name!r}, which totals do not add up")
+            if name in RESERVED:
+                message = f"reported names {name!r}, which every row of a study has for something else"
+                raise ValueError(f"{message}; call the total otherwise, as {name}_L or {name}_s with its unit")
         return self
 
     @property
@@ -159,7 +163,7 @@ class InterventionTable(Table):
 
     @property
     def settings(self) -> InterventionBounds:
-        """As the supervisor takes them."""
+        """As recovery takes them."""
         return InterventionBounds(**self.given())
 
 

@@ -115,10 +115,9 @@ class Story:
                 pass  # an event that is not for the operator
 
     def _begin(self, event: RunStarted) -> Line:
-        chosen = {setting.name: setting.value for setting in event.configuration}
         self._coming = sorted(self.record.faults, key=lambda fault: fault.onset_s)
         what = " + ".join(event.faults) or "no fault"
-        return Line(0.0, "run", f"{event.case}, {what}, seed {event.seed}, {float(chosen['end_s']):g} s")
+        return Line(0.0, "run", f"{event.case}, {what}, seed {event.seed}, {float(event.settings['end_s']):g} s")
 
     def _report(self, event: Diagnosed, at_s: float) -> Iterator[Line]:
         self._reports += 1

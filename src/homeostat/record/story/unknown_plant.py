@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
-from homeostat.domain.diagnosis import Fault, FaultState
+from homeostat.domain.diagnosis import FaultMode, FaultState
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.plant.description import PlantDescription, Relation, Signal
@@ -64,5 +64,5 @@ def _state(name: str) -> State:
     return State(name, name, 0, name == _INITIAL, False, parse("true", {}), frozenset(), ())
 
 
-def _fault(name: str) -> Fault:
-    return Fault(name, name, "", None, _ANY, 0.0, "1", 0.0, "")
+def _fault(name: str) -> FaultMode:
+    return FaultMode(name, name, "", None, _ANY, 0.0, "1", 0.0, "")

@@ -31,7 +31,7 @@ class Look:
     mode: Mode
     """Mode of the plant."""
     diagnosis: Diagnosis
-    """What is believed."""
+    """What is diagnosed."""
     margins: Mapping[str, float]
     """Criterion -> its margin if nothing is done, in scales of its unit [1]."""
     production: float

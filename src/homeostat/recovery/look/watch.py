@@ -69,7 +69,7 @@ class Watch:
         self._out_of_date = self._thinking is not None
 
     async def diagnose(self, deviates: bool, wall_s: float) -> Diagnosis:
-        """What is believed now; TimeoutError where it takes longer than ``wall_s``, and it goes on all the same [s].
+        """The diagnosis as of now; TimeoutError where it takes longer than ``wall_s``, and it goes on all the same [s].
 
         Where an earlier diagnosis still goes on, or has come too late, it is that one.
         """

@@ -10,11 +10,12 @@ from typing import Literal, TypeAlias, final
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LinkError
-from homeostat.links.virtual import Arrival, Source, SourceView, VirtualLink
+from homeostat.links.virtual import Arrival, SourceView, VirtualSource
 from tests.equipment.links.misbehaving.readings import BadReading
 from tests.equipment.links.misbehaving.wire import MisbehavingWire, WriteSide
 from tests.equipment.links.misbehaving.writes import BadWrite
 from tests.equipment.links.timetable import Timetable
+from tests.equipment.links.virtual import VirtualLink
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +82,7 @@ Misbehaviour: TypeAlias = BadReading | BadWrite | ByHand | NoLease | LostHeartbe
 
 @final
 class Misbehaving:
-    """Implements :class:`homeostat.links.virtual.VirtualLink` over another one; without a script nothing is changed.
+    """A `VirtualLink` over another one; without a script nothing is changed.
 
     Its wire log is what was handed to the wire; what arrived at the plant is in the log of the link beneath.
     """
@@ -99,7 +100,7 @@ class Misbehaving:
         self._may_block = any(isinstance(m, Blocking) for m in script)
         self._held: dict[BadReading, Snapshot] = {}
         self._last: Snapshot | None = None
-        self.source: Source = SourceView(self)
+        self.source: VirtualSource = SourceView(self)
         """The reading side alone."""
 
     @property

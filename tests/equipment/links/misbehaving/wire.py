@@ -12,9 +12,10 @@ from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LinkError
 from homeostat.links.simulated import WIRE_LOG_LENGTH
-from homeostat.links.virtual import Answered, Arrival, VirtualLink
+from homeostat.links.virtual import Answered, Arrival
 from tests.equipment.links.misbehaving.writes import BadWrite
 from tests.equipment.links.timetable import Timetable
+from tests.equipment.links.virtual import VirtualLink
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from pyoxigraph import RdfFormat
 from homeostat.cli.commands.graph.graphs import Place, PlantGraph, opened, place
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.knowledge.build.build import GRAPH, build
-from homeostat.knowledge.build.provenance import stale_tables
+from homeostat.knowledge.build.provenance import source_words, stale_tables
 from homeostat.knowledge.build.tables.check import mistakes
 from homeostat.knowledge.checks.conformance import check_shapes
 from homeostat.knowledge.checks.consistency import inconsistencies
@@ -76,7 +76,7 @@ def _disagreements(plant: PlantGraph, store: GraphStore) -> Iterator[str]:
     """Where the graph does not have the shapes, or does not fit the plant's tables, process model and settings."""
     for table in stale_tables(plant.files.folder, store.dump(RdfFormat.N_TRIPLES), RdfFormat.N_TRIPLES):
         remedy = f"run 'python -m homeostat.knowledge.build {plant.files.folder}'"
-        yield f"[{Code.STALE_GRAPH}] table {table!r}: changed after the graph was built; {remedy}"
+        yield f"[{Code.STALE_GRAPH}] {source_words(table)}: changed after the graph was built; {remedy}"
     yield from map(str, check_shapes(store))
     try:
         described = read_plant(store, plant.system)

@@ -10,14 +10,14 @@ from homeostat.evaluate.report.figures.strips import PROCESS, TIMES, strips
 from homeostat.evaluate.report.figures.tokens import token_bars
 from homeostat.evaluate.report.figures.trade_off import trade_off
 from homeostat.evaluate.report.groups import in_order, plants
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 
 class Gallery(NamedTuple):
     """The figures of a study; what there is no data for is left out."""
 
     pictures: tuple[Picture, ...]
-    """Success, what the plant went through, what was believed, what was asked."""
+    """Success, what the plant went through, what was diagnosed, what was asked."""
     times: tuple[Picture, ...]
     """Wall-clock times; they depend on the machine."""
 

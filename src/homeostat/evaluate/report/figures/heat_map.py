@@ -9,7 +9,7 @@ from matplotlib.patches import Rectangle
 
 from homeostat.evaluate.report.figures.picture import INK, QUIET, Picture, picture, short
 from homeostat.evaluate.report.groups import arms, by_scenario, scenarios, succeeded
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 _CELL: Final = (0.95, 0.36)
 """Width and height of a cell [in]."""

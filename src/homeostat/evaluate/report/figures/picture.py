@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from homeostat.evaluate.report.groups import arms
 from homeostat.evaluate.report.tables.table import one_line
-from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, Row
+from homeostat.record.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, Row
 
 INK: Final = "#24292f"
 """Words and marks that belong to no proposer."""

@@ -1,4 +1,4 @@
-"""How often a diagnosis is true, by how much it is believed."""
+"""How often a diagnosis is true, by its probability."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -7,9 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from homeostat.evaluate.report.figures.picture import QUIET, Picture, colours, picture, short, small
-from homeostat.evaluate.report.groups import Group, Source, overall, plants
+from homeostat.evaluate.report.groups import Group, Origin, overall, plants
 from homeostat.evaluate.report.measures import Bin, reliability
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 _SIDE: Final = 3.6
 """Width of a plant's panel [in]."""
@@ -39,7 +39,7 @@ def reliability_plot(rows: Sequence[Row]) -> Picture | None:
 def _curves(rows: Sequence[Row]) -> list[tuple[Group, list[Bin]]]:
     """Bins of every proposer that diagnosed anything; reference policies only where nobody else did."""
     found = [(group, bins) for group in overall(rows) if (bins := reliability(group.rows))]
-    return [one for one in found if one[0].source is not Source.REFERENCE] or found
+    return [one for one in found if one[0].source is not Origin.REFERENCE] or found
 
 
 def _panel(axis: Axes, title: str, shown: Sequence[tuple[Group, list[Bin]]], colour: dict[str, str]) -> None:

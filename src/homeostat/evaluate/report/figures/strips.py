@@ -21,7 +21,7 @@ from homeostat.evaluate.report.figures.picture import (
 )
 from homeostat.evaluate.report.groups import Group, overall, succeeded
 from homeostat.evaluate.report.statistics import quantile
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 _LINE: Final = 0.34
 """Height of a proposer's line [in]."""

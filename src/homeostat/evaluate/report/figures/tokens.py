@@ -7,10 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from homeostat.evaluate.report.figures.picture import INK, Picture, lined, picture, short
-from homeostat.evaluate.report.groups import Group, Source, overall
+from homeostat.evaluate.report.groups import Group, Origin, overall
 from homeostat.evaluate.report.measures import Tokens, tokens_of
 from homeostat.evaluate.report.statistics import Spread
-from homeostat.evaluate.study.row import AGENTS, Row
+from homeostat.record.row import AGENTS, Row
 
 _FILL: Final = {"planning": "#4c78a8", "action": "#f2a65a", "reprompting": "#8f6bb3"}
 _BAR: Final = 0.26
@@ -51,5 +51,5 @@ def _bars(axis: Axes, asked: Asked, of: Callable[[Tokens], Spread]) -> None:
 
 def _label(group: Group) -> str:
     """The proposer, and on a second line that no model was asked, where none was."""
-    plain = group.source in (Source.MEASURED, Source.REFERENCE)
+    plain = group.source in (Origin.MEASURED, Origin.REFERENCE)
     return short(group.name) + ("" if plain else f"\n({group.source.value})")

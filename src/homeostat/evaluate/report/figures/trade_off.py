@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from homeostat.evaluate.report.figures.picture import QUIET, Picture, colours, picture, plain, short
-from homeostat.evaluate.report.groups import Source, overall, succeeded
+from homeostat.evaluate.report.groups import Origin, overall, succeeded
 from homeostat.evaluate.report.statistics import Estimate, estimate
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 _MARKS: Final = "osD^vP*Xhp"
 
@@ -85,7 +85,7 @@ def _points(rows: Sequence[Row], batch: bool) -> list[Point]:
         if cost is not None and exposure is not None:
             good = sum(succeeded(row) for row in group.rows)
             words = f"{short(group.name)}  {good}/{len(group.rows)}"
-            points.append(Point(group.name, words, cost, exposure, group.source is Source.REFERENCE))
+            points.append(Point(group.name, words, cost, exposure, group.source is Origin.REFERENCE))
     return points
 
 

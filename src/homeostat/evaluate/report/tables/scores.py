@@ -14,7 +14,7 @@ from homeostat.evaluate.report.groups import Group, succeeded
 from homeostat.evaluate.report.measures import References, Usage, asked, is_right
 from homeostat.evaluate.report.statistics import Spread, estimate, pooled, rate, spread
 from homeostat.evaluate.report.tables.table import Cell, Column, Kind, Table
-from homeostat.evaluate.study.row import Row
+from homeostat.record.row import Row
 
 T = TypeVar("T")
 

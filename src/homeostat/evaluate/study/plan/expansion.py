@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Sequence
-from functools import cache
 from itertools import product
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,14 +15,15 @@ from homeostat.evaluate.named_model import REPLAY, SITUATED, NamedModel, NoSuchM
 from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.scenario import Scenario, ScenarioError, scenario
 from homeostat.evaluate.study.error import StudyError
-from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT, WITHOUT_MODEL, Ablation, Arm, Job
+from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT, WITHOUT_MODEL, Ablation, Job, StudyArm
 from homeostat.evaluate.study.plan.plan import Plan, ProposerPlan, ScenarioPlan, seeds_of
-from homeostat.evaluate.study.row import REFERENCE_POLICIES, WHOLE
+from homeostat.evaluate.study.plan.plants import own_plant, placed, plants_of
 from homeostat.plants.assembly import check_protocol
 from homeostat.plants.error import PlantError
-from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.plant import Plant
 from homeostat.process.seeds import Stream
 from homeostat.process.seeds import generator as draws
+from homeostat.record.row import REFERENCE_POLICIES, WHOLE
 from homeostat.stl.spelling import near_matches
 
 UNTOUCHED = (CONSTANT, *REFERENCE_POLICIES)
@@ -31,32 +32,24 @@ LONGEST_NAME = 200
 """Most bytes of a job's name, which is a folder's."""
 
 
-@cache
-def loaded(name: str) -> Plant:
-    """The plant called ``name``, loaded once per process; StudyError where there is none."""
-    try:
-        return load_plant(name)
-    except PlantError as error:
-        raise StudyError(str(error)) from None
-
-
 def jobs_of(plan: Plan, folder: Path, model: NamedModel | None = None) -> tuple[Job, ...]:
     """Every job, in the order of the file: scenario, seed, proposer, ablation.
 
-    Recorded answers are looked for from ``folder`` on; ``model`` says how models are asked. Raises StudyError where
-    something is asked for that there is not.
+    Recorded answers and folders of plants are looked for from ``folder`` on; ``model`` says how models are asked.
+    Raises StudyError where something is asked for that there is not.
     """
     found: dict[str, Job] = {}
-    for name in {c for p in plan.proposers for c in p.cases}:
-        loaded(name)
+    plan = placed(plan, folder)
+    plants = plants_of(plan)
     for proposer in plan.proposers:
-        _check_values(proposer, [loaded(s.case) for s in plan.scenarios])
+        _check_values(proposer, [plants[s.case] for s in plan.scenarios])
     for chosen in plan.scenarios:
-        _check_ends(chosen)
+        plant = plants[chosen.case]
+        _check_ends(chosen, plant)
         for seed in seeds_of(plan.seeds if chosen.seeds is None else chosen.seeds):
-            truth = _drawn(chosen, seed)
+            case = _Case(plant, chosen, _drawn(chosen, plant, seed))
             for proposer in plan.proposers:
-                for job in _side_by_side(plan, chosen, truth, proposer, folder, model or NamedModel("")):
+                for job in _side_by_side(plan, case, proposer, folder, model or NamedModel("")):
                     if found.setdefault(job.name, job) is not job:
                         raise StudyError(f"two runs would be called {job.name!r}; choose other names or seeds")
                     if len(job.name.encode()) > LONGEST_NAME:
@@ -80,9 +73,8 @@ def _check_values(plan: ProposerPlan, plants: Sequence[Plant]) -> None:
             )
 
 
-def _check_ends(plan: ScenarioPlan) -> None:
+def _check_ends(plan: ScenarioPlan, plant: Plant) -> None:
     """StudyError where not everything exists that may be drawn, whether any seed draws it or not."""
-    plant = loaded(plan.case)
     names = plan.fault.split("+") if isinstance(plan.fault, str) else plan.fault
     try:
         for name, severity, onset_s in product(names, _ends(plan.severity), _ends(plan.onset_s)):
@@ -101,19 +93,27 @@ def _in_scenario(plan: ScenarioPlan, error: ScenarioError) -> StudyError:
     return StudyError(f"scenario {plan.label!r} of {plan.case!r}: {error}")
 
 
-def _side_by_side(
-    plan: Plan, chosen: ScenarioPlan, truth: Scenario, proposer: ProposerPlan, folder: Path, model: NamedModel
-) -> list[Job]:
+class _Case(NamedTuple):
+    """One plant with its faults, which every proposer meets."""
+
+    plant: Plant
+    chosen: ScenarioPlan
+    truth: Scenario
+
+
+def _side_by_side(plan: Plan, case: _Case, proposer: ProposerPlan, folder: Path, model: NamedModel) -> list[Job]:
     """The jobs of one proposer in one scenario."""
-    if proposer.cases and truth.case not in proposer.cases:
+    plant, chosen, truth = case
+    if proposer.cases and chosen.case not in proposer.cases:
         return []
-    arm = _arm(proposer, truth, chosen.label, folder, model)
+    arm = _arm(proposer, case, folder, model)
     if arm is None:
         return []
+    own = own_plant(plant)
     kind = "unknown" if chosen.unknown else ("none", "single", "paired")[min(len(truth.faults), 2)]
     thinking = Thinking() if plan.thinking_measured else Thinking(declared_s=plan.thinking_declared_s)
     return [
-        Job(truth, chosen.label, kind, chosen.published, arm, name, thinking, plan.keep)
+        Job(truth, chosen.label, kind, chosen.published, arm, name, thinking, plan.keep, own)
         for name in plan.ablations
         if (name == WHOLE or _matters(ABLATIONS[name], arm))
         # Nobody can be told the name of a fault that nobody knows.
@@ -121,16 +121,15 @@ def _side_by_side(
     ]
 
 
-def _matters(ablation: Ablation, arm: Arm) -> bool:
+def _matters(ablation: Ablation, arm: StudyArm) -> bool:
     """Whether leaving it out can make a difference to ``arm``."""
     if arm.who in UNTOUCHED or (ablation.label_given and arm.label_given):
         return False
     return ablation.grounding is GroundingKind.GRAPH or arm.model is not None
 
 
-def _drawn(plan: ScenarioPlan, seed: int) -> Scenario:
+def _drawn(plan: ScenarioPlan, plant: Plant, seed: int) -> Scenario:
     """The ground truth for ``seed``: what is left to chance follows from it and the scenario's name alone."""
-    plant = loaded(plan.case)
     generator = draws(seed, Stream.STUDY_SCENARIO, plan.label)
     names = _faults(plan, generator)
     end_s = plant.end_s if plan.end_s is None else plan.end_s
@@ -174,16 +173,17 @@ def _value(given: float | tuple[float, float] | None, generator: np.random.Gener
     return min(max(round(float(generator.uniform(low, high)), digits), low), high)
 
 
-def _arm(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, model: NamedModel) -> Arm | None:
+def _arm(plan: ProposerPlan, case: _Case, folder: Path, model: NamedModel) -> StudyArm | None:
     """Who proposes in one run; None where its answers were to be recorded run by run, and those of this one are not."""
-    protocol = AskingProtocol(plan.protocol) if _has_steps(truth.case) else AskingProtocol.ROUTE
-    arm = Arm(plan.who, plan.label, protocol, plan.label_given, plan.then_search, None, dict(plan.values))
+    protocol = AskingProtocol(plan.protocol) if _has_steps(case.plant) else AskingProtocol.ROUTE
+    arm = StudyArm(plan.who, plan.label, protocol, plan.label_given, plan.then_search, None, dict(plan.values))
     if plan.who in WITHOUT_MODEL:
         return arm
     name = plan.who
     if kind := next((k for k in (REPLAY, SITUATED) if name.startswith(k)), None):
         filled = name.removeprefix(kind)
-        for key, value in (("case", truth.case), ("scenario", label), ("seed", str(truth.seed))):
+        truth = case.truth
+        for key, value in (("case", truth.case), ("scenario", case.chosen.label), ("seed", str(truth.seed))):
             filled = filled.replace(f"{{{key}}}", value)
         if kind + filled != name and not (folder / filled).exists():
             return None
@@ -193,14 +193,13 @@ def _arm(plan: ProposerPlan, truth: Scenario, label: str, folder: Path, model: N
         asked.make()
     except (NoSuchModel, OSError) as error:
         raise StudyError(f"proposer {plan.label!r}: {error}") from None
-    return Arm(plan.who, plan.label, protocol, plan.label_given, plan.then_search, asked)
+    return StudyArm(plan.who, plan.label, protocol, plan.label_given, plan.then_search, asked)
 
 
-@cache
-def _has_steps(plant: str) -> bool:
+def _has_steps(plant: Plant) -> bool:
     """Whether ``plant`` can be asked for step by step."""
     try:
-        check_protocol(loaded(plant), AskingProtocol.PER_STEP)
+        check_protocol(plant, AskingProtocol.PER_STEP)
     except PlantError:
         return False
     return True

@@ -15,8 +15,8 @@ from homeostat.evaluate.named_model import NamedModel
 from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.study.plan.constant import constant_proposer
-from homeostat.evaluate.study.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, SEARCH, WHOLE
 from homeostat.plants.assembly import Language, Propose, in_operation
+from homeostat.record.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, SEARCH, WHOLE
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ WITHOUT_MODEL = (SEARCH, CONSTANT, DO_NOTHING, FALLBACK_ONLY, HINDSIGHT)
 
 
 @dataclass(frozen=True, slots=True)
-class Arm:
+class StudyArm:
     """Who proposes, and how it is asked."""
 
     who: str
@@ -90,6 +90,16 @@ class Arm:
         return in_operation if self.model is None or self.then_search else lambda bench: (bench.speaking(),)
 
 
+@dataclass(frozen=True, slots=True)
+class OwnPlant:
+    """A plant in a folder of its own: nothing in the package says what it is."""
+
+    folder: str
+    """Absolute path; it counts for nothing."""
+    configuration: str
+    """Digest of what it held when the study was read."""
+
+
 PARTS = (".py", ".csv", ".lark", ".md", ".rq", ".toml", ".ttl")
 """Files of the package that what is computed depends on."""
 
@@ -106,7 +116,7 @@ class Job:
     """``none``, ``single``, ``paired`` or ``unknown``."""
     published: str
     """Row of the published tables; empty for none."""
-    arm: Arm
+    arm: StudyArm
     """Who proposes, and how it is asked."""
     ablation: str
     """What is left out."""
@@ -114,6 +124,8 @@ class Job:
     """How much process time thinking takes."""
     keep: str
     """Which runs are kept: ``failures``, ``all`` or ``none``."""
+    own: OwnPlant | None = None
+    """Where the plant is; None for an installed one."""
 
     @property
     def name(self) -> str:
@@ -125,12 +137,13 @@ class Job:
     def fingerprint(self) -> str:
         """Digest of everything that the row depends on, the installed package included.
 
-        Not of what is kept, nor of the folder that recorded answers are in: their content counts.
+        Not of what is kept, nor of the folders that recorded answers and the plant are in: their content counts.
         """
         arm = self.arm
         if arm.model is not None and arm.model.recorded is not None:
             arm = replace(arm, model=replace(arm.model, name=arm.who))
-        job = asdict(replace(self, keep="", arm=arm))
+        own = self.own and replace(self.own, folder="")
+        job = asdict(replace(self, keep="", arm=arm, own=own))
         content = {**job, "code": code_digest(), "recorded": self.arm.recorded_digest}
         return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:32]
 

@@ -21,7 +21,7 @@ from homeostat.evaluate.named_model import REPLAY, SCRIPT, SITUATED
 from homeostat.evaluate.scenario import LARGEST_SEED
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT
-from homeostat.evaluate.study.row import WHOLE
+from homeostat.record.row import WHOLE
 from homeostat.stl.spelling import near_matches
 
 MOST_SEEDS = 10_000
@@ -63,7 +63,7 @@ class ScenarioPlan(_Table):
     """Which faults, in which plant."""
 
     case: str
-    """Name of the plant."""
+    """Name of the plant, or path of its folder from that of the file on; it has a ``/`` then."""
     fault: str | tuple[str, ...] = "none"
     """A fault, several joined by '+', or a list of which every seed draws one (``draw`` of them at once)."""
     draw: StrictInt = Field(1, ge=1, le=4)
@@ -120,7 +120,7 @@ class ProposerPlan(_Table):
     then_search: bool = False
     """Whether the search follows a language model, as in operation; alone it hands over to the fallback."""
     cases: tuple[str, ...] = ()
-    """Cases that it takes part in; all where empty."""
+    """Cases that it takes part in, as scenarios name them; all where empty."""
     values: dict[str, float] = {}
     """Of ``constant``: tag -> value that is always commanded; the design value where it is not named."""
 
@@ -202,9 +202,11 @@ _TABLES: Final[Mapping[str, type[BaseModel]]] = {"scenarios": ScenarioPlan, "pro
 
 
 def read_plan(path: Path) -> Plan:
-    """The plan in ``path``; StudyError with place, value and remedy in one line, OSError where it is unreadable."""
+    """The plan in ``path``; StudyError with place, value and remedy in one line."""
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise StudyError(f"{str(path)!r} cannot be used: {error.strerror}; give the file of a study") from None
     except (ValueError, RecursionError) as error:  # TOMLDecodeError, UnicodeDecodeError, a number of 5000 digits
         raise StudyError(f"{str(path)!r} is no TOML: {error}") from None
     try:

@@ -130,7 +130,7 @@ def mistakes(folder: Path) -> Iterator[GraphError]:
     for name, table in tables.items():
         yield from _columns(name, table) or _cells(name, table)
     for name, line, column, code, message in unknown_names(tables, {name: SCHEMAS[name][0] for name in tables}):
-        yield GraphError(code, _place(name, line, tables[name]), f"{column}: {message}")
+        yield GraphError(code, _place(name, line, tables[name]), f"{tables[name].told(column)}: {message}")
 
 
 def _columns(name: str, table: Rows) -> list[GraphError]:
@@ -169,7 +169,7 @@ def _cells(name: str, table: Rows) -> Iterator[GraphError]:
 def _bad_row(error: ValidationError, name: str, line: int, table: Rows) -> Iterator[GraphError]:
     place = _place(name, line, table)
     for found in error.errors(include_url=False):
-        column = f"{found['loc'][0]}: " if found["loc"] else ""
+        column = f"{table.told(str(found['loc'][0]))}: " if found["loc"] else ""
         cause = found.get("ctx", {}).get("error")
         if isinstance(cause, CellError):
             yield GraphError(cause.code, place, f"{column}{cause}")

@@ -10,7 +10,7 @@ from homeostat.knowledge.store.error import Code
 
 
 class Quality(cells.TableRow):
-    """When a reading may be believed."""
+    """When a reading is good, uncertain or bad."""
 
     tag: cells.Tag
     stale_s: Annotated[

@@ -2,7 +2,7 @@
 
 import csv
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from homeostat.knowledge.store.error import Code, GraphError
@@ -17,6 +17,12 @@ class Rows:
     """Its header."""
     rows: tuple[Mapping[str, str], ...]
     """Column -> cell, without spaces around it; row 0 is the second line of the file."""
+    former: Mapping[str, str] = field(default_factory=dict)
+    """Column -> what the file calls it, where that is a former name."""
+
+    def told(self, column: str) -> str:
+        """``column`` as the file has it, with today's name behind a former one."""
+        return _told(column, self.former)
 
 
 def read_rows(path: Path) -> Rows:
@@ -30,20 +36,28 @@ def read_rows(path: Path) -> Rows:
             rows = tuple(reader)
             names, words = COLUMNS.get(path.stem, {}), WORDS.get(path.stem, {})
             header = tuple(names.get(column, column) for column in reader.fieldnames or ())
+            former = {names[column]: column for column in reader.fieldnames or () if column in names}
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise GraphError(Code.BAD_TABLE, path.name, f"cannot be read: {error}") from error
     if not header or "" in header or len(set(header)) < len(header):
-        raise GraphError(Code.BAD_TABLE, path.name, f"needs a header of different column names, has {list(header)}")
+        has = [_told(names[c], former) if c in names else c for c in reader.fieldnames or ()]
+        raise GraphError(Code.BAD_TABLE, path.name, f"needs a header of different column names, has {has}")
     for line, row in enumerate(rows, start=2):
         if "" in row or None in row.values():
             raise GraphError(
                 Code.BAD_TABLE, f"{path.name} row {line}", f"needs {len(header)} cells; quote cells with commas"
             )
         if stray := [name for name, cell in row.items() if cell != cell.strip()]:
+            column = _told(names.get(stray[0], stray[0]), former)
             raise GraphError(
-                Code.BAD_TABLE, f"{path.name} row {line}", f"column {stray[0]!r} begins or ends with a space"
+                Code.BAD_TABLE, f"{path.name} row {line}", f"column {column!r} begins or ends with a space"
             )
     return Rows(
         header,
         tuple({names.get(c, c): words.get(c, {}).get(cell, cell) for c, cell in row.items()} for row in rows),
+        former,
     )
+
+
+def _told(column: str, former: Mapping[str, str]) -> str:
+    return f"{former[column]} ({column})" if column in former else column

@@ -163,7 +163,7 @@ class Row:
 
     def __post_init__(self) -> None:
         """ValueError where a total has the name of another column."""
-        if taken := OWN & self.totals.keys():
+        if taken := RESERVED & self.totals.keys():
             raise ValueError(f"the plant {self.case!r} reports a total {min(taken)!r}, which is another column")
 
     @property
@@ -181,6 +181,10 @@ TOTALS = "totals"
 """The field whose entries are columns."""
 OWN = frozenset(field.name for field in fields(Row)) - {TOTALS}
 """The columns that every row has."""
+FINGERPRINT = "fingerprint"
+"""What a row in the ledger is found by, beside its columns."""
+RESERVED = OWN | {TOTALS, FINGERPRINT}
+"""What no total of a plant may be called: it would be taken for something else wherever rows are kept."""
 
 
 def columns_of(row: Row) -> dict[str, Any]:

@@ -1,0 +1,24 @@
+"""Proposing: who proposes in a run, and how it is asked."""
+
+from dataclasses import dataclass, field
+
+from homeostat.evaluate.conditions import Conditions
+from homeostat.plants.assembly import Language, Propose, in_operation
+from homeostat.plants.plant import Plant
+from homeostat.recovery.bounds import Budget
+
+
+@dataclass(frozen=True, slots=True)
+class Proposing:
+    """Who proposes, how it is asked, and what it knows; by default the search alone, as a plant is operated."""
+
+    language: Language | None = None
+    """Proposes before the search does, unless ``propose`` makes other proposers; None for no language model."""
+    conditions: Conditions = field(default_factory=Conditions)
+    """Those of a study."""
+    propose: Propose | None = in_operation
+    """Makes the proposers; where it is None, nobody acts, not even the fallback."""
+    known: Plant | None = None
+    """What the agents know of the plant where that is less; None for all of it."""
+    budget: Budget = field(default_factory=Budget)
+    """How long recovery works."""
