@@ -18,7 +18,8 @@ from tests.cli.command import Done, homeostat
 from tests.equipment.journals import read_parquet, timeless
 
 KEYS = (
-    "schema", "case", "fault", "seed", "outcome", "actor", "onset_s", "detected_s", "released_s", "attempts",
+    "schema", "case", "fault", "disturbances", "mismatch", "seed", "outcome", "actor", "onset_s",
+    "detected_s", "released_s", "attempts",
     "hypotheses", "actions", "min_margin", "limit_exposure_s", "production_loss", "state", "complete_s", "nominal_s",
     "totals", "steps", "thinking_s", "wall_s", "trace",
 )  # fmt: skip

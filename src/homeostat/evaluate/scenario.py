@@ -6,7 +6,7 @@ from numbers import Integral, Real
 from typing import Self
 
 from homeostat.domain.diagnosis import FaultState
-from homeostat.links.truth.disturbance import Disturbance, DisturbanceError
+from homeostat.domain.disturbance import Disturbance, DisturbanceError
 from homeostat.links.truth.disturbed import Disturbed, Targets
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import Plant

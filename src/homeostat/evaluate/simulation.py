@@ -8,12 +8,13 @@ from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.run import run_started
 from homeostat.evaluate.run import Run
-from homeostat.evaluate.scenario import Fault, ScenarioError, scenario_of
+from homeostat.evaluate.scenario import Fault, ScenarioError, departing, scenario_of
 from homeostat.journal import MemoryTrace, RunFinished
 from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.llm.model import LanguageModel
 from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.truth import NONE
 
 
 def run(
@@ -22,6 +23,8 @@ def run(
     *,
     seed: int = 1,
     end_s: float | None = None,
+    disturb: Sequence[str] = (),
+    mismatch: str = NONE,
     thinking: Thinking | None = None,
     model: LanguageModel | None = None,
 ) -> Run:
@@ -32,15 +35,20 @@ def run(
         fault: what is truly wrong: one fault or its name, or several of them; nothing by default.
         seed: of the true parameters, the noise and every draw; with declared thinking, equal seeds give equal runs.
         end_s: process time at which the run ends [s]; the plant's usual end where None.
+        disturb: what else happens to the true plant, each as ``homeostat run --disturb`` has it:
+            ``"T_coolant + 10 from 1500"``.
+        mismatch: how the true plant is not the model that its twin has; one of the plant's, none by default.
         thinking: how much process time thinking takes: as measured by default, or ``homeostat.declared(1.0)``.
         model: a language model that proposes before the search does.
 
     Raises:
-        ScenarioError: a fault, severity, onset, seed or end that the plant does not have.
+        ScenarioError: a fault, severity, onset, seed, end, disturbance or mismatch that the plant does not have.
         PlantError: there is no plant of this name.
     """
     plant = plant if isinstance(plant, Plant) else load_plant(plant)
-    chosen, trace, archive = scenario_of(plant, _faults(fault), seed, end_s), MemoryTrace(), MemoryArchive()
+    texts = [disturb] if isinstance(disturb, str) else disturb
+    chosen = departing(plant, scenario_of(plant, _faults(fault), seed, end_s), texts, mismatch)
+    trace, archive = MemoryTrace(), MemoryArchive()
     thinking = thinking or Thinking()
     if not isinstance(thinking, Thinking):
         raise ScenarioError(f"thinking {thinking!r} says not how long it takes; give homeostat.declared(1.0), or None")

@@ -43,6 +43,10 @@ class Trace(Protocol):
         ...
 
 
+DISTURBANCE = "disturbance "
+"""Begin of the names of settings that are disturbances."""
+
+
 @dataclass(frozen=True, slots=True)
 class Setting:
     """One named choice that a run was started with."""
@@ -76,6 +80,11 @@ class RunStarted:
     def settings(self) -> dict[str, str | float | bool]:
         """What else was chosen, by name."""
         return {setting.name: setting.value for setting in self.configuration}
+
+    @property
+    def disturbances(self) -> tuple[str, ...]:
+        """What else happens to the true plant, as it was asked for."""
+        return tuple(str(setting.value) for setting in self.configuration if setting.name.startswith(DISTURBANCE))
 
 
 @dataclass(frozen=True, slots=True)

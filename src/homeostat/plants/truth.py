@@ -10,7 +10,7 @@ from typing import Annotated, Final
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from homeostat.links.truth.disturbance import Disturbance, DisturbanceError
+from homeostat.domain.disturbance import Disturbance, DisturbanceError
 from homeostat.plants.error import PlantError
 from homeostat.process.model import ProcessModel
 from homeostat.process.truth import TrueModel

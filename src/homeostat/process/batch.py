@@ -140,6 +140,8 @@ class BatchRun:
         """States at the second that is reached, shape (M, states)."""
         self.inputs = batch.inputs
         """Input schedules, shape (K, steps, inputs); those of seconds that are not reached yet may be written."""
+        self.parameters = batch.parameters
+        """Parameters, shape (M, parameters); what is written holds from the second that is reached."""
         self.record = np.empty((len(batch.state), batch.steps // batch.stride, len(batch.record)))
         """As in :class:`BatchResult`, as far as it is reached."""
 

@@ -35,7 +35,7 @@ class Row:
     scenario: str
     """Name of the scenario in the file."""
     kind: str
-    """``none``, ``single``, ``paired`` or ``unknown`` (a fault that the plant's tables do not have)."""
+    """``none``, ``single``, ``paired``, ``unknown`` (a fault that the plant's tables do not have) or ``disturbed``."""
     published: str
     """Row of the published tables that the scenario stands for; empty for none."""
     proposer: str
@@ -50,6 +50,10 @@ class Row:
     """Severity of each, in its unit."""
     onset_s: tuple[float, ...]
     """Process time from which each acts [s]."""
+    disturbances: str
+    """What else happened to the true plant, joined by '; '; empty for nothing."""
+    mismatch: str
+    """How the true plant was not its twin's model; ``none`` where it was."""
     batch: bool
     """Whether the plant makes batches: its scores are completion and delay instead of production alone."""
 
@@ -183,6 +187,8 @@ OWN = frozenset(field.name for field in fields(Row)) - {TOTALS}
 """The columns that every row has."""
 FINGERPRINT = "fingerprint"
 """What a row in the ledger is found by, beside its columns."""
+YOUNGER = {"disturbances": "", "mismatch": "none"}
+"""Columns that older rows lack -> what they would have there."""
 RESERVED = OWN | {TOTALS, FINGERPRINT}
 """What no total of a plant may be called: it would be taken for something else wherever rows are kept."""
 
@@ -204,5 +210,5 @@ def row_from(kept: Mapping[str, Any]) -> Row:
     totals = {name: value for name, value in kept.items() if name not in OWN and value is not None}
     if odd := [name for name, value in totals.items() if not isinstance(value, float)]:
         raise TypeError(f"{odd[0]!r} is no column of a row")
-    own = {name: kept[name] for name in OWN}
+    own = {name: kept[name] for name in OWN - YOUNGER.keys()} | {n: kept.get(n, v) for n, v in YOUNGER.items()}
     return Row(**{**own, **sequences, "outcome": outcome, TOTALS: totals})

@@ -38,6 +38,7 @@ def plain(**changed: Any) -> Row:
     row = Row(
         job="job-1", case="cstr", scenario="fouling", kind="single", published="fouling", proposer="search",
         ablation="none", seed=1, fault="fouling", severity=(0.7,), onset_s=(1000.0,), batch=False,
+        disturbances="", mismatch="none",
         outcome="recovered", success=True, actor="search", state="Degraded", reason="", detection_s=40.0,
         false_alarm=False, released_s=42.0, releases=1, fallbacks=0, attempts=2, refused=0, decisions=1, acted=True,
         exposure_s=0.0, exposure_detected_s=0.0, least_margin=0.1, least_margin_limit="T1 high", approved_margin=0.4,

@@ -283,3 +283,22 @@ def test_an_unknown_fault_is_in_no_table_and_in_no_triple(name: str) -> None:
         assert len(known.description.faults) == len(plant.description.faults) - 1
         assert len(known.description.symptom_rules) == len(plant.description.symptom_rules)
     assert plant.graph.select(count.format(f"{plant.namespace}fault_{mode.name}"))  # the plant itself is as it was
+
+
+DISTURBED = {"case": "cstr", "end_s": 2300.0, "name": "warm coolant", "disturbances": ["T_coolant + 2 from 2000"]}
+
+
+def test_a_disturbed_plant_is_a_scenario_like_any_other(tmp_path: Path) -> None:
+    job = one("do-nothing", DISTURBED, mismatch="plant")
+    row = measure(job, KeptRuns(tmp_path))
+    assert (row.kind, row.fault, row.mismatch) == ("disturbed", "none", "plant")
+    assert row.disturbances == "T_coolant + 2 from 2000" and row.scenario == "warm coolant"
+    usual = measure(one("do-nothing", {**DISTURBED, "mismatch": "none"}, mismatch="plant"), KeptRuns(None))
+    assert usual.mismatch == "none" and usual.least_margin != row.least_margin
+
+
+def test_hindsight_searches_the_true_plant_and_not_its_model() -> None:
+    disturbed = {**DISTURBED, "disturbances": ["T_coolant + 12 from 2000"]}
+    best, idle = (measure(one(who, disturbed, mismatch="plant"), KeptRuns(None)) for who in ("hindsight", "do-nothing"))
+    assert idle.exposure_s > 0.0 and not idle.success
+    assert best.exposure_s < idle.exposure_s and best.mismatch == "plant"

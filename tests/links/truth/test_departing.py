@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.disturbance import Disturbance, DisturbanceError
 from homeostat.domain.recovery import Command
-from homeostat.links.truth.disturbance import Disturbance, DisturbanceError
 from homeostat.links.truth.process import Departed, PlantConfiguration, TrueProcess
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.plants.truth import find_mismatch, mismatches, true_model

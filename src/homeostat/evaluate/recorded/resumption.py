@@ -63,8 +63,7 @@ class Past:
             raise ResumptionError(f"the configuration of {plant.name!r} has changed since the run began")
         try:
             whole = Scenario(plant.name, self.record.faults, self.started.seed, float(chosen["end_s"]))
-            disturbances = [str(text) for name, text in chosen.items() if name.startswith("disturbance ")]
-            return departing(plant, whole, disturbances, str(chosen.get("mismatch", NONE)))
+            return departing(plant, whole, self.started.disturbances, str(chosen.get("mismatch", NONE)))
         except (KeyError, ValueError) as error:
             raise ResumptionError(f"its first event does not say {error}") from None
 

@@ -17,6 +17,7 @@ from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.step_scores import score_steps
 from homeostat.journal import RunFinished, RunStarted, Setting, Subscriber, Summary
 from homeostat.journal.beside.files import RESULT
+from homeostat.journal.events import DISTURBANCE
 from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Plant
 from homeostat.plants.truth import NONE
@@ -109,7 +110,7 @@ def run_started(
         configuration.append(Setting(f"severity {fault.fault}", fault.severity))
     if scenario.mismatch != NONE:
         configuration.append(Setting("mismatch", scenario.mismatch))
-    configuration += [Setting(f"disturbance {k}", str(d)) for k, d in enumerate(scenario.disturbances, start=1)]
+    configuration += [Setting(f"{DISTURBANCE}{k}", str(d)) for k, d in enumerate(scenario.disturbances, start=1)]
     configuration += [Setting("proposer", proposer), thinking.setting, *chosen]
     if language is not None:
         configuration.append(Setting("grounding", language.grounding.value))

@@ -8,12 +8,11 @@ import numpy as np
 
 from homeostat.domain.plant.limits import LimitKind
 from homeostat.domain.recovery import Command
+from homeostat.evaluate.reference.unsupervised import true_plant
 from homeostat.evaluate.scenario import Scenario
-from homeostat.links.truth.process import fault_tables
+from homeostat.links.truth.members import Members
 from homeostat.plants.plant import Plant
-from homeostat.process.batch import Batch, simulate
 from homeostat.process.schedule import InputRamp
-from homeostat.process.seeds import Stream, noise_seed
 from homeostat.process.types import Cube, Table, Vec
 
 STRIDE_S = 5
@@ -46,14 +45,15 @@ def best_constant(
     sees the very faults, parameters and noise of the scenario. ``healthy_made`` is the fault-free production from the
     onset to the end, in the unit of the plant's delivered quantities.
     """
-    state, before = _state_at(plant, scenario, released_s)
+    members = Members(plant.model, plant.description, true_plant(plant, scenario))
+    state, before = _state_at(plant, members, scenario, released_s)
     points = list(product(*grid.values()))
     steps = int(scenario.end_s - released_s)
     loss = np.full(len(points), np.inf)
     for first in range(0, len(points), CHUNK):
         chunk = points[first : first + CHUNK]
         schedules = np.stack([_schedule(plant, dict(zip(grid, p, strict=True)), state, steps) for p in chunk])
-        made, good = _try(plant, scenario, released_s, state, schedules)
+        made, good = _try(plant, members, released_s, state, schedules)
         loss[first : first + CHUNK] = np.where(good, 1.0 - (before + made) / healthy_made, np.inf)
     best = int(np.argmin(loss))
     if not np.isfinite(loss[best]):
@@ -62,34 +62,10 @@ def best_constant(
     return BestConstant(found, float(loss[best]), int(np.isfinite(loss).sum()), len(points))
 
 
-def _batch(
-    plant: Plant, scenario: Scenario, states: Table, inputs: Cube, start_s: float, steps: int, stride: int
-) -> Batch:
-    """Members of the true plant, all with the scenario's own noise."""
-    members = len(states)
-    severity, onset = fault_tables(plant.model, scenario.faults)
-    return Batch(
-        state=states,
-        parameters=np.tile(plant.true_parameters(scenario.seed), (members, 1)),
-        severity=np.tile(severity, (members, 1)),
-        onset_s=np.tile(onset, (members, 1)),
-        inputs=inputs,
-        input_of=np.arange(members),
-        start_s=start_s,
-        steps=steps,
-        stride=stride,
-        record=tuple(range(len(plant.model.states))),
-        seeds=np.full(members, noise_seed(scenario.seed, Stream.TRUTH_NOISE)),
-        process_noise=np.ones(members),
-        sensor_noise=np.ones(members),
-    )
-
-
-def _state_at(plant: Plant, scenario: Scenario, at_s: float) -> tuple[Vec, float]:
+def _state_at(plant: Plant, members: Members, scenario: Scenario, at_s: float) -> tuple[Vec, float]:
     """State of the unsupervised plant at ``at_s``, and what it made since the onset."""
-    state = plant.model.initial_state(plant.true_parameters(scenario.seed))[None]
     inputs = np.tile(plant.start, (1, int(at_s), 1))
-    result = simulate(plant.model.kernel, _batch(plant, scenario, state, inputs, 0.0, int(at_s), 1))
+    result = members.simulate(members.start()[None], inputs, 0.0, int(at_s), 1)
     truth = plant.model.truth(result.record, inputs)
     onset = int(scenario.onset_s or at_s) - 1
     parts = [truth[_variable(plant, d)][0] for d in plant.delivered]
@@ -107,14 +83,13 @@ def _schedule(plant: Plant, point: Mapping[str, float], state: Vec, steps: int) 
     return ramp.schedule(steps)
 
 
-def _try(plant: Plant, scenario: Scenario, released_s: float, state: Vec, schedules: Cube) -> tuple[Vec, Vec]:
+def _try(plant: Plant, members: Members, released_s: float, state: Vec, schedules: Cube) -> tuple[Vec, Vec]:
     """What each schedule makes, and whether it is admissible, shape (schedules,) each."""
     states = np.tile(state, (len(schedules), 1))
-    batch = _batch(plant, scenario, states, schedules, released_s, schedules.shape[1], STRIDE_S)
-    result = simulate(plant.model.kernel, batch)
+    result = members.simulate(states, schedules, released_s, schedules.shape[1], STRIDE_S)
     sampled = schedules[:, STRIDE_S - 1 :: STRIDE_S][:, : result.record.shape[1]]
     truth = plant.model.truth(result.record, sampled)
-    start = plant.model.truth(state[None, None], plant.start[None, None])
+    start = plant.model.truth(state[None, None, : len(plant.model.states)], plant.start[None, None])
     produced = [_variable(plant, d) for d in plant.delivered]
     made = sum(truth[v][:, -1] - float(start[v][0, 0]) for v in produced)
     signals = {tag: truth[v] for tag, v in plant.description.variables.items()}

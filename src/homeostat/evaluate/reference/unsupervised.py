@@ -9,12 +9,12 @@ from typing import TypeAlias
 
 import numpy as np
 
+from homeostat.domain.disturbance import Disturbance
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.evaluate.scenario import Scenario
 from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.links.simulated import SimulatedLink
-from homeostat.links.truth.disturbance import Disturbance
 from homeostat.links.truth.process import Departed, PlantConfiguration, TrueProcess
 from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
@@ -54,9 +54,14 @@ def once(sequencer: Sequencer, at_s: float, act: Callable[[float], tuple[Command
 
 
 def open_process(plant: Plant, scenario: Scenario) -> TrueProcess:
-    """The true process of a scenario: its own true parameters, its faults, its noise, and how it departs."""
+    """The true process of a scenario."""
+    return TrueProcess(plant.model, plant.description, true_plant(plant, scenario))
+
+
+def true_plant(plant: Plant, scenario: Scenario) -> PlantConfiguration:
+    """What the plant of a scenario truly is: its own true parameters, its faults, its noise, and how it departs."""
     mismatch = find_mismatch(plant.model, scenario.mismatch)
-    configuration = PlantConfiguration(
+    return PlantConfiguration(
         parameters=plant.true_parameters(scenario.seed, 1.0 if mismatch is None else mismatch.spread),
         inputs=plant.start,
         faults=scenario.faults,
@@ -64,7 +69,6 @@ def open_process(plant: Plant, scenario: Scenario) -> TrueProcess:
         noise_seed=noise_seed(scenario.seed, Stream.TRUTH_NOISE),
         departed=_departed(plant, mismatch, scenario.disturbances),
     )
-    return TrueProcess(plant.model, plant.description, configuration)
 
 
 def _departed(plant: Plant, mismatch: Mismatch | None, disturbances: tuple[Disturbance, ...]) -> Departed | None:

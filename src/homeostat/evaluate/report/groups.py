@@ -11,7 +11,7 @@ ALL: Final = "all"
 """Name of all scenarios of a plant together."""
 _POLICIES: Final = (FALLBACK_ONLY, DO_NOTHING, HINDSIGHT)
 """In the order of tables."""
-_KINDS: Final = ("none", "single", "paired", "unknown")
+_KINDS: Final = ("none", "single", "paired", "unknown", "disturbed")
 
 
 class Origin(Enum):

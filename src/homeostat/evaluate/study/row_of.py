@@ -73,6 +73,8 @@ def _asked(job: Job, run: Run) -> dict[str, Any]:
         "fault": s.fault,
         "severity": tuple(f.severity for f in s.faults),
         "onset_s": tuple(f.onset_s for f in s.faults),
+        "disturbances": "; ".join(map(str, s.disturbances)),
+        "mismatch": s.mismatch,
         "batch": run.nominal_s is not None,
     }
 

@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import final
 
+from homeostat.domain.disturbance import Disturbance, DisturbanceError, Effect
 from homeostat.domain.plant.description import PlantDescription, Relation
 from homeostat.domain.plant.tag import Role
 from homeostat.domain.recovery import Command
-from homeostat.links.truth.disturbance import Disturbance, DisturbanceError, Effect
 from homeostat.process.departures import Departures
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Vec

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.disturbance import Disturbance
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
-from homeostat.links.truth.disturbance import Disturbance
 from homeostat.links.truth.disturbed import Disturbed, Targets
 from homeostat.links.truth.recorded import TruthRecord
 from homeostat.process.batch import ProcessError

@@ -115,7 +115,7 @@ def _caption(figure: Figure, run: ShownRun, shown: tuple[float, float]) -> None:
     for fault in run.scenario.faults:
         unit = plant.description.fault(fault.fault).severity_unit
         sizes.append(f"{fault.fault} {fault.severity:g}{'' if unit == '1' else ' ' + unit}")
-    what = " + ".join(sizes) or "no fault"
+    what = " + ".join((*sizes, *map(str, run.scenario.disturbances))) or "no fault"
     end = plant.description.machine.state(run.state).label
     title = f"{plant.name}, {what}, seed {run.scenario.seed}"
     left, height = _LEFT / _WIDTH, figure.get_figheight()

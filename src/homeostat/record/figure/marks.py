@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from homeostat.domain.plant.state_machine import StateMachine
-from homeostat.record.figure.shown import ShownRun
+from homeostat.record.figure.shown import GroundTruth, ShownRun
 from homeostat.record.releases import Release
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def explained(run: ShownRun, machine: StateMachine) -> list[Mark]:
     labels = {state.name: state.label for state in machine.states}
     marks = []
     if onset is not None:
-        marks.append(Mark(onset, f"{run.scenario.fault} begins, {onset:g} s", _ONSET, (0, (2, 2))))
+        marks.append(Mark(onset, f"{_beginning(run.scenario, onset)} begins, {onset:g} s", _ONSET, (0, (2, 2))))
     if run.detected_s is not None:
         marks.append(Mark(run.detected_s, f"detected{_when(run.detected_s, onset)}", _DETECTED, "solid"))
     if run.record.releases:
@@ -115,6 +115,13 @@ def explained(run: ShownRun, machine: StateMachine) -> list[Mark]:
         reached = [state for state, at_s in run.record.states if at_s <= run.complete_s][-1]
         marks.append(Mark(run.complete_s, f"{labels[reached]}, {run.complete_s:.0f} s{nominal}", _COMPLETE, "solid"))
     return sorted(marks, key=lambda mark: mark.at_s)
+
+
+def _beginning(scenario: GroundTruth, onset_s: float) -> str:
+    """What begins first."""
+    first = [f.fault for f in scenario.faults if f.onset_s == onset_s]
+    first += [d.name for d in scenario.disturbances if d.from_s == onset_s]
+    return "+".join(first)
 
 
 def _when(at_s: float, onset_s: float | None) -> str:

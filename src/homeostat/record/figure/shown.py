@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.disturbance import Disturbance
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.snapshot import Trajectory
@@ -39,8 +40,8 @@ class GroundTruth(Protocol):
         ...
 
     @property
-    def fault(self) -> str:
-        """Their names."""
+    def disturbances(self) -> Sequence[Disturbance]:
+        """What else happened to the true plant."""
         ...
 
     @property

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from homeostat.domain.diagnosis import FaultState, by_fault_set
+from homeostat.domain.disturbance import Disturbance
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import (
     Attempted,
@@ -42,7 +43,7 @@ class Story:
         self._scales = plant.scales
         self.record = RunRecord()
         """Everything that was told."""
-        self._coming: list[FaultState] = []
+        self._coming: list[tuple[float, str]] = []
         self._reports = 0
         self._notices = 0
         self._asked: set[str] = set()
@@ -58,11 +59,9 @@ class Story:
         yield from self._folding.show(self._pass_time(at_s))
 
     def _pass_time(self, at_s: float) -> Iterator[Line]:
-        while self._coming and self._coming[0].onset_s <= at_s:
-            onset = self._coming.pop(0)
-            fault = self._plant.fault(onset.fault)
-            size = quantity(onset.severity, fault.severity_unit)
-            yield Line(onset.onset_s, "onset", f"{fault.label}: {fault.name} {size} (ground truth)", Tone.WARNING)
+        while self._coming and self._coming[0][0] <= at_s:
+            onset_s, what = self._coming.pop(0)
+            yield Line(onset_s, "onset", f"{what} (ground truth)", Tone.WARNING)
 
     def tell(self, event: Event, at_s: float) -> Iterator[Line]:
         """The lines of one event, with what happened in the plant before it; what says the same again is counted."""
@@ -115,9 +114,14 @@ class Story:
                 pass  # an event that is not for the operator
 
     def _begin(self, event: RunStarted) -> Line:
-        self._coming = sorted(self.record.faults, key=lambda fault: fault.onset_s)
-        what = " + ".join(event.faults) or "no fault"
+        disturbed = [(Disturbance.parse(text).from_s, text) for text in event.disturbances]
+        self._coming = sorted([*((f.onset_s, self._fault(f)) for f in self.record.faults), *disturbed])
+        what = " + ".join((*event.faults, *event.disturbances)) or "no fault"
         return Line(0.0, "run", f"{event.case}, {what}, seed {event.seed}, {float(event.settings['end_s']):g} s")
+
+    def _fault(self, state: FaultState) -> str:
+        mode = self._plant.fault(state.fault)
+        return f"{mode.label}: {mode.name} {quantity(state.severity, mode.severity_unit)}"
 
     def _report(self, event: Diagnosed, at_s: float) -> Iterator[Line]:
         self._reports += 1

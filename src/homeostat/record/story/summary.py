@@ -28,6 +28,10 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
     """The lines, the headline first. ``story`` has been told to its end; the run is kept in ``run_dir``."""
     yield HEADLINES[result.outcome]
     yield _row("Fault", "; ".join(_injected(fault, plant) for fault in story.record.faults) or "none")
+    if result.disturbances:
+        yield _row("Disturbed", "; ".join(result.disturbances))
+    if result.mismatch != "none":
+        yield _row("Mismatch", f"{result.mismatch}: the plant is not the twin's model")
     yield _row("Detected", _detected(result, plant))
     yield _row("Done", _done(result, story.record.acted_s, plant))
     if reason := story.record.reason:

@@ -13,7 +13,7 @@ from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.diagnosis import FaultState
 from homeostat.evaluate.named_model import REPLAY, SITUATED, NamedModel, NoSuchModel
 from homeostat.evaluate.operation import Thinking
-from homeostat.evaluate.scenario import Scenario, ScenarioError, scenario
+from homeostat.evaluate.scenario import Scenario, ScenarioError, departing, scenario
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT, WITHOUT_MODEL, Ablation, Job, StudyArm
 from homeostat.evaluate.study.plan.plan import Plan, ProposerPlan, ScenarioPlan, seeds_of
@@ -47,7 +47,7 @@ def jobs_of(plan: Plan, folder: Path, model: NamedModel | None = None) -> tuple[
         plant = plants[chosen.case]
         _check_ends(chosen, plant)
         for seed in seeds_of(plan.seeds if chosen.seeds is None else chosen.seeds):
-            case = _Case(plant, chosen, _drawn(chosen, plant, seed))
+            case = _Case(plant, chosen, _drawn(chosen, plant, seed, plan.mismatch))
             for proposer in plan.proposers:
                 for job in _side_by_side(plan, case, proposer, folder, model or NamedModel("")):
                     if found.setdefault(job.name, job) is not job:
@@ -110,7 +110,7 @@ def _side_by_side(plan: Plan, case: _Case, proposer: ProposerPlan, folder: Path,
     if arm is None:
         return []
     own = own_plant(plant)
-    kind = "unknown" if chosen.unknown else ("none", "single", "paired")[min(len(truth.faults), 2)]
+    kind = _kind(chosen, truth)
     thinking = Thinking() if plan.thinking_measured else Thinking(declared_s=plan.thinking_declared_s)
     return [
         Job(truth, chosen.label, kind, chosen.published, arm, name, thinking, plan.keep, own)
@@ -121,6 +121,12 @@ def _side_by_side(plan: Plan, case: _Case, proposer: ProposerPlan, folder: Path,
     ]
 
 
+def _kind(chosen: ScenarioPlan, truth: Scenario) -> str:
+    if chosen.unknown:
+        return "unknown"
+    return "disturbed" if truth.disturbances else ("none", "single", "paired")[min(len(truth.faults), 2)]
+
+
 def _matters(ablation: Ablation, arm: StudyArm) -> bool:
     """Whether leaving it out can make a difference to ``arm``."""
     if arm.who in UNTOUCHED or (ablation.label_given and arm.label_given):
@@ -128,7 +134,7 @@ def _matters(ablation: Ablation, arm: StudyArm) -> bool:
     return ablation.grounding is GroundingKind.GRAPH or arm.model is not None
 
 
-def _drawn(plan: ScenarioPlan, plant: Plant, seed: int) -> Scenario:
+def _drawn(plan: ScenarioPlan, plant: Plant, seed: int, mismatch: str) -> Scenario:
     """The ground truth for ``seed``: what is left to chance follows from it and the scenario's name alone."""
     generator = draws(seed, Stream.STUDY_SCENARIO, plan.label)
     names = _faults(plan, generator)
@@ -143,9 +149,10 @@ def _drawn(plan: ScenarioPlan, plant: Plant, seed: int) -> Scenario:
             scenario(plant, "none", seed, end_s=end_s)
         if len({s.fault for s in states}) < len(states):
             raise ScenarioError(f"{'+'.join(names)!r} names a fault twice; name each once")
+        truth = Scenario(plant.name, tuple(states), seed, end_s)
+        return departing(plant, truth, plan.disturbances, plan.departing(mismatch))
     except ScenarioError as error:
         raise _in_scenario(plan, error) from None
-    return Scenario(plant.name, tuple(states), seed, end_s)
 
 
 def _faults(plan: ScenarioPlan, generator: np.random.Generator) -> Sequence[str]:

@@ -21,6 +21,7 @@ from homeostat.evaluate.named_model import REPLAY, SCRIPT, SITUATED
 from homeostat.evaluate.scenario import LARGEST_SEED
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT
+from homeostat.plants.truth import NONE
 from homeostat.record.row import WHOLE
 from homeostat.stl.spelling import near_matches
 
@@ -78,6 +79,10 @@ class ScenarioPlan(_Table):
     """Where a single fault is, for faults that are named ``fault_location``."""
     end_s: float | None = None
     """Length of the runs [s]; the plant's default where None."""
+    disturbances: tuple[str, ...] = ()
+    """What happens to the true plant that no table knows, as ``homeostat run --disturb`` has it."""
+    mismatch: Name | None = None
+    """How the true plant is not its twin's model; as in the whole plan where None."""
     unknown: bool = False
     """Whether the agents' tables and graph lack these faults."""
     seeds: Seeds | None = None
@@ -94,6 +99,8 @@ class ScenarioPlan(_Table):
             raise ValueError("a list of faults names each once, and not 'none'; give 'none' a scenario of its own")
         if listed and self.name is None:
             raise ValueError("a list of faults needs a name for the tables")
+        if self.disturbances and self.name is None:
+            raise ValueError("a scenario with disturbances needs a name for the tables")
         if self.draw > (len(self.fault) if listed else 1):
             raise ValueError(f"{self.draw} faults cannot be drawn from {len(self.fault) if listed else 1}")
         if self.unknown and self.fault == "none":
@@ -104,6 +111,10 @@ class ScenarioPlan(_Table):
     def label(self) -> str:
         """Name in tables."""
         return self.name or (self.fault if isinstance(self.fault, str) else "")
+
+    def departing(self, whole: str) -> str:
+        """The mismatch of its true plants, where that of the ``whole`` plan is this."""
+        return whole if self.mismatch is None else self.mismatch
 
 
 class ProposerPlan(_Table):
@@ -153,6 +164,8 @@ class Plan(_Table):
     """Process time of every stretch of thinking [s]; without it, it is measured, and no two runs are alike."""
     thinking_measured: bool = False
     """Whether thinking takes as long as it takes."""
+    mismatch: Name = NONE
+    """How the true plant is not its twin's model: a mismatch of the plant, or 'none'."""
     proposers: tuple[ProposerPlan, ...] = Field((ProposerPlan(who="search"),), min_length=1)
     """Who proposes, the one that others are compared with first."""
     ablations: tuple[str, ...] = Field((WHOLE,), min_length=1)

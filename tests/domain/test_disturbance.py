@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.links.truth.disturbance import Disturbance, DisturbanceError, Effect
+from homeostat.domain.disturbance import Disturbance, DisturbanceError, Effect
 
 SIZES = st.floats(-1e6, 1e6, allow_nan=False)
 TIMES = st.floats(0.001, 1e6)

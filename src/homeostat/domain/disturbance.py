@@ -68,6 +68,8 @@ class Disturbance:
     @classmethod
     def parse(cls, text: str) -> Self:
         """The disturbance that ``text`` says; DisturbanceError with the grammar where it says none."""
+        if not isinstance(text, str):
+            raise DisturbanceError(f"disturbance {text!r} is no text; {USAGE}")
         found = _TEXT.fullmatch(text)
         if found is None:
             raise DisturbanceError(f"disturbance {text!r} says none; {USAGE}")

@@ -1,0 +1,65 @@
+"""Many copies of one true plant at once, as an exhaustive search by hindsight needs them."""
+
+import numpy as np
+
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.links.truth.disturbed import Disturbed, Targets
+from homeostat.links.truth.process import PlantConfiguration, fault_tables
+from homeostat.process.batch import Batch, BatchResult, BatchRun
+from homeostat.process.model import ProcessModel
+from homeostat.process.types import Cube, Table, Vec
+
+PIECE_S = 5
+"""For so long what a disturbance does to a parameter is held [s]."""
+
+
+class Members:
+    """A true plant, again and again: the same parameters, faults, noise and disturbances, other commands.
+
+    What people would do to setpoints does not happen: the commands are those of who searches.
+    """
+
+    def __init__(self, model: ProcessModel, plant: PlantDescription, truth: PlantConfiguration) -> None:
+        self._model, self._truth, departed = model, truth, truth.departed
+        self._kernel = departed.model.kernel if departed else model.kernel
+        self._usual = np.concatenate([truth.parameters, departed.parameters]) if departed else truth.parameters
+        self._disturbed = (
+            Disturbed(Targets(model, departed.model.departures, plant), departed.disturbances) if departed else None
+        )
+
+    def start(self) -> Vec:
+        """The state in which the plant starts, shape (states,)."""
+        state, departed = self._model.initial_state(self._truth.parameters), self._truth.departed
+        return np.concatenate([state, departed.model.own_states(state)]) if departed else state
+
+    def simulate(self, states: Table, inputs: Cube, start_s: float, steps: int, stride: int) -> BatchResult:
+        """One member for each of ``inputs`` from ``states`` on; every state of the model is recorded.
+
+        ProcessError where one leaves the physical world.
+        """
+        members = len(states)
+        severity, onset = fault_tables(self._model, self._truth.faults)
+        noise = np.full(members, self._truth.noise)
+        batch = Batch(
+            state=states,
+            parameters=np.tile(self._usual, (members, 1)),
+            severity=np.tile(severity, (members, 1)),
+            onset_s=np.tile(onset, (members, 1)),
+            inputs=inputs,
+            input_of=np.arange(members),
+            start_s=start_s,
+            steps=steps,
+            stride=stride,
+            record=tuple(range(len(self._model.states))),
+            seeds=np.full(members, self._truth.noise_seed),
+            process_noise=noise,
+            sensor_noise=noise,
+        )
+        run = BatchRun(self._kernel, batch, self._model.states.__getitem__)
+        for reached in range(0, steps, PIECE_S if self._disturbed else steps):
+            if self._disturbed is not None:
+                row = self._usual.copy()
+                self._disturbed.act(self._usual, row, start_s + reached)
+                run.parameters[:] = row
+            run.advance(min(reached + PIECE_S, steps) if self._disturbed else steps)
+        return BatchResult(run.record, run.state)
