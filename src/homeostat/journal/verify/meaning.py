@@ -6,7 +6,7 @@ from typing import Final
 
 from homeostat.domain.events.guard import GuardStarted, RequestAnswered, StateEntered
 from homeostat.domain.events.recovery import Attempted, Diagnosed, ReleasedActions
-from homeostat.domain.events.trips import FallbackActivated
+from homeostat.domain.events.trips import FallbackActivated, Tripped
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.recovery import action_digest
 from homeostat.journal.beside.manifest import OLDER_KINDS, UNSIGNED_FORMAT
@@ -159,8 +159,8 @@ def _stated(evidence: Evidence) -> Iterator[tuple[str, list[Json]]]:
         yield "state", [states[-1].fields.get("state")]
     onset = None if evidence.result is None else evidence.result.get("onset_s")
     begin = onset if isinstance(onset, int | float) else -math.inf
-    reports = [r.happened_s for r in evidence.of(Diagnosed) if r.happened_s >= begin]
-    yield "detected_s", [*reports[:1]] if reports else [None]
+    reports = [r.happened_s for r in evidence.of(Diagnosed, Tripped) if r.happened_s >= begin]
+    yield "detected_s", [min(reports)] if reports else [None]
     known = next((r.seq for r in evidence.of(Diagnosed)), math.inf)
     times_s, begun = _releases(evidence)
     yield "released_s", times_s if any(seq > known for seq in begun) else [None, *times_s]
