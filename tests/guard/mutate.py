@@ -70,11 +70,11 @@ AREAS = {
     ),
     "recovery": Area(
         "recovery",
-        ("recovery_loop", "agenda", "endings", "look.news", "look.prospect"),
+        ("supervisor", "agenda", "endings", "look.news", "look.prospect"),
         tuple(
             f"recovery/test_{name}.py"
             for name in (
-                "recovery_loop",
+                "supervisor",
                 "agenda",
                 "prospect",
                 "recovery",

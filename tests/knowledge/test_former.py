@@ -71,6 +71,14 @@ def test_a_table_with_both_names_of_a_column_is_refused(tmp_path: Path) -> None:
     assert refused.value.code is Code.BAD_TABLE and "'deadband (threshold)'" in str(refused.value)
 
 
+@pytest.mark.parametrize("content", ["", "\n\n"])
+def test_a_table_that_is_empty_has_no_header(tmp_path: Path, content: str) -> None:
+    bench = Workbench.at(tmp_path / "plant")
+    bench.path("symptoms").write_text(content, encoding="utf-8")
+    with pytest.raises(GraphError, match=r"needs a header of different column names, has \[\]"):
+        build(bench.folder)
+
+
 FORMER = [(table, old, new) for table, names in COLUMNS.items() for old, new in names.items()]
 
 

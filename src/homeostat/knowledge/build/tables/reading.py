@@ -34,13 +34,14 @@ def read_rows(path: Path) -> Rows:
         with path.open(encoding="utf-8", newline="") as file:
             reader = csv.DictReader(file, strict=True, restkey="", restval=None)
             rows = tuple(reader)
-            names, words = COLUMNS.get(path.stem, {}), WORDS.get(path.stem, {})
-            header = tuple(names.get(column, column) for column in reader.fieldnames or ())
-            former = {names[column]: column for column in reader.fieldnames or () if column in names}
+            written = tuple(reader.fieldnames or ())
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise GraphError(Code.BAD_TABLE, path.name, f"cannot be read: {error}") from error
+    names, words = COLUMNS.get(path.stem, {}), WORDS.get(path.stem, {})
+    header = tuple(names.get(column, column) for column in written)
+    former = {names[column]: column for column in written if column in names}
     if not header or "" in header or len(set(header)) < len(header):
-        has = [_told(names[c], former) if c in names else c for c in reader.fieldnames or ()]
+        has = [_told(names[c], former) if c in names else c for c in written]
         raise GraphError(Code.BAD_TABLE, path.name, f"needs a header of different column names, has {has}")
     for line, row in enumerate(rows, start=2):
         if "" in row or None in row.values():
