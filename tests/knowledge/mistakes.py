@@ -163,6 +163,7 @@ BROKEN: list[tuple[str, str, Change, Code]] = [
     ("setpoints", "a measured tag", cell("tag", "T1"), Code.NOT_COMMANDABLE),
     ("setpoints", "a tag that a loop writes", cell("tag", "V2.cmd"), Code.NOT_COMMANDABLE),
     ("setpoints", "same tag twice in a state", again(low="-1e6"), Code.DUPLICATE_ID),
+    ("limits", "trip limit that is not hard", cell("hard", "no"), Code.LIMIT_NOT_WATCHED),
     ("limits", "kind misspelt", cell("kind", "interlok"), Code.BAD_WORD),
     ("limits", "neither yes nor no", cell("hard", "maybe"), Code.MISSING_VALUE),
     ("limits", "formula missing", cell("formula", ""), Code.MISSING_VALUE),

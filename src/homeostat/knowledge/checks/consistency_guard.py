@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from homeostat.domain.plant.description import PlantDescription, Relation
-from homeostat.domain.plant.limits import Limit
+from homeostat.domain.plant.limits import Limit, LimitKind
 from homeostat.domain.plant.rules import TripRule
 from homeostat.domain.plant.tag import Role
 from homeostat.knowledge.checks.consistency_rules import judged, momentary, ranges_of, violable
@@ -14,6 +14,10 @@ from homeostat.stl.formula import Formula
 def trips(plant: PlantDescription) -> Found:
     """Every hard limit is watched, nothing else is, and what carries one does not fail together with it."""
     hard = {limit.name: limit for limit in plant.limits.hard}
+    for limit in plant.limits.of_kind(LimitKind.TRIP_LIMIT):
+        if not limit.hard:
+            message = "is a trip limit that is not hard, so nobody would trip; make it hard, or an envelope"
+            yield Code.LIMIT_NOT_WATCHED, f"limit {limit.name!r}", message
     for name in sorted(hard.keys() - plant.trips.keys()):
         message = "is hard, but no row of the trip table says how it is watched; add one"
         yield Code.LIMIT_NOT_WATCHED, f"limit {name!r}", message
