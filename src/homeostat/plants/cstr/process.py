@@ -122,13 +122,12 @@ class CstrModel:
         return {n: seen[:, _READ[n]] for n in names}, {n: states[:, _TRUE[n]] for n in names}
 
     def replay_inputs(self, readings: Mapping[str, Vec], inputs: Table) -> Table:
-        """Recorded commands as manual outputs; the measured temperatures of feed and cooling water as theirs."""
+        """Recorded commands as manual outputs, the measured feed temperature as the feed's."""
         replay = inputs.copy()
         replay[:, U.V1_man] = readings["V1_cmd"]
         replay[:, U.P1_man] = readings["P1_cmd"]
         replay[:, U.V2_man] = readings["V2_cmd"]
         replay[:, U.T2_in] = readings["T2"]
-        replay[:, U.T3_in] = readings["T3"]
         return replay
 
 
