@@ -71,7 +71,7 @@ def test_nobody_who_takes_part_in_a_recovery_knows_a_simulated_plant() -> None:
             if isinstance(node, ast.Import | ast.ImportFrom)
             for alias in node.names
         ]
-        knows = [i for i in imports if "homeostat.links.simulated" in i or "true_process" in i]
+        knows = [i for i in imports if "homeostat.links.simulated" in i or "homeostat.links.truth" in i]
         assert not knows or name.startswith(MAKES_PLANTS), f"{name} imports {knows}"
 
 
