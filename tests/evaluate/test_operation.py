@@ -19,7 +19,7 @@ from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.reference.unsupervised import fault_free, open_process
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
-from homeostat.evaluate.scenario import scenario
+from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.journal import Event, MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink, SimulatedWire
@@ -165,7 +165,7 @@ def test_the_plant_runs_its_own_recipe_and_the_guard_is_in_the_same_states() -> 
     person = Person()
     result = operated(Mode.OBSERVE, person, end_s=130.0)
     entered = tuple((e.state, at_s) for e, at_s in person.seen if isinstance(e, StateEntered))
-    alone = fault_free(plant(), 1, 130.0)
+    alone = fault_free(plant(), Scenario("mixing_module", (), 1, 130.0))
     assert entered == alone.states and len(entered) == 4
     assert all((result.truth.signals[name] == alone.truth.signals[name]).all() for name in ("B201.level", "B202.level"))
 
@@ -197,7 +197,7 @@ def test_a_batch_goes_on_where_the_plant_stands_after_the_lease_was_lost(refused
     batch.run(link.source)
     assert len(person.of(LeaseLost)) == 1 and person.of(LeaseTried)[-1].given
     assert [e for e in person.of(ServiceChanged) if not e.in_service] == [] and person.of(Tripped) == []
-    alone = [state for state, _ in fault_free(plant(), 1, 300.0).states]
+    alone = [state for state, _ in fault_free(plant(), Scenario("mixing_module", (), 1, 300.0)).states]
     entered = [e.state for e in person.of(StateEntered)]
     assert entered == [state for state in alone if state in entered] and entered[-1] == alone[-1]
     assert len(entered) == (len(alone) if not refused else len(alone) - 1)

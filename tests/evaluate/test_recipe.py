@@ -15,7 +15,7 @@ from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.reference.unsupervised import Unsupervised, fault_free, open_process
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
-from homeostat.evaluate.scenario import scenario
+from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.guard.sequence.recognition import Evidence, followed
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
@@ -52,7 +52,7 @@ def causes(person: Person) -> list[str]:
 
 
 def alone() -> Unsupervised:
-    return fault_free(case(), 1, END_S)
+    return fault_free(case(), Scenario("mixing_module", (), 1, END_S))
 
 
 def test_brought_to_observe_the_plant_carries_its_recipe_on_from_where_it_stands() -> None:

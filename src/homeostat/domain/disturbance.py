@@ -121,14 +121,19 @@ class Disturbance:
             return max(value, share)
         return value + self.size * share
 
-    def __str__(self) -> str:
-        """The text that :meth:`parse` reads."""
+    @property
+    def what(self) -> str:
+        """The text without its times."""
         sign, size = ("-", -self.size) if self.effect.endswith("+") and self.size < 0.0 else ("", self.size)
         said = f"{self.effect.value[:-1]}{sign}" if sign else self.effect.value
+        much = [] if self.effect is Effect.FROZEN else [_written(size)]
+        return " ".join((self.name, said, *much))
+
+    def __str__(self) -> str:
+        """The text that :meth:`parse` reads."""
         times = {"from": self.from_s, "to": self.to_s, "over": self.over_s, "every": self.every_s}
         when = [f"{word} {_written(number)}" for word, number in times.items() if number not in (0.0, math.inf)]
-        much = [] if self.effect is Effect.FROZEN else [_written(size)]
-        return " ".join((self.name, said, *much, *when))
+        return " ".join((self.what, *when))
 
 
 def _written(number: float) -> str:

@@ -120,7 +120,7 @@ def explained(run: ShownRun, machine: StateMachine) -> list[Mark]:
 def _beginning(scenario: GroundTruth, onset_s: float) -> str:
     """What begins first."""
     first = [f.fault for f in scenario.faults if f.onset_s == onset_s]
-    first += [d.name for d in scenario.disturbances if d.from_s == onset_s]
+    first += [d.what for d in scenario.disturbances if d.from_s == onset_s]
     return "+".join(first)
 
 
