@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pytest
 
+import homeostat as hs
 from homeostat.evaluate.recorded.resumption import Past
+from homeostat.evaluate.scenario import ScenarioError
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
 from homeostat.plants.plant import load_plant
@@ -57,6 +59,8 @@ def test_equal_seeds_disturb_equally(tmp_path: Path) -> None:
         (("--disturb", "nonsense"), "disturbance 'nonsense' says none; say NAME + 10"),
         (("--disturb", "T_coolnt + 3"), "no parameter or commanded tag 'T_coolnt'; did you mean 'T_coolant'"),
         (("--disturb", "T_coolant + 3 from 900"), "must begin in the run, 0 s to 900 s; choose an earlier begin"),
+        (("--disturb", "UA * 0.5 every 1"), "acts at no whole second of the run"),
+        (("--disturb", "UA * 0.5 from 100.2 to 100.8"), "acts at no whole second of the run"),
         (("--mismatch", "real"), "no mismatch 'real'; it has none, plant, twice"),
     ],
 )
@@ -66,3 +70,32 @@ def test_what_the_plant_cannot_have_is_refused_before_anything_is_made(
     done = homeostat(*SHORT, *given, cwd=tmp_path)
     assert done.status == 2 and words in done.err and done.err.count("\n") == 1
     assert not (tmp_path / "run").exists()
+
+
+def test_a_plant_that_breaks_ends_the_run_in_one_line_with_a_closed_record(tmp_path: Path) -> None:
+    done = homeostat(*SHORT, "--disturb", "cp * 0 from 500", cwd=tmp_path)
+    assert done.status == 2 and done.err.splitlines()[-1].startswith("homeostat: the simulated plant left the physical")
+    assert "disturb it less" in done.err and "Traceback" not in done.err
+    assert verify(tmp_path / "run").complete
+    assert [r.fields["outcome"] for r in read_events(tmp_path / "run") if r.kind == "run-finished"] == ["broken"]
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"disturb": None}, "disturbances None must be a list of texts"),
+        ({"disturb": 5}, "disturbances 5 must be a list of texts"),
+        ({"disturb": [3]}, "disturbance 3 is no text"),
+        ({"mismatch": ["plant"]}, "must be a name, or 'none'"),
+        ({"disturb": ["cp * 0"], "end_s": 50.0}, "left the physical world"),
+    ],
+)
+def test_from_python_the_same_is_refused_in_the_same_words(given: dict[str, object], words: str) -> None:
+    with pytest.raises(ScenarioError, match=words):
+        hs.run("cstr", **given)  # type: ignore[arg-type]
+
+
+def test_the_figure_marks_what_begins(tmp_path: Path) -> None:
+    both = ("--disturb", "T2 reads + 0.1 from 650", "--disturb", "T_ambient + 1 from 800")
+    homeostat(*SHORT, *both, cwd=tmp_path)
+    assert (tmp_path / "run" / "figure.png").stat().st_size > 10_000

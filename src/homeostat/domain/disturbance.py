@@ -114,7 +114,10 @@ class Disturbance:
 
     def applied(self, value: float, at_s: float) -> float:
         """What ``value`` becomes of it at ``at_s`` [s]; a factor is approached from 1, a size from 0."""
-        share = self.share(at_s)
+        return self.changed(value, self.share(at_s))
+
+    def changed(self, value: float, share: float) -> float:
+        """What ``value`` becomes of this ``share`` of it."""
         if self.effect in (Effect.TIMES, Effect.READS_TIMES, Effect.NOISE):
             return value * (1.0 + (self.size - 1.0) * share)
         if self.effect is Effect.FROZEN:

@@ -1,5 +1,6 @@
 """A scenario: which plant, which faults are truly there, which seed."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral, Real
@@ -14,6 +15,8 @@ from homeostat.plants.truth import NONE, find_mismatch, true_model
 
 LONGEST_S = 86_400.0
 """Longest run: a day [s]. Every second is kept in memory."""
+_NOTHING = 1e-9
+"""Share of a disturbance that is none: a sine at its zeros."""
 LARGEST_SEED = 2**32 - 1
 """Largest seed; every draw comes from a child of it (:mod:`homeostat.process.seeds`)."""
 
@@ -135,6 +138,10 @@ def departing(plant: Plant, chosen: Scenario, disturbances: Sequence[str] = (), 
 
     ScenarioError where the plant has no such mismatch, or cannot be disturbed like that.
     """
+    if isinstance(disturbances, str) or not isinstance(disturbances, Sequence):
+        raise ScenarioError(f"disturbances {disturbances!r} must be a list of texts")
+    if not isinstance(mismatch, str):
+        raise ScenarioError(f"mismatch {mismatch!r} must be a name, or 'none'")
     truth = true_model(plant.model)
     if truth is None and (disturbances or mismatch != NONE):
         raise ScenarioError(f"plant {plant.name!r} has no true plant beside its model; it cannot depart from it")
@@ -150,6 +157,12 @@ def departing(plant: Plant, chosen: Scenario, disturbances: Sequence[str] = (), 
             raise ScenarioError(
                 f"disturbance '{disturbance}' must begin in the run, 0 s to {chosen.end_s:g} s; "
                 "choose an earlier begin, or a later end"
+            )
+        last_s = math.ceil(min(disturbance.to_s, chosen.end_s))
+        if all(abs(disturbance.share(float(at_s))) < _NOTHING for at_s in range(math.ceil(disturbance.from_s), last_s)):
+            raise ScenarioError(
+                f"disturbance '{disturbance}' acts at no whole second of the run, 0 s to {chosen.end_s:g} s; "
+                "choose another begin, end or period"
             )
     return replace(chosen, disturbances=parsed, mismatch=NONE if named is None else named.name)
 

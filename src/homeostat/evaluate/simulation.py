@@ -15,6 +15,7 @@ from homeostat.llm.model import LanguageModel
 from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.plants.truth import NONE
+from homeostat.process.batch import ProcessError
 
 
 def run(
@@ -46,7 +47,7 @@ def run(
         PlantError: there is no plant of this name.
     """
     plant = plant if isinstance(plant, Plant) else load_plant(plant)
-    texts = [disturb] if isinstance(disturb, str) else disturb
+    texts = (disturb,) if isinstance(disturb, str) else disturb
     chosen = departing(plant, scenario_of(plant, _faults(fault), seed, end_s), texts, mismatch)
     trace, archive = MemoryTrace(), MemoryArchive()
     thinking = thinking or Thinking()
@@ -54,7 +55,10 @@ def run(
         raise ScenarioError(f"thinking {thinking!r} says not how long it takes; give homeostat.declared(1.0), or None")
     language = None if model is None else Language(model)
     started = run_started(plant, chosen, thinking, "search" if model is None else model.name, (), language)
-    done = runner.run(plant, chosen, trace, thinking.clock(), Proposing(language), archive=archive, started=started)
+    try:
+        done = runner.run(plant, chosen, trace, thinking.clock(), Proposing(language), archive=archive, started=started)
+    except ProcessError as broke:
+        raise ScenarioError(f"{broke}: nothing can be simulated from there on; disturb it less") from None
     trace.record(RunFinished(done.outcome.value, done.reason, done.wall_s), chosen.end_s)
     return replace(done, texts=archive)
 

@@ -6,7 +6,8 @@ column of the model keeps its place. Neutral values leave the model's own bits.
     actuator    command -> dead time -> first-order lag -> stiction -> the model's actuator
     instrument  true value -> damping -> noise of another law -> factor -> offset -> resolution -> reading
 
-Stiction: the actuator stays where it is until what it is told differs by more than its band, and then goes all the way.
+Stiction: the actuator goes on to what it was told last until it is told something that differs from that by more than
+its band, and then goes there, all the way.
 Noise: e' = c e'_before + sqrt(1 - c^2) e, of the same variance as the white e of the model; now and then ten times it.
 Check: c = 0.6 and a white e of 0.5 K keep 0.5 K, of which one reading and the next share 60 %.
 """
@@ -32,7 +33,7 @@ BEHIND_INSTRUMENT: Final = ("offset", "gain", "noise", "frozen", "damping_s", "r
 """Parameters of what stands behind an instrument: in its unit, factors, whether [0 or 1], seconds, in its unit."""
 NOISE_LAW: Final = ("coloured", "outliers")
 """Parameters of every instrument's noise: correlation from one second to the next, and share of outliers."""
-ACTUATOR_STATES: Final = 2 + RING
+ACTUATOR_STATES: Final = 3 + RING
 INSTRUMENT_STATES: Final = 4
 _NEUTRAL: Final = {"gain": 1.0, "noise": 1.0}
 
@@ -71,24 +72,27 @@ class Departures:
 
 
 @compiled
-def reached(command: float, position: float, x: Vec, s: int, p: Vec, q: int, dt: float) -> float:
-    """What of ``command`` reaches an actuator at ``position`` after ``dt`` [s] more.
+def reached(command: float, x: Vec, s: int, p: Vec, q: int, dt: float) -> float:
+    """What of ``command`` reaches an actuator after ``dt`` [s] more.
 
-    ``s``: its first state: lagged command, seconds so far, and the last commands; ``q``: its first parameter.
+    ``s``: its first state: lagged command, seconds so far, what it goes to, and the last commands; ``q``: its first
+    parameter.
     """
     if x[s + 1] == 0.0:
-        x[s] = command
+        x[s] = x[s + 2] = command
         for i in range(RING):
-            x[s + 2 + i] = command
+            x[s + 3 + i] = command
     x[s + 1] += dt
     newest = math.floor(x[s + 1] + 0.5) % RING
-    x[s + 2 + newest] = command
+    x[s + 3 + newest] = command
     dead = min(math.floor(p[q]), LONGEST_DEAD_S)
-    late = x[s + 2 + (newest + RING - dead) % RING]
+    late = x[s + 3 + (newest + RING - dead) % RING]
     if p[q + 1] > 0.0:
         late = x[s] + lag_share(p[q + 1], dt) * (late - x[s])
     x[s] = late
-    return position if abs(late - position) <= p[q + 2] else late
+    if abs(late - x[s + 2]) > p[q + 2]:
+        x[s + 2] = late
+    return float(x[s + 2])
 
 
 @compiled

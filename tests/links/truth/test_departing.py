@@ -164,6 +164,53 @@ def test_people_move_setpoints_and_put_them_back(text: str, values: dict[int, fl
         assert shown[second] == pytest.approx(value), second
 
 
+@pytest.mark.parametrize(
+    ("texts", "values"),
+    [
+        (("T1.sp + 2 from 500 to 700", "T1.sp + 1 from 600"), {500: 312.0, 600: 313.0, 700: 311.0}),
+        (("T1.sp - 2 from 500 over 100", "T1.sp - 3 from 500 over 100"), {550: 307.5, 610: 305.0}),
+        (("T1.sp - 2 from 500", "T1.sp - 2 from 500"), {500: 306.0}),
+        (("T1.sp - 400 from 500 to 600",), {500: 296.0, 600: 310.0}),
+        (("T1.sp * 1e308 from 500 to 600",), {500: 313.0, 600: 310.0}),
+        (
+            ("T1.sp - 4 every 40 from 500", "T1.sp - 3 from 505 to 540"),
+            {500: 310.0, 510: 303.0, 530: 311.0, 560: 310.0},
+        ),
+    ],
+)
+def test_moves_of_one_setpoint_add_up_within_its_range(texts: tuple[str, ...], values: dict[int, float]) -> None:
+    shown = readings(opened("cstr", *texts), 720, "T1.sp")
+    for second, value in values.items():
+        assert shown[second] == pytest.approx(value), second
+
+
+@pytest.mark.parametrize(("text", "speed"), [("P101.cmd * 0.5 from 5", 0.45), ("P101.cmd + 5 from 5", 1.0)])
+def test_a_disturbed_command_stays_disturbed_when_it_is_given_again(text: str, speed: float) -> None:
+    process = opened("mixing_module", text)
+    for second in range(60):
+        if second in (10, 30):
+            process.command((Command("P101.cmd", 0.9, None),))
+        values = process.advance()
+    assert values["P101.cmd"] == pytest.approx(speed) and process.accepted["P101.cmd"] == 0.9
+    assert process.truth().signals["P101.speed"][0, -1] == pytest.approx(speed, abs=0.01)
+
+
+def test_a_slow_actuator_that_sticks_goes_all_the_way_too() -> None:
+    process = opened("mixing_module", "P101 stiction 0.06")
+    process.command((Command("P101.cmd", 0.9, None),))
+    readings(process, 30, "P101.speed")
+    assert process.truth().signals["P101.speed"][0, -1] == pytest.approx(0.9, abs=1e-6)
+    process.command((Command("P101.cmd", 0.85, None),))
+    readings(process, 30, "P101.speed")
+    assert process.truth().signals["P101.speed"][0, -1] == pytest.approx(0.9, abs=1e-6), "less than it sticks"
+
+
+def test_a_level_switch_that_lies_does_not_change_what_is_true() -> None:
+    process = opened("mixing_module", "B201.high reads + 1 from 5")
+    assert readings(process, 10, "B201.high")[-1] == 1.0
+    assert process.truth().signals["B201.high"][0, -1] == 0.0
+
+
 def test_what_somebody_else_commanded_meanwhile_is_gone_on_from() -> None:
     process = opened("cstr", "T1.sp + 2 from 500 to 700")
     readings(process, 600, "T1.sp")

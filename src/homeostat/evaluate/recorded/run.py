@@ -13,7 +13,7 @@ from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.plant import place
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
-from homeostat.evaluate.scenario import Scenario
+from homeostat.evaluate.scenario import Scenario, ScenarioError
 from homeostat.evaluate.score.step_scores import score_steps
 from homeostat.journal import RunFinished, RunStarted, Setting, Subscriber, Summary
 from homeostat.journal.beside.files import RESULT
@@ -21,12 +21,15 @@ from homeostat.journal.events import DISTURBANCE
 from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Plant
 from homeostat.plants.truth import NONE
+from homeostat.process.batch import ProcessError
 from homeostat.process.seeds import NAMING
 from homeostat.record.directory import FIGURE, TRAJECTORY, RunDirectory
 from homeostat.record.figure.figure import draw
 
 LIBRARIES = ("numpy", "numba", "pyoxigraph")
 """Libraries that what is computed depends on."""
+BROKEN = "broken"
+"""Outcome in the trace of a run whose simulated plant left the physical world."""
 INTERRUPTED = "interrupted"
 """Outcome in the trace of a run that was stopped from outside."""
 
@@ -50,6 +53,8 @@ def record_run(
     trajectory nor figure. Where the disk is full, the run goes on to its end, and ``directory.missing`` says what its
     record lacks. A KeyboardInterrupt closes the directory with what was recorded so far and goes on; any other
     exception leaves it without manifest, which verifies as incomplete.
+
+    Raises ScenarioError where the simulated plant leaves the physical world; the directory is closed, and says so.
     """
     trace, seen = directory.trace, _LastTime(watcher)
     trace.subscribe(subscriber)
@@ -73,6 +78,10 @@ def record_run(
         done = replace(done, steps=score_steps(plant, scenario, done.transcript) if stepwise else None)
         directory.record(RunFinished(done.outcome.value, done.reason, done.wall_s), scenario.end_s)
         store(directory, done, whole=kept(done))
+    except ProcessError as broke:
+        directory.record(RunFinished(BROKEN, str(broke)), seen.at_s)
+        directory.close(Summary(scenario.seed, BROKEN, plant.configuration))
+        raise ScenarioError(f"{broke}: nothing can be simulated from there on; disturb it less") from None
     except KeyboardInterrupt:
         directory.record(RunFinished(INTERRUPTED, "stopped from outside"), seen.at_s)
         directory.close(Summary(scenario.seed, INTERRUPTED, plant.configuration))

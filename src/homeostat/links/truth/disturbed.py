@@ -1,5 +1,6 @@
 """What disturbances do to a true plant, second by second: its row of parameters, and the targets that people move."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import final
 
@@ -24,21 +25,23 @@ _COLUMN = {
 
 
 class Targets:
-    """What can be disturbed: parameters, commanded tags, instruments and actuators of one plant."""
+    """What can be disturbed: parameters, inputs, setpoints, instruments and actuators of one plant."""
 
     def __init__(self, model: ProcessModel, departures: Departures, plant: PlantDescription) -> None:
-        self._parameters = (*model.parameters, *departures.parameters)
+        self._parameters, self._symbols = (*model.parameters, *departures.parameters), model.parameters
         variables = plant.variables
         self._readings = {tag: v for tag, v in variables.items() if v in departures.instruments}
-        self._moved = tuple(
-            s.tag.name for s in plant.signals
-            if s.variable in model.inputs and s.tag.role in (Role.SP, Role.MV) and s.relation is not Relation.OVERRIDES
-        )  # fmt: skip
         self._actuators = tuple(departures.actuators)
-        self._symbols = model.parameters
+        commanded = [s for s in plant.signals if s.variable in model.inputs and s.relation is not Relation.OVERRIDES]
+        self.inputs = {s.tag.name: model.inputs.index(s.variable) for s in commanded if s.tag.role is Role.MV}
+        """Tag of a command that reaches the plant directly -> its input."""
+        self.setpoints = tuple(s.tag.name for s in commanded if s.tag.role is Role.SP)
+        """Tags that people move."""
+        self.ranges = {s.tag.name: s.tag.range for s in commanded}
+        """Tag of an input or a setpoint -> what it can be."""
 
     def column(self, disturbance: Disturbance) -> int | None:
-        """The parameter that ``disturbance`` acts on; None where it moves a commanded tag.
+        """The parameter that ``disturbance`` acts on; None where it is about an input or a setpoint.
 
         DisturbanceError where the plant has nothing of that name that can be disturbed like that.
         """
@@ -46,11 +49,11 @@ class Targets:
         if effect in (Effect.PLUS, Effect.TIMES):
             if name in self._symbols:
                 return self._parameters.index(name)
-            if name in self._moved:
+            if name in self.ranges:
                 return None
             if name in self._readings:
                 raise DisturbanceError(f"{name!r} is a reading; say '{name} reads {effect.value} {disturbance.size:g}'")
-            raise self._unknown(name, "parameter or commanded tag", (*self._symbols, *self._moved))
+            raise self._unknown(name, "parameter or commanded tag", (*self._symbols, *self.ranges))
         of_actuator = effect in (Effect.STICTION, Effect.SLOW)
         known = self._actuators if of_actuator else tuple(self._readings)
         if name not in known:
@@ -71,8 +74,11 @@ class Disturbed:
         """``targets``: what the plant has; DisturbanceError where it cannot have one of the ``disturbances``."""
         found = [(targets.column(d), d) for d in disturbances]
         self._columns = tuple((column, d) for column, d in found if column is not None)
-        self._moves = tuple(d for column, d in found if column is None)
-        self._commanded: dict[Disturbance, tuple[float, float]] = {}
+        self._inputs = tuple((targets.inputs[d.name], d) for column, d in found if d.name in targets.inputs)
+        moved = {d.name: None for column, d in found if column is None and d.name in targets.setpoints}
+        self._moves = {tag: [d for _, d in found if d.name == tag] for tag in moved}
+        self._ranges = targets.ranges
+        self._moved: dict[str, tuple[float, float, list[float]]] = {}
 
     def act(self, usual: Vec, parameters: Vec, at_s: float) -> None:
         """Set in ``parameters`` what the ``usual`` ones become at ``at_s`` [s], in the order of the disturbances."""
@@ -81,20 +87,33 @@ class Disturbed:
         for column, disturbance in self._columns:
             parameters[column] = disturbance.applied(parameters[column], at_s)
 
+    def inputs(self, commanded: Vec, at_s: float) -> Vec:
+        """What of the ``commanded`` inputs reaches the plant at ``at_s`` [s], within the ranges of their tags."""
+        acting = [(column, d) for column, d in self._inputs if d.share(at_s) != 0.0]
+        reached = commanded.copy() if acting else commanded
+        for column, d in acting:
+            reached[column] = self._ranges[d.name].clip(d.applied(float(reached[column]), at_s))
+        return reached
+
     def commands(self, accepted: Mapping[str, float | None], at_s: float) -> tuple[Command, ...]:
         """What people change in the second that begins at ``at_s`` [s]; ``accepted``: the present targets.
 
-        What somebody else has commanded meanwhile is what they go on from.
+        What somebody else has commanded meanwhile undoes what was moved before, and is what they go on from; the tag's
+        range is what can be commanded.
         """
-        moved: list[Command] = []
-        for d in self._moves:
-            present = accepted[d.name]
-            if present is None or d.share(at_s) == d.share(at_s - 1.0):
+        found: list[Command] = []
+        for tag, moves in self._moves.items():
+            present, shares = accepted[tag], [d.share(at_s) for d in moves]
+            before = [d.share(at_s - 1.0) for d in moves]
+            if present is None or shares == before:
                 continue
-            undisturbed, commanded = self._commanded.get(d, (present, present))
-            if present != commanded:
-                undisturbed = present
-            value = d.applied(undisturbed, at_s)
-            self._commanded[d] = undisturbed, value
-            moved.append(Command(d.name, value, None))
-        return tuple(moved)
+            base, last, undone = self._moved.get(tag, (present, math.nan, [0.0] * len(moves)))
+            if present != last:
+                base, undone = present, before
+            value = base
+            for d, share, lost in zip(moves, shares, undone, strict=True):
+                value = d.changed(value, share - lost if d.from_s <= at_s < d.to_s else 0.0)
+            value = self._ranges[tag].clip(value)
+            self._moved[tag] = base, value, undone
+            found.append(Command(tag, value, None))
+        return tuple(found)

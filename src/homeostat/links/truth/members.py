@@ -61,5 +61,8 @@ class Members:
                 row = self._usual.copy()
                 self._disturbed.act(self._usual, row, start_s + reached)
                 run.parameters[:] = row
+                for second in range(reached, min(reached + PIECE_S, steps)):
+                    for schedule in run.inputs:
+                        schedule[second] = self._disturbed.inputs(schedule[second], start_s + second)
             run.advance(min(reached + PIECE_S, steps) if self._disturbed else steps)
         return BatchResult(run.record, run.state)

@@ -119,6 +119,8 @@ class TrueProcess:
             self.command(self._disturbed.commands(self._accepted, self.now_s))
             self._disturbed.act(self._usual, self._parameters[0], self.now_s)
         inputs = self._ramp.advance()
+        if self._disturbed is not None:
+            inputs = self._disturbed.inputs(inputs, self.now_s)
         broken = np.full(1, np.nan)
         member = self._state, self._parameters, self._severity, self._onset, inputs[None, None], self._index
         noise = self._seeds, self._noise, self._noise

@@ -76,6 +76,10 @@ class MixingModel:
     def truth(self, record: Cube, inputs: Cube) -> Mapping[str, NDArray[np.float64]]:
         """Variable -> true values."""
         values = {name: record[:, :, i] for name, i in _TRUE.items()}
+        for i, tank in enumerate(_TANKS):
+            height = _STATED["height_B204" if i == TANKS - 1 else "height_feed"]
+            for what, share in (("LSL", 0.1), ("LSM", 0.5), ("LSH", 0.9)):
+                values[f"{what}_{tank}"] = np.where(record[:, :, S.L1 + i] >= share * height, 1.0, 0.0)
         for k, name in enumerate(self.inputs):
             values[name] = np.broadcast_to(inputs[:, :, k], record.shape[:2])
         return values

@@ -41,6 +41,8 @@ _ENDINGS: Final = {
     Outcome.NO_ACTION: "No action",
     Outcome.HELD: "Held",
 }
+LONGEST_TITLE = 80
+"""Most characters of what was wrong that the title has room for."""
 
 
 def draw(run: ShownRun) -> bytes:
@@ -117,6 +119,8 @@ def _caption(figure: Figure, run: ShownRun, shown: tuple[float, float]) -> None:
         sizes.append(f"{fault.fault} {fault.severity:g}{'' if unit == '1' else ' ' + unit}")
     what = " + ".join((*sizes, *map(str, run.scenario.disturbances))) or "no fault"
     end = plant.description.machine.state(run.state).label
+    if len(what) > LONGEST_TITLE:
+        what = f"{what[:LONGEST_TITLE]} ..."
     title = f"{plant.name}, {what}, seed {run.scenario.seed}"
     left, height = _LEFT / _WIDTH, figure.get_figheight()
     figure.text(left, 1 - 0.2 / height, title, fontsize=12, fontweight="bold", va="center")

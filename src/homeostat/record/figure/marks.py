@@ -20,6 +20,8 @@ _FALLBACK: Final = "#6a3d9a"
 _COMPLETE: Final = "#5f6b76"
 _CROWDED: Final = 0.045
 """Distance between later releases below which the second one's time is left out, as part of the width [1]."""
+MOST_BEGINNINGS = 3
+"""Most beginnings of faults and disturbances that are marked one by one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +101,8 @@ def explained(run: ShownRun, machine: StateMachine) -> list[Mark]:
     onset = run.scenario.onset_s
     labels = {state.name: state.label for state in machine.states}
     marks = []
-    if onset is not None:
-        marks.append(Mark(onset, f"{_beginning(run.scenario, onset)} begins, {onset:g} s", _ONSET, (0, (2, 2))))
+    for at_s, what in _beginnings(run.scenario):
+        marks.append(Mark(at_s, f"{what} begins, {at_s:g} s", _ONSET, (0, (2, 2))))
     if run.detected_s is not None:
         marks.append(Mark(run.detected_s, f"detected{_when(run.detected_s, onset)}", _DETECTED, "solid"))
     if run.record.releases:
@@ -117,11 +119,17 @@ def explained(run: ShownRun, machine: StateMachine) -> list[Mark]:
     return sorted(marks, key=lambda mark: mark.at_s)
 
 
-def _beginning(scenario: GroundTruth, onset_s: float) -> str:
-    """What begins first."""
-    first = [f.fault for f in scenario.faults if f.onset_s == onset_s]
-    first += [d.what for d in scenario.disturbances if d.from_s == onset_s]
-    return "+".join(first)
+def _beginnings(scenario: GroundTruth) -> list[tuple[float, str]]:
+    """When faults and disturbances begin, in order of time; of many, the first, and how many more there are."""
+    found: dict[float, list[str]] = {}
+    each = [*((f.onset_s, f.fault) for f in scenario.faults), *((d.from_s, d.what) for d in scenario.disturbances)]
+    for at_s, what in sorted(each, key=lambda one: one[0]):
+        found.setdefault(at_s, []).append(what)
+    marked = [(at_s, "+".join(names)) for at_s, names in found.items()]
+    if len(marked) > MOST_BEGINNINGS:
+        first, what = marked[0]
+        return [(first, f"{what}, and {len(marked) - 1} more later,")]
+    return marked
 
 
 def _when(at_s: float, onset_s: float | None) -> str:

@@ -90,6 +90,11 @@ class ScenarioPlan(_Table):
     published: str = ""
     """Row of the published tables that this stands for."""
 
+    @field_validator("disturbances", mode="before")
+    @classmethod
+    def _from_text(cls, value: object) -> object:
+        return [value] if isinstance(value, str) else value
+
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
         listed = isinstance(self.fault, tuple)

@@ -38,7 +38,6 @@ DEPARTURES = Departures(
     structure=Structure._fields,
 )
 COMMANDS = (S.V1_cmd, S.P1_cmd, S.V2_cmd)
-POSITIONS = (S.V1_pos, S.P1_pos, S.V2_pos)
 SHOWN = (S.T1, S.L1, S.F1, S.F2, S.F3, S.T2, S.T3, S.V1_zt, S.P1_zt, S.V2_zt)
 BEFORE = len(P) + len(NOISE_LAW)
 """First parameter of the first actuator; before it stands the noise law."""
@@ -76,7 +75,7 @@ def move(x: Vec, p: Vec, sev: Vec, onset: Vec, u: Vec, t: float, dt: float, shar
     v1, p1, v2 = x[S.V1_cmd], x[S.P1_cmd], x[S.V2_cmd]
     for i in range(len(COMMANDS)):
         own, to = len(S) + ACTUATOR_STATES * i, BEFORE + len(BEFORE_ACTUATOR) * i
-        x[COMMANDS[i]] = reached(x[COMMANDS[i]], x[POSITIONS[i]], x, own, p, to, dt)
+        x[COMMANDS[i]] = reached(x[COMMANDS[i]], x, own, p, to, dt)
     model.move_actuators(x, sev, onset, u, t, dt, share)
     x[S.V1_cmd], x[S.P1_cmd], x[S.V2_cmd] = v1, p1, v2
 

@@ -85,9 +85,8 @@ def parameters_now(x: Vec, p: Vec, now: Vec) -> None:
 def commands_now(x: Vec, p: Vec, u: Vec, now: Vec, dt: float) -> None:
     """What of the commands ``u`` reaches the actuators, into ``now``."""
     for i in range(COMMANDS):
-        position = x[S.VI1_pos + i]  # the pumps' speeds stand behind the valves' positions
         own, to = len(S) + ACTUATOR_STATES * i, BEFORE + len(BEFORE_ACTUATOR) * i
-        now[i] = reached(u[i], position, x, own, p, to, dt)
+        now[i] = reached(u[i], x, own, p, to, dt)
     if p[Q.seat_leak] > 0.0:
         for i in range(FEEDS):
             now[i] = max(now[i], p[Q.seat_leak])
