@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.disturbance import Disturbance, DisturbanceError
 from homeostat.domain.recovery import Command
+from homeostat.links.truth.members import Members
 from homeostat.links.truth.process import Departed, PlantConfiguration, TrueProcess
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.plants.truth import find_mismatch, mismatches, true_model
@@ -266,3 +267,18 @@ def test_a_disturbance_that_is_over_leaves_no_trace_in_the_parameters(begin: int
     before = process._parameters.copy()
     readings(process, begin + last + 1, "T1")
     assert np.array_equal(process._parameters, before)
+
+
+def test_members_of_a_true_plant_are_the_plant_and_leave_the_schedules_as_they_are() -> None:
+    """What is held for some seconds is a step here, so that nothing but rounding could differ."""
+    plant, truth = true_plant("cstr")
+    disturbances = tuple(map(Disturbance.parse, ("UA * 0.9 from 500", "XV1.cmd * 0 from 600", "T1 reads + 1 from 400")))
+    departed = Departed(truth, np.array(truth.departures.neutral()), disturbances)
+    configuration = PlantConfiguration(plant.true_parameters(5), plant.start, (), 1e6, 11, 1.0, departed)
+    process = TrueProcess(plant.model, plant.description, configuration)
+    readings(process, 700, "T1")
+    members, schedules = Members(plant.model, plant.description, configuration), np.tile(plant.start, (2, 700, 1))
+    record = members.simulate(np.tile(members.start(), (2, 1)), schedules, 0.0, 700, 1).record
+    assert np.array_equal(schedules, np.tile(plant.start, (2, 700, 1)), equal_nan=True)
+    for member in record:
+        assert np.array_equal(plant.model.truth(member[None], schedules[:1])["T1"], process.truth().signals["T1"])

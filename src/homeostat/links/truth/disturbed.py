@@ -80,6 +80,11 @@ class Disturbed:
         self._ranges = targets.ranges
         self._moved: dict[str, tuple[float, float, list[float]]] = {}
 
+    @property
+    def acts_on_inputs(self) -> bool:
+        """Whether one of them is about a command on its way to the plant."""
+        return bool(self._inputs)
+
     def act(self, usual: Vec, parameters: Vec, at_s: float) -> None:
         """Set in ``parameters`` what the ``usual`` ones become at ``at_s`` [s], in the order of the disturbances."""
         for column, _ in self._columns:

@@ -45,7 +45,7 @@ class Members:
             parameters=np.tile(self._usual, (members, 1)),
             severity=np.tile(severity, (members, 1)),
             onset_s=np.tile(onset, (members, 1)),
-            inputs=inputs,
+            inputs=self._reaching(inputs, start_s, steps),
             input_of=np.arange(members),
             start_s=start_s,
             steps=steps,
@@ -61,8 +61,15 @@ class Members:
                 row = self._usual.copy()
                 self._disturbed.act(self._usual, row, start_s + reached)
                 run.parameters[:] = row
-                for second in range(reached, min(reached + PIECE_S, steps)):
-                    for schedule in run.inputs:
-                        schedule[second] = self._disturbed.inputs(schedule[second], start_s + second)
             run.advance(min(reached + PIECE_S, steps) if self._disturbed else steps)
         return BatchResult(run.record, run.state)
+
+    def _reaching(self, inputs: Cube, start_s: float, steps: int) -> Cube:
+        """What of the commanded ``inputs`` reaches the plant, second by second; ``inputs`` stay as they are."""
+        if self._disturbed is None or not self._disturbed.acts_on_inputs:
+            return inputs
+        reached = inputs.copy()
+        for schedule in reached:
+            for second in range(steps):
+                schedule[second] = self._disturbed.inputs(schedule[second], start_s + second)
+        return reached
