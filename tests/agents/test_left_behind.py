@@ -35,10 +35,10 @@ class Interrupted:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._model, name)
 
-    def resume_control(self, *args: Any) -> None:
+    def resume(self, *args: Any) -> None:
         first, self.first = self.first, lambda: None
         first()
-        self._model.resume_control(*args)
+        self._model.resume(*args)
 
 
 def followed() -> tuple[Twin, Interrupted]:

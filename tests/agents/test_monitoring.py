@@ -45,7 +45,7 @@ class ScriptedTwin:
         return self
 
     def explain(
-        self, candidates: Sequence[str], known: Sequence[FaultState], dense: bool = False
+        self, candidates: Sequence[str], known: Sequence[FaultState], dense: bool = False, since_s: float = 0.0
     ) -> tuple[Hypothesis, ...]:
         self.asked.append((tuple(candidates), tuple(known)))
         return self.answer(self.at_s)

@@ -192,7 +192,7 @@ class ProcessModelContract:
         row = SECONDS // 2
         before, now = (model.readings(result.record[0, row - k], inputs) for k in (1, 0))
         states = np.tile(model.estimate(now), (1, 1))
-        model.resume_control(states, {v: np.array([before[v], now[v]]) for v in now}, what.parameters)
+        model.resume(states, {v: np.array([before[v], now[v]]) for v in now}, what.parameters)
         start_s = settle_s + row + 1.0
         going = simulate(model.kernel, replace(what, state=states, start_s=start_s, steps=1))
         expected = model.readings(result.record[0, row + 1], inputs)

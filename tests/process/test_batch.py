@@ -299,10 +299,10 @@ def test_the_message_names_the_columns_that_are_not_finite() -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"steps": 51}, "input schedules of shape (1, 50, 8) do not cover 51 s"),
+        ({"steps": 51}, "input schedules of shape (1, 50, 9) do not cover 51 s"),
         ({"steps": 0}, "steps 0 and stride 1 must be >= 1"),
         ({"stride": 0}, "steps 50 and stride 0 must be >= 1"),
-        ({"inputs": np.zeros((50, len(U)))}, "input schedules of shape (50, 8)"),
+        ({"inputs": np.zeros((50, len(U)))}, "input schedules of shape (50, 9)"),
         ({"parameters": np.zeros((2, len(P)))}, "parameters has 2 rows for 3 members"),
         ({"seeds": np.zeros(4, dtype=np.int64)}, "seeds has 4 rows for 3 members"),
         ({"sensor_noise": np.zeros(1)}, "sensor_noise has 1 rows for 3 members"),

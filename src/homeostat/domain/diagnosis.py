@@ -74,6 +74,37 @@ class Symptom:
     """Size of the deviation as a multiple of the threshold [1]; 1 at the threshold."""
 
 
+class EffectKind(StrEnum):
+    """What of the process model something acts on that the model has no equation of."""
+
+    PARAMETER = "parameter"
+    """A parameter differs from what it was."""
+    BALANCE = "balance"
+    """A state gains or loses what its balance does not know of."""
+    READING = "reading"
+    """An instrument shows something else; nothing of the process changes but what follows from readings."""
+    FROZEN = "frozen"
+    """An instrument shows what it showed last."""
+    UNSEEN = "unseen"
+    """A mean value of the model does not change: noise, or a controller that computes something else."""
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """How the twin carries what its model has no equation of."""
+
+    kind: EffectKind
+    """What it acts on."""
+    quantity: str
+    """Parameter, state or variable of the process model."""
+    per_unit: float = 1.0
+    """Change of the quantity for each unit of severity, per second for a balance, in the quantity's unit."""
+    grows: bool = False
+    """Whether it grows from nothing at the onset, and severity is per second."""
+    capacity: Expression | None = None
+    """What a balance holds per unit of its state, over tags: severity divided by it is the state's rate; None for 1."""
+
+
 @dataclass(frozen=True, slots=True)
 class FaultMode:
     """One fault mode of a component (FMEA row)."""
@@ -96,6 +127,10 @@ class FaultMode:
     """Relative frequency [1]."""
     description: str
     """What the severity means."""
+    effect: Effect | None = None
+    """How the twin carries it; None where the process model has its equation."""
+    unknown: bool = False
+    """Whether it says no cause, but which balance or characteristic is disturbed, and by how much."""
 
 
 @dataclass(frozen=True, slots=True)

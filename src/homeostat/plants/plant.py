@@ -21,6 +21,7 @@ from homeostat.plants.files.folder import PlantFiles, plant_folder, read_files
 from homeostat.plants.files.generated import with_baselines, with_fresh_graph
 from homeostat.plants.files.graph import open_graph, read_description
 from homeostat.plants.model import find_model
+from homeostat.plants.settings.balances import read_balances
 from homeostat.plants.settings.check import refuse_misfit
 from homeostat.plants.settings.figure_panel import read_panel
 from homeostat.plants.settings.file import read_settings
@@ -31,6 +32,7 @@ from homeostat.process.types import Vec
 from homeostat.record.figure.panel import Panel
 from homeostat.recovery.bounds import InterventionBounds
 from homeostat.stl.formula import Formula
+from homeostat.twin.isolation.modes import generated_modes
 from homeostat.twin.settings import TwinSettings
 
 
@@ -116,7 +118,7 @@ def load_plant(name: str, learned: bool = True, kept: bool = True) -> Plant:
     description = read_description(graph, settings.system, model, settings.twin.settings.horizon_s)
     refuse_misfit(files.folder.name, settings, description, model)
     _check_choices(description.machine)
-    plant = _case(settings, fresh, graph, description, model)
+    plant = _with_generated(_case(settings, fresh, graph, description, model), settings)
     if fresh is not files:
         plant = replace(plant, remade=(GRAPH,))
     return with_baselines(plant, kept) if learned else plant
@@ -150,6 +152,14 @@ def _case(
         onset_s=settings.run.onset_s,
         panels=tuple(read_panel(table.model_dump(exclude_none=True), description) for table in settings.figure),
     )
+
+
+def _with_generated(plant: Plant, settings: Settings) -> Plant:
+    """``plant`` with the balances of its twin, and the fault modes that no table names."""
+    balances = read_balances(settings.twin.balances, plant.description, plant.model)
+    twin = replace(plant.twin, balances=balances)
+    description = replace(plant.description, generated=generated_modes(plant.description, twin))
+    return replace(plant, twin=twin, description=description)
 
 
 def _check_choices(machine: StateMachine) -> None:

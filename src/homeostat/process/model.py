@@ -55,8 +55,11 @@ class ProcessModel(Protocol):
         """Move states in place by what the instruments say beyond the model: variable -> shape (members,)."""
         ...
 
-    def resume_control(self, states: Table, readings: Mapping[str, Vec], parameters: Table) -> None:
-        """Set the controllers' memory in place so that their outputs go on without a bump.
+    def resume(self, states: Table, readings: Mapping[str, Vec], parameters: Table) -> None:
+        """Let what the model does not compute from its balances go on from what was read last, in place.
+
+        Controllers: their memory, so that their outputs go on without a bump. Measured disturbances: the parameters
+        that stand for them, shape (members, parameters), so that they stay as they were measured lately.
 
         ``readings`` are the last ones (variable -> shape (n,), n >= 2): a command in row k was computed from row k - 1.
         """

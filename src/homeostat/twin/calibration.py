@@ -4,16 +4,17 @@ Linear Bayesian update: the model's response to each uncertain parameter is foun
 parameter, all in one call of the engine; prior and measurement errors are normal (Kalman, 1960).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.plant.parameter import ModelParameter
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.types import Table, Vec
+from homeostat.twin.carried import Carried
 from homeostat.twin.history import Window
-from homeostat.twin.replay import fault_columns, replay
+from homeostat.twin.replay import replay
 
 BLOCK_S = 60
 """Readings are compared as means over blocks of this length [s]."""
@@ -47,13 +48,14 @@ def calibrate(
     model: ProcessModel,
     window: Window,
     posterior: Posterior,
-    errors: dict[str, tuple[float, float]],
-    initial: dict[str, float],
-    faults: tuple[FaultState, ...] = (),
+    present: Carried,
+    errors: Mapping[str, tuple[float, float]],
+    initial: Mapping[str, float],
 ) -> Posterior:
-    """``posterior`` after ``window``, in which nothing but ``faults`` was wrong.
+    """``posterior`` after ``window``, in which nothing but what is ``present`` was wrong.
 
     Args:
+        present: one fault set.
         errors: variable -> (noise per reading, model error), standard deviations in the variable's unit.
         initial: state -> standard deviation of what smoothing may have got wrong at the window's start.
     """
@@ -63,8 +65,7 @@ def calibrate(
     for k, (state, sd) in enumerate(initial.items()):
         offsets[1 + count + k, column(model.states, state)] = sd
     sets = np.vstack([posterior.mean, posterior.mean + posterior.root.T, np.tile(posterior.mean, (len(initial), 1))])
-    present = fault_columns(model, [faults] * len(sets))
-    run = replay(model, window, sets, present, variables, offsets)
+    run = replay(model, window, sets, present.repeated(len(sets)), variables, offsets)
     blocks = (window.length - 1) // BLOCK_S
     rows = blocks * BLOCK_S
 

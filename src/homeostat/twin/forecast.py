@@ -6,12 +6,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from homeostat.domain.diagnosis import Hypothesis
-from homeostat.process.batch import Batch, simulate
+from homeostat.process.batch import Batch
 from homeostat.process.model import ProcessModel
+from homeostat.process.moves import Move, MoveKind, Movers, simulate_moved
 from homeostat.process.sequence import InputSequence, run_sequences
 from homeostat.process.types import Cube, Indices, Table, Vec
+from homeostat.twin.carried import Carried, Carrier
 from homeostat.twin.history import Window
-from homeostat.twin.replay import fault_columns, replay
+from homeostat.twin.replay import replay
+
+LATEST = 15
+"""Readings whose mean difference from the replay corrects the state."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,10 +29,8 @@ class Ensemble:
     """Present states, shape (members, states)."""
     parameters: Table
     """Parameters, shape (members, parameters)."""
-    severity: Table
-    """Fault severities, shape (members, faults)."""
-    onset_s: Table
-    """Fault onsets [s], shape (members, faults)."""
+    carried: Carried
+    """What each member has that is wrong; parameters are moved by it already."""
     hypothesis: Indices
     """Which hypothesis each member follows, shape (members,)."""
     weights: Vec
@@ -36,44 +39,59 @@ class Ensemble:
     """Noise seeds, shape (members,)."""
 
 
+@dataclass(frozen=True, slots=True)
+class Past:
+    """What was read until now."""
+
+    replayed: Window
+    """What is replayed."""
+    whole: Window
+    """As far back as there is anything: what a controller remembers may be older than what the process does."""
+
+
 def synchronise(
     model: ProcessModel,
-    window: Window,
+    carrier: Carrier,
+    past: Past,
     draws: Table,
     hypotheses: Sequence[Hypothesis],
     variables: tuple[str, ...],
     noise: np.random.Generator,
-    memory: Window,
-    latest: int = 15,
 ) -> Ensemble:
-    """Bring every (hypothesis, draw) member to the end of ``window`` and make it agree with the last readings.
+    """Bring every (hypothesis, draw) member to the present and make it agree with the last readings.
 
     Args:
         draws: parameter sets, shape (draws, parameters).
         variables: readings that the model is corrected by.
         noise: what each member's own noise seed is drawn from.
-        memory: readings that end with ``window`` and reach back as far as there are any: what a controller remembers
-            may be much older than what the process does.
-        latest: readings whose mean difference corrects the state.
     """
+    window = past.replayed
     count = len(draws)
     sets = [h.faults for h in hypotheses for _ in range(count)]
     parameters = np.tile(draws, (len(hypotheses), 1))
-    faults = fault_columns(model, sets)
-    run = replay(model, window, parameters, faults, variables)
+    carried = carrier.carry(sets, window)
+    run = replay(model, window, parameters, carried, variables)
     states = run.state
     newest_onset = max((f.onset_s for h in hypotheses for f in h.faults), default=window.start_s)
-    rows = int(np.clip(window.end_s - newest_onset - 1, 3, latest))
+    rows = int(np.clip(window.end_s - newest_onset - 1, 3, LATEST))
     residuals = {
         v: np.mean(window.readings[v][-rows:] - run.predicted[:, -rows:, j], axis=1) for j, v in enumerate(variables)
     }
+    for v in variables:
+        residuals[v][[_stuck(own, model.shown[v]) for own in carried.moves]] = 0.0  # it says nothing of the process
     model.correct(states, residuals)
-    model.resume_control(states, memory.readings, parameters)
+    Movers(carried.moves, -np.inf).before(parameters, window.end_s)
+    model.resume(states, past.whole.readings, parameters)
     seeds = noise.integers(1, 2**62, size=len(sets), dtype=np.int64)
     weights = np.repeat([h.probability for h in hypotheses], count) / count
     return Ensemble(
-        window.end_s, states, parameters, *faults, np.repeat(np.arange(len(hypotheses)), count), weights, seeds
+        window.end_s, states, parameters, carried, np.repeat(np.arange(len(hypotheses)), count), weights, seeds
     )
+
+
+def _stuck(moves: Sequence[Move], reading: int) -> bool:
+    """Whether the reading in this column stands still."""
+    return any(move.kind is MoveKind.FROZEN and move.column == reading for move in moves)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +119,7 @@ def forecast(
     count, steps = schedules.shape[0], schedules.shape[1]
     batch = _batch(model, ensemble, count, steps, stride, sensor_noise)
     batch = replace(batch, inputs=np.ascontiguousarray(schedules))
-    result = simulate(model.kernel, batch, lambda i: model.states[i])
+    result = simulate_moved(model.kernel, batch, _movers(ensemble, count), lambda i: model.states[i])
     sampled = np.repeat(schedules[:, stride - 1 :: stride][:, : result.record.shape[1]], len(ensemble.states), axis=0)
     return Forecast(model.truth(result.record, sampled), float(stride))
 
@@ -114,12 +132,16 @@ def follow(
     With sensor noise, because what the instruments show decides when a step ends.
     """
     batch = _batch(model, ensemble, len(sequences), steps, 1, sensor_noise=True)
-    result = run_sequences(model, batch, sequences, present)
+    result = run_sequences(model, batch, sequences, present, _movers(ensemble, len(sequences)))
     waited_for = np.repeat([len(s.guards) for s in sequences], len(ensemble.states))
     left = tuple((waited_for - result.reached).tolist())
     most = max(len(s.guards) for s in sequences)
     taken = np.stack([ensemble.start_s + result.taken(k + 1) for k in range(most)], axis=1)
     return Forecast(model.truth(result.record, result.inputs), 1.0, left, taken)
+
+
+def _movers(ensemble: Ensemble, count: int) -> Movers:
+    return Movers(ensemble.carried.moves * count, ensemble.start_s)
 
 
 def _batch(model: ProcessModel, ensemble: Ensemble, count: int, steps: int, stride: int, sensor_noise: bool) -> Batch:
@@ -132,8 +154,8 @@ def _batch(model: ProcessModel, ensemble: Ensemble, count: int, steps: int, stri
     return Batch(
         state=repeat(ensemble.states),
         parameters=repeat(ensemble.parameters),
-        severity=repeat(ensemble.severity),
-        onset_s=repeat(ensemble.onset_s),
+        severity=repeat(ensemble.carried.severity),
+        onset_s=repeat(ensemble.carried.onset_s),
         inputs=np.empty((count, 0, len(model.inputs))),
         input_of=np.repeat(np.arange(count), members),
         start_s=ensemble.start_s,

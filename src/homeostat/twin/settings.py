@@ -3,6 +3,26 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from homeostat.stl.formula import Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Balance:
+    """A state that a conserved quantity makes, and what may disturb it."""
+
+    state: str
+    """State of the process model."""
+    quantity: str
+    """What is conserved: ``heat``, ``mass``."""
+    component: str
+    """Where it is held."""
+    unit: str
+    """Unit of a disturbance."""
+    capacity: Expression
+    """What is held per unit of the state, over tags: a disturbance divided by it is the state's rate."""
+    large: float
+    """A large disturbance, in ``unit``."""
+
 
 @dataclass(frozen=True, slots=True)
 class TwinSettings:
@@ -16,7 +36,11 @@ class TwinSettings:
     """State -> standard deviation of what smoothing may get wrong at the start of a window."""
     gain_error: float
     """What a reading moved by is predicted to this share at best [1]."""
-    replay_s: int = 600
+    balances: tuple[Balance, ...] = ()
+    """What may be disturbed by what nobody knows of."""
+    lead_s: int = 400
+    """Stretch before the first symptom that is replayed with what follows it [s]."""
+    replay_s: int = 640
     """Longest stretch that is replayed for an explanation [s]."""
     recent_s: int = 240
     """Stretch in which a second fault is looked for [s]."""

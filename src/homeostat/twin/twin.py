@@ -10,7 +10,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.domain.diagnosis import FaultMode, FaultState, Hypothesis
+from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.parameter import ModelParameter
 from homeostat.domain.recovery import ActionSet
@@ -24,9 +24,10 @@ from homeostat.process.sequence import Guard, InputSequence
 from homeostat.process.types import Cube, Vec
 from homeostat.stl.formula import Formula
 from homeostat.twin.calibration import Posterior, calibrate, prior
-from homeostat.twin.explanation import Accuracy, FaultIsolation, explain
-from homeostat.twin.forecast import Ensemble, Forecast, follow, forecast, synchronise
+from homeostat.twin.carried import Carrier
+from homeostat.twin.forecast import Ensemble, Forecast, Past, follow, forecast, synchronise
 from homeostat.twin.history import History
+from homeostat.twin.isolation.isolation import FaultIsolation, Question
 from homeostat.twin.settings import TwinSettings
 
 
@@ -60,7 +61,8 @@ class Twin:
         """``seed`` seeds the parameter draws and the noise of the rollouts."""
         self._model = model
         self._description = description
-        self._faults: Sequence[FaultMode] = description.faults
+        self._carrier = Carrier(model, description)
+        self._isolation = FaultIsolation(model, description, self._carrier, settings)
         self._parameters: tuple[ModelParameter, ...] = description.parameters
         self.settings = settings
         self._seed = seed
@@ -93,33 +95,32 @@ class Twin:
         self._posterior = self._learned(self._posterior, seconds, tuple(faults))
 
     def _learned(self, posterior: Posterior, seconds: int, faults: tuple[FaultState, ...]) -> Posterior:
-        window, errors, initial = self._history.window(seconds), dict(self.settings.errors), dict(self.settings.initial)
-        return calibrate(self._model, window, posterior, errors, initial, faults)
+        window, present = self._history.window(seconds), self._carrier.carry([faults], self._history.window(1))
+        return calibrate(self._model, window, posterior, present, self.settings.errors, self.settings.initial)
 
     def explain(
-        self, candidates: Sequence[str], known: Sequence[FaultState], dense: bool = False
+        self, candidates: Sequence[str], known: Sequence[FaultState], dense: bool = False, since_s: float = np.inf
     ) -> tuple[Hypothesis, ...]:
-        """Which of the ``candidates`` explain the last readings; ``known`` is what was probable before.
+        """What explains the last readings: one of ``candidates``, something that no table names, or nothing.
 
-        ``dense``: onsets are tried more closely, for what may have gone unnoticed for a while.
+        ``known`` is what was probable before. ``dense``: onsets are tried more closely, for what may have gone
+        unnoticed for a while. ``since_s``: when the first symptom of it was seen [s]; now where it is infinite.
         """
-        accuracy = Accuracy(self.settings.errors, self.settings.gain_error)
-        names = [f.name for f in self._faults]
-        window = self._history.window(self.settings.replay_s)
-        whole, recent = (
-            FaultIsolation(self._model, w, self._posterior, accuracy, self._faults, known)
-            for w in (window, self._history.window(self.settings.recent_s))
-        )
-        return explain(whole, recent, candidates, names, known, window.end_s, dense)
+        settings, end_s = self.settings, self._history.window(1).end_s
+        seconds = int(np.clip(end_s - min(since_s, end_s) + settings.lead_s, settings.lead_s, settings.replay_s))
+        window, recent = self._history.window(seconds), self._history.window(min(settings.recent_s, seconds))
+        return self._isolation.explain(Question(candidates, tuple(known), dense), window, recent, self._posterior)
 
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[dict[str, float], ...]:
         """What each hypothesis says the instruments show beyond the truth: tag -> error in the tag's unit."""
         e = self.ensemble(hypotheses, draws=1)
-        shown, true = self._model.shown_and_true(e.states, e.parameters, e.severity, e.onset_s, e.start_s)
-        found = []
+        carried = e.carried
+        shown, true = self._model.shown_and_true(e.states, e.parameters, carried.severity, carried.onset_s, e.start_s)
+        read, found = self._history.window(1).at(-1), []
         for m in range(len(hypotheses)):
-            errors = {t: float(shown[v][m] - true[v][m]) for t, v in self._description.variables.items() if v in shown}
-            found.append(errors)
+            says = {v: float(values[m]) for v, values in shown.items()}
+            says |= self._carrier.shown(carried.moves[m], says, read, e.start_s)
+            found.append({t: says[v] - float(true[v][m]) for t, v in self._description.variables.items() if v in says})
         return tuple(found)
 
     def ensemble(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose = Purpose.EXPLORE) -> Ensemble:
@@ -143,7 +144,8 @@ class Twin:
         parameters = self._posterior.draws(draws, generator(self._seed, purpose))
         noise = generator(self._seed, Stream.TWIN_NOISE, purpose)
         window, corrected = self._history.window(self.settings.synchronise_s), self.settings.corrected
-        return synchronise(self._model, window, parameters, hypotheses, corrected, noise, self._history.whole)
+        past = Past(window, self._history.whole)
+        return synchronise(self._model, self._carrier, past, parameters, hypotheses, corrected, noise)
 
     def schedules(self, sets: Sequence[ActionSet], steps: int) -> Cube:
         """The inputs of the next ``steps`` seconds if each of ``sets`` were released now, (sets, steps, inputs)."""

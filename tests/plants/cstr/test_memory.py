@@ -34,7 +34,7 @@ def resumed(seconds: int) -> Vec:
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     states = np.array(run.state)
     states[:, [S.level_integral, S.temperature_integral]] = np.nan
-    reactor.MODEL.resume_control(states, columns, np.atleast_2d(reactor.parameters()))
+    reactor.MODEL.resume(states, columns, np.atleast_2d(reactor.parameters()))
     return states[0]
 
 

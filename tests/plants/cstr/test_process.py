@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -71,13 +73,18 @@ def test_deviations_are_those_that_the_loops_see() -> None:
     assert truth["T1_err"][0, -1] == pytest.approx(0.0, abs=1e-4)
 
 
-def test_the_measured_feed_temperature_is_replayed() -> None:
-    b = reactor.batch(30, x=reactor.run(reactor.batch(1500)).state[0], process=1.0)
+def test_the_measured_temperatures_are_replayed() -> None:
+    """As the transmitters read them: replayed, the model takes the calibration that it knows of away again."""
+    p = reactor.parameters(bias_T2=0.3, bias_T3=-0.2, T_coolant=288.0)
+    b = reactor.batch(30, p=p, x=reactor.run(reactor.batch(1500, p=p)).state[0], process=1.0)
     result = reactor.run(b)
     read = {n: np.array([reactor.MODEL.readings(row, b.inputs[0, 0])[n] for row in result.record[0]])
-            for n in ("V1_cmd", "P1_cmd", "V2_cmd", "T2")}  # fmt: skip
+            for n in ("V1_cmd", "P1_cmd", "V2_cmd", "T2", "T3")}  # fmt: skip
     replay = reactor.MODEL.replay_inputs(read, b.inputs[0])
-    assert np.array_equal(replay[:, U.T2_in], result.of("T2_true"))
+    assert np.array_equal(replay[:, U.T2_in], result.of("T2")) and np.array_equal(replay[:, U.T3_in], result.of("T3"))
+    again = reactor.run(replace(b, inputs=replay[None], parameters=reactor.parameters(bias_T2=0.3, bias_T3=-0.2)[None]))
+    for name in ("T2_true", "T3_true"):
+        np.testing.assert_allclose(again.of(name), result.of(name), atol=1e-12)
 
 
 KEPT = {"product", "V1_travel", "P1_travel", "V2_travel", "phase"}

@@ -102,7 +102,7 @@ class TestMixingModule(ProcessModelContract):
         what, result = self.settled(model, parameters, inputs, settle_s, noise=1.0)
         now = model.readings(result.state[0], inputs)
         states = np.tile(model.estimate(now), (1, 1))
-        model.resume_control(states, {v: np.array([0.0, now[v]]) for v in now}, what.parameters)
+        model.resume(states, {v: np.array([0.0, now[v]]) for v in now}, what.parameters)
         assert model.readings(states[0], inputs) == pytest.approx(now, nan_ok=True)
         assert not states[0, S.supplied :].any()
         going = simulate(model.kernel, replace(what, state=states, start_s=float(settle_s + SECONDS), steps=1))

@@ -78,7 +78,7 @@ def _hypotheses(hypotheses: Sequence[Hypothesis], plant: PlantDescription) -> li
     for group in ranked[:MOST_FINDINGS]:
         told = []
         for k, first in enumerate(group[0].faults):
-            fault = plant.fault(first.fault)
+            fault = plant.fault_mode(first.fault)
             sizes = [h.faults[k].severity for h in group]
             unit = "" if fault.severity_unit == "1" else f" {fault.severity_unit}"
             size = f"{min(sizes):.3g}" if max(sizes) - min(sizes) < 1e-9 else f"{min(sizes):.3g} to {max(sizes):.3g}"

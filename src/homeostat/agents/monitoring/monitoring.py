@@ -161,7 +161,10 @@ class TwinMonitoring:
         candidates = self._grounding.candidate_faults(indicated) if indicated else ()
         others = self._every if deviates else ()
         ordered = list(dict.fromkeys([*candidates, *(f.fault for f in self._known), *others]))
-        return self._twin.frozen().explain(ordered, self._known, deviates) if ordered else ()
+        if not ordered:
+            return ()
+        since_s = min((*(s.at_s for s in symptoms), *(f.onset_s for f in self._known)), default=self._at_s)
+        return self._twin.frozen().explain(ordered, self._known, deviates, since_s)
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
         """Where one fault of one size explains everything since the release, learn the parameters from that time."""

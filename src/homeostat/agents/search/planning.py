@@ -46,5 +46,5 @@ def open_paths(
 
 def unreliable_tags(plant: PlantDescription, faults: Collection[str]) -> frozenset[str]:
     """Tags that are measured by a component which one of ``faults`` disables."""
-    disabled = {fault.disables for fault in plant.faults if fault.name in faults}
+    disabled = {fault.disables for fault in plant.fault_modes if fault.name in faults}
     return frozenset(s.tag.name for s in plant.signals if s.relation is Relation.MEASURES and s.component in disabled)

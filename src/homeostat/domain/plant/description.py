@@ -1,6 +1,6 @@
 """Everything that a plant's knowledge graph says, as one value: what agents, twin and guard are configured from."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -145,6 +145,13 @@ class PlantDescription:
     """Tag -> how it is commanded; no other tag can be."""
     start_up: StartUp
     """Start-up: its states, and its limits."""
+    generated: tuple[FaultMode, ...] = ()
+    """Fault modes that follow from instruments, actuators and balances, and that no table names."""
+
+    @property
+    def fault_modes(self) -> tuple[FaultMode, ...]:
+        """Those of the tables, then those that are generated."""
+        return (*self.faults, *self.generated)
 
     @property
     def tags(self) -> tuple[Tag, ...]:
@@ -184,10 +191,16 @@ class PlantDescription:
         return found | {"1": 1.0}
 
     def fault(self, name: str) -> FaultMode:
-        """The fault mode called ``name``; ValueError naming the nearest ones where there is none."""
-        for fault in self.faults:
-            if fault.name == name:
-                return fault
-        known = [f.name for f in self.faults]
-        hint = near_matches(name, known)
-        raise ValueError(f"plant {self.name!r} has no fault {name!r}{hint}; it has {', '.join(known)}")
+        """The fault mode of the tables called ``name``; ValueError naming the nearest ones where there is none."""
+        return _named(name, self.faults, f"plant {self.name!r} has no fault {name!r}")
+
+    def fault_mode(self, name: str) -> FaultMode:
+        """The fault mode called ``name``, generated ones included; ValueError as :meth:`fault`."""
+        return _named(name, self.fault_modes, f"plant {self.name!r} has no fault mode {name!r}")
+
+
+def _named(name: str, modes: Iterable[FaultMode], lacking: str) -> FaultMode:
+    known = {mode.name: mode for mode in modes}
+    if name not in known:
+        raise ValueError(f"{lacking}{near_matches(name, known)}; it has {', '.join(known)}")
+    return known[name]

@@ -36,7 +36,7 @@ from homeostat.process.noise import normal
 from homeostat.process.types import Cube, Indices, Table, Vec
 
 STARTUP, NORMAL, SHUTDOWN = 0.0, 1.0, 2.0
-Held: TypeAlias = tuple[float, float, float, float]
+Held: TypeAlias = tuple[float, float, float, float, float]
 Rates: TypeAlias = tuple[float, float, float, float, float]
 
 
@@ -197,19 +197,22 @@ def set_flows(x: Vec, p: Vec, sev: Vec, onset: Vec, t: float, dt: float) -> None
 
 @compiled
 def disturb_feed(x: Vec, p: Vec, u: Vec, t: float, seed: int, process: float, share: float) -> None:
-    """Feed disturbances of this second; upstream mixing takes up ``share`` [1] of each new one."""
+    """Feed disturbances of this second; upstream mixing takes up ``share`` [1] of each new one.
+
+    Where temperatures of feed and cooling water were measured, the readings say what they are.
+    """
     if process > 0.0:
         k = math.floor(t + 0.5)
         x[S.feed_CA] += share * (process * normal(seed, k, 10) - x[S.feed_CA])
         x[S.feed_CD] += share * (process * normal(seed, k, 11) - x[S.feed_CD])
         x[S.feed_T] += share * (process * normal(seed, k, 12) - x[S.feed_T])
-    x[S.T3_true] = p[P.T_coolant]
+    x[S.T3_true] = p[P.T_coolant] if math.isnan(u[U.T3_in]) else u[U.T3_in] - p[P.bias_T3]
     if math.isnan(u[U.T2_in]):
         x[S.T2_true] = p[P.T_feed] + p[P.sd_T_feed] * x[S.feed_T]
     else:
-        x[S.T2_true] = u[U.T2_in]
+        x[S.T2_true] = u[U.T2_in] - p[P.bias_T2]
         if p[P.sd_T_feed] > 0.0:
-            x[S.feed_T] = (u[U.T2_in] - p[P.T_feed]) / p[P.sd_T_feed]
+            x[S.feed_T] = (x[S.T2_true] - p[P.T_feed]) / p[P.sd_T_feed]
 
 
 @compiled
@@ -222,7 +225,7 @@ def integrate(x: Vec, p: Vec, dt: float) -> None:
     cdf = p[P.CD_feed] + p[P.sd_CD_feed] * x[S.feed_CD]
     ua = x[S.UA] * x[S.V2_pos]
     v, ca, cb, cc, cd, temp = x[S.V], x[S.CA], x[S.CB], x[S.CC], x[S.CD], x[S.T]
-    held = (caf, cdf, x[S.T2_true], ua)
+    held = (caf, cdf, x[S.T2_true], ua, x[S.T3_true])
     begin = holdup(v, f1, fo, p)
     for _ in range(parts):
         g = 0.5 * h
@@ -258,14 +261,14 @@ def holdup(v: float, f1: float, fo: float, p: Vec) -> Holdup:
 def slopes(hold: Holdup, ca: float, cb: float, cc: float, cd: float, temp: float, held: Held, p: Vec) -> Rates:
     """Time derivatives of CA CB CC CD [mol/(L s)] and T [K/s]; see the module docstring.
 
-    ``held``: feed concentrations of A and D [mol/L], feed temperature [K], UA u of the jacket [W/K].
+    ``held``: feed concentrations of A and D [mol/L], feed temperature [K], UA u of the jacket [W/K], coolant [K].
     """
-    caf, cdf, tf, ua = held
+    caf, cdf, tf, ua, coolant = held
     r1 = arrhenius(p[P.k0_AD], p[P.E_AD], temp) * ca * cd
     r2 = arrhenius(p[P.k0_A], p[P.E_A], temp) * ca
     heat = (
         (-p[P.dH_AD] * r1 - p[P.dH_A] * r2) / p[P.cp]
-        - jacket_heat(ua, 1.0, temp, p[P.T_coolant]) / hold.heat
+        - jacket_heat(ua, 1.0, temp, coolant) / hold.heat
         - hold.ambient * (temp - p[P.T_ambient])
     )
     return (

@@ -36,8 +36,8 @@ Parameter = namedtuple(
 )
 """Row of the parameter array; meaning, value, unit and uncertainty are in ``engineering/parameters.csv``."""
 
-Input = namedtuple("Input", "T1_sp L1_sp F1_sp V1_man P1_man V2_man XV1_cmd T2_in")
-"""Row of the input schedule; NaN in a manual output means automatic, in T2_in the model's own feed."""
+Input = namedtuple("Input", "T1_sp L1_sp F1_sp V1_man P1_man V2_man XV1_cmd T2_in T3_in")
+"""Row of the input schedule; NaN in a manual output means automatic, in the readings T2_in and T3_in unknown."""
 
 FaultSlot = namedtuple(
     "FaultSlot",

@@ -26,6 +26,8 @@ _TRUE = (
 )
 _READ = {name: _AT[name] for name in ("T1", "L1", *_FLOWS, *_ZT, *_CMD, *_WAY, *_RATE)}
 _DERIVED = ("T1_err", "L1_err", "V1_rate", "P1_rate", "V2_rate")
+MEASURED_S = 120
+"""Seconds of readings whose mean says how warm feed and cooling water are."""
 _TRAVEL = {"V1": S.V1_travel, "P1": S.P1_travel, "V2": S.V2_travel}
 
 
@@ -89,10 +91,11 @@ class CstrModel:
         states[:, S.T] += residuals["T1"]
         states[:, S.V] = np.maximum(states[:, S.V] + residuals["L1"], 0.0)
 
-    def resume_control(self, states: Table, readings: Mapping[str, Vec], parameters: Table) -> None:
+    def resume(self, states: Table, readings: Mapping[str, Vec], parameters: Table) -> None:
         """Integral terms behind the present commands, I = output - Kp e (level: minus the feed-forward).
 
-        Where a command is at its limit it does not tell the integral; it is followed from where it last did.
+        Where a command is at its limit it does not tell the integral; it is followed from where it last did. Feed and
+        cooling water stay as warm as they were measured on the mean of the last minutes.
         """
         p, r = parameters[0], readings
         for name, i in _READ.items():
@@ -110,6 +113,10 @@ class CstrModel:
         states[:, S.level_integral] = _follow_integral(level, pump - forward, _free(pump), r["P1_man"][1:], tuning)
         tuning = p[P.Kp_temperature], p[P.Ki_temperature], 0.0
         states[:, S.temperature_integral] = _follow_integral(hot, cooling, _free(cooling), r["V2_man"][1:], tuning)
+        parameters[:, P.T_feed] = np.mean(r["T2"][-MEASURED_S:]) - parameters[:, P.bias_T2]
+        parameters[:, P.T_coolant] = np.mean(r["T3"][-MEASURED_S:]) - parameters[:, P.bias_T3]
+        fed = r["T2"][-1] - parameters[:, P.bias_T2] - parameters[:, P.T_feed]
+        states[:, S.feed_T] = fed / np.where(parameters[:, P.sd_T_feed] > 0.0, parameters[:, P.sd_T_feed], np.inf)
 
     def shown_and_true(
         self, states: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
@@ -122,12 +129,13 @@ class CstrModel:
         return {n: seen[:, _READ[n]] for n in names}, {n: states[:, _TRUE[n]] for n in names}
 
     def replay_inputs(self, readings: Mapping[str, Vec], inputs: Table) -> Table:
-        """Recorded commands as manual outputs, the measured feed temperature as the feed's."""
+        """Recorded commands as manual outputs; the measured temperatures of feed and cooling water as theirs."""
         replay = inputs.copy()
         replay[:, U.V1_man] = readings["V1_cmd"]
         replay[:, U.P1_man] = readings["P1_cmd"]
         replay[:, U.V2_man] = readings["V2_cmd"]
         replay[:, U.T2_in] = readings["T2"]
+        replay[:, U.T3_in] = readings["T3"]
         return replay
 
 

@@ -104,7 +104,7 @@ class MixingModel:
             states[:, S.V1 + i] = np.maximum(states[:, S.V1 + i] + AREA * shift, 0.0)
             states[:, S.L1 + i] = states[:, S.V1 + i] / AREA
 
-    def resume_control(self, states: Table, readings: Mapping[str, Vec], parameters: Table) -> None:
+    def resume(self, states: Table, readings: Mapping[str, Vec], parameters: Table) -> None:
         """Set what the instruments show and count totals from now on; there are no controllers with a memory."""
         for name, i in _READ.items():
             states[:, i] = readings[name][-1]

@@ -93,6 +93,16 @@ class ObjectiveTable(Table):
         return Production(self.throughput, self.design_rate)
 
 
+class BalanceTable(Table):
+    """``[twin.balances.STATE]``: a disturbance that nobody knows of is estimated there; see `Balance`."""
+
+    quantity: Annotated[str, StringConstraints(pattern=r"^[a-z][a-z_]{0,30}$")]
+    component: Name
+    unit: Name
+    capacity: Text
+    large: Annotated[float, within(1e-12, 1e12, "(the balance's unit)", "a large disturbance is more than none")]
+
+
 class TwinTable(Table):
     """``[twin]``: how the twin is judged and used; what the keys mean stands at `TwinSettings`."""
 
@@ -100,6 +110,8 @@ class TwinTable(Table):
     corrected: Annotated[list[Name], Len(1)]
     initial: Annotated[dict[Name, Deviation], Len(1)]
     gain_error: Fraction
+    balances: dict[Name, BalanceTable] = {}
+    lead_s: Stretch | None = None
     replay_s: Stretch | None = None
     recent_s: Stretch | None = None
     synchronise_s: Stretch | None = None
@@ -120,6 +132,8 @@ class TwinTable(Table):
                 raise ValueError(
                     f"{name} x horizon_s = {steps} s is more than {MOST_STEPS} s: no rollout would end while it matters"
                 )
+        if twin.lead_s > twin.replay_s:
+            raise ValueError(f"lead_s = {twin.lead_s} s must be at most replay_s = {twin.replay_s} s")
         if twin.settle_rows > twin.replay_s:
             raise ValueError(
                 f"settle_rows = {twin.settle_rows} must be at most replay_s = {twin.replay_s}, in readings"
@@ -130,7 +144,8 @@ class TwinTable(Table):
     def settings(self) -> TwinSettings:
         """As the twin takes them."""
         errors = {name: (noise, model) for name, (noise, model) in self.errors.items()}
-        return TwinSettings(**{**self.given(), "errors": errors, "corrected": tuple(self.corrected)})
+        own = {name: value for name, value in self.given().items() if name != "balances"}  # those name tags
+        return TwinSettings(**{**own, "errors": errors, "corrected": tuple(self.corrected)})
 
 
 class MonitoringTable(Table):

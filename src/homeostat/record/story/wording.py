@@ -20,7 +20,7 @@ def quantity(value: float, unit: str) -> str:
 def severities(fault_set: FaultProbability, plant: PlantDescription) -> str:
     """The faults of a set with their sizes."""
     return " + ".join(
-        f"{f.fault} {quantity(f.severity, plant.fault(f.fault).severity_unit)}" for f in fault_set.faults
+        f"{f.fault} {quantity(f.severity, plant.fault_mode(f.fault).severity_unit)}" for f in fault_set.faults
     ) or ("nothing is wrong")
 
 

@@ -1,4 +1,4 @@
-"""Explanation: the fault that was put into the plant comes back by name, size and time."""
+"""Isolation: the fault that was put into the plant comes back by name, size and time."""
 
 from __future__ import annotations
 

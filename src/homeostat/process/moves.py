@@ -1,0 +1,122 @@
+"""Moves: what members of a batch do beside their equations, second by second.
+
+A move acts from its onset on: a parameter differs, a state gains or loses per second, a reading is off, or stuck.
+It is written between two steps of the kernel, so that no process model has to know of it, and controllers see readings
+as they were moved. Check: a state that gains 0.5 per second and has no equation stands 5 higher after 10 s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+
+from homeostat.process.batch import Batch, BatchResult, BatchRun, Kernel
+from homeostat.process.types import Indices, Table, Vec
+
+
+class MoveKind(IntEnum):
+    """What is moved."""
+
+    PARAMETER = 0
+    STATE = 1
+    """A state that the kernel goes on from."""
+    READING = 2
+    """A state that the kernel writes anew each second."""
+    FROZEN = 3
+    """The same; it stays what it was at the onset."""
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """What happens to one member."""
+
+    kind: MoveKind
+    """What is moved."""
+    column: int
+    """Column of the parameters or of the states."""
+    onset_s: float
+    """Process time from which it acts [s]."""
+    size: float
+    """Change in the column's unit; of a state per second, of what grows per second more."""
+    grows: bool = False
+    """Whether the change is ``size`` times the seconds since the onset."""
+    least: float = -np.inf
+    """What a parameter does not fall below, in its unit."""
+
+
+class Movers:
+    """The moves of every member, and what they have done so far."""
+
+    def __init__(self, moves: Sequence[Sequence[Move]], start_s: float) -> None:
+        """``moves``: those of each member; what parameters were moved by until ``start_s`` [s] is in them already."""
+        rows = [(member, move) for member, own in enumerate(moves) for move in own]
+        self._member: Indices = np.array([member for member, _ in rows], dtype=np.int64)
+        self._column: Indices = np.array([move.column for _, move in rows], dtype=np.int64)
+        self._onset = np.array([move.onset_s for _, move in rows])
+        self._size = np.array([move.size for _, move in rows])
+        self._least = np.array([move.least for _, move in rows])
+        self._grows = np.array([move.grows for _, move in rows], dtype=bool)
+        kinds = np.array([move.kind for _, move in rows], dtype=np.int64)
+        self._of = {kind: np.flatnonzero(kinds == kind) for kind in MoveKind}
+        self._done = self._change(np.arange(len(rows)), start_s)
+        self._frozen = np.full(len(rows), np.nan)
+
+    def __bool__(self) -> bool:
+        """Whether anything is moved."""
+        return bool(len(self._member))
+
+    def begin(self, state: Table, at_s: float) -> None:
+        """Keep in mind what stuck readings show in ``state``, shape (members, states), at ``at_s`` [s]."""
+        stuck = self._stuck(at_s)
+        self._frozen[stuck] = state[self._member[stuck], self._column[stuck]]
+
+    def before(self, parameters: Table, at_s: float) -> None:
+        """Move ``parameters``, shape (members, parameters), to what they are in the second from ``at_s`` on [s]."""
+        due = self._of[MoveKind.PARAMETER]
+        where, change = (self._member[due], self._column[due]), self._change(due, at_s)
+        np.add.at(parameters, where, change - self._done[due])
+        parameters[where] = np.maximum(parameters[where], self._least[due])
+        self._done[due] = change
+
+    def after(self, run: BatchRun, at_s: float, row: int, picks: Sequence[int]) -> None:
+        """Move states and readings at ``at_s`` [s], the end of a second; ``row`` of the record shows the readings."""
+        for kind in (MoveKind.STATE, MoveKind.READING):
+            due = self._of[kind]
+            np.add.at(run.state, (self._member[due], self._column[due]), self._change(due, at_s))
+        due, stuck = self._of[MoveKind.READING], self._stuck(at_s)
+        where = self._member[stuck], self._column[stuck]
+        self._frozen[stuck] = np.where(np.isnan(self._frozen[stuck]), run.state[where], self._frozen[stuck])
+        run.state[where] = self._frozen[stuck]
+        shown = np.concatenate([due, stuck])
+        for j, column in enumerate(picks if len(shown) else ()):
+            members = self._member[shown[self._column[shown] == column]]
+            run.record[members, row, j] = run.state[members, column]
+
+    def _stuck(self, at_s: float) -> Indices:
+        stuck = self._of[MoveKind.FROZEN]
+        return stuck[self._onset[stuck] <= at_s]
+
+    def _change(self, moves: Indices, at_s: float) -> Vec:
+        since = at_s - self._onset[moves]
+        factor = np.where(self._grows[moves], np.maximum(since, 0.0), 1.0)
+        return np.where(since >= 0.0, self._size[moves] * factor, 0.0)
+
+
+def simulate_moved(
+    kernel: Kernel, batch: Batch, movers: Movers, describe: Callable[[int], str] = "state {}".format
+) -> BatchResult:
+    """As :func:`~homeostat.process.batch.simulate`, with what ``movers`` do to the members; raises as it does.
+
+    ``batch`` may record every few seconds; every second is a step. Its members begin together.
+    """
+    run = BatchRun(kernel, replace(batch, parameters=batch.parameters.copy()), describe)
+    movers.begin(run.state, batch.start_s)
+    for second in range(batch.steps if movers else 0):
+        movers.before(run.parameters, batch.start_s + second)
+        run.advance(second + 1)
+        movers.after(run, batch.start_s + second + 1, second // batch.stride, batch.record)
+    run.advance(batch.steps)
+    return BatchResult(record=run.record, state=run.state)

@@ -1,0 +1,117 @@
+"""How the twin carries fault sets: as columns that its model has equations of, and as moves beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from homeostat.domain.diagnosis import Effect, EffectKind, FaultMode, FaultState
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.process.model import ProcessModel, column
+from homeostat.process.moves import Move, MoveKind
+from homeostat.process.types import Indices, Table
+from homeostat.twin.history import Window
+
+FaultSet: TypeAlias = tuple[FaultState, ...]
+"""Faults that are assumed to be present together."""
+LEAST_CAPACITY = 1e-9
+"""What a balance holds at least per unit of its state: an empty vessel is no singularity."""
+
+LEAST_SHARE = 0.01
+"""Share of its value that is left of a positive parameter at least [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Carried:
+    """Fault sets as the engine takes them."""
+
+    severity: Table
+    """Severities of the model's own faults, shape (members, faults)."""
+    onset_s: Table
+    """Their onsets [s], shape (members, faults)."""
+    moves: tuple[tuple[Move, ...], ...]
+    """What is moved beside them, for each member."""
+
+    @property
+    def moved(self) -> bool:
+        """Whether anything is moved."""
+        return any(self.moves)
+
+    def repeated(self, count: int) -> Carried:
+        """All of them ``count`` times, one after the other."""
+        severity, onset = (np.tile(table, (count, 1)) for table in (self.severity, self.onset_s))
+        return Carried(severity, onset, self.moves * count)
+
+    def of(self, members: Indices) -> Carried:
+        """Those of ``members``."""
+        return Carried(self.severity[members], self.onset_s[members], tuple(self.moves[m] for m in members.tolist()))
+
+
+class Carrier:
+    """Turns fault sets into columns and moves."""
+
+    def __init__(self, model: ProcessModel, plant: PlantDescription) -> None:
+        """``plant`` says how each fault mode that the model has no equation of acts on it."""
+        self._model, self._variables = model, plant.variables
+        self.modes: Mapping[str, FaultMode] = {mode.name: mode for mode in plant.fault_modes}
+        """Name -> fault mode, generated ones included."""
+        self._least = {p.symbol: LEAST_SHARE * p.value for p in plant.parameters if p.value > 0.0}
+
+    def carry(self, sets: Sequence[FaultSet], window: Window) -> Carried:
+        """``sets`` as the engine takes them; a balance holds what the last readings of ``window`` say."""
+        severity = np.zeros((len(sets), len(self._model.faults)))
+        onset = np.full((len(sets), len(self._model.faults)), np.inf)
+        moves: list[tuple[Move, ...]] = []
+        for m, faults in enumerate(sets):
+            own: list[Move] = []
+            for fault in faults:
+                effect = self.modes[fault.fault].effect
+                if effect is None:
+                    i = column(self._model.faults, fault.fault)
+                    severity[m, i], onset[m, i] = fault.severity, fault.onset_s
+                elif effect.kind is not EffectKind.UNSEEN:
+                    own.append(self._move(effect, fault, window))
+            moves.append(tuple(own))
+        return Carried(severity, onset, tuple(moves))
+
+    def rate_per_unit(self, effect: Effect, window: Window) -> float:
+        """Change of the effect's quantity for each unit of severity, per second for a balance."""
+        if effect.capacity is None:
+            return effect.per_unit
+        readings = window.at(-1)
+        held = effect.capacity.value({tag: readings[v] for tag, v in self._variables.items() if v in readings})
+        return effect.per_unit / max(held, LEAST_CAPACITY)
+
+    def shown(
+        self, moves: Sequence[Move], says: Mapping[str, float], read: Mapping[str, float], at_s: float
+    ) -> dict[str, float]:
+        """Variable -> what an instrument shows that ``moves`` act on, where the model ``says`` something else.
+
+        ``read`` is what was read last, which is what a stuck instrument shows.
+        """
+        found = {}
+        for variable, shown in self._model.shown.items():
+            for move in moves:
+                if variable in says and move.column == shown and move.kind is MoveKind.READING:
+                    found[variable] = says[variable] + move.size * (at_s - move.onset_s if move.grows else 1.0)
+                if variable in says and move.column == shown and move.kind is MoveKind.FROZEN:
+                    found[variable] = read[variable]
+        return found
+
+    def _move(self, effect: Effect, fault: FaultState, window: Window) -> Move:
+        size = fault.severity * self.rate_per_unit(effect, window)
+        match effect.kind:
+            case EffectKind.PARAMETER:
+                least = self._least.get(effect.quantity, -np.inf)
+                i = column(self._model.parameters, effect.quantity)
+                return Move(MoveKind.PARAMETER, i, fault.onset_s, size, effect.grows, least)
+            case EffectKind.BALANCE:
+                i = column(self._model.states, effect.quantity)
+                return Move(MoveKind.STATE, i, fault.onset_s, size, effect.grows)
+            case EffectKind.READING:
+                return Move(MoveKind.READING, self._model.shown[effect.quantity], fault.onset_s, size, effect.grows)
+            case _:
+                return Move(MoveKind.FROZEN, self._model.shown[effect.quantity], fault.onset_s, 0.0)

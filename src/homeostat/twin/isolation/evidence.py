@@ -1,0 +1,147 @@
+"""Evidence: how far the readings of a window are from what a fault set predicts, and what may be said against it.
+
+Residuals r are in standard deviations of noise. What is uncertain anyway, a constant error of each variable and the
+parameters, is removed along directions D with z = (I + D'D)^-1 D' r, and paid for by |z|^2; only then what is left is
+bounded, so that a wild reading does not decide, and a grossly wrong fault set is not excused for being so. With
+normal errors and without the bound this is r' (I + D D')^-1 r.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from homeostat.process.batch import ProcessError
+from homeostat.process.model import ProcessModel
+from homeostat.process.types import Cube, Table, Vec
+from homeostat.twin.calibration import Posterior
+from homeostat.twin.carried import Carrier, FaultSet
+from homeostat.twin.history import Window
+from homeostat.twin.replay import replay
+
+TEMPER = 3.0
+"""Evidence is divided by this: the model's errors are neither quite constant nor quite white."""
+BOUND = 12.0
+"""What is left of one reading counts as this many standard deviations at most."""
+SETTLED = 15
+"""Readings that say where a variable started from."""
+BLOCK_S = 30
+"""Stretch whose mean square says whether an explanation fits everywhere [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Accuracy:
+    """How well a model that is right predicts readings."""
+
+    errors: Mapping[str, tuple[float, float]]
+    """Variable -> standard deviations of noise per reading and of the model, in its unit."""
+    gain: float
+    """Share of what a reading has moved by to which that is predicted at best [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """How well the best explanation fits; what is left would be white noise of variance 1 if everything were right."""
+
+    mean_square: float
+    """Mean square of what is left over the whole window [1]."""
+    worst_block: float
+    """The same over the worst half minute of one variable [1]."""
+
+
+class Evidence:
+    """Scores fault sets by replaying the readings of one window, all in one call of the engine."""
+
+    def __init__(
+        self,
+        model: ProcessModel,
+        carrier: Carrier,
+        window: Window,
+        posterior: Posterior,
+        accuracy: Accuracy,
+        known: FaultSet = (),
+    ) -> None:
+        """``known`` is what was probably wrong before; the model's response to its parameters depends on it.
+
+        A gain has an error because flows add up to levels, and so do their errors.
+        """
+        self.model, self.carrier, self.window, self.posterior = model, carrier, window, posterior
+        self.variables = tuple(accuracy.errors)
+        noise, bias = np.array(list(accuracy.errors.values())).T
+        self._seen = np.stack([window.readings[v][1:] for v in self.variables], axis=1)
+        moved = self._seen - np.mean(self._seen[:SETTLED], axis=0)
+        counts = np.ones(self._seen.shape)
+        for j, v in enumerate(self.variables):
+            if v in window.held:
+                counts[:, j] = ~window.held[v][1:]
+        self._weight = counts / np.hypot(noise, accuracy.gain * moved)
+        self.directions = self._nuisance_directions(known, bias / noise)
+        self.inner = np.linalg.inv(np.eye(self.directions.shape[1]) + self.directions.T @ self.directions)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of seconds and of variables."""
+        return self._seen.shape[0], self._seen.shape[1]
+
+    def whiten(self, change: Cube) -> Table:
+        """Changes of readings, shape (n, seconds, variables), in standard deviations, shape (n, readings)."""
+        return np.asarray(change * self._weight).reshape(len(change), -1)
+
+    def residuals(self, sets: Sequence[FaultSet]) -> Table:
+        """Readings minus what each of ``sets`` predicts, in standard deviations, shape (sets, readings)."""
+        members = np.tile(self.posterior.mean, (len(sets), 1))
+        run = replay(self.model, self.window, members, self.carrier.carry(sets, self.window), self.variables)
+        # In place: what was predicted may be tens of megabytes.
+        misfit = np.subtract(self._seen, run.predicted, out=run.predicted)
+        misfit *= self._weight  # a reading that was not there says nothing
+        return misfit.reshape(len(sets), -1)
+
+    def losses(self, residuals: Table) -> tuple[Vec, Table]:
+        """Loss of each row of ``residuals`` and what is left of it; shapes (n,), (n, readings)."""
+        z = residuals @ self.directions @ self.inner
+        left = residuals - z @ self.directions.T
+        bounded = np.clip(left, -BOUND, BOUND)
+        return np.einsum("ij,ij->i", bounded, bounded) + np.einsum("ij,ij->i", z, z), left
+
+    def likelihoods(self, sets: Sequence[FaultSet]) -> Vec:
+        """Log-likelihood of each of ``sets`` up to a constant [nats], shape (sets,).
+
+        Of one with which the model leaves the physical world it is minus infinity.
+        """
+        try:
+            loss, _ = self.losses(self.residuals(sets))
+        except ProcessError:
+            if len(sets) == 1:
+                return np.array([-np.inf])
+            half = len(sets) // 2
+            return np.concatenate([self.likelihoods(sets[:half]), self.likelihoods(sets[half:])])
+        return np.asarray(-0.5 * loss / TEMPER)
+
+    def fit(self, left: Vec) -> Fit:
+        """How well an explanation fits of which ``left`` is left, shape (readings,)."""
+        seconds, variables = self.shape
+        length = min(BLOCK_S, seconds)
+        count = seconds // length
+        squares = np.square(left.reshape(seconds, variables))
+        blocks = squares[: count * length].reshape(count, length, variables).mean(axis=1)
+        return Fit(float(squares.mean()), float(blocks.max()))
+
+    def _nuisance_directions(self, known: FaultSet, constant: Vec) -> Table:
+        """Directions in which readings may differ although nothing new is wrong, shape (readings, k), in spreads.
+
+        A constant model error of each variable, and one standard deviation of each parameter that is still uncertain:
+        what was not learned in healthy operation, as the loss to the ambient of a plant that was never idle, is no sign
+        of a fault.
+        """
+        root, mean = self.posterior.root, self.posterior.mean
+        members = np.vstack([mean, mean + root.T])
+        carried = self.carrier.carry([known], self.window).repeated(len(members))
+        predicted = replay(self.model, self.window, members, carried, self.variables).predicted
+        parameters = self.whiten(predicted[1:] - predicted[0])
+        seconds, variables = self.shape
+        constants = np.zeros((variables, seconds, variables))
+        for j in range(variables):
+            constants[j, :, j] = constant[j] * (self._weight[:, j] > 0.0)
+        return np.vstack([constants.reshape(variables, -1), parameters]).T.copy()

@@ -1,0 +1,119 @@
+"""Fault isolation: named causes, unknown disturbances and nothing compete for the readings.
+
+The readings before and after the first symptom are compared with replays. Faults of the tables are tried over a grid,
+everything that is generated is estimated in one linear pass, alone and beside what was known. The best of each item
+competes with the best of the others and with nothing being wrong.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from homeostat.domain.diagnosis import FaultState, Hypothesis
+from homeostat.domain.plant.description import PlantDescription, Relation
+from homeostat.process.model import ProcessModel
+from homeostat.twin.calibration import Posterior
+from homeostat.twin.carried import Carrier, FaultSet
+from homeostat.twin.history import Window
+from homeostat.twin.isolation.classes import hypotheses
+from homeostat.twin.isolation.estimate import Estimate, Estimation
+from homeostat.twin.isolation.evidence import Accuracy, Evidence, Fit
+from homeostat.twin.isolation.prior import Prior
+from homeostat.twin.isolation.search import REPAIRED_NATS, Scored, Search
+from homeostat.twin.settings import TwinSettings
+
+SECOND_FAULT_NATS = 4.0
+"""Gain in log-likelihood that a further fault must bring, over and above its prior [nats]."""
+MEAN_SQUARE = 1.5
+"""What is left of an explanation that fits has a smaller mean square [1]."""
+WORST_BLOCK = 20.0
+"""The same for the worst half minute of one variable [1]."""
+LAGS_S = (2, 4, 6, 9, 13, 18, 25, 35, 50, 70, 100, 140, 190, 250, 320, 400, 490, 590)
+"""Onsets that are tried first, seconds before the last reading."""
+DENSE_LAGS_S = (*range(2, 30, 2), *range(30, 121, 3))
+"""The same where a fault may have gone unnoticed for a while: its onset is a narrow valley between coarse ones."""
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """What is to be isolated."""
+
+    candidates: Sequence[str]
+    """Faults of the tables that the symptoms indicate."""
+    known: FaultSet
+    """What was probable before; it is not forgotten without a reason."""
+    dense: bool = False
+    """Whether onsets are tried more closely, for what may have gone unnoticed for a while."""
+
+
+class FaultIsolation:
+    """Isolates faults for one plant."""
+
+    def __init__(self, model: ProcessModel, plant: PlantDescription, carrier: Carrier, settings: TwinSettings) -> None:
+        self._model, self._plant, self._carrier, self._settings = model, plant, carrier, settings
+        sensors = {s.component: s.variable for s in plant.signals if s.relation is Relation.MEASURES}
+        self._calibrated = {p.symbol: sensors[p.component] for p in plant.parameters if p.component in sensors}
+
+    def explain(
+        self, question: Question, window: Window, recent: Window, posterior: Posterior
+    ) -> tuple[Hypothesis, ...]:
+        """Explanations of the readings of ``window``, most probable first; a second fault is looked for in ``recent``.
+
+        A cause is named only where its explanation fits; else what is best says where the unknown one is.
+        """
+        evidence, search = self._on(window, posterior, question.known)
+        none = float(search.score([()])[0]) - REPAIRED_NATS * len(question.known)
+        lags = [window.end_s - lag for lag in {*LAGS_S, *(DENSE_LAGS_S if question.dense else ())}]
+        onsets = sorted({*lags, *(f.onset_s for f in question.known)})
+        named = search.singles(question.candidates, onsets)
+        unknown = self._estimated(evidence, search, ())
+        scored = [*search.remembered(question.known, named), *search.without(question.known, unknown)]
+        if question.known:
+            scored += self._estimated(evidence, search, question.known)
+        best = max(scored, key=lambda s: s.score, default=Scored((), none))
+        if len(question.known) <= 1 and best.faults:
+            scored += self._second(search, best, recent, posterior, question.known)
+            best = max(scored, key=lambda s: s.score)
+        left = evidence.losses(evidence.residuals([best.faults]))[1][0]
+        return hypotheses(scored, none, self._carrier.modes, named=_fits(evidence.fit(left)))
+
+    def _on(self, window: Window, posterior: Posterior, known: FaultSet) -> tuple[Evidence, Search]:
+        accuracy = Accuracy(self._settings.errors, self._settings.gain_error)
+        evidence = Evidence(self._model, self._carrier, window, posterior, accuracy, known)
+        prior = Prior(self._plant.faults, window, evidence.variables, self._calibrated)
+        return evidence, Search(evidence, self._carrier.modes, prior, known)
+
+    def _estimated(self, evidence: Evidence, search: Search, beside: FaultSet) -> list[Scored]:
+        """Every generated fault mode of an item that is not accused ``beside``, at its best."""
+        accused = {self._carrier.modes[f.fault].component for f in beside}
+        modes = [mode for mode in self._plant.generated if mode.component not in accused]
+        estimates = Estimation(evidence, modes, search.prior, beside).estimates()
+        found = [each for estimate in estimates for each in _bounded(estimate, beside)]
+        further = SECOND_FAULT_NATS if beside else 0.0
+        return [Scored(each.faults, each.score - further) for each in found]
+
+    def _second(
+        self, search: Search, best: Scored, recent: Window, posterior: Posterior, known: FaultSet
+    ) -> list[Scored]:
+        """Explanations with a fault of the tables besides the best one, where the end of the readings asks for it."""
+        _, late = self._on(recent, posterior, known)
+        every = [fault.name for fault in self._plant.faults]
+        doubles = late.pairs(best.faults[0], every, [recent.end_s - lag for lag in LAGS_S[:12:2]])
+        if not doubles or max(d.score for d in doubles) - float(late.score([best.faults])[0]) <= SECOND_FAULT_NATS:
+            return []
+        sets = [d.faults for d in doubles]
+        return [Scored(s, score) for s, score in zip(sets, search.score(sets).tolist(), strict=True)]
+
+
+def _bounded(estimate: Estimate, beside: FaultSet) -> list[Scored]:
+    """The estimate, and what bounds its size at two standard deviations."""
+    state, found = estimate.state, [Scored((*beside, estimate.state), estimate.score)]
+    for sign in (-2.0, 2.0):
+        near = FaultState(state.fault, state.severity + sign * estimate.sd, state.onset_s)
+        if near.severity * state.severity > 0.0:
+            found.append(Scored((*beside, near), estimate.score - 2.0))
+    return found
+
+
+def _fits(fit: Fit) -> bool:
+    """Whether what is left of an explanation is no more than a right one leaves."""
+    return fit.mean_square <= MEAN_SQUARE and fit.worst_block <= WORST_BLOCK

@@ -1,0 +1,112 @@
+"""Fault modes that no table need name: every transmitter, every balance, every uncertain parameter of the plant.
+
+A transmitter that reads high or low, drifts, is stuck or noisy is a cause that has a name. What disturbs a balance, or
+changes a characteristic, is not: such a mode says where it is and how large, and is called unknown.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+
+from homeostat.domain.diagnosis import Effect, EffectKind, FaultMode
+from homeostat.domain.plant.description import PlantDescription, Relation, Signal
+from homeostat.domain.plant.parameter import ModelParameter
+from homeostat.domain.plant.tag import Range, Role
+from homeostat.twin.settings import Balance, TwinSettings
+
+RELATIVE_LARGE = 0.3
+"""A large error of a transmitter whose calibration is relative to its reading [1]."""
+SHARE_LARGE = 0.1
+"""A large error of another one, as a share of its range [1]."""
+PARAMETER_LARGE = 25.0
+"""A large change of a parameter in standard deviations of what it may be: what hardly differs hardly changes [1]."""
+SEVERAL = 3.0
+"""How many times what is large may occur [1]."""
+PRIOR = 0.05
+"""Relative frequency of a generated fault mode [1]."""
+
+
+def generated_modes(plant: PlantDescription, twin: TwinSettings) -> tuple[FaultMode, ...]:
+    """The fault modes of ``plant`` that follow from its instruments, loops, balances and parameters.
+
+    Those that the twin cannot see, because it compares no reading with them, are left out. Severities of what is
+    ``unknown`` have a sign; those of transmitters are sizes, with the direction in their name.
+    """
+    measured = [s for s in plant.signals if s.relation is Relation.MEASURES and s.tag.role is not Role.SP]
+    modes = [mode for signal in measured for mode in _of_transmitter(signal, plant.parameters, twin)]
+    modes += [_of_controller(loop.name, loop.controller) for loop in plant.loops]
+    modes += [mode for balance in twin.balances for mode in _of_balance(balance, twin.replay_s)]
+    sensors = {s.component for s in measured}
+    modes += [mode for p in plant.parameters for mode in _of_parameter(p, sensors, twin.replay_s)]
+    names = {fault.name for fault in plant.faults}
+    return tuple(mode for mode in modes if mode.name not in names)
+
+
+def _of_transmitter(signal: Signal, parameters: Sequence[ModelParameter], twin: TwinSettings) -> Iterator[FaultMode]:
+    """Bias and drift in both directions where the twin compares the reading; stuck and noisy in any case."""
+    tag, component = signal.tag, signal.component
+    calibration = next((p for p in parameters if p.component == component and p.sd > 0.0), None)
+    if calibration is not None or signal.variable in twin.errors:
+        relative = calibration is not None and calibration.unit != tag.unit
+        unit = calibration.unit if calibration is not None else tag.unit
+        large = RELATIVE_LARGE if relative else SHARE_LARGE * tag.range.span
+        kind = EffectKind.READING if calibration is None else EffectKind.PARAMETER
+        quantity = signal.variable if calibration is None else calibration.symbol
+        for sign, reads, drifts in ((1.0, "reads_high", "drifts_up"), (-1.0, "reads_low", "drifts_down")):
+            words = f"{tag.description or tag.name}: {reads.replace('_', ' ')}"
+            effect = Effect(kind, quantity, sign)
+            yield _mode(f"{tag.name}_{reads}", words, component, unit, Range(0.0, SEVERAL * large), effect)
+            rate, words = large / twin.replay_s, f"{tag.description or tag.name}: {drifts.replace('_', ' ')}"
+            effect = Effect(kind, quantity, sign, grows=True)
+            yield _mode(f"{tag.name}_{drifts}", words, component, f"{unit}/s", Range(0.0, SEVERAL * rate), effect)
+    frozen = Effect(EffectKind.FROZEN, signal.variable)
+    yield _mode(f"{tag.name}_frozen", f"{tag.description}: stuck", component, "1", Range(0.0, 1.0), frozen)
+    noisy = Effect(EffectKind.UNSEEN, signal.variable)
+    yield _mode(f"{tag.name}_noisy", f"{tag.description}: noisy", component, "1", Range(1.0, 1000.0), noisy)
+
+
+def _of_controller(loop: str, controller: str) -> FaultMode:
+    effect = Effect(EffectKind.UNSEEN, loop)
+    words = f"{controller} does not compute what its settings say"
+    return _mode(f"{controller}_wrong_law", words, controller, "1", Range(0.0, 1.0), effect)
+
+
+def _of_balance(balance: Balance, horizon_s: float) -> Iterator[FaultMode]:
+    name, where = f"unknown_{balance.quantity}_{balance.component}", balance.component
+    both = Range(-SEVERAL * balance.large, SEVERAL * balance.large)
+    effect = Effect(EffectKind.BALANCE, balance.state, capacity=balance.capacity)
+    words = f"Unknown disturbance of the {balance.quantity} balance of {where}"
+    yield _mode(name, words, where, balance.unit, both, effect, unknown=True)
+    both = Range(both.low / horizon_s, both.high / horizon_s)
+    effect = Effect(EffectKind.BALANCE, balance.state, grows=True, capacity=balance.capacity)
+    yield _mode(f"{name}_growing", f"{words}, growing", where, f"{balance.unit}/s", both, effect, unknown=True)
+
+
+def _of_parameter(p: ModelParameter, sensors: Collection[str], horizon_s: float) -> Iterator[FaultMode]:
+    """An uncertain parameter may change: unlike what is certain, nobody has said what it must be."""
+    if p.sd <= 0.0 or p.component in sensors:
+        return
+    large = PARAMETER_LARGE * p.sd
+    name, both = f"unknown_{p.component}_{p.symbol}", Range(-SEVERAL * large, SEVERAL * large)
+    words = f"Unknown change of {p.symbol}: {p.description}"
+    effect = Effect(EffectKind.PARAMETER, p.symbol)
+    yield _mode(name, words, p.component, p.unit, both, effect, unknown=True)
+    both = Range(both.low / horizon_s, both.high / horizon_s)
+    effect = Effect(EffectKind.PARAMETER, p.symbol, grows=True)
+    yield _mode(f"{name}_growing", f"{words}, growing", p.component, f"{p.unit}/s", both, effect, unknown=True)
+
+
+def _mode(
+    name: str, words: str, component: str, unit: str, sizes: Range, effect: Effect, *, unknown: bool = False
+) -> FaultMode:
+    return FaultMode(
+        name=name,
+        label=words,
+        component=component,
+        disables=None if unknown else component,
+        severity_range=sizes,
+        severity_nominal=sizes.high / SEVERAL,
+        severity_unit=unit,
+        prior=PRIOR,
+        description="Size of the change" if unknown else "Size of the error",
+        effect=effect,
+        unknown=unknown,
+    )

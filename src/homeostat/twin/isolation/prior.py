@@ -1,0 +1,70 @@
+"""Prior: how likely a fault mode is before anything is seen, and of what size."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from homeostat.domain.diagnosis import EffectKind, FaultMode, FaultState
+from homeostat.process.types import Indices, Vec
+from homeostat.twin.history import Window
+
+FAULT_NATS = 3.0
+"""What a fault costs that is as frequent as the faults of the tables are on the mean [nats]."""
+GENERATED_NATS = 4.0
+"""What one costs besides that no table names [nats]."""
+JUMP_S = 60
+"""Readings on either side of an onset whose means say what a transmitter has jumped by [s]."""
+
+
+class Prior:
+    """Log priors of the fault modes of one plant over one window."""
+
+    def __init__(
+        self, tables: Sequence[FaultMode], window: Window, compared: Sequence[str], calibrated: Mapping[str, str]
+    ) -> None:
+        """``calibrated``: parameter -> variable whose instrument it calibrates; ``compared``: variables that are.
+
+        The readings of an instrument that are an input of the replay are predicted by nothing. If it begins to lie, its
+        reading moves by the lie, unless what it measures moved the other way in the same moment, which nothing does.
+        """
+        frequency = [mode.prior for mode in tables]
+        self._usual = float(np.mean(frequency)) if frequency else 1.0
+        self._window, self._compared, self._calibrated = window, set(compared), calibrated
+
+    def of_state(self, mode: FaultMode, state: FaultState) -> float:
+        """Log prior of a fault of the tables: its frequency relative to the others, and how unusual its size is."""
+        spread = 0.25 * mode.severity_range.span
+        return self.of_mode(mode) - 0.5 * ((state.severity - mode.severity_nominal) / spread) ** 2
+
+    def of_mode(self, mode: FaultMode) -> float:
+        """Log prior of a fault mode [nats], whatever its size."""
+        if mode.effect is not None:
+            return -FAULT_NATS - GENERATED_NATS
+        return -FAULT_NATS + float(np.log(mode.prior / self._usual))
+
+    def of_size(self, mode: FaultMode, rows: Indices) -> tuple[Vec, Vec]:
+        """Mean and standard deviation of a generated mode's size at each onset, in rows of the window, (rows,) each.
+
+        In the unit of its severity, positive where the quantity of its effect rises.
+        """
+        effect = mode.effect
+        assert effect is not None, f"{mode.name} has an equation of its own"
+        large = np.full(len(rows), mode.severity_nominal)
+        variable = self._calibrated.get(effect.quantity) if effect.kind is EffectKind.PARAMETER else None
+        if variable is None or variable in self._compared:
+            return np.zeros(len(rows)), large
+        jump, spread = self._jumps(variable, rows)
+        if effect.grows:
+            since = np.maximum(self._window.length - rows, 1) / 2.0
+            jump, spread = jump / since, spread / since
+        return jump, np.minimum(spread, large)
+
+    def _jumps(self, variable: str, rows: Indices) -> tuple[Vec, Vec]:
+        """By how much the readings after each row are higher than those before, and how far that is from certain."""
+        readings = self._window.readings[variable]
+        around = [readings[max(row - JUMP_S, 0) : row + 1].mean() for row in rows.tolist()]
+        after = [readings[row + 1 : row + 1 + JUMP_S].mean() for row in rows.tolist()]
+        slow = np.convolve(readings, np.ones(JUMP_S) / JUMP_S, "valid") if len(readings) > JUMP_S else readings
+        noise = float(np.std(np.diff(readings))) if len(readings) > 1 else 0.0
+        spread = np.hypot(noise, float(np.std(slow[: max(len(slow) // 2, 1)])))
+        return np.array(after) - np.array(around), np.full(len(rows), max(spread, 1e-9))

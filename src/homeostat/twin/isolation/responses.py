@@ -1,0 +1,167 @@
+"""Responses: how the readings of a window change with a unit of each disturbance, from every onset on.
+
+They are linear: a disturbance of size b changes the readings by b times its response. Members start in the states of
+one replay at each onset, so that a response costs one short simulation per onset and disturbance. What a balance gains
+steadily is the sum of kicks, and what grows the sum of steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from homeostat.domain.diagnosis import Effect, EffectKind
+from homeostat.process.batch import Batch, simulate
+from homeostat.process.model import column
+from homeostat.process.moves import Move, MoveKind, Movers, simulate_moved
+from homeostat.process.types import Cube, Indices, Table, Vec
+from homeostat.twin.carried import Carried, FaultSet
+from homeostat.twin.isolation.evidence import Evidence
+from homeostat.twin.replay import starting_states
+
+FIRST_ROW = 3
+"""Seconds after the beginning of a window before which no onset is: the state at its beginning would absorb it [s]."""
+ONSETS = 64
+"""Onsets that are tried over a whole window."""
+NEWEST_S = 24
+"""Stretch at the end of a window in which every second is tried as an onset [s]."""
+KICK = 0.01
+"""Kick of a state, as a share of what it is; a response is linear."""
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """Changes of the readings with a unit of severity, one for each onset."""
+
+    rows: Indices
+    """Rows of the window in which it sets in, shape (onsets,)."""
+    change: Table
+    """In standard deviations, shape (onsets, readings)."""
+
+
+class Responses:
+    """Responses to disturbances of what a window shows beside a fault set."""
+
+    def __init__(self, evidence: Evidence, beside: FaultSet) -> None:
+        """Replays the window once with ``beside``."""
+        self._evidence, self._model, window = evidence, evidence.model, evidence.window
+        self._seconds = evidence.shape[0]
+        self._carried = evidence.carrier.carry([beside], window)
+        mean = evidence.posterior.mean[None]
+        self._inputs = self._model.replay_inputs(window.readings, window.inputs)[None, 1:]
+        start = starting_states(self._model, window, mean, self._carried, evidence.variables)
+        every = tuple(range(len(self._model.states)))
+        batch = self._batch(start, mean, self._carried, every)
+        self._path = simulate_moved(self._model.kernel, batch, Movers(self._carried.moves, -np.inf)).record[0]
+        self._picks = tuple(self._model.shown[v] for v in evidence.variables)
+        self.every_s = max(self._seconds // ONSETS, 1)
+        """Between two of the onsets that are tried over the whole window [s]."""
+        self.rows: Indices = np.arange(FIRST_ROW, max(self._seconds - 2, FIRST_ROW + 1), self.every_s)
+        """Onsets that are tried over the whole window, as rows, shape (onsets,)."""
+        last = self._seconds - 1
+        self.newest: Indices = np.arange(max(last - NEWEST_S, FIRST_ROW), last)
+        """Onsets that are tried besides, because few readings came after them."""
+        self._unmoved: dict[bytes, Cube] = {}
+
+    def steps(self, effect: Effect, rows: Indices | None = None) -> Table:
+        """Response to a lasting unit of severity from each of ``rows`` on, in standard deviations, (rows, readings).
+
+        A balance, which adds up kicks, has one for every row of the whole window only; ``rows`` interpolates it.
+        """
+        chosen = self.rows if rows is None else rows
+        size = self._evidence.carrier.rate_per_unit(effect, self._evidence.window)
+        match effect.kind:
+            case EffectKind.PARAMETER:
+                change = self._of_parameter(effect.quantity, chosen)
+            case EffectKind.BALANCE:
+                change = self._of_balance(effect.quantity, chosen)
+            case _:
+                change = self._of_reading(effect.quantity, chosen)
+        return self._evidence.whiten(change * size)
+
+    def ramps(self, steps: Table) -> Table:
+        """Response to what grows by a unit per second, from ``steps`` at all :attr:`rows`; the same shape."""
+        return np.asarray(np.cumsum(steps[::-1], axis=0)[::-1] * self.every_s)
+
+    def _of_parameter(self, symbol: str, rows: Indices) -> Cube:
+        parameters = self._parameters(rows)
+        i = column(self._model.parameters, symbol)
+        delta = max(0.01 * abs(float(self._evidence.posterior.mean[i])), 1e-4)
+        moved = parameters.copy()
+        moved[:, i] += delta
+        states = self._path[rows - 1]
+        return (self._members(states, moved, rows) - self._reference(rows)) / delta
+
+    def _of_balance(self, state: str, rows: Indices) -> Cube:
+        """Sum of kicks at all later onsets; between two of them it is interpolated."""
+        every, i = self.rows, column(self._model.states, state)
+        states = self._path[every - 1].copy()
+        kick = KICK * max(float(np.abs(states[:, i]).max()), 1e-6)
+        states[:, i] += kick
+        kicks = (self._members(states, self._parameters(every), every) - self._reference(every)) / kick
+        steps = np.cumsum(kicks[::-1], axis=0)[::-1] * self.every_s
+        if rows is every:
+            return np.asarray(steps)
+        at = np.clip((rows - every[0]) / self.every_s, 0.0, len(every) - 1.0)
+        before = np.minimum(at.astype(np.int64), max(len(every) - 2, 0))
+        share = (at - before)[:, None, None]
+        return np.asarray((1.0 - share) * steps[before] + share * steps[np.minimum(before + 1, len(every) - 1)])
+
+    def _of_reading(self, variable: str, rows: Indices) -> Cube:
+        change = np.zeros((len(rows), *self._evidence.shape))
+        if variable in self._evidence.variables:
+            j = self._evidence.variables.index(variable)
+            for k, row in enumerate(rows.tolist()):
+                change[k, row:, j] = 1.0
+        return change
+
+    def _parameters(self, rows: Indices) -> Table:
+        """Parameters that hold from each of ``rows`` on, moved by what is beside, shape (rows, parameters)."""
+        found = np.tile(self._evidence.posterior.mean, (len(rows), 1))
+        for move in self._carried.moves[0]:
+            if move.kind is MoveKind.PARAMETER:
+                found[:, move.column] += self._moved(move, rows)
+        return found
+
+    def _moved(self, move: Move, rows: Indices) -> Vec:
+        since = self._evidence.window.start_s + rows - move.onset_s
+        return np.where(since >= 0.0, move.size * (since if move.grows else 1.0), 0.0)
+
+    def _reference(self, rows: Indices) -> Cube:
+        """The same members, not disturbed."""
+        key = rows.tobytes()
+        if key not in self._unmoved:
+            self._unmoved[key] = self._members(self._path[rows - 1], self._parameters(rows), rows)
+        return self._unmoved[key]
+
+    def _members(self, states: Table, parameters: Table, rows: Indices) -> Cube:
+        """Readings of members that begin in ``states`` at ``rows``, zero before, shape (rows, seconds, variables)."""
+        carried = self._carried.repeated(len(rows))
+        batch = self._batch(states, parameters, carried, self._picks, rows)
+        record = simulate(self._model.kernel, batch, self._model.states.__getitem__).record
+        for k, row in enumerate(rows.tolist()):
+            record[k, :row] = 0.0
+        return record
+
+    def _batch(
+        self, states: Table, parameters: Table, carried: Carried, record: Sequence[int], begin: Indices | None = None
+    ) -> Batch:
+        members = len(states)
+        return Batch(
+            state=states,
+            parameters=parameters,
+            severity=carried.severity,
+            onset_s=carried.onset_s,
+            inputs=self._inputs,
+            input_of=np.zeros(members, dtype=np.int64),
+            start_s=self._evidence.window.start_s,
+            steps=self._seconds,
+            stride=1,
+            record=tuple(record),
+            seeds=np.zeros(members, dtype=np.int64),
+            process_noise=np.zeros(members),
+            sensor_noise=np.zeros(members),
+            begin=begin,
+        )

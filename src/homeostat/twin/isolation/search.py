@@ -1,0 +1,170 @@
+"""Search: which faults that have an equation of their own explain the readings, of what size and since when."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from homeostat.domain.diagnosis import FaultMode, FaultState
+from homeostat.process.types import Vec
+from homeostat.twin.carried import FaultSet
+from homeostat.twin.isolation.evidence import Evidence
+from homeostat.twin.isolation.prior import Prior
+from homeostat.twin.isolation.responses import FIRST_ROW
+
+REPAIRED_NATS = 5.0
+"""What an explanation loses for each fault that was known and that it has no place for."""
+FINER = (1.0, 0.35, 0.12, 0.04, 0.015)
+"""Steps of the grids around the best that was found, as multiples of a 24th of the range and 12 % of the age."""
+LEADERS = 3
+"""Faults that are refined to the end: evidence grows with time, and with it what a coarse size costs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scored:
+    """One explanation with its fit."""
+
+    faults: FaultSet
+    """What is assumed to be wrong."""
+    score: float
+    """Log posterior up to a constant [nats]."""
+
+
+class Search:
+    """Tries sets of faults on the evidence of one window."""
+
+    def __init__(self, evidence: Evidence, modes: Mapping[str, FaultMode], prior: Prior, known: FaultSet = ()) -> None:
+        """``modes``: name -> fault mode, generated ones included; only what was ``known`` began before the window."""
+        self._kept = {fault.onset_s for fault in known}
+        self._evidence, self._modes = evidence, modes
+        self.prior = prior
+        """Log priors."""
+        self._end_s = evidence.window.end_s
+        self._first_s = evidence.window.start_s + FIRST_ROW
+
+    def score(self, sets: Sequence[FaultSet]) -> Vec:
+        """Log posterior of each fault set up to a constant [nats], shape (len(sets),)."""
+        prior = np.array([sum(self._log_prior(f) for f in faults) for faults in sets])
+        return np.asarray(prior + self._evidence.likelihoods(sets))
+
+    def _log_prior(self, state: FaultState) -> float:
+        mode = self._modes[state.fault]
+        if mode.effect is None:
+            return self.prior.of_state(mode, state)
+        return self.prior.of_mode(mode) - 0.5 * (state.severity / mode.severity_nominal) ** 2
+
+    def singles(self, names: Sequence[str], onsets_s: Sequence[float]) -> list[Scored]:
+        """Every named fault over a grid of severities and onsets, refined around its best."""
+        if not names:
+            return []
+        inside = self._inside(onsets_s)
+        grid: list[FaultSet] = [(f,) for name in names for f in self._grid(name, inside)]
+        best = self._best_per_fault(grid, lambda s: s[0].fault)
+        found: list[Scored] = []
+        for number, scale in enumerate(FINER):
+            refined = sorted(best.values(), key=lambda s: -s.score)[: None if number < 2 else LEADERS]
+            finer: list[FaultSet] = [(f,) for s in refined for f in self.around(s.faults[0], scale)]
+            for name, scored in self._best_per_fault(finer, lambda s: s[0].fault, found).items():
+                if scored.score > best[name].score:
+                    best[name] = scored
+        return found + list(best.values())
+
+    def pairs(self, first: FaultState, names: Sequence[str], onsets_s: Sequence[float]) -> list[Scored]:
+        """``first`` together with every named fault of another item, refined around the best; none where none is."""
+        item, inside = self._modes[first.fault].component, self._inside(onsets_s)
+        others = [n for n in names if self._modes[n].component != item]
+        grid: list[FaultSet] = [(first, f) for name in others for f in self._grid(name, inside, severities=5)]
+        if not grid:
+            return []
+        best = self._best_per_fault(grid, lambda s: s[1].fault)
+        leader = max(best.values(), key=lambda s: s.score)
+        found: list[Scored] = []
+        finer: list[FaultSet] = [(first, b) for b in self.around(leader.faults[1], 0.7)]
+        self._best_per_fault(finer, lambda s: s[1].fault, found)
+        best_second = max([leader, *found], key=lambda s: s.score).faults[1]
+        again: list[Scored] = []
+        if self._modes[first.fault].effect is None:
+            self._best_per_fault([(a, best_second) for a in self.around(first, 0.7)], lambda s: s[0].fault, again)
+        return [*found, *again, leader]
+
+    def remembered(self, known: FaultSet, scored: Sequence[Scored]) -> list[Scored]:
+        """``scored`` in the light of what was ``known`` before, as it was and together with every single fault.
+
+        Faults do not mend themselves: what was known needs no coincidence, and an explanation without it needs one.
+        Otherwise a fault would be forgotten as soon as it cannot be seen, as fouling without feed.
+        """
+        if not known:
+            return list(scored)
+        together: dict[str, Scored] = {}
+        for s in sorted((s for s in scored if len(s.faults) == 1), key=lambda s: s.score):
+            together[s.faults[0].fault] = s
+        items = {self._modes[f.fault].component: f for f in known}
+        sets = [
+            (*(f for item, f in items.items() if item != self._modes[name].component), *s.faults)
+            for name, s in together.items()
+        ]
+        joined = [Scored(s, score) for s, score in zip(sets, self.score(sets).tolist(), strict=True)] if sets else []
+        more = [*self.variations(known), *joined]
+        if joined:
+            more += self.variations(max(joined, key=lambda s: s.score).faults)
+        return self.without(known, (*scored, *more))
+
+    def without(self, known: FaultSet, scored: Sequence[Scored]) -> list[Scored]:
+        """``scored``, of which each gains by what it keeps of what was ``known``, and loses by what it drops."""
+        return [Scored(s.faults, s.score + sum(self._memory(k, s.faults) for k in known)) for s in scored]
+
+    def _memory(self, known: FaultState, faults: FaultSet) -> float:
+        """What an explanation gains by keeping a ``known`` fault, or loses by dropping it [nats].
+
+        It is kept where it began nearer to when it was thought to than to now.
+        """
+        began = next((f.onset_s for f in faults if f.fault == known.fault), np.inf)
+        if began <= 0.5 * (known.onset_s + self._end_s):
+            return -self.prior.of_mode(self._modes[known.fault])
+        return -REPAIRED_NATS
+
+    def variations(self, faults: FaultSet) -> list[Scored]:
+        """``faults`` together, with each one's size and onset varied in turn."""
+        sets: list[FaultSet] = [faults]
+        for k, fault in enumerate(faults):
+            sets += [(*faults[:k], near, *faults[k + 1 :]) for near in self.around(fault, 0.35)]
+        return [Scored(s, score) for s, score in zip(sets, self.score(sets).tolist(), strict=True)]
+
+    def _best_per_fault(
+        self, sets: Sequence[FaultSet], key: Callable[[FaultSet], str], keep: list[Scored] | None = None
+    ) -> dict[str, Scored]:
+        """The best of ``sets`` for each name that ``key`` gives; every scored set is appended to ``keep``."""
+        scores = self.score(sets)
+        best: dict[str, Scored] = {}
+        for faults, score in zip(sets, scores.tolist(), strict=True):
+            scored = Scored(tuple(faults), score)
+            if keep is not None:
+                keep.append(scored)
+            name = key(faults)
+            if name not in best or score > best[name].score:
+                best[name] = scored
+        return best
+
+    def _inside(self, onsets_s: Sequence[float]) -> list[float]:
+        return [t for t in onsets_s if t >= self._first_s or t in self._kept]
+
+    def _grid(self, name: str, onsets_s: Sequence[float], severities: int = 7) -> list[FaultState]:
+        r = self._modes[name].severity_range
+        sizes = sorted({*np.linspace(r.low, r.high, severities).tolist(), self._modes[name].severity_nominal})
+        return [FaultState(name, s, t) for s in sizes for t in onsets_s]
+
+    def around(self, centre: FaultState, scale: float) -> list[FaultState]:
+        """A small grid around one state: severity in steps of the range, onset in proportion to its age.
+
+        What has no equation of its own was estimated already; its size alone is varied.
+        """
+        mode, step = self._modes[centre.fault], scale / 24.0
+        r = mode.severity_range
+        if mode.effect is not None:
+            factors = (1.0 + 2.0 * k * scale * 0.1 for k in range(-3, 4))
+            return [FaultState(centre.fault, centre.severity * factor, centre.onset_s) for factor in factors]
+        age = max(self._end_s - centre.onset_s, 4.0)
+        sizes = {r.clip(centre.severity + k * step * r.span) for k in range(-3, 4)}
+        longest = max(self._end_s - self._first_s, 1.0)
+        lags = {float(np.clip(age * (1.0 + k * scale * 0.12), 1.0, max(longest, age))) for k in range(-2, 3)}
+        return [FaultState(centre.fault, s, self._end_s - lag) for s in sorted(sizes) for lag in sorted(lags)]
