@@ -187,8 +187,31 @@ def test_nothing_as_the_best_explanation_is_not_a_fault() -> None:
     scene = Scene(lambda at_s: NOTHING)
     scene.watch(30)
     first = scene.until_attention(10, x=2.0)
-    assert first is not None and scene.monitoring.diagnose() == Diagnosis(first, (), ())
+    assert first is not None
+    found = scene.monitoring.diagnose()
+    assert not found.faulty and [s.rule for s in found.symptoms] == ["S-X"]
     assert scene.until_attention(60, x=2.0) == first + SETTINGS.repeat_s, "what nothing explains is looked at again"
+
+
+def test_what_nothing_explains_is_looked_at_less_and_less_often() -> None:
+    scene = Scene(lambda at_s: NOTHING)
+    scene.watch(30)
+    looked = [scene.until_attention(10, x=2.0) or 0.0]
+    for _ in range(4):
+        scene.monitoring.diagnose()
+        looked.append(scene.until_attention(2000, x=2.0) or 0.0)
+    between = [after - before for before, after in zip(looked, looked[1:], strict=False)]
+    assert between == [min(SETTINGS.repeat_s * 2**k, SETTINGS.review_s) for k in range(4)]
+
+
+def test_another_symptom_ends_the_wait_of_one_that_nothing_explains() -> None:
+    scene = Scene(lambda at_s: NOTHING)
+    scene.watch(30)
+    for _ in range(3):
+        assert scene.until_attention(2000, x=2.0) is not None
+        scene.monitoring.diagnose()
+    last = scene.twin.at_s
+    assert (scene.until_attention(10, x=2.0, y=2.0) or 1e9) < last + 10.0
 
 
 def test_a_symptom_that_was_diagnosed_is_not_reported_again() -> None:

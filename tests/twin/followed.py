@@ -6,6 +6,8 @@ import functools
 
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.snapshot import Snapshot
+from homeostat.evaluate.reference.unsupervised import open_process
+from homeostat.evaluate.scenario import departing, scenario
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.truth.process import PlantConfiguration, TrueProcess
 from homeostat.plants.plant import Plant, load_plant
@@ -41,3 +43,12 @@ def follow(snapshots: tuple[Snapshot, ...], seed: int = 0, learn: bool = True) -
         if learn and snapshot.at_s == HEALTHY_S:
             twin.calibrate(LEARN_S)
     return twin
+
+
+@functools.lru_cache(maxsize=64)
+def disturbed(seed: int, end_s: int, *disturbances: str, mismatch: str = "none") -> tuple[Snapshot, ...]:
+    """Every snapshot of an unsupervised run of a true reactor that is not the twin's."""
+    plant = reactor()
+    told = departing(plant, scenario(plant, "none", seed, end_s=float(end_s)), disturbances, mismatch)
+    link = SimulatedLink(open_process(plant, told))
+    return tuple(link.advance() for _ in range(end_s))

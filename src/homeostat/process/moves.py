@@ -81,8 +81,8 @@ class Movers:
         parameters[where] = np.maximum(parameters[where], self._least[due])
         self._done[due] = change
 
-    def after(self, run: BatchRun, at_s: float, row: int, picks: Sequence[int]) -> None:
-        """Move states and readings at ``at_s`` [s], the end of a second; ``row`` of the record shows the readings."""
+    def after(self, run: BatchRun, at_s: float, row: int | None, picks: Sequence[int]) -> None:
+        """Move states and readings at ``at_s`` [s], the end of a second; ``row`` of the record, if any, shows them."""
         for kind in (MoveKind.STATE, MoveKind.READING):
             due = self._of[kind]
             np.add.at(run.state, (self._member[due], self._column[due]), self._change(due, at_s))
@@ -91,7 +91,7 @@ class Movers:
         self._frozen[stuck] = np.where(np.isnan(self._frozen[stuck]), run.state[where], self._frozen[stuck])
         run.state[where] = self._frozen[stuck]
         shown = np.concatenate([due, stuck])
-        for j, column in enumerate(picks if len(shown) else ()):
+        for j, column in enumerate(picks if len(shown) and row is not None else ()):
             members = self._member[shown[self._column[shown] == column]]
             run.record[members, row, j] = run.state[members, column]
 
@@ -117,6 +117,7 @@ def simulate_moved(
     for second in range(batch.steps if movers else 0):
         movers.before(run.parameters, batch.start_s + second)
         run.advance(second + 1)
-        movers.after(run, batch.start_s + second + 1, second // batch.stride, batch.record)
+        row, left = divmod(second + 1, batch.stride)
+        movers.after(run, batch.start_s + second + 1, None if left else row - 1, batch.record)
     run.advance(batch.steps)
     return BatchResult(record=run.record, state=run.state)

@@ -73,11 +73,11 @@ class RecoveryLoop:
             if diagnosis.faulty:
                 scene.record(Diagnosed.of(diagnosis), diagnosis.at_s)
             due = self._agenda.step_is_due(self._memory, scene)
-            if diagnosis.faulty or deviates or due or scene.now.act_by_s is not None:
+            if diagnosis.symptoms or diagnosis.faulty or deviates or due or scene.now.act_by_s is not None:
                 outcome = await self.recover(diagnosis, deviates)
                 if isinstance(outcome, FallbackNeeded):
                     return  # until the fallback has acted it may still be overtaken
-                if diagnosis.faulty or (deviates and isinstance(outcome, Released)):
+                if diagnosis.faulty or isinstance(outcome, Released):
                     self._watch.follow(outcome)
         finally:
             scene.flush()

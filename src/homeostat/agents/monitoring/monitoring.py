@@ -51,7 +51,7 @@ class TwinMonitoring:
         self._review_at_s: float | None = None
         self._known: tuple[FaultState, ...] = ()
         self._last: tuple[Symptom, ...] = ()
-        self._stopped = False
+        self._stopped, self._vain = False, 0
         self._at_s = -math.inf
         self._symptoms: tuple[Symptom, ...] = ()
 
@@ -81,6 +81,8 @@ class TwinMonitoring:
     def diagnose(self, deviates: bool = False) -> Diagnosis:
         """The diagnosis as of now; not faulty where evidence is missing or nothing is the best explanation.
 
+        Where nothing is, it has the symptoms: what was measured explains them, or what nobody knows.
+
         That the batch ``deviates`` from its prediction is evidence enough: each fault is tried, and none is waited for.
         """
         hypotheses = self._explain(self._symptoms, deviates)
@@ -88,16 +90,19 @@ class TwinMonitoring:
         if not hypotheses or (not deviates and self._unsure(hypotheses) and self._waiting(self._at_s)):
             return nothing
         if sum(h.probability for h in hypotheses if not h.faults) > 0.5:
-            if deviates:
-                return nothing
-            self._quiet_until_s = self._at_s + self._settings.repeat_s
-            self._first_s = None
-            return nothing
-        self._known = next(h.faults for h in hypotheses if h.faults)
+            return nothing if deviates else self._unexplained()
+        self._known, self._vain = next(h.faults for h in hypotheses if h.faults), 0
         self._last = self._symptoms or self._last
         self._acknowledged.update({s.rule: self._at_s + self._settings.review_s for s in self._symptoms})
         self._sharpen(hypotheses)
         return Diagnosis(self._at_s, self._last, hypotheses)
+
+    def _unexplained(self) -> Diagnosis:
+        """Symptoms of which nothing is the best explanation; they are looked at again after longer and longer times."""
+        wait_s = min(self._settings.repeat_s * 2.0**self._vain, self._settings.review_s)
+        self._vain, self._first_s = self._vain + 1, None
+        self._acknowledged.update({s.rule: self._at_s + wait_s for s in self._symptoms})
+        return Diagnosis(self._at_s, self._symptoms, (Hypothesis((), 1.0),))
 
     def follow(self, outcome: Resolution) -> None:
         """Take note of what was done: an expected transient is not a new fault, and reviews are scheduled."""

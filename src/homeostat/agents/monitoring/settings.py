@@ -23,4 +23,4 @@ class MonitoringSettings:
     review_s: float = 600.0
     """After a release or a decision to leave the plant alone, when the situation is judged again [s]."""
     repeat_s: float = 30.0
-    """After symptoms that nothing explains, when they are looked at again [s]."""
+    """After symptoms that nothing explains, when they are looked at again; each time twice as late [s]."""

@@ -1,0 +1,100 @@
+"""Moves: what is done to members beside their equations is what was asked for, and nothing else changes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from homeostat.plants.cstr.layout import P, S
+from homeostat.process.batch import Batch, BatchResult, simulate
+from homeostat.process.moves import Move, MoveKind, Movers, simulate_moved
+from tests.plants.cstr import reactor
+
+START_S, STEPS = 1500.0, 60
+
+
+def settled(members: int = 3, **changes: object) -> Batch:
+    state = reactor.run(reactor.batch(int(START_S))).state[0]
+    b = reactor.batch(STEPS, members=members, x=state, start_s=START_S)
+    return replace(b, record=tuple(range(len(S))), **changes)
+
+
+def moved(b: Batch, *moves: tuple[Move, ...], applied_until_s: float = -np.inf) -> BatchResult:
+    return simulate_moved(reactor.MODEL.kernel, b, Movers(moves, applied_until_s))
+
+
+def test_members_that_nothing_moves_are_simulated_to_the_bit() -> None:
+    b = settled()
+    plain = simulate(reactor.MODEL.kernel, b)
+    again = moved(b, (), (), ())
+    beside = moved(b, (), (Move(MoveKind.STATE, S.T, START_S + 10.0, 0.1),), ())
+    assert np.array_equal(plain.record, again.record)
+    assert np.array_equal(plain.record[[0, 2]], beside.record[[0, 2]])
+
+
+def test_a_state_gains_what_it_is_given_each_second() -> None:
+    """The product counter has no equation of its own loss: it stands higher by the size times the seconds."""
+    b = settled(1)
+    plain = moved(b, ())
+    given = moved(b, (Move(MoveKind.STATE, S.product, START_S + 20.0, 0.5),))
+    extra = given.state[0, S.product] - plain.state[0, S.product]
+    assert extra == pytest.approx(0.5 * (STEPS - 20 + 1))
+    assert np.array_equal(given.record[0, :19], plain.record[0, :19]), "nothing before the onset"
+
+
+def test_what_grows_is_the_size_times_the_seconds_since_the_onset() -> None:
+    b = settled(1)
+    plain, grown = moved(b, ()), moved(b, (Move(MoveKind.READING, S.F2, START_S + 10.0, 0.001, grows=True),))
+    difference = grown.record[0, :, S.F2] - plain.record[0, :, S.F2]
+    assert difference[9] == pytest.approx(0.0) and difference[-1] == pytest.approx(0.001 * (STEPS - 10))
+
+
+def test_a_parameter_is_as_if_it_had_always_been_so() -> None:
+    b = settled(1)
+    low = moved(b, (Move(MoveKind.PARAMETER, P.K_P1, 0.0, -0.01),))
+    parameters = b.parameters.copy()
+    parameters[:, P.K_P1] -= 0.01
+    assert np.array_equal(low.record, simulate(reactor.MODEL.kernel, replace(b, parameters=parameters)).record)
+    assert b.parameters[0, P.K_P1] == reactor.parameters()[P.K_P1], "what was given stays as it was"
+
+
+def test_a_parameter_that_was_moved_before_is_not_moved_twice() -> None:
+    b = settled(1)
+    move = Move(MoveKind.PARAMETER, P.K_P1, 0.0, -0.01)
+    parameters = b.parameters.copy()
+    parameters[:, P.K_P1] -= 0.01
+    going = moved(replace(b, parameters=parameters), (move,), applied_until_s=START_S)
+    assert np.array_equal(going.record, moved(b, (move,)).record)
+
+
+def test_a_positive_parameter_does_not_fall_below_its_least() -> None:
+    b = settled(1)
+    going = moved(b, (Move(MoveKind.PARAMETER, P.K_P1, START_S, -1.0, grows=True, least=0.001),))
+    assert np.isfinite(going.record).all() and going.record[0, -1, S.F2_true] < 0.001
+
+
+def test_a_controller_acts_on_the_reading_that_was_moved() -> None:
+    b = settled(2)
+    result = moved(b, (Move(MoveKind.READING, S.L1, START_S + 5.0, 0.5),), ())
+    assert (result.record[0, 8:, S.P1_cmd] > result.record[1, 8:, S.P1_cmd] + 0.05).all()
+    assert result.state[0, S.V] < result.state[1, S.V]
+
+
+@pytest.mark.parametrize("onset_s", [START_S - 100.0, START_S, START_S + 7.0])
+def test_a_stuck_reading_shows_what_it_showed_at_the_onset(onset_s: float) -> None:
+    b = settled(1, sensor_noise=np.ones(1))
+    result = moved(b, (Move(MoveKind.FROZEN, S.T1, onset_s, 0.0),))
+    late = result.record[0, max(int(onset_s - START_S), 0) :, S.T1]
+    assert len(set(late[1:].tolist())) == 1
+    if onset_s <= START_S:
+        assert late[-1] == b.state[0, S.T1]
+
+
+@pytest.mark.parametrize("stride", [1, 5, 7])
+def test_a_sparse_record_shows_the_same(stride: int) -> None:
+    moves = (Move(MoveKind.READING, S.F1, START_S + 3.0, 0.002), Move(MoveKind.STATE, S.T, START_S + 9.0, 0.05))
+    b = settled(1)
+    sparse = moved(replace(b, stride=stride), moves).record
+    assert np.array_equal(sparse, moved(b, moves).record[:, stride - 1 :: stride][:, : sparse.shape[1]])

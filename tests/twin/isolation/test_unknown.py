@@ -1,0 +1,91 @@
+"""Unknown causes: what no table names is found where it is, of its size, and gets no wrong name."""
+
+from __future__ import annotations
+
+import functools
+
+import pytest
+
+from homeostat.domain.diagnosis import FaultMode, Hypothesis
+from tests.twin.followed import disturbed, follow, reactor
+
+ONSET_S = 1450
+TABLES = tuple(fault.name for fault in reactor().description.faults)
+
+
+@functools.cache
+def explained(disturbance: str, lag_s: int = 60, seed: int = 3, mismatch: str = "none") -> tuple[Hypothesis, ...]:
+    twin = follow(disturbed(seed, ONSET_S + lag_s, f"{disturbance} from {ONSET_S}", mismatch=mismatch), seed)
+    return twin.explain(TABLES, (), since_s=ONSET_S + 10.0)
+
+
+def mode(hypothesis: Hypothesis) -> FaultMode:
+    return reactor().description.fault_mode(hypothesis.faults[0].fault)
+
+
+def accused(found: tuple[Hypothesis, ...]) -> dict[str, float]:
+    """Item -> its probability; of nothing it stands under an empty name."""
+    items: dict[str, float] = {}
+    for h in found:
+        item = "+".join(sorted({reactor().description.fault_mode(f.fault).component for f in h.faults}))
+        items[item] = items.get(item, 0.0) + h.probability
+    return items
+
+
+TRANSMITTERS = [
+    ("T1 reads - 5", "T1_reads_low", 5.0),
+    ("T1 reads + 4", "temp_bias", 4.0),
+    ("L1 reads + 0.7", "L1_reads_high", 0.7),
+    ("L1 reads - 0.7", "level_bias", 0.7),
+    ("F2 reads * 0.8", "F2_reads_low", 0.2),
+    ("V1.pos reads + 0.1", "V1.pos_reads_high", 0.1),
+]
+
+
+@pytest.mark.parametrize(("disturbance", "name", "size"), TRANSMITTERS)
+def test_a_transmitter_that_lies_is_named_in_both_directions(disturbance: str, name: str, size: float) -> None:
+    """A fault of the tables keeps its name; the others are generated, and their name contains the tag."""
+    found = explained(disturbance)
+    assert sum(h.probability for h in found if h.name == name) >= 0.9
+    assert found[0].faults[0].severity == pytest.approx(size, rel=0.1)
+    assert found[0].faults[0].onset_s == pytest.approx(ONSET_S, abs=4.0)
+
+
+@pytest.mark.parametrize(
+    ("disturbance", "item"),
+    [("UA * 0.6", "J1"), ("F3_max * 0.5", "V2"), ("Cv_V1 * 0.7", "V1"), ("K_P1 * 1.3", "P1"), ("UA_ambient * 6", "R1")],
+)
+def test_the_item_of_an_unknown_change_is_among_what_is_accused(disturbance: str, item: str) -> None:
+    items = accused(explained(disturbance, 240))
+    assert items.get(item, 0.0) >= 0.05, items
+    assert max((p for name, p in items.items() if name not in (item, "")), default=0.0) < 0.9, "no wrong name"
+
+
+def test_the_size_of_an_unknown_loss_of_heat_is_in_its_interval() -> None:
+    """Six times the loss to the ambient: 5 x 50 W/K x 10 K are 2.5 kW."""
+    sizes = [h.faults[0].severity for h in explained("UA_ambient * 6", 240) if h.name == "unknown_heat_R1"]
+    assert sizes and min(sizes) <= -2.5 * 0.9 and max(sizes) >= -2.5 * 1.1
+
+
+@pytest.mark.parametrize("disturbance", ["T_coolant + 5", "T_feed + 8", "T_feed - 8", "T1_sp - 2"])
+@pytest.mark.parametrize("lag_s", [60, 240])
+def test_what_is_measured_is_no_fault(disturbance: str, lag_s: int) -> None:
+    found = explained(disturbance.replace("T1_sp", "T1.sp"), lag_s)
+    assert found[0].name == "none" and found[0].probability >= 0.7
+
+
+@pytest.mark.parametrize("mismatch", ["none", "plant"])
+def test_no_fault_means_no_name(mismatch: str) -> None:
+    twin = follow(disturbed(5, ONSET_S + 300, mismatch=mismatch), 5)
+    found = twin.explain(TABLES, ())
+    assert max((h.probability for h in found if h.faults), default=0.0) < 0.5
+
+
+def test_an_explanation_beside_one_that_is_known_keeps_it() -> None:
+    """A thermometer that lies is known; then the pump weakens in a way that no table names."""
+    snapshots = disturbed(3, ONSET_S + 200, f"T1 reads - 5 from {ONSET_S}", f"F2 reads * 0.8 from {ONSET_S + 120}")
+    twin = follow(snapshots, 3)
+    known = explained("T1 reads - 5")[0].faults
+    found = twin.explain(TABLES, known, since_s=float(ONSET_S))
+    assert {f.fault for f in found[0].faults} == {"T1_reads_low", "F2_reads_low"}
+    assert found[0].probability >= 0.5
