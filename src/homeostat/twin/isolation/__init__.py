@@ -1,0 +1,1 @@
+"""Isolation: what is wrong, and whether that can be said."""
