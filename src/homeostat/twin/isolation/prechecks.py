@@ -21,34 +21,25 @@ from homeostat.twin.history import Window
 
 EQUAL: Final = 4
 """This many equal readings in a row are no flat line yet."""
-CHANCE: Final = 1e-9
-"""Largest probability of a flat line by chance [1]: a day of thirty instruments has 2.6 million readings."""
-COARSE: Final = 0.5
-"""Share of equal neighbours from which an instrument's resolution hides its noise [1]; it is not judged."""
-REST: Final = 0.02
-"""Share of an instrument's span below which what it measures may be at rest, and so may its reading [1]."""
-LOOKED_AT_S: Final = 60
-"""How much of the window is present [s]; of a window shorter than twice that, half."""
 NOISE_RATIO: Final = 2.5
 """Scatter against what is usual from which an instrument is noisy [1]."""
-SAMPLES: Final = 20
-"""Fewest readings that a scatter is worked out from."""
-NEAR: Final = 0.1
-"""Share of its span that a reading may be from the model's [1]."""
-KEPT: Final = 0.8
-"""Share of second differences that count [1]: the largest are outliers, steps and kinks of ramps."""
-USUAL: Final = (0.4, 9.0)
-"""Mean square scatter that is usual for an instrument, against the model's [1]: correlated noise is 0.5."""
-PROCESS: Final = 2.0
-"""Mean square scatter against what the stated noise gives from which an instrument shows the process's [1]."""
-COMMANDED: Final = 1.5
-"""Share of the scatter that follows from commands that is taken off [1]: lags are known to some 10 %."""
-MEMBERS: Final = 8
-"""How often the model is asked how much instruments scatter."""
-LAW: Final = 1e-4
+LAW: Final = 5e-5
 """Departure from its law that a controller may have, as a share of its output's range [1]; its resolution is added."""
-JUDGED: Final = 10
-"""Fewest seconds that a controller is judged by."""
+LOOKED_AT_S: Final = 60
+"""How much of the window is present [s]; of a window shorter than twice that, half."""
+SAMPLES: Final = 20
+"""Fewest readings that an instrument's scatter or a controller is judged by."""
+
+_CHANCE = 1e-9  # of a flat line by luck: thirty instruments have 2.6 million readings a day
+_COARSE = 0.5  # share of equal neighbours from which an instrument's resolution hides its noise
+_REST = 0.02  # share of the span below which what is measured may be at rest, and so may the reading
+_NEAR = 0.1  # share of the span that a reading may be from the model's where noise is relative
+_KEPT = 0.8  # share of second differences that count: the largest are outliers, steps and kinks of ramps
+_USUAL = (0.4, 9.0)  # mean square scatter of an instrument against the model's: correlated noise has 0.5
+_PROCESS = 2.0  # mean square scatter against that of the stated noise from which it is the process's
+_COMMANDED = 1.5  # how much of the scatter that follows from commands is taken off: lags are known to some 10 %
+_MEMBERS = 8  # the model without noise, and how often it is asked for noise
+_IDLE = 0.25  # share of seconds without a move from which a controller works more slowly than it is looked at
 
 
 class What(StrEnum):
@@ -118,12 +109,12 @@ def flat_lines(window: Window, description: PlantDescription) -> tuple[Finding, 
         equal = (np.diff(values[:first]) == 0.0)[(moving[1:] & moving[:-1])[: max(first - 1, 0)]]
         often = float(np.count_nonzero(equal)) + 1.0
         share = (often + 2.0 * math.sqrt(often)) / (equal.size + 2.0)  # not by luck more than that
-        if share > COARSE or share ** (count - 1) > CHANCE:
+        if share > _COARSE or share ** (count - 1) > _CHANCE:
             continue
-        limit = float(max(EQUAL, 1 + math.floor(math.log(CHANCE) / math.log(share))))
+        limit = float(max(EQUAL, 1 + math.floor(math.log(_CHANCE) / math.log(share))))
         text = (
-            f"{signal.tag.name} has shown exactly {values[-1]:g} {signal.tag.unit} for {count} readings although it has "
-            f"noise: {signal.component} is stuck"
+            f"{signal.tag.name} has shown exactly {values[-1]:g} {signal.tag.unit} for {count} readings although it "
+            f"has noise: {signal.component} is stuck"
         )
         since_s = window.start_s + float(rows[first])
         found.append(Finding(signal.tag.name, What.FROZEN, since_s, float(count), limit, "readings", text))
@@ -131,8 +122,8 @@ def flat_lines(window: Window, description: PlantDescription) -> tuple[Finding, 
 
 
 def _instruments(window: Window, description: PlantDescription) -> list[Signal]:
-    measured = (s for s in description.signals if s.relation is Relation.MEASURES)
-    return [s for s in measured if s.variable in window.readings and window.length]
+    measured = (s for s in description.signals if s.relation is Relation.MEASURES and s.variable in window.readings)
+    return [s for s in measured if s.tag.name in description.qualities]
 
 
 def _held(window: Window, signal: Signal) -> Flags:
@@ -145,11 +136,9 @@ def _at_rest(values: Vec, first: int, signal: Signal, description: PlantDescript
     Near zero it may not where the tables state a noise for it, also at rest, that it was fine enough to show before
     row ``first``.
     """
-    tag, rule = signal.tag, description.qualities.get(signal.tag.name)
-    steps = np.abs(np.diff(values[:first]))
-    finest = float(np.min(steps, where=steps > 0.0, initial=np.inf))
-    noise = rule.noise if rule is not None and rule.noise and rule.frozen_s is not None else 0.0
-    near = 0.0 if finest <= noise else REST * tag.range.span
+    tag, rule, steps = signal.tag, description.qualities[signal.tag.name], np.abs(np.diff(values[:first]))
+    noise = 0.0 if rule.frozen_s is None else rule.noise or 0.0
+    near = 0.0 if np.min(steps, where=steps > 0.0, initial=np.inf) <= noise else _REST * tag.range.span
     resting = (values <= tag.range.low) | (values >= tag.range.high) | (np.abs(values) < near)
     return np.asarray(resting)
 
@@ -190,23 +179,15 @@ def _noise_ratio(
 ) -> float:
     """Scatter in the second of ``parts``, of second differences, against what is usual; 0 where it is not judged.
 
-    ``shown``: what the model shows, shape (MEMBERS, times). Second differences see neither levels nor ramps.
+    ``shown``: what the model shows, shape (_MEMBERS, times). Second differences see neither levels nor ramps.
     """
-    read, span, rule = (
-        window.readings[signal.variable],
-        signal.tag.range.span,
-        description.qualities.get(signal.tag.name),
-    )
-    known = ~_held(window, signal) & np.isfinite(read)
-    relative = signal.tag.unit != "1" and any(  # the tables state its errors as a share of its reading
-        p.unit == "1" for p in description.parameters if p.component == signal.component
-    )
+    read, span, rule = window.readings[signal.variable], signal.tag.range.span, description.qualities[signal.tag.name]
+    known, floor = ~_held(window, signal) & np.isfinite(read), _REST * span
     own, alike = np.diff(read[None], 2), np.diff(shown, 2)
-    if relative:
-        floor = REST * span
+    if _is_relative(signal, description):
         own, alike = (d / np.maximum(np.abs(v[:, 1:-1]), floor) for d, v in ((own, read[None]), (alike, shown)))
-        known = known & (np.abs(read - shown[0]) < NEAR * span) & (np.minimum(read, shown[0]) > floor)
-    elif np.mean((alike[1:] - alike[:1]) ** 2) > PROCESS * 6.0 * (rule.noise or 0.0 if rule is not None else 0.0) ** 2:
+        known = known & (np.abs(read - shown[0]) < _NEAR * span) & (np.minimum(read, shown[0]) > floor)
+    elif np.mean((alike[1:] - alike[:1]) ** 2) > _PROCESS * 6.0 * (rule.noise or 0.0) ** 2:
         return 0.0
     good = known[2:] & known[1:-1] & known[:-2]
     healthy, present = (part & good for part in parts)
@@ -216,10 +197,16 @@ def _noise_ratio(
     if np.count_nonzero(healthy) >= LOOKED_AT_S:
         commanded, noise = _scatters(alike[:, healthy])
         if noise > commanded / 2.0:
-            factor = float(np.clip((_scatter(own[:, healthy]) - commanded) / noise, *USUAL))
+            factor = float(np.clip((_scatter(own[:, healthy]) - commanded) / noise, *_USUAL))
     commanded, noise = _scatters(alike[:, present])
-    left = max(_scatter(own[:, present]) - COMMANDED * commanded, 0.0)
+    left = max(_scatter(own[:, present]) - _COMMANDED * commanded, 0.0)
     return math.sqrt(left / (factor * noise)) if noise > 0.0 else 0.0
+
+
+def _is_relative(signal: Signal, description: PlantDescription) -> bool:
+    """Whether the tables state an instrument's errors as a share of its reading."""
+    own = (p.unit for p in description.parameters if p.component == signal.component)
+    return signal.tag.unit != "1" and "1" in own
 
 
 def _scatters(alike: Table) -> tuple[float, float]:
@@ -229,12 +216,12 @@ def _scatters(alike: Table) -> tuple[float, float]:
 
 def _scatter(second: Table) -> float:
     """Mean square of all but the largest second differences of each row."""
-    sizes = np.sort(np.abs(second), axis=1)[:, : int(KEPT * second.shape[1])]
+    sizes = np.sort(np.abs(second), axis=1)[:, : int(_KEPT * second.shape[1])]
     return float(np.mean(sizes**2))
 
 
 def _as_modelled(window: Window, description: PlantDescription, model: ProcessModel) -> Cube | None:
-    """What the model shows under the commands of ``window``, shape (MEMBERS, times, shown); the first without noise.
+    """What the model shows under the commands of ``window``, shape (_MEMBERS, times, shown); the first without noise.
 
     None where the readings at its start, or what follows from them, are no state of the model.
     """
@@ -243,7 +230,7 @@ def _as_modelled(window: Window, description: PlantDescription, model: ProcessMo
     inputs, followed = window.inputs.copy(), model.replay_inputs(window.readings, window.inputs)
     for manual in set(description.automatic) & set(model.inputs):
         inputs[:, model.inputs.index(manual)] = followed[:, model.inputs.index(manual)]
-    states, noise = model.estimate(window.at(0))[None].repeat(MEMBERS, axis=0), np.minimum(np.arange(MEMBERS), 1.0)
+    states, noise = model.estimate(window.at(0))[None].repeat(_MEMBERS, axis=0), np.minimum(np.arange(_MEMBERS), 1.0)
     try:
         return _simulated(model, states, prior(model, description.parameters).mean[None], inputs[None], noise)
     except ProcessError:
@@ -255,20 +242,10 @@ def _simulated(model: ProcessModel, states: Table, parameters: Table, inputs: Cu
     members = len(states)
     none = np.zeros((members, len(model.faults)))
     batch = Batch(
-        state=states,
-        parameters=parameters.repeat(members, axis=0),
-        severity=none,
-        onset_s=none + np.inf,
-        inputs=inputs,
-        input_of=np.arange(members) % len(inputs),
-        start_s=0.0,
-        steps=inputs.shape[1],
-        stride=1,
-        record=tuple(model.shown.values()),
-        seeds=np.arange(members),
-        process_noise=noise,
-        sensor_noise=noise,
-    )
+        state=states, parameters=parameters.repeat(members, axis=0), severity=none, onset_s=none + np.inf,
+        inputs=inputs, input_of=np.arange(members) % len(inputs), start_s=0.0, steps=inputs.shape[1], stride=1,
+        record=tuple(model.shown.values()), seeds=np.arange(members), process_noise=noise, sensor_noise=noise,
+    )  # fmt: skip
     return simulate(model.kernel, batch, model.states.__getitem__).record
 
 
@@ -276,10 +253,11 @@ def broken_laws(window: Window, description: PlantDescription, model: ProcessMod
     """Controllers whose output is not what the tables' gains make of the readings and of their output before.
 
     The model's own controllers go on by one second from each of the last readings. Not judged are seconds with an
-    output at a limit or in manual, with a moving setpoint, and with unknown readings.
+    output at a limit or in manual, with a moving setpoint, and with unknown readings; nor are controllers that move
+    now and then only, because they work more slowly or more coarsely than they are looked at.
     """
     rows = _unbroken(window, model)
-    if not description.loops or len(rows) < JUDGED:
+    if not description.loops or len(rows) < SAMPLES:
         return ()
     states, parameters = np.empty((len(rows), len(model.states))), prior(model, description.parameters).mean[None]
     for state, k in zip(states, rows, strict=True):
@@ -293,11 +271,14 @@ def broken_laws(window: Window, description: PlantDescription, model: ProcessMod
 
 def _unbroken(window: Window, model: ProcessModel) -> Indices:
     """Rows among the last that can be judged: their own readings and those of the two rows before are known."""
-    clean = ~np.any([np.zeros(window.length, dtype=bool), *window.held.values()], axis=0)
-    for variable in model.shown:
-        clean &= np.isfinite(window.readings.get(variable, np.zeros(window.length)))
+    clean = np.ones(window.length, dtype=bool)
+    for variable in window.readings.keys() & {*model.shown, *model.inputs}:
+        if variable in window.held:
+            clean &= ~window.held[variable]
+        if variable in model.shown:
+            clean &= np.isfinite(window.readings[variable])
     rows = np.arange(max(2, window.length - LOOKED_AT_S), window.length)
-    return rows[clean[rows] & clean[rows - 1] & clean[rows - 2]]
+    return np.asarray(rows[clean[rows] & clean[rows - 1] & clean[rows - 2]])
 
 
 def _broken(
@@ -313,12 +294,13 @@ def _broken(
             inside &= np.isnan(window.readings[manual])
     still = (setpoint[rows] == setpoint[rows - 1]) & (setpoint[rows - 1] == setpoint[rows - 2])
     judged = inside[rows] & inside[rows - 1] & inside[rows - 2] & still
-    if np.count_nonzero(judged) < JUDGED:
+    if np.count_nonzero(judged) < SAMPLES:
         return None
     departures, moves = np.abs(output[rows] - lawful[variable])[judged], np.abs(np.diff(output))
-    resolution = float(np.min(moves, where=moves > 1e-12, initial=np.inf))
-    limit = LAW * tag.range.span + (resolution if np.isfinite(resolution) else 0.0)
-    if (value := float(np.median(departures))) <= limit:
+    idle = float(np.mean(moves[rows - 1][judged] == 0.0))
+    resolution = float(np.min(moves, where=moves > 1e-12, initial=np.inf)) if idle < 1.0 else 0.0
+    limit, value = LAW * tag.range.span + resolution, float(np.median(departures))
+    if value <= limit or _IDLE < idle < 1.0:
         return None
     since_s = window.start_s + float(rows[judged][departures > limit][0])
     text = (
