@@ -259,7 +259,7 @@ def broken_laws(window: Window, description: PlantDescription, model: ProcessMod
     output at a limit or in manual, with a moving setpoint, and with unknown readings; nor are controllers that move
     now and then only, because they work more slowly or more coarsely than they are looked at.
     """
-    rows = _unbroken(window, model)
+    rows = _unbroken(window, description, model)
     if not description.loops or len(rows) < SAMPLES:
         return ()
     states, parameters = np.empty((len(rows), len(model.states))), prior(model, description.parameters).mean[None]
@@ -272,13 +272,13 @@ def broken_laws(window: Window, description: PlantDescription, model: ProcessMod
     return tuple(f for f in found if f is not None)
 
 
-def _unbroken(window: Window, model: ProcessModel) -> Indices:
+def _unbroken(window: Window, description: PlantDescription, model: ProcessModel) -> Indices:
     """Rows among the last that can be judged: their own readings and those of the two rows before are known."""
     clean = np.ones(window.length, dtype=bool)
     for variable in window.readings.keys() & {*model.shown, *model.inputs}:
         if variable in window.held:
             clean &= ~window.held[variable]
-        if variable in model.shown:
+        if variable not in description.automatic:
             clean &= np.isfinite(window.readings[variable])
     rows = np.arange(max(2, window.length - LOOKED_AT_S), window.length)
     return np.asarray(rows[clean[rows] & clean[rows - 1] & clean[rows - 2]])
