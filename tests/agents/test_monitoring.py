@@ -9,7 +9,7 @@ import pytest
 
 from homeostat.agents.monitoring.monitoring import TwinMonitoring
 from homeostat.agents.monitoring.settings import MonitoringSettings
-from homeostat.domain.diagnosis import Diagnosis, Direction, FaultState, Feature, Hypothesis, SymptomRule
+from homeostat.domain.diagnosis import Direction, FaultState, Feature, Hypothesis, SymptomRule
 from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.plant.rules import QualityRule
 from homeostat.domain.recovery import ActionSet
@@ -200,7 +200,7 @@ def test_what_nothing_explains_is_looked_at_less_and_less_often() -> None:
     for _ in range(4):
         scene.monitoring.diagnose()
         looked.append(scene.until_attention(2000, x=2.0) or 0.0)
-    between = [after - before for before, after in zip(looked, looked[1:], strict=False)]
+    between = [after - before for before, after in pairwise(looked)]
     assert between == [min(SETTINGS.repeat_s * 2**k, SETTINGS.review_s) for k in range(4)]
 
 

@@ -109,7 +109,8 @@ class Twin:
         settings, end_s = self.settings, self._history.window(1).end_s
         seconds = int(np.clip(end_s - min(since_s, end_s) + settings.lead_s, settings.lead_s, settings.replay_s))
         window, recent = self._history.window(seconds), self._history.window(min(settings.recent_s, seconds))
-        return self._isolation.explain(Question(candidates, tuple(known), dense), window, recent, self._posterior)
+        question = Question(candidates, tuple(known), dense, since_s)
+        return self._isolation.explain(question, window, recent, self._posterior)
 
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[dict[str, float], ...]:
         """What each hypothesis says the instruments show beyond the truth: tag -> error in the tag's unit."""

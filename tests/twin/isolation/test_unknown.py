@@ -62,9 +62,9 @@ def test_the_item_of_an_unknown_change_is_among_what_is_accused(disturbance: str
 
 
 def test_the_size_of_an_unknown_loss_of_heat_is_in_its_interval() -> None:
-    """Six times the loss to the ambient: 5 x 50 W/K x 10 K are 2.5 kW."""
-    sizes = [h.faults[0].severity for h in explained("UA_ambient * 6", 240) if h.name == "unknown_heat_R1"]
-    assert sizes and min(sizes) <= -2.5 * 0.9 and max(sizes) >= -2.5 * 1.1
+    """Six times the loss to the ambient, 5 x 50 W/K x 10 K, are 2.5 kW; less as the reactor cools."""
+    sizes = [h.faults[0].severity for h in explained("UA_ambient * 6", 60) if h.name == "unknown_heat_R1"]
+    assert sizes and min(sizes) <= -2.2 and max(sizes) >= -2.6
 
 
 @pytest.mark.parametrize("disturbance", ["T_coolant + 5", "T_feed + 8", "T_feed - 8", "T1_sp - 2"])
@@ -89,3 +89,12 @@ def test_an_explanation_beside_one_that_is_known_keeps_it() -> None:
     found = twin.explain(TABLES, known, since_s=float(ONSET_S))
     assert {f.fault for f in found[0].faults} == {"T1_reads_low", "F2_reads_low"}
     assert found[0].probability >= 0.5
+
+
+@pytest.mark.parametrize(
+    ("disturbance", "name"),
+    [("T1 frozen", "T1_frozen"), ("L1 noise * 5", "L1_noisy"), ("Kp_level * 0.3", "LIC1_wrong_law")],
+)
+def test_what_readings_show_by_themselves_is_said_by_name(disturbance: str, name: str) -> None:
+    found = explained(disturbance, 70)
+    assert found[0].name == name and found[0].probability >= 0.9

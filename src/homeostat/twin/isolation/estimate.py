@@ -19,6 +19,8 @@ from homeostat.twin.isolation.responses import Responses
 
 SHORTLIST = 4
 """Onsets of one disturbance whose bounded loss is worked out."""
+CHANGED_NATS = 3.0
+"""By how much a change must explain more than that it has always been so [nats]."""
 POLISHED = 10
 """Disturbances that are replayed."""
 SIZES = (0.6, 0.75, 0.87, 0.94, 1.0, 1.06, 1.15, 1.35, 1.7)
@@ -77,20 +79,26 @@ class Estimation:
         )
 
     def _of_group(self, effect: Effect, group: Sequence[FaultMode]) -> Iterator[_Linear]:
-        """The best step and the best ramp of modes that act on the same quantity."""
+        """The best step and the best ramp of modes that act on the same quantity.
+
+        None where the quantity may as well have differed from the beginning of the window on: that is how the plant is.
+        """
         unit = Effect(effect.kind, effect.quantity, 1.0, capacity=effect.capacity)
         steps, rows, newest = self._responses.steps(unit), self._responses.rows, self._responses.newest
         lasting, growing = (
             {_sign(mode): mode for mode in group if mode.effect is not None and mode.effect.grows is grows}
             for grows in (False, True)
         )
+        found: list[_Linear] = []
+        always = -np.inf
         if lasting:
-            found = [self._best(lasting, rows, steps)]
+            always = self._best(lasting, rows[:1], steps[:1]).score
+            found.append(self._best(lasting, rows, steps))
             if len(newest):
                 found.append(self._best(lasting, newest, self._responses.steps(unit, newest)))
-            yield max(found, key=lambda each: each.score)
         if growing:
-            yield self._best(growing, rows, self._responses.ramps(steps))
+            found.append(self._best(growing, rows, self._responses.ramps(steps)))
+        yield from (each for each in found if each.score > always + CHANGED_NATS)
 
     def _best(self, modes: Mapping[float, FaultMode], rows: Indices, change: Table) -> _Linear:
         any_mode = next(iter(modes.values()))

@@ -8,6 +8,8 @@ competes with the best of the others and with nothing being wrong.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.plant.description import PlantDescription, Relation
 from homeostat.process.model import ProcessModel
@@ -17,12 +19,15 @@ from homeostat.twin.history import Window
 from homeostat.twin.isolation.classes import hypotheses
 from homeostat.twin.isolation.estimate import Estimate, Estimation
 from homeostat.twin.isolation.evidence import Accuracy, Evidence, Fit
+from homeostat.twin.isolation.prechecks import What, prechecks, shared
 from homeostat.twin.isolation.prior import Prior
 from homeostat.twin.isolation.search import REPAIRED_NATS, Scored, Search
 from homeostat.twin.settings import TwinSettings
 
 SECOND_FAULT_NATS = 4.0
 """Gain in log-likelihood that a further fault must bring, over and above its prior [nats]."""
+SELF_EVIDENT_NATS = 3.5
+"""What speaks for an instrument or a controller being wrong that readings alone show to be [nats]."""
 MEAN_SQUARE = 1.5
 """What is left of an explanation that fits has a smaller mean square [1]."""
 WORST_BLOCK = 20.0
@@ -43,6 +48,8 @@ class Question:
     """What was probable before; it is not forgotten without a reason."""
     dense: bool = False
     """Whether onsets are tried more closely, for what may have gone unnoticed for a while."""
+    since_s: float = np.inf
+    """When the first symptom of it was seen [s]; infinite where there is none."""
 
 
 class FaultIsolation:
@@ -58,9 +65,13 @@ class FaultIsolation:
     ) -> tuple[Hypothesis, ...]:
         """Explanations of the readings of ``window``, most probable first; a second fault is looked for in ``recent``.
 
-        A cause is named only where its explanation fits; else what is best says where the unknown one is.
+        Where readings or controllers speak for themselves, the twin is asked for nothing but their size. A cause is
+        named only where its explanation fits; else what is best says where the unknown one is.
         """
         evidence, search = self._on(window, posterior, question.known)
+        accused = self._accused(window, question)
+        if accused:
+            return self._by_itself(search, accused, question)
         none = float(search.score([()])[0]) - REPAIRED_NATS * len(question.known)
         lags = [window.end_s - lag for lag in {*LAGS_S, *(DENSE_LAGS_S if question.dense else ())}]
         onsets = sorted({*lags, *(f.onset_s for f in question.known)})
@@ -75,6 +86,30 @@ class FaultIsolation:
             best = max(scored, key=lambda s: s.score)
         left = evidence.losses(evidence.residuals([best.faults]))[1][0]
         return hypotheses(scored, none, self._carrier.modes, named=_fits(evidence.fit(left)))
+
+    def _accused(self, window: Window, question: Question) -> list[FaultState]:
+        """Instruments and controllers that are wrong by their own evidence, as generated fault modes."""
+        findings = prechecks(window, self._plant, self._model, question.since_s)
+        loops = {loop.manipulated_variable: loop.controller for loop in self._plant.loops}
+        noisy = not shared(findings)  # what makes several scatter is in none of them
+        return [
+            FaultState(f"{loops[f.tag]}_wrong_law" if f.what is What.LAW else f"{f.tag}_{f.what}", 1.0, f.since_s)
+            for f in findings
+            if noisy or f.what is not What.NOISY
+        ]
+
+    def _by_itself(self, search: Search, accused: Sequence[FaultState], question: Question) -> tuple[Hypothesis, ...]:
+        """What is ``accused``, beside what was known of other items; a fault of the tables where it says as much."""
+        modes = self._carrier.modes
+        items = {modes[f.fault].component for f in accused}
+        kept = tuple(f for f in question.known if modes[f.fault].component not in items)
+        sets: list[FaultSet] = [(*kept, *accused)]
+        if len(accused) == 1:
+            since = accused[0].onset_s
+            alike = [f for f in self._plant.faults if f.component in items]
+            sets += [(*kept, FaultState(f.name, f.severity_nominal, since)) for f in alike]
+        scored = [Scored(s, score) for s, score in zip(sets, search.score(sets).tolist(), strict=True)]
+        return hypotheses(scored, max(s.score for s in scored) - SELF_EVIDENT_NATS, modes)
 
     def _on(self, window: Window, posterior: Posterior, known: FaultSet) -> tuple[Evidence, Search]:
         accuracy = Accuracy(self._settings.errors, self._settings.gain_error)
