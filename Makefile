@@ -11,7 +11,7 @@ QUICK := tests/domain tests/guard tests/journal tests/stl tests/tools tests/cli/
 SLOW := tests/cli tests/docs tests/evaluate tests/guard tests/journal tests/plants
 SEED := 1
 
-.PHONY: demo test quick slow coverage pythons llm campaign graph results pages docs lint audit format lock help clean
+.PHONY: demo test quick slow full coverage pythons llm campaign graph results pages docs lint audit format lock help clean
 
 ## demo: a stuck cooling valve on the reactor, from the alarm to the released recovery
 demo: $(VENV)/.base
@@ -25,9 +25,13 @@ test: $(VENV)/.dev
 quick: $(VENV)/.dev
 	$(PYTEST) -m quick $(QUICK)
 
-## slow: what `make test` leaves out: kills, mutants, studies; .ci/run runs both
+## slow: what `make test` leaves out: kills, mutants, studies
 slow: $(VENV)/.dev
 	$(PYTEST) -m slow $(SLOW)
+
+## full: what `make test` and `make slow` run, read once; .ci/run runs it
+full: $(VENV)/.dev
+	$(PYTEST)
 
 ## coverage: `make test` with the lines and branches that it reaches, by package; no bar to pass
 coverage: $(VENV)/.dev

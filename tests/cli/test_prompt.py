@@ -15,7 +15,7 @@ from homeostat.evaluate.scenario import scenario
 from tests.cli.command import Done, homeostat, refused
 
 FAULT = ("--fault", "cool_stuck_closed", "--onset", "900")
-END_S = 1400.0
+END_S = 1e7
 TOKENS = re.compile(r"tokens \((?:o200k|estimated)\): system (\d+), prompt (\d+), schema (\d+); prompt files (\w{12})")
 
 
@@ -47,18 +47,15 @@ def test_nothing_is_kept(action: Done) -> None:
     assert list(action.cwd.iterdir()) == []
 
 
-@pytest.fixture
-def soon_over(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs end soon after their first questions: what is shown does not depend on what comes after."""
+def test_a_run_of_months_ends_with_the_question(action: Done, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(prompt, "scenario", lambda *given: replace(scenario(*given), end_s=END_S))
+    assert homeostat("prompt", "cstr", *FAULT, cwd=tmp_path).out == action.out
 
 
-@pytest.mark.usefixtures("soon_over")
 def test_the_same_command_shows_the_same(action: Done, tmp_path: Path) -> None:
     assert homeostat("prompt", "cstr", *FAULT, "--agent", "action", "--number", "1", cwd=tmp_path).out == action.out
 
 
-@pytest.mark.usefixtures("soon_over")
 def test_the_question_to_planning_with_a_note(tmp_path: Path) -> None:
     arguments = (
         "--agent",
@@ -76,7 +73,6 @@ def test_the_question_to_planning_with_a_note(tmp_path: Path) -> None:
     assert "enum" in schema["properties"]["path"] and template_sha256("planning").startswith(tokens[4])  # type: ignore[index]
 
 
-@pytest.mark.usefixtures("soon_over")
 def test_a_later_question_shows_what_was_refused(tmp_path: Path) -> None:
     arguments = (*FAULT, "--severity", "0.85", "--number", "2")
     _, prompt, _, _ = shown(homeostat("prompt", "cstr", *arguments, cwd=tmp_path))

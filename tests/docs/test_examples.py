@@ -2,7 +2,9 @@
 
 Every ``$ ...`` line of a ``console`` block and every line of an ``sh`` block is carried out, in order, in one folder
 per page that has the folders of a checkout, and must exit with 0; output shown under a ``$`` line must match, where
-``...`` stands for anything. Then every ``python`` block of the page runs there, in order, in one process.
+``...`` stands for anything. A ``homeostat`` command that needs no shell is carried out in this process, which has
+loaded everything; whatever else in one of its own. Then every ``python`` block of the page runs there, in order, in one
+process.
 
 A comment on the line before a block may change that. ``<!-- run with: OPTIONS -->`` adds options that make the commands
 of the block shorter. ``<!-- not run: WHY -->`` is for what needs a server, a key, a network or minutes: such commands
@@ -20,11 +22,14 @@ from pathlib import Path
 
 import pytest
 
+from tests.cli.command import Done, homeostat
 from tests.docs.blocks import PAGES, REPO, blocks, commands_of, named, python_of
 
 LIMIT_S = 180
 HERE = {**os.environ, "PYTHONPATH": str(REPO / "src")}
 """The environment of an example: the package of this tree, from whatever folder."""
+SHELL = frozenset("$`<>|&*~")
+"""Signs that a shell may give a meaning."""
 SLOW = {"docs/how-to/run-a-campaign.md"}
 """Pages whose examples take most of a minute."""
 ALL = [
@@ -68,26 +73,34 @@ def checkout(folder: Path) -> Path:
     return folder / "here"
 
 
+def carried_out(command: str, here: Path, env: dict[str, str]) -> Done:
+    """What ``command`` does in folder ``here``."""
+    if command.startswith("homeostat ") and SHELL.isdisjoint(command):
+        return homeostat(*shlex.split(command, comments=True)[1:], cwd=here)
+    done = subprocess.run(
+        ["sh", "-c", command],
+        cwd=here,
+        env=env,
+        capture_output=True,
+        text=True,
+        timeout=LIMIT_S,
+        stdin=subprocess.DEVNULL,
+    )
+    return Done(done.returncode, done.stdout, done.stderr, here)
+
+
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("page", ALL)
 def test_examples_do_what_the_page_says(page: Path, tmp_path: Path) -> None:
     text, here = page.read_text("utf-8"), checkout(tmp_path)
     env = {**HERE, "PATH": f"{tmp_path / 'bin'}{os.pathsep}{os.environ['PATH']}"}
     for shown in commands_of(text):
-        done = subprocess.run(
-            ["sh", "-c", shown.command],
-            cwd=here,
-            env=env,
-            capture_output=True,
-            text=True,
-            timeout=LIMIT_S,
-            stdin=subprocess.DEVNULL,
-        )
+        done = carried_out(shown.command, here, env)
         where = f"{named(page)}:{shown.line}"
-        assert done.returncode == 0, f"{where}: {shown.command}:\n{done.stdout}{done.stderr}"
+        assert done.status == 0, f"{where}: {shown.command}:\n{done.out}{done.err}"
         flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-        if shown.output.strip() and not doctest.OutputChecker().check_output(shown.output, done.stdout, flags):
-            pytest.fail(f"{where} promises\n{shown.output}\nbut it shows\n{done.stdout}")
+        if shown.output.strip() and not doctest.OutputChecker().check_output(shown.output, done.out, flags):
+            pytest.fail(f"{where} promises\n{shown.output}\nbut it shows\n{done.out}")
     program = f"exec(compile({python_of(text)!r}, {str(page)!r}, 'exec'), {{'__name__': '__main__'}})"
     done = subprocess.run(
         [sys.executable, "-c", program], cwd=here, env=env, capture_output=True, text=True, timeout=LIMIT_S

@@ -20,7 +20,7 @@ from homeostat.record.directory import RunDirectory
 
 pytestmark = pytest.mark.slow
 
-END_S, ONSET_S = 2300.0, 2000.0
+END_S, ONSET_S = 1200.0, 900.0
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def plant() -> Plant:
 
 
 def recorded(plant: Plant, directory: RunDirectory, operation: Operation | None = None) -> Run:
-    chosen = scenario(plant, "cool_stuck_closed", 1, end_s=END_S)
+    chosen = scenario(plant, "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=END_S)
     with directory:
         return record_run(
             plant, chosen, directory, Thinking(declared_s=1.0), "search", lambda event, at_s: None,

@@ -85,17 +85,24 @@ def test_a_change_in_another_file_reaches_the_machine_code(tmp_path: Path) -> No
     assert run(tmp_path).stderr == ""
 
 
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a tank and its machine code, compiled once for all tests that spoil it and have it made again."""
+    folder = tmp_path_factory.mktemp("compiled")
+    made(folder)
+    run(folder)
+    return folder
+
+
 @pytest.mark.parametrize("keep", [0, 100, 3000, -1])
-def test_what_is_left_of_a_file_is_not_used(tmp_path: Path, keep: int) -> None:
+def test_what_is_left_of_a_file_is_not_used(compiled: Path, keep: int) -> None:
     """A machine that died while it wrote, or a disk that was full: compiled again, not loaded."""
-    made(tmp_path)
-    run(tmp_path)
-    (file,) = tmp_path.rglob("*.o")
+    (file,) = compiled.rglob("*.o")
     whole = file.read_bytes()
     file.write_bytes(whole[:keep])
-    again = run(tmp_path)
+    again = run(compiled)
     assert (again.stdout, again.stderr) == ("10.0 True\n", "compiling, once\n")
-    assert run(tmp_path).stderr == ""
+    assert run(compiled).stderr == ""
 
 
 def test_the_users_cache_folder_is_respected(tmp_path: Path) -> None:

@@ -64,7 +64,7 @@ def test_a_whole_run_on_documents_releases_only_what_was_approved(technique: str
     text = next(i.text for i in CORPUS if i.technique == technique)
     plant, trace = poisoned(reactor(), text), MemoryTrace()
     language = Language(ScriptedModel("obedient", obedient), (text,), grounding=GroundingKind.DOCUMENTS)
-    chosen = scenario(plant, "cool_stuck_closed", 3, 1450.0, None, 1900.0)
+    chosen = scenario(plant, "cool_stuck_closed", 3, 900.0, None, 1350.0)
     result = run(plant, chosen, trace, DeclaredClock(1.0), Proposing(language))
     assert unsafe(plant, chosen, result, trace) == ""
     assert any(a.proposer == "language" for a in trace.of(Attempted)), "the model was heard"

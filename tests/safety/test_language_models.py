@@ -19,7 +19,7 @@ from homeostat.llm.retry import RetryingModel
 from homeostat.recovery.bounds import Budget
 from tests.llm.servers import hostile, random_model
 
-ONSET_S = 1450.0
+ONSET_S = 900.0
 KEY = "sk-proj-0123456789abcdef"
 
 
@@ -46,7 +46,7 @@ def test_random_weights_release_nothing_unsafe(knows_nothing: str) -> None:
     """A few of the 200 runs that the results page has."""
     tried = 0
     for fault, seed in RUNS:
-        row, trace = run_with(asked_at(knows_nothing, "random"), fault, seed, onset_s=ONSET_S, end_s=1900.0)
+        row, trace = run_with(asked_at(knows_nothing, "random"), fault, seed, onset_s=ONSET_S, end_s=1350.0)
         assert row.unsafe == "" and row.first != "none", row
         calls = trace.of(ModelCalled)
         assert calls and {c.served for c in calls} == {"random-weights"} and not any(c.failure for c in calls)
@@ -58,7 +58,7 @@ def test_random_weights_release_nothing_unsafe(knows_nothing: str) -> None:
     "name", ["upper_edge", "nan", "extreme", "echo", "contradictory", "huge", "dropped", "refusal", "unicode_tricks"]
 )
 def test_a_server_that_means_harm_releases_nothing_unsafe(means_harm: str, name: str) -> None:
-    row, trace = run_with(asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1700.0)
+    row, trace = run_with(asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1150.0)
     assert row.unsafe == "" and row.outside_s == 0.0
     assert trace.of(ModelCalled)
     # The upper edge of every range is admissible; where everything that is left is to hold, it may be approved.
@@ -68,7 +68,7 @@ def test_a_server_that_means_harm_releases_nothing_unsafe(means_harm: str, name:
 def test_a_key_that_a_server_repeats_is_in_no_event(means_harm: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(SERVER_KEY, KEY)
     for name in ("key_echo", "unauthorised"):
-        row, trace = run_with(asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1600.0)
+        row, trace = run_with(asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1050.0)
         assert row.calls > 0 and row.first == "search"
         told = [canonical(encode(entry.event)) for entry in trace.entries]
         assert not any(KEY[:12] in line for line in told)
@@ -78,7 +78,7 @@ def test_a_key_that_a_server_repeats_is_in_no_event(means_harm: str, monkeypatch
 @pytest.mark.parametrize("name", ["hang", "slow_drip"])
 def test_a_server_that_takes_its_time_costs_no_more_than_it_may(means_harm: str, name: str) -> None:
     row, _ = run_with(
-        asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1600.0, clock=ThinkingClock(),
+        asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1050.0, clock=ThinkingClock(),
         budget=Budget(latency_s=6.0, last_s=4.0),
     )  # fmt: skip
     assert row.first == "search" and row.unsafe == "" and row.failures.get("TIMEOUT", 0) >= 1
@@ -88,7 +88,7 @@ def test_a_server_that_takes_its_time_costs_no_more_than_it_may(means_harm: str,
 def test_the_fallback_acts_when_the_time_is_used_up(means_harm: str, name: str) -> None:
     """No time is kept for the search, so nobody else acts. How late it is on a quiet machine is in the results."""
     _, trace = run_with(
-        asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1600.0, clock=ThinkingClock(),
+        asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1050.0, clock=ThinkingClock(),
         budget=Budget(latency_s=2.0, last_s=0.0),
     )  # fmt: skip
     armed = next(entry for entry in trace.entries if isinstance(entry.event, FallbackArmed))

@@ -16,7 +16,7 @@ BATCH = {"case": "mixing_module", "end_s": 400.0}
 """A batch without a fault."""
 PUMP = {**BATCH, "fault": "pump_failure"}
 """A batch whose pump fails."""
-COOLING = {"case": "cstr", "fault": "cool_stuck_closed", "end_s": 2300.0}
+COOLING = {"case": "cstr", "fault": "cool_stuck_closed", "onset_s": 900.0, "end_s": 1200.0}
 """The reactor, whose cooling sticks 300 s before the end."""
 
 

@@ -105,10 +105,10 @@ def test_the_fingerprint_follows_whatever_changes_a_row(tmp_path: Path) -> None:
     (fault,), arm, model = job.scenario.faults, job.arm, job.arm.model
     others = [
         replace(job, scenario=replace(job.scenario, seed=2)),
-        replace(job, scenario=replace(job.scenario, end_s=2301.0)),
+        replace(job, scenario=replace(job.scenario, end_s=1201.0)),
         replace(job, scenario=replace(job.scenario, faults=())),
         replace(job, scenario=replace(job.scenario, faults=(replace(fault, severity=0.71),))),
-        replace(job, scenario=replace(job.scenario, faults=(replace(fault, onset_s=2000.0001),))),
+        replace(job, scenario=replace(job.scenario, faults=(replace(fault, onset_s=900.0001),))),
         replace(job, label="other"), replace(job, kind="unknown"), replace(job, published="x"),
         replace(job, ablation="no-graph"),
         replace(job, thinking=Thinking(declared_s=2.0)), replace(job, thinking=Thinking()),

@@ -1,10 +1,12 @@
-"""``homeostat prompt``: exactly what a language model would be shown, from a run that goes on to its end."""
+"""``homeostat prompt``: exactly what a language model would be shown, from a run that ends with the question."""
 
 import argparse
+import contextlib
 import json
 
 from homeostat.agents.language.scripts import reasonable
 from homeostat.cli.arguments import UsageError
+from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.scenario import scenario
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
@@ -17,8 +19,12 @@ NOT_ASKED = 1
 """Exit status where the run ended without the question."""
 
 
+class _Asked(BaseException):
+    """Ends a run as an interrupt does: the question is there, and nothing that comes after it is shown."""
+
+
 def carry_out(options: argparse.Namespace) -> int:
-    """Run, stop at the question, print it; 1 where it was never asked."""
+    """Run until the question is asked and print it; 1 where it never is."""
     if options.number < 1:
         raise UsageError(f"--number {options.number} must be at least 1")
     from homeostat.evaluate.proposing import Proposing
@@ -34,8 +40,13 @@ def carry_out(options: argparse.Namespace) -> int:
             asked.append(question)
         return reasonable(question)
 
+    def watcher(_: Snapshot) -> None:
+        if len(asked) >= options.number:
+            raise _Asked
+
     language = Language(ScriptedModel("shown", answer), tuple(options.note))
-    run(plant, chosen, clock=DeclaredClock(), proposing=Proposing(language))
+    with contextlib.suppress(_Asked):
+        run(plant, chosen, clock=DeclaredClock(), proposing=Proposing(language), watcher=watcher)
     if len(asked) >= options.number:
         _show(asked[options.number - 1])
         return 0

@@ -5,7 +5,7 @@ statement. ``mapping.rml.ttl`` states the same in RML; ``make graph`` lets morph
 """
 
 from collections.abc import Iterator, Mapping
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Final
 from urllib.parse import quote
@@ -53,7 +53,7 @@ def _said(statement: Mapping[str, str], rows: tuple[Mapping[str, str], ...], nam
     thing = _iri(item, namespace) if kind == "thing" else None
     for line, row in enumerate(rows, start=2):
         cells = {column: cell for column, cell in row.items() if cell}
-        names = {column: quote(cell, safe="") for column, cell in cells.items()}
+        names = {column: _quoted(cell) for column, cell in cells.items()}
         try:
             about = NamedNode(subject.format_map(names))
         except KeyError as empty:
@@ -64,6 +64,12 @@ def _said(statement: Mapping[str, str], rows: tuple[Mapping[str, str], ...], nam
             yield Triple(about, NamedNode(verb.format_map(names)), value)
         except KeyError:  # the cell is empty
             continue
+
+
+@lru_cache(maxsize=8192)
+def _quoted(cell: str) -> str:
+    """A cell as a part of an IRI; every statement about a row quotes the same few."""
+    return quote(cell, safe="")
 
 
 def _iri(name: str, namespace: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Final
 
@@ -64,6 +65,7 @@ def _plain_graph() -> Graph:
     return Graph(bind_namespaces="none")
 
 
+@cache
 def _shapes() -> Graph:
     graph = _plain_graph()
     for file in sorted(resources.files(__package__).joinpath(_SHAPES).iterdir(), key=lambda file: file.name):
@@ -72,6 +74,7 @@ def _shapes() -> Graph:
     return graph
 
 
+@cache
 def _subclasses() -> list[tuple[Node, Node, Node]]:
     from rdflib import URIRef
 
