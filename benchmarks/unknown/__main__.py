@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from benchmarks.unknown.causes import PLANTS
 from benchmarks.unknown.jobs import PARTS, Job, jobs
+from benchmarks.unknown.judging import judge
 from benchmarks.unknown.recorder import load, path_of, record, save
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.process.batch import use_threads
@@ -22,6 +23,8 @@ def main() -> int:
         wanted = list(jobs(plant, asked.parts, asked.causes, asked.seeds, asked.mismatch))
         if "record" in asked.steps:
             _record(plant, wanted)
+        if "judge" in asked.steps:
+            judge(plant, wanted, asked.looks, asked.fresh)
     return 0
 
 
@@ -41,11 +44,13 @@ def _record(plant: Plant, wanted: Sequence[Job]) -> None:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.unknown", description=__doc__)
-    parser.add_argument("steps", nargs="*", default=["record"], metavar="STEP", help="record")
+    parser.add_argument("steps", nargs="*", default=["record", "judge"], metavar="STEP", help="record or judge")
     parser.add_argument("--plants", type=_names, default=list(PLANTS), help="cstr,mixing_module")
     parser.add_argument("--parts", type=_names, default=list(PARTS), help=",".join(PARTS))
     parser.add_argument("--causes", type=_names, default=[], help="ids or classes of causes; all by default")
     parser.add_argument("--seeds", type=_numbers, default=[], help="as 1,2 or 1-3; the study's own by default")
+    parser.add_argument("--looks", type=_numbers, default=[], help="seconds after the first symptom; all by default")
+    parser.add_argument("--fresh", action="store_true", help="every look forgets what was said before it")
     parser.add_argument("--mismatch", default="plant", help="how the true plant is not its model")
     return parser.parse_args()
 
