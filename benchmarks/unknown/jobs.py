@@ -5,12 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from benchmarks.unknown.causes import HEALTHY, KNOWN, Cause, chosen, harmless_causes, known_faults, unknown_causes
+from benchmarks.unknown.causes import (
+    HARMLESS,
+    HEALTHY,
+    KNOWN,
+    Cause,
+    chosen,
+    harmless_causes,
+    known_faults,
+    unknown_causes,
+)
+from homeostat.evaluate.scenario import Scenario, departing, scenario
 from homeostat.plants.plant import Plant
 
 UNKNOWN = "unknown"
-HARMLESS = "harmless"
 PARTS = (UNKNOWN, KNOWN, HARMLESS, HEALTHY)
+OPERATED = (UNKNOWN, HARMLESS)
+"""Parts that are run with everything on, too."""
 SEEDS = {UNKNOWN: range(401, 404), KNOWN: range(401, 421), HARMLESS: range(401, 408), HEALTHY: range(401, 421)}
 """Part -> its seeds. Thresholds are chosen on smaller ones."""
 BAND_SEEDS = {"cstr": range(9_001, 9_021), "mixing_module": range(9_001, 9_081)}
@@ -64,3 +75,11 @@ def _causes(plant: Plant, part: str, seed: int) -> tuple[Cause, ...]:
     if part == KNOWN:
         return known_faults(plant, seed)
     return harmless_causes(plant.name) if part == HARMLESS else (Cause("none", HEALTHY),)
+
+
+def scenario_of(plant: Plant, job: Job) -> Scenario:
+    """The ground truth of ``job``."""
+    c = job.cause
+    healthy = scenario(plant, "none", job.seed)
+    chosen = scenario(plant, c.fault, job.seed, c.onset_s, c.severity) if c.fault else healthy
+    return departing(plant, chosen, (c.spec,) if c.spec else (), job.mismatch)

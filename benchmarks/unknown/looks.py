@@ -11,7 +11,7 @@ from benchmarks.unknown.judge import NONE, Statement
 from benchmarks.unknown.recorder import Recording
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.monitoring.monitoring import TwinMonitoring
-from homeostat.domain.diagnosis import by_fault_set
+from homeostat.domain.diagnosis import Hypothesis, by_fault_set
 from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.plants.plant import Plant
 from homeostat.twin.twin import Twin
@@ -21,17 +21,22 @@ Look: TypeAlias = Callable[[Plant, Twin, TwinMonitoring], list[Statement]]
 
 
 def look(plant: Plant, twin: Twin, monitoring: TwinMonitoring) -> list[Statement]:
-    """What monitoring says is wrong, each set of faults once; the most probable first.
+    """What monitoring says is wrong as of the last snapshot."""
+    return said(plant, monitoring.diagnose().hypotheses)
 
-    This is the one place that knows how a diagnosis is asked for.
+
+def said(plant: Plant, hypotheses: Sequence[Hypothesis]) -> list[Statement]:
+    """What a diagnosis says, each set of faults once, the most probable first.
+
+    With :func:`look` the one place that knows what a diagnosis is made of.
     """
     components = {fault.name: fault.component for fault in plant.description.faults}
-    said = []
-    for one in by_fault_set(monitoring.diagnose().hypotheses):
+    found = []
+    for one in by_fault_set(hypotheses):
         about = "+".join(dict.fromkeys(components[f.fault] for f in one.faults))
         severity = one.faults[0].severity if len(one.faults) == 1 else None
-        said.append(Statement(one.name if one.faults else NONE, about, "", one.probability, severity))
-    return said
+        found.append(Statement(one.name if one.faults else NONE, about, "", one.probability, severity))
+    return found
 
 
 def monitored(plant: Plant, seed: int) -> tuple[Twin, TwinMonitoring]:

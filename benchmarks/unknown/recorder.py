@@ -7,20 +7,20 @@ import json
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.unknown.band import Band, Features, Noticed
-from benchmarks.unknown.causes import HEALTHY, Cause
-from benchmarks.unknown.jobs import BAND_SEEDS, Job
+from benchmarks.unknown.causes import HARMLESS, HEALTHY, Cause
+from benchmarks.unknown.harmless import violated
+from benchmarks.unknown.jobs import BAND_SEEDS, Job, scenario_of
 from benchmarks.unknown.store import recordings
 from homeostat.agents.monitoring.monitoring import TwinMonitoring
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.reference.unsupervised import open_process, watch
-from homeostat.evaluate.scenario import Scenario, departing, scenario
 from homeostat.guard.watch.quality import QualityWatch
 from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
@@ -46,6 +46,8 @@ class Recording:
     """Symptoms at the first look."""
     noticed: tuple[str, ...]
     """Features that left their fault-free band for long enough, first look or not."""
+    violated: tuple[str, ...] = ()
+    """Of what is called harmless, the criteria and hard limits that the run does not satisfy."""
 
     def snapshots(self, plant: Plant) -> Iterator[Snapshot]:
         """What monitoring is shown, second by second: with the quality that the guard gives each reading."""
@@ -150,14 +152,6 @@ def monitoring_without_twin(plant: Plant) -> TwinMonitoring:
     return TwinMonitoring(twin, grounding, d, plant.baselines, plant.started, plant.monitoring)  # type: ignore[arg-type]
 
 
-def scenario_of(plant: Plant, job: Job) -> Scenario:
-    """The ground truth of ``job``."""
-    c = job.cause
-    healthy = scenario(plant, "none", job.seed)
-    chosen = scenario(plant, c.fault, job.seed, c.onset_s, c.severity) if c.fault else healthy
-    return departing(plant, chosen, (c.spec,) if c.spec else (), job.mismatch)
-
-
 def record(plant: Plant, job: Job) -> Recording:
     """Let the true plant of ``job`` run with nobody acting, until everything has been seen."""
     truth = scenario_of(plant, job)
@@ -169,7 +163,8 @@ def record(plant: Plant, job: Job) -> Recording:
         seen = _Recorder(plant, onset_s, job.looks_s, band, alone(plant, job.seed, job.mismatch))
     with suppress(ProcessError):  # a plant that leaves the physical world has shown what it had to show
         watch(open_process(plant, truth), new_sequencer(plant).sample, seen)
-    return seen.recording()
+    made = seen.recording()
+    return replace(made, violated=violated(plant, truth)) if job.part == HARMLESS else made
 
 
 def recorded(plant: Plant, job: Job) -> Recording:
@@ -198,6 +193,7 @@ def save(recording: Recording, path: Path) -> None:
         looks_s=np.array(recording.looks_s),
         rules=np.array(recording.rules, dtype=np.str_),
         noticed=np.array(recording.noticed, dtype=np.str_),
+        violated=np.array(recording.violated, dtype=np.str_),
     )
     new.replace(path)
 
@@ -212,6 +208,7 @@ def load(path: Path) -> Recording:
             tuple(found["looks_s"].tolist()),
             tuple(found["rules"].tolist()),
             tuple(found["noticed"].tolist()),
+            tuple(found["violated"].tolist()),
         )
 
 

@@ -17,6 +17,7 @@ RECORDED_BY = (
     "src/homeostat/domain",
     "src/homeostat/evaluate/reference/unsupervised.py",
     "src/homeostat/evaluate/scenario.py",
+    "src/homeostat/evaluate/score",
     "src/homeostat/guard/sequence",
     "src/homeostat/guard/watch",
     "src/homeostat/links",
@@ -25,6 +26,7 @@ RECORDED_BY = (
     "src/homeostat/stl",
     "benchmarks/unknown/recorder.py",
     "benchmarks/unknown/band.py",
+    "benchmarks/unknown/harmless.py",
 )
 """Sources that a recording follows from; twin and isolation are not among them."""
 JUDGED_BY = ("src", "benchmarks/unknown/looks.py")
@@ -47,6 +49,11 @@ def recordings() -> Path:
 def judged() -> Path:
     """File of what the present sources say of them."""
     return FOLDER / f"judged-{key(JUDGED_BY)}.jsonl"
+
+
+def operated() -> Path:
+    """File of the runs with everything on that the present sources make."""
+    return FOLDER / f"operated-{key(('src', 'benchmarks/unknown/operated.py'))}.jsonl"
 
 
 def append(path: Path, row: Mapping[str, Any]) -> None:

@@ -8,8 +8,7 @@ from functools import cache
 import pytest
 
 from benchmarks.unknown.causes import PLANTS, Cause, chosen, harmless_causes, known_faults, unknown_causes
-from benchmarks.unknown.jobs import KNOWN_LOOKS_S, LOOKS_S, PARTS, SEEDS, Job, jobs
-from benchmarks.unknown.recorder import scenario_of
+from benchmarks.unknown.jobs import KNOWN_LOOKS_S, LOOKS_S, PARTS, SEEDS, Job, jobs, scenario_of
 from homeostat.evaluate.scenario import ScenarioError
 from homeostat.plants.plant import Plant, load_plant
 

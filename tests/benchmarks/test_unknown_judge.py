@@ -1,0 +1,143 @@
+"""The study of unknown causes: the words that a look is judged by, and what many of them come to."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from benchmarks.unknown.causes import Cause
+from benchmarks.unknown.jobs import Job
+from benchmarks.unknown.judge import Statement, Verdict, answer, is_alike, is_right, named, reliability, verdict
+from benchmarks.unknown.judging import NO_LOOK, Judged
+from benchmarks.unknown.operated import Operated, longer, poorer
+from benchmarks.unknown.tally import Look, Share, right_from, severity_error, statements, with_a_name
+from homeostat.plants.plant import load_plant
+
+JACKET = Cause("jacket", "heat", "J1", ("heat R1",), alike=("R1", "TT2"))
+VALVE = Cause("valve", "actuator", "V2", (), alike=("FT3",))
+WARM = Cause("warm", "input", "M_Feed", ("heat R1",), measured=True)
+HARMLESS = Cause("sp", "harmless")
+FOULING = Statement("fouling", "J1", "", 0.95)
+BIAS = Statement("temp_bias", "TT1", "", 0.95)
+HEAT = Statement("unknown heat", "", "heat R1", 0.95)
+NOTHING = Statement("none", "", "", 0.95)
+
+
+def at(one: Statement, probability: float) -> Statement:
+    return Statement(one.name, one.component, one.balance, probability, one.severity)
+
+
+@pytest.mark.parametrize(
+    ("said", "cause", "expected"),
+    [
+        ([FOULING], JACKET, Verdict.RIGHT),
+        ([HEAT], JACKET, Verdict.RIGHT),
+        ([at(HEAT, 0.5), at(BIAS, 0.3)], JACKET, Verdict.RIGHT),
+        ([at(BIAS, 0.5), at(FOULING, 0.3)], JACKET, Verdict.SET),
+        ([at(BIAS, 0.6), at(FOULING, 0.03)], JACKET, Verdict.SET),
+        ([at(BIAS, 0.8), at(FOULING, 0.03)], JACKET, Verdict.UNSURE),
+        ([BIAS], JACKET, Verdict.WRONG),
+        ([at(BIAS, 0.9), at(FOULING, 0.1)], JACKET, Verdict.WRONG),
+        ([at(BIAS, 0.89), at(FOULING, 0.11)], JACKET, Verdict.SET),
+        ([HEAT], VALVE, Verdict.ELSEWHERE),
+        ([Statement("unknown TT1", "TT1", "", 0.95)], VALVE, Verdict.ELSEWHERE),
+        ([Statement("unknown V2", "V2", "", 0.95)], VALVE, Verdict.RIGHT),
+        ([Statement("unknown, poor fit", "", "", 0.95)], VALVE, Verdict.UNSURE),
+        ([], VALVE, Verdict.NOTHING),
+        ([NOTHING], VALVE, Verdict.NOTHING),
+        ([at(NOTHING, 0.6), at(BIAS, 0.4)], VALVE, Verdict.NOTHING),
+        ([], WARM, Verdict.RIGHT),
+        ([NOTHING], WARM, Verdict.RIGHT),
+        ([], HARMLESS, Verdict.RIGHT),
+        ([BIAS], HARMLESS, Verdict.WRONG),
+        ([HEAT], HARMLESS, Verdict.ELSEWHERE),
+    ],
+)  # fmt: skip
+def test_a_look_is_judged_by_the_words_of_the_study(said: list[Statement], cause: Cause, expected: Verdict) -> None:
+    assert verdict(said, cause) is expected
+
+
+def test_a_phantom_beside_the_truth_is_another_item() -> None:
+    assert verdict([Statement("fouling+temp_bias", "J1+TT1", "", 0.95)], JACKET) is Verdict.WRONG
+    assert verdict([Statement("fouling+temp_bias", "J1+TT1", "", 0.5), at(FOULING, 0.4)], JACKET) is Verdict.SET
+
+
+def test_two_names_of_one_wrong_item_add_up() -> None:
+    said = [Statement("pump_degrade", "P1", "", 0.5), Statement("outlet_block", "P1", "", 0.45)]
+    assert verdict(said, VALVE) is Verdict.WRONG
+    assert verdict([said[0], Statement("leak", "R1", "", 0.45)], VALVE) is Verdict.UNSURE
+
+
+def test_another_name_on_the_true_balance_is_not_right() -> None:
+    assert not is_right(Statement("reaction", "R1", "heat R1", 0.95), JACKET)
+    assert is_alike(Statement("reaction", "R1", "heat R1", 0.95), JACKET)
+    assert not is_alike(BIAS, JACKET) and not is_alike(NOTHING, JACKET)
+    assert is_alike(Statement("x", "FT3", "", 1.0), VALVE)
+
+
+def test_the_answer_is_what_lies_within_three_nats() -> None:
+    close, far = at(FOULING, 0.6 * math.exp(-2.9)), at(FOULING, 0.6 * math.exp(-3.1))
+    assert answer([at(BIAS, 0.6), close]) == (at(BIAS, 0.6), close)
+    assert answer([at(BIAS, 0.6), far]) == (at(BIAS, 0.6),)
+    assert answer([]) == ()
+
+
+def test_unknown_and_none_are_no_names() -> None:
+    assert named([FOULING, HEAT, NOTHING]) == ("fouling",)
+    assert named([at(FOULING, 0.49)]) == () and named([at(FOULING, 0.5)]) == ("fouling",)
+
+
+def test_every_statement_is_in_one_bin() -> None:
+    bins = reliability([(0.0, False), (0.5, True), (0.5, False), (1.0, True)], (0.0, 0.5, 1.0))
+    assert [(b.count, b.right) for b in bins] == [(1, 0.0), (3, pytest.approx(2 / 3))]
+    assert math.isnan(reliability([], (0.0, 1.0))[0].right)
+
+
+def looks(cause: Cause, *said: list[Statement], noticeable: bool = True, part: str = "unknown") -> list[Look]:
+    job = Job("cstr", part, cause, 1, "plant")
+    after = (0, 60, 120, 240)
+    return [Look(job, Judged(job.name, after[k], 2000.0, tuple(s), 0.1, noticeable)) for k, s in enumerate(said)]
+
+
+def silent(cause: Cause, noticeable: bool) -> Look:
+    job = Job("cstr", "unknown", cause, 2, "plant")
+    return Look(job, Judged(job.name, NO_LOOK, 0.0, (), 0.0, noticeable))
+
+
+def test_a_noticeable_cause_without_a_symptom_was_not_recognised() -> None:
+    seen = looks(JACKET, [BIAS], [HEAT], [FOULING])
+    assert right_from(seen, 60) == Share(2, 2)
+    assert right_from([*seen, silent(JACKET, True)], 60) == Share(3, 2)
+    assert right_from([*seen, silent(JACKET, False)], 60) == Share(2, 2)
+    assert right_from(looks(JACKET, [BIAS], [HEAT], noticeable=False), 60) == Share(0, 0)
+    assert str(Share(3, 2)) == "2 of 3 (67 %)" and str(Share(0, 0)) == "none"
+
+
+def test_that_nothing_is_wrong_is_true_where_nothing_is() -> None:
+    assert statements(looks(HARMLESS, [NOTHING])) == [(0.95, True)]
+    assert statements(looks(JACKET, [NOTHING])) == [(0.95, False)]
+    assert statements(looks(WARM, [NOTHING])) == [(0.95, True)]
+    assert statements([silent(JACKET, True)]) == []
+
+
+def test_severities_are_compared_where_the_fault_is_named() -> None:
+    pump = load_plant("cstr").description.fault("pump_degrade")
+    truth = Cause("pump_degrade", "known", "P1", severity=0.5, fault="pump_degrade")
+    right, other = Statement("pump_degrade", "P1", "", 0.9, 0.59), Statement("outlet_block", "P1", "", 0.9, 0.9)
+    assert severity_error(looks(truth, [], [], [right]), pump) == pytest.approx(0.1)
+    assert math.isnan(severity_error(looks(truth, [right], [right], [other]), pump))
+
+
+def test_runs_with_a_name_say_which() -> None:
+    found = with_a_name(looks(HARMLESS, [BIAS], [BIAS], [NOTHING], part="harmless"))
+    assert found == ("cstr-plant-harmless-sp-1: temp_bias",)
+
+
+def test_harm_is_what_doing_nothing_would_not_have_done() -> None:
+    fine = Operated("a", 10.0, True, 0.0, 1, 0, (), "recovered", 1.0)
+    worse = Operated("b", 10.5, True, 0.2, 1, 0, (), "held", 1.0)
+    unsafe = Operated("c", -5.0, False, 0.9, 1, 0, (), "held", 1.0)
+    none = Operated("d", 0.0, True, math.nan, 1, 0, (), "held", 1.0)
+    assert longer([fine, worse, unsafe, none]) == (worse,)
+    assert poorer([fine, worse, unsafe, none], 0.1) == (worse,)
