@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.unknown.causes import PLANTS
-from benchmarks.unknown.jobs import OPERATED, PARTS, Job, jobs
+from benchmarks.unknown.jobs import DAY, OPERATED, PARTS, Job, jobs
 from benchmarks.unknown.judging import done, judge
 from benchmarks.unknown.operated import operate, results
 from benchmarks.unknown.page import DOCS, Study, write
@@ -28,11 +28,14 @@ def main() -> int:
     wanted = {}
     for plant in map(load_plant, asked.plants):
         wanted[plant.name] = plant, list(jobs(plant, asked.parts, asked.causes, asked.seeds, asked.mismatch))
+    of = {name for _, runs in wanted.values() for job in runs for name in (job.cause.id, job.cause.kind)}
+    if wrong := [name for name in asked.causes if name not in of]:
+        raise SystemExit(f"there is no cause {wrong[0]!r}; the tables have them: benchmarks/unknown/causes_*.toml")
     for plant, runs in wanted.values():
         if "record" in asked.steps:
-            _record(plant, runs)
+            _record(plant, [job for job in runs if job.part != DAY])
         if "judge" in asked.steps:
-            judge(plant, runs, asked.looks, asked.fresh)
+            judge(plant, [job for job in runs if job.part != DAY], asked.looks, asked.fresh)
         if "operate" in asked.steps:
             operate(plant, [job for job in runs if job.part in OPERATED])
     if "page" in asked.steps:

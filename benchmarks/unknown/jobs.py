@@ -19,11 +19,20 @@ from homeostat.evaluate.scenario import Scenario, departing, scenario
 from homeostat.plants.plant import Plant
 
 UNKNOWN = "unknown"
-PARTS = (UNKNOWN, KNOWN, HARMLESS, HEALTHY)
-OPERATED = (UNKNOWN, HARMLESS)
-"""Parts that are run with everything on, too."""
-SEEDS = {UNKNOWN: range(401, 404), KNOWN: range(401, 421), HARMLESS: range(401, 408), HEALTHY: range(401, 421)}
+DAY = "day"
+PARTS = (UNKNOWN, KNOWN, HARMLESS, HEALTHY, DAY)
+OPERATED = (UNKNOWN, HARMLESS, DAY)
+"""Parts that are run with everything on, a day only like that."""
+SEEDS = {
+    UNKNOWN: range(401, 404),
+    KNOWN: range(401, 421),
+    HARMLESS: range(401, 408),
+    HEALTHY: range(401, 421),
+    DAY: range(401, 402),
+}
 """Part -> its seeds. Thresholds are chosen on smaller ones."""
+DAY_S = 86_400.0
+"""Length of a fault-free day [s]."""
 BAND_SEEDS = {"cstr": range(9_001, 9_021), "mixing_module": range(9_001, 9_081)}
 """Plant -> seeds of the fault-free runs that say how far features go by themselves."""
 LOOKS_S = {"cstr": (0, 60, 240, 600), "mixing_module": (0, 15, 60)}
@@ -80,6 +89,6 @@ def _causes(plant: Plant, part: str, seed: int) -> tuple[Cause, ...]:
 def scenario_of(plant: Plant, job: Job) -> Scenario:
     """The ground truth of ``job``."""
     c = job.cause
-    healthy = scenario(plant, "none", job.seed)
+    healthy = scenario(plant, "none", job.seed, end_s=DAY_S if job.part == DAY else None)
     chosen = scenario(plant, c.fault, job.seed, c.onset_s, c.severity) if c.fault else healthy
     return departing(plant, chosen, (c.spec,) if c.spec else (), job.mismatch)

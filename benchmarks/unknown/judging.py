@@ -6,7 +6,6 @@ import math
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
 
 from benchmarks.unknown.jobs import Job
 from benchmarks.unknown.judge import Statement, Verdict, is_alike, statement, sure_of_another, verdict
@@ -35,6 +34,8 @@ class Judged:
     """Processor time that it took [s]."""
     noticeable: bool
     """Whether the cause is noticeable with nobody acting."""
+    violated: tuple[str, ...] = ()
+    """Of what is called harmless, the criteria and hard limits that the run does not satisfy."""
 
 
 def done(fresh: bool) -> dict[tuple[str, int], Judged]:
@@ -42,7 +43,8 @@ def done(fresh: bool) -> dict[tuple[str, int], Judged]:
     found = {}
     for row in lines(judged()):
         if row.pop("fresh") == fresh:
-            one = Judged(**{**row, "said": tuple(statement(s) for s in row["said"])})
+            said = tuple(statement(s) for s in row["said"])
+            one = Judged(**{**row, "said": said, "violated": tuple(row["violated"])})
             found[one.run, one.after_s] = one
     return found
 
@@ -61,17 +63,17 @@ def judge(plant: Plant, wanted: Iterable[Job], after_s: Sequence[int], fresh: bo
 
 def _looks(plant: Plant, job: Job, after_s: Sequence[int], fresh: bool) -> Iterable[Judged]:
     recording, began = recorded(plant, job), time.process_time()
-    noticeable = bool(recording.noticed)
+    noticeable, violated = bool(recording.noticed), recording.violated
     if math.isnan(recording.first_s):
-        yield Judged(job.name, NO_LOOK, 0.0, (), 0.0, noticeable)
+        yield Judged(job.name, NO_LOOK, 0.0, (), 0.0, noticeable, violated)
         return
     seen = set()
     for after, at_s, said in at_looks(plant, job.seed, recording, after_s, fresh):
-        yield Judged(job.name, after, at_s, tuple(said), time.process_time() - began, noticeable)
+        yield Judged(job.name, after, at_s, tuple(said), time.process_time() - began, noticeable, violated)
         seen.add(after)
         began = time.process_time()
     for after in sorted(set(after_s) - seen):  # the run was over before
-        yield Judged(job.name, after, math.inf, (), 0.0, noticeable)
+        yield Judged(job.name, after, math.inf, (), 0.0, noticeable, violated)
 
 
 def told(one: Judged, job: Job) -> str:
@@ -88,8 +90,3 @@ def words(one: Judged, job: Job) -> str:
     found, other = verdict(one.said, job.cause), sure_of_another(one.said, job.cause)
     alike = found in (Verdict.WRONG, Verdict.ELSEWHERE) and other is not None and is_alike(other, job.cause)
     return f"{found.value}, alike" if alike else found.value
-
-
-def as_row(one: Judged) -> dict[str, Any]:
-    """The line of results that it is kept as."""
-    return asdict(one)

@@ -40,6 +40,8 @@ class Operated:
     """Requests and fallbacks that were sent."""
     alarms: int
     """Alarms that were raised."""
+    diagnoses: int
+    """How often something was said to be wrong."""
     names: tuple[str, ...]
     """Faults that were named at 0.5 or more."""
     outcome: str
@@ -74,7 +76,8 @@ def _operated(plant: Plant, job: Job) -> Operated:
     left = run(plant, truth, clock=DeclaredClock(THINKING_S), proposing=Proposing(propose=None))
     alone_s, mine_s = _outside_s(left), _outside_s(acted)
     writes = [e for e in acted.record.of_kind(WriteIntended) if e.cause in (Cause.REQUEST, Cause.FALLBACK)]
-    names = {n: None for e in acted.record.of_kind(Diagnosed) for n in named(said(plant, e.hypotheses))}
+    diagnosed = acted.record.of_kind(Diagnosed)
+    names = {n: None for e in diagnosed for n in named(said(plant, e.hypotheses))}
     return Operated(
         job.name,
         max((mine_s[limit] - alone_s[limit] for limit in alone_s), default=0.0),
@@ -82,6 +85,7 @@ def _operated(plant: Plant, job: Job) -> Operated:
         acted.production_loss - left.production_loss,
         len({e.write for e in writes}),
         len(acted.record.of_kind(AlarmRaised)),
+        len(diagnosed),
         tuple(names),
         acted.outcome.value,
         cpu_s,

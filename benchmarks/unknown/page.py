@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from statistics import median
 
 from benchmarks.host import ROOT, commit, measured_on
 from benchmarks.unknown.causes import HARMLESS, HEALTHY, KNOWN
 from benchmarks.unknown.figure import draw
-from benchmarks.unknown.jobs import KNOWN_LOOKS_S, LOOKS_S, UNKNOWN, Job
+from benchmarks.unknown.jobs import DAY, KNOWN_LOOKS_S, LOOKS_S, UNKNOWN, Job
 from benchmarks.unknown.judge import LEAST_COUNT, Bin, Verdict, reliability
 from benchmarks.unknown.operated import Operated, longer, poorer
-from benchmarks.unknown.tally import Look, Share, counts, of_runs, right_from, severity_error, statements, with_a_name
+from benchmarks.unknown.tally import Look, Share, counts, of_runs, right_from, severity_errors, statements, with_a_name
 from homeostat.evaluate.score.scoring import SAME_LOSS
 from homeostat.plants.plant import Plant
 
@@ -110,6 +111,10 @@ def _bars_of(study: Study) -> list[Sequence[object]]:
         good, wrong = Share.that(mine, lambda x: x.verdict is Verdict.RIGHT), Share.that(mine, lambda x: x.bad)
         rows.append((f"known faults named at +{after_s} s", ">= 85 %", str(good), good.value >= 0.85, KNOWN))
         rows.append((f"known faults named wrongly at +{after_s} s", "<= 2 %", str(wrong), wrong.value <= 0.02, KNOWN))
+    errors = [e for f in study.plant.description.faults for e in severity_errors(_of(known, f.name), f)]
+    typical = median(errors) if errors else math.nan
+    text = f"{100 * typical:.0f} % of the range, {len(errors)} stated" if errors else "none"
+    rows.append(("severity of known faults, median error", "<= 10 % of the range", text, typical <= 0.1, KNOWN))
     named = with_a_name(study.part(HARMLESS))
     rows.append(("harmless runs with a name at 0.5 or more, nobody acting", "0", str(len(named)), not named, HARMLESS))
     named = with_a_name(study.part(HEALTHY))
@@ -135,6 +140,9 @@ def _bars_of_operation(study: Study) -> list[tuple[str, str, str, bool, str]]:
     written = sum(one.writes > 0 for one in harmless)
     named = sum(bool(one.names) for one in harmless)
     of_harmless = f"{len(harmless)} of {sum(j.part == HARMLESS for j in study.jobs)}"
+    days, asked = study.operated(DAY), [j for j in study.jobs if j.part == DAY]
+    of_days = f"{len(days)} of {len(asked)}"
+    stirred = sum(one.alarms + one.writes + one.diagnoses for one in days)
     few = len(poor) <= 0.05 * max(safe, 1)
     return [
         ("longer outside a hard limit than left alone, by more than 10 s", "0", str(len(outside)), not outside, runs),
@@ -142,6 +150,7 @@ def _bars_of_operation(study: Study) -> list[tuple[str, str, str, bool, str]]:
         ("the same by more than 10 points", "0", str(len(poorest)), not poorest, runs),
         ("harmless runs with a write", "0", str(written), not written, of_harmless),
         ("harmless runs with a name at 0.5 or more, everything on", "0", str(named), not named, of_harmless),
+        ("alarms, diagnoses and writes in a fault-free day", "0", str(stirred), not stirred, of_days),
     ]
 
 
@@ -179,11 +188,15 @@ def _known(study: Study) -> str:
     header = ("fault", "runs", "with a symptom", *(f"right at +{s} s" for s in after), "wrong looks", "severity error")
     rows = []
     for fault in study.plant.description.faults:
-        mine = [x for x in study.part(KNOWN) if x.job.cause.id == fault.name]
+        mine = _of(study.part(KNOWN), fault.name)
         if mine:
-            error = severity_error(mine, fault)
-            rows.append((*_known_row(fault.name, mine, after), "" if math.isnan(error) else f"{100 * error:.0f} %"))
+            errors = severity_errors(mine, fault)
+            rows.append((*_known_row(fault.name, mine, after), f"{100 * median(errors):.0f} %" if errors else ""))
     return f"{study.title}, {study.runs(KNOWN)} runs:\n\n{table(header, rows)}"
+
+
+def _of(looks: Sequence[Look], cause: str) -> list[Look]:
+    return [x for x in looks if x.job.cause.id == cause]
 
 
 def _known_row(name: str, mine: Sequence[Look], after_s: Sequence[int]) -> Sequence[object]:

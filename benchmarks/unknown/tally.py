@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from statistics import median
 
 from benchmarks.unknown.causes import Cause
 from benchmarks.unknown.jobs import Job
@@ -132,8 +131,8 @@ def truly(statement: Statement, cause: Cause) -> bool:
     return not cause.item if statement.name == NONE and not cause.measured else is_right(statement, cause)
 
 
-def severity_error(looks: Iterable[Look], fault: FaultMode) -> float:
-    """Median distance of the stated severity from the true one, as a share of the range; NaN where none is stated."""
+def severity_errors(looks: Iterable[Look], fault: FaultMode) -> list[float]:
+    """Distances of stated severities of ``fault`` from the true ones, as shares of the range, when they are judged."""
     after_s = SLOW_AFTER_S if fault.name in SLOW else SEVERITY_AFTER_S
     found = []
     for x in looks:
@@ -142,13 +141,16 @@ def severity_error(looks: Iterable[Look], fault: FaultMode) -> float:
         best = max(x.judged.said, key=lambda s: s.probability)
         if best.name == fault.name and best.severity is not None:
             found.append(abs(best.severity - x.job.cause.severity) / fault.severity_range.span)
-    return median(found) if found else math.nan
+    return found
 
 
 def with_a_name(looks: Iterable[Look], least: float = 0.5) -> tuple[str, ...]:
-    """Runs in which a fault is named at ``least`` or more, each with its names."""
+    """Runs in which a fault is named at ``least`` or more, each with its names.
+
+    A run of what is called harmless that violates something is none.
+    """
     found: dict[str, None] = {}
     for x in looks:
-        if names := named(x.judged.said, least):
+        if not x.judged.violated and (names := named(x.judged.said, least)):
             found[f"{x.judged.run}: {', '.join(names)}"] = None
     return tuple(found)

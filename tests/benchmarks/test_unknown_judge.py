@@ -11,7 +11,7 @@ from benchmarks.unknown.jobs import Job
 from benchmarks.unknown.judge import Statement, Verdict, answer, is_alike, is_right, named, reliability, verdict
 from benchmarks.unknown.judging import NO_LOOK, Judged
 from benchmarks.unknown.operated import Operated, longer, poorer
-from benchmarks.unknown.tally import Look, Share, right_from, severity_error, statements, with_a_name
+from benchmarks.unknown.tally import Look, Share, right_from, severity_errors, statements, with_a_name
 from homeostat.plants.plant import load_plant
 
 JACKET = Cause("jacket", "heat", "J1", ("heat R1",), alike=("R1", "TT2"))
@@ -125,8 +125,8 @@ def test_severities_are_compared_where_the_fault_is_named() -> None:
     pump = load_plant("cstr").description.fault("pump_degrade")
     truth = Cause("pump_degrade", "known", "P1", severity=0.5, fault="pump_degrade")
     right, other = Statement("pump_degrade", "P1", "", 0.9, 0.59), Statement("outlet_block", "P1", "", 0.9, 0.9)
-    assert severity_error(looks(truth, [], [], [right]), pump) == pytest.approx(0.1)
-    assert math.isnan(severity_error(looks(truth, [right], [right], [other]), pump))
+    assert severity_errors(looks(truth, [], [], [right]), pump) == pytest.approx([0.1])
+    assert severity_errors(looks(truth, [right], [right], [other]), pump) == []
 
 
 def test_runs_with_a_name_say_which() -> None:
@@ -135,9 +135,9 @@ def test_runs_with_a_name_say_which() -> None:
 
 
 def test_harm_is_what_doing_nothing_would_not_have_done() -> None:
-    fine = Operated("a", 10.0, True, 0.0, 1, 0, (), "recovered", 1.0)
-    worse = Operated("b", 10.5, True, 0.2, 1, 0, (), "held", 1.0)
-    unsafe = Operated("c", -5.0, False, 0.9, 1, 0, (), "held", 1.0)
-    none = Operated("d", 0.0, True, math.nan, 1, 0, (), "held", 1.0)
+    fine = Operated("a", 10.0, True, 0.0, 1, 0, 1, (), "recovered", 1.0)
+    worse = Operated("b", 10.5, True, 0.2, 1, 0, 1, (), "held", 1.0)
+    unsafe = Operated("c", -5.0, False, 0.9, 1, 0, 1, (), "held", 1.0)
+    none = Operated("d", 0.0, True, math.nan, 1, 0, 1, (), "held", 1.0)
     assert longer([fine, worse, unsafe, none]) == (worse,)
     assert poorer([fine, worse, unsafe, none], 0.1) == (worse,)
