@@ -7,11 +7,12 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from benchmarks.unknown.bars import Study
 from benchmarks.unknown.causes import PLANTS
 from benchmarks.unknown.jobs import DAY, OPERATED, PARTS, Job, jobs
 from benchmarks.unknown.judging import done, judge
 from benchmarks.unknown.operated import operate, results
-from benchmarks.unknown.page import DOCS, Study, write
+from benchmarks.unknown.page import DOCS, write
 from benchmarks.unknown.recorder import load, path_of, record, save
 from benchmarks.unknown.tally import Look
 from homeostat.plants.plant import Plant, load_plant

@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -73,7 +74,7 @@ def harmless_causes(plant: str) -> tuple[Cause, ...]:
 
 def known_faults(plant: Plant, seed: int) -> tuple[Cause, ...]:
     """Every fault of the tables, with the severity and the onset that ``seed`` draws."""
-    first_s, last_s = KNOWN_ONSETS_S[plant.name]
+    (first_s, last_s), balances = KNOWN_ONSETS_S[plant.name], _table(plant.name)["known_balances"]
     drawn = np.random.default_rng([seed, 14])
     found = []
     for fault in plant.description.faults:
@@ -83,6 +84,7 @@ def known_faults(plant: Plant, seed: int) -> tuple[Cause, ...]:
                 fault.name,
                 KNOWN,
                 fault.component,
+                tuple(balances.get(fault.name, ())),
                 known=True,
                 fault=fault.name,
                 severity=_severity(fault, share),
@@ -101,5 +103,5 @@ def chosen(causes: Sequence[Cause], ids: Sequence[str]) -> tuple[Cause, ...]:
     return tuple(c for c in causes if not ids or c.id in ids or c.kind in ids)
 
 
-def _table(plant: str) -> dict[str, list[dict[str, object]]]:
+def _table(plant: str) -> dict[str, Any]:
     return tomllib.loads((FOLDER / f"causes_{plant}.toml").read_text(encoding="utf-8"))

@@ -13,6 +13,7 @@ from benchmarks.unknown.judge import (
     BAD,
     GOOD,
     NONE,
+    UNKNOWN,
     Statement,
     Verdict,
     is_alike,
@@ -29,6 +30,7 @@ SEVERITY_AFTER_S = 120
 SLOW_AFTER_S = 900
 """The same of faults that take long to show their size [s]."""
 SLOW = ("fouling",)
+NOTHING = Statement(NONE, "", "", 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,9 +53,15 @@ class Look:
         return verdict(self.judged.said, self.job.cause)
 
     @property
-    def name_is_wrong(self) -> bool:
-        """Whether a fault is named for sure that is not there."""
-        return self.verdict is Verdict.WRONG
+    def named(self) -> bool:
+        """Whether the best statement is a fault of the item, by its name."""
+        best = max(self.judged.said, key=lambda s: s.probability, default=NOTHING)
+        return best.items == {self.job.cause.item} and not best.name.startswith(UNKNOWN)
+
+    @property
+    def borrowed(self) -> bool:
+        """Whether what is right is so by the name of a fault that is not there: the item, but not its law."""
+        return self.verdict is Verdict.RIGHT and self.named and not self.job.cause.known
 
     @property
     def bad(self) -> bool:
@@ -136,7 +144,7 @@ def severity_errors(looks: Iterable[Look], fault: FaultMode) -> list[float]:
     after_s = SLOW_AFTER_S if fault.name in SLOW else SEVERITY_AFTER_S
     found = []
     for x in looks:
-        if x.judged.after_s != after_s or not x.looked or not x.judged.said:
+        if x.job.cause.fault != fault.name or x.judged.after_s != after_s or not x.looked or not x.judged.said:
             continue
         best = max(x.judged.said, key=lambda s: s.probability)
         if best.name == fault.name and best.severity is not None:

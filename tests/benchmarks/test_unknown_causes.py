@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import csv
+import tomllib
 from functools import cache
 
 import pytest
 
-from benchmarks.unknown.causes import PLANTS, Cause, chosen, harmless_causes, known_faults, unknown_causes
+from benchmarks.unknown.causes import FOLDER, PLANTS, Cause, chosen, harmless_causes, known_faults, unknown_causes
 from benchmarks.unknown.jobs import KNOWN_LOOKS_S, LOOKS_S, PARTS, SEEDS, Job, jobs, scenario_of
 from homeostat.evaluate.scenario import ScenarioError
 from homeostat.plants.plant import Plant, load_plant
@@ -23,6 +24,11 @@ def components(plant: str) -> frozenset[str]:
 def is_balance(text: str, plant: str) -> bool:
     kind, _, component = text.partition(" ")
     return kind in ("heat", "mass") and component in components(plant)
+
+
+def balances_stated(plant: str) -> set[str]:
+    text = (FOLDER / f"causes_{plant}.toml").read_text(encoding="utf-8")
+    return set(tomllib.loads(text)["known_balances"])
 
 
 @pytest.mark.parametrize("plant", PLANTS)
@@ -84,6 +90,8 @@ def test_known_faults_are_drawn_within_their_tables_and_again_the_same(plant: st
     for cause, fault in zip(drawn, loaded.description.faults, strict=True):
         assert fault.severity_range.contains(cause.severity) and cause.item == fault.component
         assert loaded.end_s > cause.onset_s > 0.0
+        assert all(is_balance(balance, plant) for balance in cause.balances)
+    assert {c.id for c in drawn if c.balances} == balances_stated(plant)
 
 
 def test_causes_are_chosen_by_name_or_by_class() -> None:

@@ -114,6 +114,14 @@ def test_a_noticeable_cause_without_a_symptom_was_not_recognised() -> None:
     assert str(Share(3, 2)) == "2 of 3 (67 %)" and str(Share(0, 0)) == "none"
 
 
+def test_a_known_fault_is_named_by_its_name_alone() -> None:
+    named = [look.named for look in looks(JACKET, [FOULING], [HEAT], [BIAS], [])]
+    assert named == [True, False, False, False]
+    borrowed = [look.borrowed for look in looks(JACKET, [FOULING], [HEAT], [BIAS], [])]
+    assert borrowed == [True, False, False, False]
+    assert not looks(Cause("fouling", "known", "J1", known=True), [FOULING])[0].borrowed
+
+
 def test_that_nothing_is_wrong_is_true_where_nothing_is() -> None:
     assert statements(looks(HARMLESS, [NOTHING])) == [(0.95, True)]
     assert statements(looks(JACKET, [NOTHING])) == [(0.95, False)]

@@ -13,6 +13,7 @@ import pytest
 from benchmarks.unknown import jobs as asked
 from benchmarks.unknown import judging, store
 from benchmarks.unknown.band import Band, Noticed
+from benchmarks.unknown.bars import Study
 from benchmarks.unknown.causes import Cause, harmless_causes, unknown_causes
 from benchmarks.unknown.harmless import violated
 from benchmarks.unknown.jobs import Job, jobs, scenario_of
@@ -20,7 +21,7 @@ from benchmarks.unknown.judge import Statement, Verdict
 from benchmarks.unknown.judging import Judged, done, judge
 from benchmarks.unknown.looks import at_looks, look
 from benchmarks.unknown.operated import Operated
-from benchmarks.unknown.page import Study, page
+from benchmarks.unknown.page import page
 from benchmarks.unknown.recorder import fault_free_band, load, path_of, record, recorded
 from benchmarks.unknown.tally import Look
 from homeostat.agents.monitoring.monitoring import TwinMonitoring
@@ -139,7 +140,7 @@ def test_the_page_says_how_many_runs_are_in_and_what_is_missed() -> None:
     harmed = Operated(job.name, 90.0, True, 0.3, 2, 0, 1, ("temp_bias",), "held", 1.0)
     text = page([Study(plant, wanted, looks, [harmed])], "plant")
     count = sum(j.part == "unknown" for j in wanted)
-    assert f"| wrong at 0.9 or more | Reactor | <= 5 % of looks | 2 of 2 (100 %) | **no** | 1 of {count} |" in text
+    assert f"wrong at 0.9 or more | Reactor | <= 5 % | 2 of 2 (100 %) | **no** | 1 of {count} |" in text
     assert "| longer outside a hard limit than left alone, by more than 10 s | Reactor | 0 | 1 | **no** | 1 of" in text
     assert (
         "| severity of known faults, median error | Reactor | <= 10 % of the range | none | not measured | 0 of" in text
