@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -94,6 +95,12 @@ def known_faults(plant: Plant, seed: int) -> tuple[Cause, ...]:
     return tuple(found)
 
 
+def balance_of(plant: str, fault: str) -> str:
+    """The balance that a fault of the tables is in; empty where it is in none, or in several."""
+    balances = _table(plant)["known_balances"].get(fault, ())
+    return balances[0] if len(balances) == 1 else ""
+
+
 def _severity(fault: FaultMode, share: float) -> float:
     return float(fault.severity_range.low + share * fault.severity_range.span)
 
@@ -103,5 +110,6 @@ def chosen(causes: Sequence[Cause], ids: Sequence[str]) -> tuple[Cause, ...]:
     return tuple(c for c in causes if not ids or c.id in ids or c.kind in ids)
 
 
+@cache
 def _table(plant: str) -> dict[str, Any]:
     return tomllib.loads((FOLDER / f"causes_{plant}.toml").read_text(encoding="utf-8"))

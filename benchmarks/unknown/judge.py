@@ -63,12 +63,23 @@ BAD = (Verdict.WRONG, Verdict.ELSEWHERE)
 
 
 def is_right(statement: Statement, cause: Cause) -> bool:
-    """Whether ``statement`` is true: it is about the item alone, or an unknown on a balance that it is in."""
+    """Whether ``statement`` is true: it is about the item alone, or an unknown on a balance that it is in.
+
+    An item may be in several balances, as a vessel is in that of its heat and in that of its mass: the other one is
+    another cause.
+    """
     if statement.name == NONE:
         return cause.measured or not cause.item
-    if statement.items == {cause.item}:
-        return True
-    return statement.name.startswith(UNKNOWN) and statement.balance in cause.balances
+    if statement.balance and cause.balances and statement.balance not in cause.balances:
+        return False
+    if statement.name.startswith(UNKNOWN) and statement.balance:
+        return statement.balance in cause.balances
+    return statement.items == {cause.item}
+
+
+def holds(statement: Statement, cause: Cause) -> bool:
+    """Whether ``statement`` is true, or says the item beside others."""
+    return is_right(statement, cause) or (len(statement.items) > 1 and cause.item in statement.items)
 
 
 def is_alike(statement: Statement, cause: Cause) -> bool:
@@ -86,7 +97,7 @@ def verdict(said: Sequence[Statement], cause: Cause) -> Verdict:
         return Verdict.ELSEWHERE if false.name.startswith(UNKNOWN) else Verdict.WRONG
     if is_right(best, cause):
         return Verdict.RIGHT
-    if any(is_right(s, cause) or cause.item in s.items for s in answer(said)):
+    if any(holds(s, cause) for s in answer(said)):
         return Verdict.SET
     return Verdict.NOTHING if best.name == NONE else Verdict.UNSURE
 

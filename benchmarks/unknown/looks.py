@@ -7,15 +7,18 @@ from copy import copy
 from dataclasses import replace
 from typing import TypeAlias
 
-from benchmarks.unknown.judge import NONE, Statement
+from benchmarks.unknown.causes import balance_of
+from benchmarks.unknown.judge import NONE, UNKNOWN, Statement
 from benchmarks.unknown.recorder import Recording
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.monitoring.monitoring import TwinMonitoring
-from homeostat.domain.diagnosis import Hypothesis, by_fault_set
+from homeostat.domain.diagnosis import FaultMode, Hypothesis, by_fault_set
 from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.plants.plant import Plant
 from homeostat.twin.twin import Twin
 
+QUANTITIES = ("heat", "mass")
+"""What is balanced."""
 Look: TypeAlias = Callable[[Plant, Twin, TwinMonitoring], list[Statement]]
 """Says what is wrong as of the last snapshot."""
 
@@ -30,13 +33,25 @@ def said(plant: Plant, hypotheses: Sequence[Hypothesis]) -> list[Statement]:
 
     With :func:`look` the one place that knows what a diagnosis is made of.
     """
-    components = {fault.name: fault.component for fault in plant.description.faults}
+    description = plant.description
+    modes: Sequence[FaultMode] = getattr(description, "fault_modes", description.faults)
+    components = {mode.name: mode.component for mode in modes}
     found = []
     for one in by_fault_set(hypotheses):
         about = "+".join(dict.fromkeys(components[f.fault] for f in one.faults))
-        severity = one.faults[0].severity if len(one.faults) == 1 else None
-        found.append(Statement(one.name if one.faults else NONE, about, "", one.probability, severity))
+        alone = one.faults[0] if len(one.faults) == 1 else None
+        balance = balance_said(plant.name, alone.fault, about) if alone else ""
+        severity = alone.severity if alone else None
+        found.append(Statement(one.name if one.faults else NONE, about, balance, one.probability, severity))
     return found
+
+
+def balance_said(plant: str, fault: str, component: str) -> str:
+    """The balance that a fault is about; of an unknown one its name says so, as in 'unknown_heat_R1'."""
+    words = fault.split("_")
+    if words[0] == UNKNOWN:
+        return f"{words[1]} {component}" if words[1] in QUANTITIES else ""
+    return balance_of(plant, fault)
 
 
 def monitored(plant: Plant, seed: int) -> tuple[Twin, TwinMonitoring]:

@@ -46,8 +46,8 @@ that the same plant does not raise by itself, and again later.
 some feature leaves its fault-free 99.9 % band, for 60 s at the reactor, as long as its symptom rules wait at the
 module. A noticeable cause without a symptom counts as one of which nothing was said."""
 VERDICTS = """Looks at causes that are in no row of the fault list, those that are not noticeable included. *Alike*:
-of the wrong ones, those about what the instruments cannot tell from the truth, as the table of causes said before. *Right by a
-fault's name*: the item is right, but the fault of the list that is named is not what happened to it."""
+of the wrong ones, those about what the instruments cannot tell from the truth, as the table of causes said before.
+*Right by a fault's name*: the item is right, but the fault of the list that is named is not what happened to it."""
 KNOWN_TEXT = """Severity and onset are drawn at random, the severity from the range of the table. Named: by a fault of
 the component. The error of the severity is a share of its range, where the fault is named, 120 s after the first
 symptom (fouling: 900 s)."""

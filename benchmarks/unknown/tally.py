@@ -56,7 +56,7 @@ class Look:
     def named(self) -> bool:
         """Whether the best statement is a fault of the item, by its name."""
         best = max(self.judged.said, key=lambda s: s.probability, default=NOTHING)
-        return best.items == {self.job.cause.item} and not best.name.startswith(UNKNOWN)
+        return best.name != NONE and not best.name.startswith(UNKNOWN) and is_right(best, self.job.cause)
 
     @property
     def borrowed(self) -> bool:

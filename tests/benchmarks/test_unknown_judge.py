@@ -10,6 +10,7 @@ from benchmarks.unknown.causes import Cause
 from benchmarks.unknown.jobs import Job
 from benchmarks.unknown.judge import Statement, Verdict, answer, is_alike, is_right, named, reliability, verdict
 from benchmarks.unknown.judging import NO_LOOK, Judged
+from benchmarks.unknown.looks import balance_said
 from benchmarks.unknown.operated import Operated, longer, poorer
 from benchmarks.unknown.tally import Look, Share, right_from, severity_errors, statements, with_a_name
 from homeostat.plants.plant import load_plant
@@ -74,6 +75,34 @@ def test_another_name_on_the_true_balance_is_not_right() -> None:
     assert is_alike(Statement("reaction", "R1", "heat R1", 0.95), JACKET)
     assert not is_alike(BIAS, JACKET) and not is_alike(NOTHING, JACKET)
     assert is_alike(Statement("x", "FT3", "", 1.0), VALVE)
+
+
+def test_the_other_balance_of_a_vessel_is_another_cause() -> None:
+    weir = Cause("weir", "mass", "R1", ("mass R1",))
+    heat, mass = (
+        Statement("unknown_heat_R1", "R1", "heat R1", 0.95),
+        Statement("unknown_mass_R1", "R1", "mass R1", 0.95),
+    )
+    assert verdict([heat], weir) is Verdict.ELSEWHERE and verdict([mass], weir) is Verdict.RIGHT
+    assert verdict([at(heat, 0.8), at(mass, 0.2)], weir) is Verdict.SET
+    leak = Statement("leak", "R1", "mass R1", 0.95)
+    draught = Cause("draught", "heat", "R1", ("heat R1",))
+    assert verdict([leak], draught) is Verdict.WRONG and verdict([leak], weir) is Verdict.RIGHT
+    assert verdict([heat], JACKET) is Verdict.RIGHT
+
+
+@pytest.mark.parametrize(
+    ("fault", "component", "balance"),
+    [
+        ("unknown_heat_R1", "R1", "heat R1"),
+        ("unknown_mass_B204_growing", "B204", "mass B204"),
+        ("unknown_J1_UA", "J1", ""),
+        ("fouling", "J1", "heat R1"),
+        ("temp_bias", "TT1", ""),
+    ],
+)
+def test_a_statement_says_its_balance(fault: str, component: str, balance: str) -> None:
+    assert balance_said("cstr", fault, component) == balance
 
 
 def test_the_answer_is_what_lies_within_three_nats() -> None:
