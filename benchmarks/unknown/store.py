@@ -29,7 +29,7 @@ RECORDED_BY = (
     "benchmarks/unknown/harmless.py",
 )
 """Sources that a recording follows from; twin and isolation are not among them."""
-JUDGED_BY = ("src", "benchmarks/unknown/looks.py")
+JUDGED_BY = ("src", "benchmarks/unknown/judging.py", "benchmarks/unknown/looks.py")
 """Sources that a statement follows from."""
 
 
