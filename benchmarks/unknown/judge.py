@@ -27,7 +27,7 @@ class Statement:
     name: str
     """Name of the fault, 'unknown ...', or 'none'; several at once are joined by '+'."""
     component: str
-    """Component of the equipment table that it is about; as many as names, joined by '+'. Empty for none."""
+    """Component of the equipment table that it is about, one for each name, joined by '+'; empty for none."""
     balance: str
     """Balance that it is about, as 'heat R1'; empty for none."""
     probability: float
@@ -39,6 +39,17 @@ class Statement:
     def items(self) -> frozenset[str]:
         """Components that it is about."""
         return frozenset(filter(None, self.component.split("+")))
+
+    @property
+    def fault_names(self) -> tuple[str, ...]:
+        """Names of faults in it; those that say unknown or none are no names."""
+        return tuple(n for n in self.name.split("+") if n != NONE and not n.startswith(UNKNOWN))
+
+    def names_another(self, item: str) -> bool:
+        """Whether what is false in it is a fault's name; where every component is ``item``, the balance is false."""
+        pairs = list(zip(self.name.split("+"), self.component.split("+"), strict=True))
+        false = [(name, about) for name, about in pairs if about != item] or pairs
+        return any(not name.startswith(UNKNOWN) for name, _ in false)
 
 
 class Verdict(StrEnum):
@@ -94,7 +105,7 @@ def verdict(said: Sequence[Statement], cause: Cause) -> Verdict:
         return Verdict.RIGHT if cause.measured or not cause.item else Verdict.NOTHING
     best = max(said, key=lambda s: s.probability)
     if false := sure_of_another(said, cause):
-        return Verdict.ELSEWHERE if false.name.startswith(UNKNOWN) else Verdict.WRONG
+        return Verdict.WRONG if false.names_another(cause.item) else Verdict.ELSEWHERE
     if is_right(best, cause):
         return Verdict.RIGHT
     if any(holds(s, cause) for s in answer(said)):
@@ -124,9 +135,8 @@ def sure_of_another(said: Sequence[Statement], cause: Cause) -> Statement | None
 
 
 def named(said: Sequence[Statement], least: float = 0.5) -> tuple[str, ...]:
-    """Names of known faults that are said at ``least`` or more; those that say unknown or none are no names."""
-    known = (s for s in said if s.name != NONE and not s.name.startswith(UNKNOWN))
-    return tuple(s.name for s in known if s.probability >= least)
+    """Statements with the name of a fault in them that are made at ``least`` or more."""
+    return tuple(s.name for s in said if s.fault_names and s.probability >= least)
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,7 +38,7 @@ def said(plant: Plant, hypotheses: Sequence[Hypothesis]) -> list[Statement]:
     components = {mode.name: mode.component for mode in modes}
     found = []
     for one in by_fault_set(hypotheses):
-        about = "+".join(dict.fromkeys(components[f.fault] for f in one.faults))
+        about = "+".join(components[f.fault] for f in one.faults)
         alone = one.faults[0] if len(one.faults) == 1 else None
         balance = balance_said(plant.name, alone.fault, about) if alone else ""
         severity = alone.severity if alone else None

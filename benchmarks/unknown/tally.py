@@ -13,7 +13,6 @@ from benchmarks.unknown.judge import (
     BAD,
     GOOD,
     NONE,
-    UNKNOWN,
     Statement,
     Verdict,
     is_alike,
@@ -56,7 +55,7 @@ class Look:
     def named(self) -> bool:
         """Whether the best statement is a fault of the item, by its name."""
         best = max(self.judged.said, key=lambda s: s.probability, default=NOTHING)
-        return best.name != NONE and not best.name.startswith(UNKNOWN) and is_right(best, self.job.cause)
+        return bool(best.fault_names) and is_right(best, self.job.cause)
 
     @property
     def borrowed(self) -> bool:

@@ -64,6 +64,19 @@ def test_a_phantom_beside_the_truth_is_another_item() -> None:
     assert verdict([Statement("fouling+temp_bias", "J1+TT1", "", 0.5), at(FOULING, 0.4)], JACKET) is Verdict.SET
 
 
+def test_of_a_pair_that_counts_which_is_false() -> None:
+    lag, bias = ("unknown_P1_tau_P1", "P1"), ("temp_bias", "TT1")
+
+    def pair(*parts: tuple[str, str]) -> Statement:
+        return Statement("+".join(name for name, _ in parts), "+".join(about for _, about in parts), "", 0.95)
+
+    for said in (pair(lag, bias), pair(bias, lag)):
+        assert verdict([said], JACKET) is Verdict.WRONG and named([said]) == (said.name,)
+    fouling = ("fouling", "J1")
+    assert verdict([pair(lag, fouling)], JACKET) is verdict([pair(fouling, lag)], JACKET) is Verdict.ELSEWHERE
+    assert verdict([pair(("pump_degrade", "P1"), ("outlet_block", "P1"))], JACKET) is Verdict.WRONG
+
+
 def test_two_names_of_one_wrong_item_add_up() -> None:
     said = [Statement("pump_degrade", "P1", "", 0.5), Statement("outlet_block", "P1", "", 0.45)]
     assert verdict(said, VALVE) is Verdict.WRONG
