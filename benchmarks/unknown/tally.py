@@ -156,8 +156,8 @@ def with_a_name(looks: Iterable[Look], least: float = 0.5) -> tuple[str, ...]:
 
     A run of what is called harmless that violates something is none.
     """
-    found: dict[str, None] = {}
+    found: dict[str, dict[str, None]] = {}
     for x in looks:
         if not x.judged.violated and (names := named(x.judged.said, least)):
-            found[f"{x.judged.run}: {', '.join(names)}"] = None
-    return tuple(found)
+            found.setdefault(x.judged.run, {}).update(dict.fromkeys(names))
+    return tuple(f"{run}: {', '.join(names)}" for run, names in found.items())

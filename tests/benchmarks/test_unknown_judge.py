@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -180,8 +181,10 @@ def test_severities_are_compared_where_the_fault_is_named() -> None:
 
 
 def test_runs_with_a_name_say_which() -> None:
-    found = with_a_name(looks(HARMLESS, [BIAS], [BIAS], [NOTHING], part="harmless"))
-    assert found == ("cstr-plant-harmless-sp-1: temp_bias",)
+    seen = looks(HARMLESS, [BIAS], [BIAS], [NOTHING], [FOULING], part="harmless")
+    assert with_a_name(seen) == ("cstr-plant-harmless-sp-1: temp_bias, fouling",), "one run, however often"
+    violates = [Look(x.job, replace(x.judged, violated=("ACC-T-HIGH",))) for x in seen]
+    assert with_a_name(violates) == (), "it is not harmless"
 
 
 def test_harm_is_what_doing_nothing_would_not_have_done() -> None:
