@@ -13,10 +13,18 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 
 
-def commit() -> str:
-    """The last commit that touched the sources; with a ``+`` where they were changed since."""
-    text = _git("log", "-1", "--format=%h", "--", "src")
-    return f"{text}+" if _git("status", "--porcelain", "--", "src") else text
+def commit(*paths: str) -> str:
+    """The last commit that touched ``paths``, the sources by default; with a ``+`` where they were changed since."""
+    named = paths or ("src",)
+    text = _git("log", "-1", "--format=%h", "--", *named)
+    return f"{text}+" if _git("status", "--porcelain", "--", *named) else text
+
+
+def changed(*paths: str) -> str:
+    """How ``paths`` differ from the last commit: a patch, and the files that it lacks; empty where they do not."""
+    lacking = _git("ls-files", "--others", "--exclude-standard", "--", *paths).splitlines()
+    texts = ((ROOT / name).read_bytes().hex() for name in lacking)
+    return "\n".join((_git("diff", "HEAD", "--", *paths), *lacking, *texts)).strip()
 
 
 def kept(name: str) -> Path:

@@ -1,0 +1,115 @@
+"""The causes of the study: what happens to the true plant, and what would be right to say of it."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from homeostat.domain.diagnosis import FaultMode
+from homeostat.plants.plant import Plant
+
+FOLDER = Path(__file__).parent
+PLANTS = ("cstr", "mixing_module")
+KNOWN = "known"
+HARMLESS = "harmless"
+HEALTHY = "healthy"
+KNOWN_ONSETS_S = {"cstr": (1700.0, 3000.0), "mixing_module": (10.0, 200.0)}
+"""Plant -> between which times a known fault begins [s]: once the plant is settled, while the batch runs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """One thing that is wrong with a true plant, and the truth that statements are judged by."""
+
+    id: str
+    """What the study calls it."""
+    kind: str
+    """Class that it is counted under."""
+    item: str = ""
+    """The component that it truly is; empty where nothing is wrong."""
+    balances: tuple[str, ...] = ()
+    """Balances that it truly is in, as 'heat R1'."""
+    known: bool = False
+    """Whether its equation is in the fault list."""
+    alike: tuple[str, ...] = ()
+    """Items and balances that the instruments cannot tell from it."""
+    measured: bool = False
+    """Whether it is an input that an instrument measures."""
+    spec: str = ""
+    """The disturbance; empty for none."""
+    fault: str = ""
+    """The fault of the tables; empty for none."""
+    severity: float = 0.0
+    """Its severity, in its unit."""
+    onset_s: float = 0.0
+    """Its onset [s]."""
+
+
+def unknown_causes(plant: str) -> tuple[Cause, ...]:
+    """Every cause of the plant's table, those of the fault list included."""
+    return tuple(
+        Cause(
+            row["id"],
+            row["class"],
+            row["item"],
+            tuple(row["balances"]),
+            row["known"],
+            tuple(row["alike"]),
+            row.get("measured", False),
+            row["spec"],
+        )
+        for row in _table(plant)["cause"]
+    )
+
+
+def harmless_causes(plant: str) -> tuple[Cause, ...]:
+    """What leaves every criterion of the plant satisfied with nobody acting."""
+    return tuple(Cause(row["id"], HARMLESS, spec=row["spec"]) for row in _table(plant)["harmless"])
+
+
+def known_faults(plant: Plant, seed: int) -> tuple[Cause, ...]:
+    """Every fault of the tables, with the severity and the onset that ``seed`` draws."""
+    (first_s, last_s), balances = KNOWN_ONSETS_S[plant.name], _table(plant.name)["known_balances"]
+    drawn = np.random.default_rng([seed, 14])
+    found = []
+    for fault in plant.description.faults:
+        share, at_s = drawn.random(), drawn.uniform(first_s, last_s)
+        found.append(
+            Cause(
+                fault.name,
+                KNOWN,
+                fault.component,
+                tuple(balances.get(fault.name, ())),
+                known=True,
+                fault=fault.name,
+                severity=_severity(fault, share),
+                onset_s=float(round(at_s)),
+            )
+        )
+    return tuple(found)
+
+
+def balance_of(plant: str, fault: str) -> str:
+    """The balance that a fault of the tables is in; empty where it is in none, or in several."""
+    balances = _table(plant)["known_balances"].get(fault, ())
+    return balances[0] if len(balances) == 1 else ""
+
+
+def _severity(fault: FaultMode, share: float) -> float:
+    return float(fault.severity_range.low + share * fault.severity_range.span)
+
+
+def chosen(causes: Sequence[Cause], ids: Sequence[str]) -> tuple[Cause, ...]:
+    """Those with one of the ``ids``, or of one of these classes; all where none is named."""
+    return tuple(c for c in causes if not ids or c.id in ids or c.kind in ids)
+
+
+@cache
+def _table(plant: str) -> dict[str, Any]:
+    return tomllib.loads((FOLDER / f"causes_{plant}.toml").read_text(encoding="utf-8"))

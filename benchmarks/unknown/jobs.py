@@ -1,0 +1,94 @@
+"""What the study asks for: parts, seeds, looks, and every run that follows from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from benchmarks.unknown.causes import (
+    HARMLESS,
+    HEALTHY,
+    KNOWN,
+    Cause,
+    chosen,
+    harmless_causes,
+    known_faults,
+    unknown_causes,
+)
+from homeostat.evaluate.scenario import Scenario, departing, scenario
+from homeostat.plants.plant import Plant
+
+UNKNOWN = "unknown"
+DAY = "day"
+PARTS = (UNKNOWN, KNOWN, HARMLESS, HEALTHY, DAY)
+OPERATED = (UNKNOWN, HARMLESS, DAY)
+"""Parts that are run with everything on, a day only like that."""
+SEEDS = {
+    UNKNOWN: range(401, 404),
+    KNOWN: range(401, 421),
+    HARMLESS: range(401, 408),
+    HEALTHY: range(401, 421),
+    DAY: range(401, 402),
+}
+"""Part -> its seeds. Thresholds are chosen on smaller ones."""
+DAY_S = 86_400.0
+"""Length of a fault-free day [s]."""
+BAND_SEEDS = {"cstr": range(9_001, 9_021), "mixing_module": range(9_001, 9_081)}
+"""Plant -> seeds of the fault-free runs that say how far features go by themselves."""
+LOOKS_S = {"cstr": (0, 60, 240, 600), "mixing_module": (0, 15, 60)}
+"""Plant -> when it is looked at, after the first symptom [s]."""
+KNOWN_LOOKS_S = {"cstr": (0, 60, 120, 240, 600, 900), "mixing_module": (0, 15, 60, 120, 240)}
+"""The same of known faults, whose severities are judged, too."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One run of a true plant with nobody acting."""
+
+    plant: str
+    """Name of the plant."""
+    part: str
+    """Part of the study."""
+    cause: Cause
+    """What is wrong."""
+    seed: int
+    """Seed of the true plant."""
+    mismatch: str
+    """How it is not the model that its twin has."""
+
+    @property
+    def name(self) -> str:
+        """What the study calls the run."""
+        return f"{self.plant}-{self.mismatch}-{self.part}-{self.cause.id}-{self.seed}"
+
+    @property
+    def looks_s(self) -> tuple[int, ...]:
+        """When it is looked at, after the first symptom [s]."""
+        return (KNOWN_LOOKS_S if self.part == KNOWN else LOOKS_S)[self.plant]
+
+
+def jobs(plant: Plant, parts: Sequence[str], ids: Sequence[str], seeds: Sequence[int], mismatch: str) -> Iterator[Job]:
+    """Runs of ``parts``, with the causes of these ``ids`` or classes where any is named, and with their own seeds.
+
+    Seed by seed, so that a study that is stopped has every cause equally often.
+    """
+    for part in parts:
+        for seed in seeds or SEEDS[part]:
+            for cause in chosen(_causes(plant, part, seed), ids):
+                yield Job(plant.name, part, cause, seed, mismatch)
+
+
+def _causes(plant: Plant, part: str, seed: int) -> tuple[Cause, ...]:
+    if part == UNKNOWN:
+        return unknown_causes(plant.name)
+    if part == KNOWN:
+        return known_faults(plant, seed)
+    return harmless_causes(plant.name) if part == HARMLESS else (Cause("none", HEALTHY),)
+
+
+def scenario_of(plant: Plant, job: Job) -> Scenario:
+    """The ground truth of ``job``."""
+    c = job.cause
+    healthy = scenario(plant, "none", job.seed, end_s=DAY_S if job.part == DAY else None)
+    chosen = scenario(plant, c.fault, job.seed, c.onset_s, c.severity) if c.fault else healthy
+    return departing(plant, chosen, (c.spec,) if c.spec else (), job.mismatch)
