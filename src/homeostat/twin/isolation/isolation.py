@@ -21,10 +21,11 @@ from homeostat.twin.isolation.estimate import Estimate, Estimation
 from homeostat.twin.isolation.evidence import Accuracy, Evidence, Fit
 from homeostat.twin.isolation.prechecks import What, prechecks, shared
 from homeostat.twin.isolation.prior import Prior
+from homeostat.twin.isolation.responses import FIRST_ROW
 from homeostat.twin.isolation.search import REPAIRED_NATS, Scored, Search
 from homeostat.twin.settings import TwinSettings
 
-SECOND_FAULT_NATS = 4.0
+SECOND_FAULT_NATS = 6.0
 """Gain in log-likelihood that a further fault must bring, over and above its prior [nats]."""
 SELF_EVIDENT_NATS = 3.5
 """What speaks for an instrument or a controller being wrong that readings alone show to be [nats]."""
@@ -65,21 +66,26 @@ class FaultIsolation:
     ) -> tuple[Hypothesis, ...]:
         """Explanations of the readings of ``window``, most probable first; a second fault is looked for in ``recent``.
 
-        Where readings or controllers speak for themselves, the twin is asked for nothing but their size. A cause is
+        What was known and began in the window competes as everything else does: all that spoke for it is seen again. What
+        began before it is not forgotten. Where readings or controllers speak for themselves, the twin is asked for nothing but their size. A cause is
         named only where its explanation fits; else what is best says where the unknown one is.
         """
         evidence, search = self._on(window, posterior, question.known)
         accused = self._accused(window, question)
         if accused:
             return self._by_itself(search, accused, question)
-        none = float(search.score([()])[0]) - REPAIRED_NATS * len(question.known)
+        old = tuple(f for f in question.known if f.onset_s < window.start_s + FIRST_ROW)
+        none = float(search.score([()])[0]) - REPAIRED_NATS * len(old)
         lags = [window.end_s - lag for lag in {*LAGS_S, *(DENSE_LAGS_S if question.dense else ())}]
-        onsets = sorted({*lags, *(f.onset_s for f in question.known)})
-        named = search.singles(question.candidates, onsets)
+        named = search.singles(question.candidates, sorted({*lags, *(f.onset_s for f in question.known)}))
         unknown = self._estimated(evidence, search, ())
-        scored = [*search.remembered(question.known, named), *search.without(question.known, unknown)]
-        if question.known:
-            scored += self._estimated(evidence, search, question.known)
+        scored = [*search.remembered(old, named), *search.without(old, unknown)]
+        for beside in {old, question.known} - {()}:
+            further = self._estimated(evidence, search, beside)
+            young = search.cost_of([f for f in beside if f not in old])
+            scored += [Scored(s.faults, s.score + young) for s in further]
+            if beside != old:
+                scored += search.without(old, search.variations(beside))
         best = max(scored, key=lambda s: s.score, default=Scored((), none))
         if len(question.known) <= 1 and best.faults:
             scored += self._second(search, best, recent, posterior, question.known)

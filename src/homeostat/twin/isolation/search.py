@@ -44,8 +44,12 @@ class Search:
 
     def score(self, sets: Sequence[FaultSet]) -> Vec:
         """Log posterior of each fault set up to a constant [nats], shape (len(sets),)."""
-        prior = np.array([sum(self._log_prior(f) for f in faults) for faults in sets])
+        prior = np.array([self.cost_of(faults) for faults in sets])
         return np.asarray(prior + self._evidence.likelihoods(sets))
+
+    def cost_of(self, faults: Sequence[FaultState]) -> float:
+        """Log prior of all of ``faults`` together [nats]."""
+        return sum(self._log_prior(f) for f in faults)
 
     def _log_prior(self, state: FaultState) -> float:
         mode = self._modes[state.fault]
