@@ -66,9 +66,9 @@ class FaultIsolation:
     ) -> tuple[Hypothesis, ...]:
         """Explanations of the readings of ``window``, most probable first; a second fault is looked for in ``recent``.
 
-        What was known and began in the window competes as everything else does: all that spoke for it is seen again. What
-        began before it is not forgotten. Where readings or controllers speak for themselves, the twin is asked for nothing but their size. A cause is
-        named only where its explanation fits; else what is best says where the unknown one is.
+        What was known and began in the window competes as everything else does: all that spoke for it is seen again.
+        What began before it is not forgotten. Where readings or controllers speak for themselves, the twin is asked for
+        nothing else. A cause is named only where its explanation fits; else what is best says where the unknown one is.
         """
         evidence, search = self._on(window, posterior, question.known)
         accused = self._accused(window, question)
@@ -80,7 +80,7 @@ class FaultIsolation:
         named = search.singles(question.candidates, sorted({*lags, *(f.onset_s for f in question.known)}))
         unknown = self._estimated(evidence, search, ())
         scored = [*search.remembered(old, named), *search.without(old, unknown)]
-        for beside in {old, question.known} - {()}:
+        for beside in dict.fromkeys(each for each in (old, question.known) if each):
             further = self._estimated(evidence, search, beside)
             young = search.cost_of([f for f in beside if f not in old])
             scored += [Scored(s.faults, s.score + young) for s in further]
