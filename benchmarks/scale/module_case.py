@@ -67,4 +67,5 @@ def module_case(plant: Plant, store: GraphStore, module: int) -> Plant:
     """``case``, a plant, as number ``module`` of the site in ``store``; its description is read from there."""
     own = namespace(module)
     description = read_description(store, f"{own}system", plant.model, plant.twin.horizon_s)
-    return replace(plant, graph=store, namespace=own, description=description)
+    described = replace(description, generated=plant.description.generated)
+    return replace(plant, graph=store, namespace=own, description=described)

@@ -71,7 +71,7 @@ ABSURD = [
     ("twin.replay_s", "-5", "replay_s: -5 s is outside 1 to 3600 s"),
     ("twin.recent_s", "100000", "recent_s: 100000 s is outside"),
     ("twin.synchronise_s", "0", "synchronise_s: 0 s"),
-    ("twin.settle_rows", "700", "at most replay_s = 600"),
+    ("twin.settle_rows", "700", "at most replay_s = 640"),
     ("twin.errors.T1", "[nan, 0.1]", "errors, T1"),
     ("twin.errors.T1", "[-0.5, 0.1]", "outside 0 to"),
     ("twin.errors.T1", "[0.5]", "at least 2 items"),

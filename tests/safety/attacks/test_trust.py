@@ -99,7 +99,7 @@ SETTINGS = {
     "stride": ("stride = 5", "stride = 0"),
     "sure": ("sure = 0.95", "sure = 7.0"),
     "design_rate": ("design_rate = 0.0333333333333333", "design_rate = -1.0"),
-    "replay_s": ("replay_s = 600", "replay_s = inf"),
+    "replay_s": ("replay_s = 640", "replay_s = inf"),
     "model": ("homeostat.plants.cstr.process:CstrModel", "os:getcwd"),
 }
 """Setting -> text, an absurd one."""

@@ -66,9 +66,9 @@ def _keys(place: tuple[int | str, ...]) -> tuple[str, ...]:
     """What the table at ``place`` may hold."""
     table: type[BaseModel] = Settings
     for part in place:
-        if isinstance(part, str):
+        if isinstance(part, str) and part in table.model_fields:  # else a name in a table of tables
             annotation: Any = table.model_fields[part].annotation
-            inner = getattr(annotation, "__args__", (annotation,))[0]
+            inner = getattr(annotation, "__args__", (annotation,))[-1]
             table = inner if isinstance(inner, type) and issubclass(inner, BaseModel) else table
     return tuple(table.model_fields)
 

@@ -97,13 +97,14 @@ def _of_parameter(p: ModelParameter, sensors: Collection[str], horizon_s: float)
 def _mode(
     name: str, words: str, component: str, unit: str, sizes: Range, effect: Effect, *, unknown: bool = False
 ) -> FaultMode:
+    estimated = effect.kind not in (EffectKind.FROZEN, EffectKind.UNSEEN)
     return FaultMode(
         name=name,
         label=words,
         component=component,
         disables=None if unknown else component,
         severity_range=sizes,
-        severity_nominal=sizes.high / SEVERAL,
+        severity_nominal=sizes.high / SEVERAL if estimated else sizes.high,
         severity_unit=unit,
         prior=PRIOR,
         description="Size of the change" if unknown else "Size of the error",
