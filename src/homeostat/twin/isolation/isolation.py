@@ -16,6 +16,7 @@ from homeostat.process.model import ProcessModel
 from homeostat.twin.calibration import Posterior
 from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.history import Window
+from homeostat.twin.isolation.alike import with_doubt
 from homeostat.twin.isolation.classes import hypotheses
 from homeostat.twin.isolation.estimate import Estimate, Estimation
 from homeostat.twin.isolation.evidence import Accuracy, Evidence, Fit
@@ -90,8 +91,10 @@ class FaultIsolation:
         if len(question.known) <= 1 and best.faults:
             scored += self._second(search, best, recent, posterior, question.known)
             best = max(scored, key=lambda s: s.score)
+        modes = self._carrier.modes
+        scored = with_doubt(scored, evidence, modes, self._settings.gain_error)
         left = evidence.losses(evidence.residuals([best.faults]))[1][0]
-        return hypotheses(scored, none, self._carrier.modes, named=_fits(evidence.fit(left)))
+        return hypotheses(scored, none, modes, named=_fits(evidence.fit(left)))
 
     def _accused(self, window: Window, question: Question) -> list[FaultState]:
         """Instruments and controllers that are wrong by their own evidence, as generated fault modes."""
