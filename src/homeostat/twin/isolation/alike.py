@@ -6,6 +6,7 @@ the gap of their log-likelihoods counts by the square of d / (share e), up to al
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,7 +36,7 @@ def with_doubt(
     ranked = sorted(best.items(), key=lambda item: -item[1].score)[:MOST]
     if len(ranked) < 2 or not ranked[0][1].faults:
         return list(scored)
-    loss, left = evidence.losses(evidence.residuals([(), *(each.faults for _, each in ranked)]))
+    loss, left = evidence.losses(evidence.residuals([(), *(each.replayed for _, each in ranked)]))
     effect = float(np.linalg.norm(left[0] - left[1]))
     gained: dict[Class, float] = {}
     for k, (accused, each) in enumerate(ranked[1:], start=2):
@@ -43,4 +44,4 @@ def with_doubt(
         gap = 0.5 * float(loss[k] - loss[1]) / TEMPER
         if each.faults and apart < 1.0 and gap > 0.0:
             gained[accused] = (1.0 - apart**2) * gap
-    return [Scored(s.faults, s.score + gained.get(class_of(s.faults, modes), 0.0)) for s in scored]
+    return [replace(s, score=s.score + gained.get(class_of(s.faults, modes), 0.0)) for s in scored]

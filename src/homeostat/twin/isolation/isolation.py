@@ -6,11 +6,11 @@ competes with the best of the others and with nothing being wrong.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from homeostat.domain.diagnosis import FaultState, Hypothesis
+from homeostat.domain.diagnosis import EffectKind, FaultState, Hypothesis
 from homeostat.domain.plant.description import PlantDescription, Relation
 from homeostat.process.model import ProcessModel
 from homeostat.twin.calibration import Posterior
@@ -28,6 +28,12 @@ from homeostat.twin.settings import TwinSettings
 
 SECOND_FAULT_NATS = 6.0
 """Gain in log-likelihood that a further fault must bring, over and above its prior [nats]."""
+COURSES = 2
+"""Items whose disturbance may have changed several times."""
+CHANGES = 2
+"""How often, after it began."""
+CHANGE_NATS = 2.0
+"""What each of these changes costs, besides its size: an unknown cause has any course [nats]."""
 SELF_EVIDENT_NATS = 3.5
 """What speaks for an instrument or a controller being wrong that readings alone show to be [nats]."""
 MEAN_SQUARE = 1.5
@@ -80,7 +86,8 @@ class FaultIsolation:
         lags = [window.end_s - lag for lag in {*LAGS_S, *(DENSE_LAGS_S if question.dense else ())}]
         named = search.singles(question.candidates, sorted({*lags, *(f.onset_s for f in question.known)}))
         unknown = self._estimated(evidence, search, ())
-        scored = [*search.remembered(old, named), *search.without(old, unknown)]
+        courses = self._courses(evidence, search, unknown)
+        scored = [*search.remembered(old, named), *search.without(old, [*unknown, *courses])]
         for beside in dict.fromkeys(each for each in (old, question.known) if each):
             further = self._estimated(evidence, search, beside)
             young = search.cost_of([f for f in beside if f not in old])
@@ -93,7 +100,7 @@ class FaultIsolation:
             best = max(scored, key=lambda s: s.score)
         modes = self._carrier.modes
         scored = with_doubt(scored, evidence, modes, self._settings.gain_error)
-        left = evidence.losses(evidence.residuals([best.faults]))[1][0]
+        left = evidence.losses(evidence.residuals([best.replayed]))[1][0]
         return hypotheses(scored, none, modes, named=_fits(evidence.fit(left)))
 
     def _accused(self, window: Window, question: Question) -> list[FaultState]:
@@ -134,6 +141,49 @@ class FaultIsolation:
         found = [each for estimate in estimates for each in _bounded(estimate, beside)]
         further = SECOND_FAULT_NATS if beside else 0.0
         return [Scored(each.faults, each.score - further) for each in found]
+
+    def _courses(self, evidence: Evidence, search: Search, unknown: Sequence[Scored]) -> list[Scored]:
+        """The likeliest generated modes, each of another item, where they changed more than once."""
+        modes, leaders = self._carrier.modes, dict[str, Scored]()
+        for each in unknown:
+            leaders.setdefault(modes[each.faults[0].fault].component, each)
+        found = []
+        for first in list(leaders.values())[:COURSES]:
+            course = first
+            for _ in range(CHANGES):
+                course = self._changed_again(evidence, search, course) or course
+            if course.course:
+                found.append(replace(course, faults=(self._now(course.course, evidence.window.end_s),)))
+        return found
+
+    def _changed_again(self, evidence: Evidence, search: Search, before: Scored) -> Scored | None:
+        """``before`` with one more change of the same quantity; None where that explains no more."""
+        modes, replayed = self._carrier.modes, before.replayed
+        effect = modes[replayed[0].fault].effect
+        assert effect is not None, "courses are of generated modes"
+        alike = [m for m in self._plant.generated if m.effect is not None and m.effect.quantity == effect.quantity]
+        estimates = Estimation(evidence, alike, search.prior, replayed).estimates()
+        if not estimates:
+            return None
+        change = estimates[0]
+        of_mode = search.prior.of_mode(modes[change.state.fault])
+        before_nats = search.cost_of(replayed) - (len(replayed) - 1) * (of_mode + CHANGE_NATS)
+        score = change.score - of_mode - CHANGE_NATS + before_nats
+        return Scored((), score, (*replayed, change.state)) if score > before.score + 1.0 else None
+
+    def _now(self, course: FaultSet, end_s: float) -> FaultState:
+        """What a course of changes comes to at the end, as one lasting change since it began."""
+        modes = self._carrier.modes
+        total, effect = 0.0, modes[course[0].fault].effect
+        for change in course:
+            own = modes[change.fault].effect
+            assert own is not None, "courses are of generated modes"
+            total += change.severity * own.per_unit * (end_s - change.onset_s if own.grows else 1.0)
+        lasting = [m for m in self._plant.generated if m.effect and effect and m.effect.quantity == effect.quantity]
+        lasting = [m for m in lasting if m.effect and not m.effect.grows and m.effect.kind is not EffectKind.FROZEN]
+        mode = next((m for m in lasting if m.unknown or (m.effect and m.effect.per_unit * total >= 0.0)), lasting[0])
+        size = total if mode.unknown else abs(total)
+        return FaultState(mode.name, size, min(change.onset_s for change in course))
 
     def _second(
         self, search: Search, best: Scored, recent: Window, posterior: Posterior, known: FaultSet

@@ -1,7 +1,7 @@
 """Search: which faults that have an equation of their own explain the readings, of what size and since when."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +28,13 @@ class Scored:
     """What is assumed to be wrong."""
     score: float
     """Log posterior up to a constant [nats]."""
+    course: FaultSet = ()
+    """What was replayed where that is more than ``faults``: a disturbance that changed several times."""
+
+    @property
+    def replayed(self) -> FaultSet:
+        """What was replayed."""
+        return self.course or self.faults
 
 
 class Search:
@@ -115,7 +122,7 @@ class Search:
 
     def without(self, known: FaultSet, scored: Sequence[Scored]) -> list[Scored]:
         """``scored``, of which each gains by what it keeps of what was ``known``, and loses by what it drops."""
-        return [Scored(s.faults, s.score + sum(self._memory(k, s.faults) for k in known)) for s in scored]
+        return [replace(s, score=s.score + sum(self._memory(k, s.faults) for k in known)) for s in scored]
 
     def _memory(self, known: FaultState, faults: FaultSet) -> float:
         """What an explanation gains by keeping a ``known`` fault, or loses by dropping it [nats].
