@@ -10,7 +10,7 @@ from homeostat.twin.history import Window
 
 FAULT_NATS = 5.0
 """What a fault costs that is as frequent as the faults of the tables are on the mean [nats]."""
-GENERATED_NATS = 2.5
+GENERATED_NATS = 2.0
 """What one costs besides that no table names [nats]."""
 JUMP_S = 60
 """Readings on either side of an onset whose means say what a transmitter has jumped by [s]."""
