@@ -8,7 +8,7 @@ COMPILE := $(BIN)/uv pip compile --universal --fork-strategy fewest --generate-h
 PYTEST := $(BIN)/pytest -n 2 --dist worksteal
 # Where the quick and the slow tests are: nothing else is even read.
 QUICK := tests/domain tests/guard tests/journal tests/stl tests/tools tests/cli/test_replay.py
-SLOW := tests/cli tests/docs tests/evaluate tests/guard tests/journal tests/plants
+SLOW := tests/benchmarks tests/cli tests/docs tests/evaluate tests/guard tests/journal tests/plants
 SEED := 1
 
 .PHONY: demo test quick slow full coverage pythons llm campaign graph results pages docs lint audit format lock help clean
