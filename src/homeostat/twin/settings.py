@@ -38,6 +38,8 @@ class TwinSettings:
     """What a reading moved by is predicted to this share at best [1]."""
     balances: tuple[Balance, ...] = ()
     """What may be disturbed by what nobody knows of."""
+    unknown_growth: float = 0.2
+    """By what share of its size a disturbance that nobody knows of may grow while a rollout lasts [1]."""
     lead_s: int = 400
     """Stretch before the first symptom that is replayed with what follows it [s]."""
     replay_s: int = 640

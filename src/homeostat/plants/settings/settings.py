@@ -111,6 +111,7 @@ class TwinTable(Table):
     initial: Annotated[dict[Name, Deviation], Len(1)]
     gain_error: Fraction
     balances: dict[Name, BalanceTable] = {}
+    unknown_growth: Annotated[float, within(0.0, 10.0, "(fraction)", "it is a share of a size")] | None = None
     lead_s: Stretch | None = None
     replay_s: Stretch | None = None
     recent_s: Stretch | None = None

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 
-from homeostat.domain.diagnosis import FaultProbability
+from homeostat.domain.diagnosis import FaultMode, FaultProbability, FaultState
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
@@ -18,10 +18,13 @@ def quantity(value: float, unit: str) -> str:
 
 
 def severities(fault_set: FaultProbability, plant: PlantDescription) -> str:
-    """The faults of a set with their sizes."""
-    return " + ".join(
-        f"{f.fault} {quantity(f.severity, plant.fault_mode(f.fault).severity_unit)}" for f in fault_set.faults
-    ) or ("nothing is wrong")
+    """The faults of a set with their sizes; what is unknown by where it is, with a sign."""
+    return " + ".join(_sized(f, plant.fault_mode(f.fault)) for f in fault_set.faults) or "nothing is wrong"
+
+
+def _sized(state: FaultState, mode: FaultMode) -> str:
+    size = quantity(state.severity, mode.severity_unit)
+    return f"{mode.label} {'+' if state.severity > 0.0 else ''}{size}" if mode.unknown else f"{mode.name} {size}"
 
 
 def probabilities(held: Iterable[FaultProbability], plant: PlantDescription) -> str:

@@ -5,6 +5,7 @@ everything that is generated is estimated in one linear pass, alone and beside w
 competes with the best of the others and with nothing being wrong.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -17,7 +18,7 @@ from homeostat.twin.calibration import Posterior
 from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.history import Window
 from homeostat.twin.isolation.alike import with_doubt
-from homeostat.twin.isolation.classes import hypotheses
+from homeostat.twin.isolation.classes import SPREAD_NATS, hypotheses
 from homeostat.twin.isolation.estimate import Estimate, Estimation
 from homeostat.twin.isolation.evidence import Accuracy, Evidence, Fit
 from homeostat.twin.isolation.prechecks import What, prechecks, shared
@@ -138,9 +139,20 @@ class FaultIsolation:
         accused = {self._carrier.modes[f.fault].component for f in beside}
         modes = [mode for mode in self._plant.generated if mode.component not in accused]
         estimates = Estimation(evidence, modes, search.prior, beside).estimates()
-        found = [each for estimate in estimates for each in _bounded(estimate, beside)]
+        found = [each for estimate in estimates for each in self._bounded(estimate, beside)]
         further = SECOND_FAULT_NATS if beside else 0.0
         return [Scored(each.faults, each.score - further) for each in found]
+
+    def _bounded(self, estimate: Estimate, beside: FaultSet) -> list[Scored]:
+        """The estimate, and what bounds its size at two standard deviations; what is unknown may also grow."""
+        state, found = estimate.state, [Scored((*beside, estimate.state), estimate.score)]
+        unknown = self._carrier.modes[state.fault].unknown
+        grown = self._settings.unknown_growth * abs(state.severity) if unknown else 0.0
+        for size in (abs(state.severity) - 2.0 * estimate.sd, abs(state.severity) + max(2.0 * estimate.sd, grown)):
+            if size > 0.0:
+                near = FaultState(state.fault, math.copysign(size, state.severity), state.onset_s)
+                found.append(Scored((*beside, near), estimate.score - SPREAD_NATS))
+        return found
 
     def _courses(self, evidence: Evidence, search: Search, unknown: Sequence[Scored]) -> list[Scored]:
         """The likeliest generated modes, each of another item, where they changed more than once."""
@@ -196,16 +208,6 @@ class FaultIsolation:
             return []
         sets = [d.faults for d in doubles]
         return [Scored(s, score) for s, score in zip(sets, search.score(sets).tolist(), strict=True)]
-
-
-def _bounded(estimate: Estimate, beside: FaultSet) -> list[Scored]:
-    """The estimate, and what bounds its size at two standard deviations."""
-    state, found = estimate.state, [Scored((*beside, estimate.state), estimate.score)]
-    for sign in (-2.0, 2.0):
-        near = FaultState(state.fault, state.severity + sign * estimate.sd, state.onset_s)
-        if near.severity * state.severity > 0.0:
-            found.append(Scored((*beside, near), estimate.score - 2.0))
-    return found
 
 
 def _fits(fit: Fit) -> bool:

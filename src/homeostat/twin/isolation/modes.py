@@ -73,7 +73,7 @@ def _of_balance(balance: Balance, horizon_s: float) -> Iterator[FaultMode]:
     name, where = f"unknown_{balance.quantity}_{balance.component}", balance.component
     both = Range(-SEVERAL * balance.large, SEVERAL * balance.large)
     effect = Effect(EffectKind.BALANCE, balance.state, capacity=balance.capacity)
-    words = f"Unknown disturbance of the {balance.quantity} balance of {where}"
+    words = f"unknown {balance.quantity} in {where}"
     yield _mode(name, words, where, balance.unit, both, effect, unknown=True)
     both = Range(both.low / horizon_s, both.high / horizon_s)
     effect = Effect(EffectKind.BALANCE, balance.state, grows=True, capacity=balance.capacity)
@@ -86,7 +86,7 @@ def _of_parameter(p: ModelParameter, sensors: Collection[str], horizon_s: float)
         return
     large = PARAMETER_LARGE * p.sd
     name, both = f"unknown_{p.component}_{p.symbol}", Range(-SEVERAL * large, SEVERAL * large)
-    words = f"Unknown change of {p.symbol}: {p.description}"
+    words = f"unknown change of {p.symbol} ({p.component})"
     effect = Effect(EffectKind.PARAMETER, p.symbol)
     yield _mode(name, words, p.component, p.unit, both, effect, unknown=True)
     both = Range(both.low / horizon_s, both.high / horizon_s)
