@@ -166,7 +166,7 @@ class TwinMonitoring:
         candidates = self._grounding.candidate_faults(indicated) if indicated else ()
         others = self._every if deviates else ()
         ordered = list(dict.fromkeys([*candidates, *(f.fault for f in self._known), *others]))
-        if not ordered:
+        if not (ordered or indicated):
             return ()
         since_s = min((*(s.at_s for s in symptoms), *(f.onset_s for f in self._known)), default=self._at_s)
         return self._twin.frozen().explain(ordered, self._known, deviates, since_s)

@@ -85,7 +85,8 @@ class FaultIsolation:
         old = tuple(f for f in question.known if f.onset_s < window.start_s + FIRST_ROW)
         none = float(search.score([()])[0]) - REPAIRED_NATS * len(old)
         lags = [window.end_s - lag for lag in {*LAGS_S, *(DENSE_LAGS_S if question.dense else ())}]
-        named = search.singles(question.candidates, sorted({*lags, *(f.onset_s for f in question.known)}))
+        tables = [name for name in question.candidates if self._carrier.modes[name].effect is None]
+        named = search.singles(tables, sorted({*lags, *(f.onset_s for f in question.known)}))
         unknown = self._estimated(evidence, search, ())
         courses = self._courses(evidence, search, unknown)
         scored = [*search.remembered(old, named), *search.without(old, [*unknown, *courses])]
