@@ -46,7 +46,12 @@ class ScriptedTwin:
         return self
 
     def explain(
-        self, candidates: Sequence[str], known: Sequence[FaultState], dense: bool = False, since_s: float = 0.0
+        self,
+        candidates: Sequence[str],
+        known: Sequence[FaultState],
+        dense: bool = False,
+        since_s: float = 0.0,
+        before: tuple[Hypothesis, ...] = (),
     ) -> tuple[Hypothesis, ...]:
         self.asked.append((tuple(candidates), tuple(known)))
         return self.answer(self.at_s)

@@ -98,3 +98,25 @@ def test_an_explanation_beside_one_that_is_known_keeps_it() -> None:
 def test_what_readings_show_by_themselves_is_said_by_name(disturbance: str, name: str) -> None:
     found = explained(disturbance, 70)
     assert found[0].name == name and found[0].probability >= 0.9
+
+
+@pytest.mark.parametrize("seconds", [2, 3, 5, 9, 12])
+def test_a_few_readings_are_no_reason_to_break(seconds: int) -> None:
+    twin = follow(disturbed(3, 1450)[-seconds:], 3, learn=False)
+    found = twin.explain(TABLES, ())
+    assert 0.9 <= sum(h.probability for h in found) <= 1.0 + 1e-9
+
+
+def test_what_was_certain_and_holds_is_said_again() -> None:
+    snapshots = disturbed(3, ONSET_S + 400, f"T1 reads - 5 from {ONSET_S}")
+    first = follow(snapshots[: ONSET_S + 60], 3).explain(TABLES, (), since_s=ONSET_S + 5.0)
+    twin = follow(snapshots, 3)
+    assert twin.explain(TABLES, first[0].faults, since_s=float(ONSET_S), before=first) == first
+
+
+def test_what_grew_since_is_estimated_again() -> None:
+    snapshots = disturbed(3, ONSET_S + 400, f"T1 reads - 3 from {ONSET_S}", f"T1 reads - 2 from {ONSET_S + 100}")
+    first = follow(snapshots[: ONSET_S + 60], 3).explain(TABLES, (), since_s=ONSET_S + 5.0)
+    again = follow(snapshots, 3).explain(TABLES, first[0].faults, since_s=float(ONSET_S), before=first)
+    assert first[0].faults[0].severity == pytest.approx(3.0, abs=0.3)
+    assert again[0].name == "T1_reads_low" and again[0].faults[0].severity == pytest.approx(5.0, abs=0.5)

@@ -52,6 +52,8 @@ class TwinMonitoring:
         self._known: tuple[FaultState, ...] = ()
         self._last: tuple[Symptom, ...] = ()
         self._stopped, self._vain = False, 0
+        self._said: tuple[Hypothesis, ...] = ()
+        self._told: frozenset[str] = frozenset()
         self._at_s = -math.inf
         self._symptoms: tuple[Symptom, ...] = ()
 
@@ -92,6 +94,7 @@ class TwinMonitoring:
         if sum(h.probability for h in hypotheses if not h.faults) > 0.5:
             return nothing if deviates else self._unexplained()
         self._known, self._vain = next(h.faults for h in hypotheses if h.faults), 0
+        self._said, self._told = hypotheses, self._told | {s.rule for s in self._symptoms}
         self._last = self._symptoms or self._last
         self._acknowledged.update({s.rule: self._at_s + self._settings.review_s for s in self._symptoms})
         self._sharpen(hypotheses)
@@ -169,7 +172,8 @@ class TwinMonitoring:
         if not (ordered or indicated):
             return ()
         since_s = min((*(s.at_s for s in symptoms), *(f.onset_s for f in self._known)), default=self._at_s)
-        return self._twin.frozen().explain(ordered, self._known, deviates, since_s)
+        news = deviates or any(rule not in self._told for rule in indicated)
+        return self._twin.frozen().explain(ordered, self._known, deviates, since_s, () if news else self._said)
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
         """Where one fault of one size explains everything since the release, learn the parameters from that time."""

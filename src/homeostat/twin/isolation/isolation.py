@@ -13,6 +13,7 @@ import numpy as np
 
 from homeostat.domain.diagnosis import EffectKind, FaultState, Hypothesis
 from homeostat.domain.plant.description import PlantDescription, Relation
+from homeostat.process.batch import ProcessError
 from homeostat.process.model import ProcessModel
 from homeostat.twin.calibration import Posterior
 from homeostat.twin.carried import Carrier, FaultSet
@@ -29,6 +30,8 @@ from homeostat.twin.settings import TwinSettings
 
 SECOND_FAULT_NATS = 6.0
 """Gain in log-likelihood that a further fault must bring, over and above its prior [nats]."""
+SHORTEST_S = 8
+"""Seconds of readings from which on disturbances are estimated [s]."""
 COURSES = 2
 """Items whose disturbance may have changed several times."""
 CHANGES = 2
@@ -41,6 +44,12 @@ MEAN_SQUARE = 1.5
 """What is left of an explanation that fits has a smaller mean square [1]."""
 WORST_BLOCK = 20.0
 """The same for the worst half minute of one variable [1]."""
+STRAINED_MEAN_SQUARE, STRAINED_BLOCK = 1.25, 5.0
+"""Where more is left, further changes are looked for; a right explanation leaves 1.1 and 4, on any plant [1]."""
+CERTAIN = 0.9
+"""What was said with this probability is only checked while nothing new is seen [1]."""
+RESIZED = 0.1
+"""Share by which a size must not be better when it is checked [1]."""
 LAGS_S = (2, 4, 6, 9, 13, 18, 25, 35, 50, 70, 100, 140, 190, 250, 320, 400, 490, 590)
 """Onsets that are tried first, seconds before the last reading."""
 DENSE_LAGS_S = (*range(2, 30, 2), *range(30, 121, 3))
@@ -59,6 +68,8 @@ class Question:
     """Whether onsets are tried more closely, for what may have gone unnoticed for a while."""
     since_s: float = np.inf
     """When the first symptom of it was seen [s]; infinite where there is none."""
+    before: tuple[Hypothesis, ...] = ()
+    """What was said before, where nothing new was seen since; empty where something was."""
 
 
 class FaultIsolation:
@@ -79,6 +90,8 @@ class FaultIsolation:
         nothing else. A cause is named only where its explanation fits; else what is best says where the unknown one is.
         """
         evidence, search = self._on(window, posterior, question.known)
+        if _certain(question.before) and self._still_holds(evidence, search, question.before[0].faults):
+            return question.before
         accused = self._accused(window, question)
         if accused:
             return self._by_itself(search, accused, question)
@@ -88,22 +101,35 @@ class FaultIsolation:
         tables = [name for name in question.candidates if self._carrier.modes[name].effect is None]
         named = search.singles(tables, sorted({*lags, *(f.onset_s for f in question.known)}))
         unknown = self._estimated(evidence, search, ())
-        courses = self._courses(evidence, search, unknown)
-        scored = [*search.remembered(old, named), *search.without(old, [*unknown, *courses])]
+        scored = [*search.remembered(old, named), *search.without(old, unknown)]
         for beside in dict.fromkeys(each for each in (old, question.known) if each):
             further = self._estimated(evidence, search, beside)
             young = search.cost_of([f for f in beside if f not in old])
             scored += [Scored(s.faults, s.score + young) for s in further]
-            if beside != old:
-                scored += search.without(old, search.variations(beside))
+            again = search.variations(beside)
+            scored += search.without(old, [*again, *self._courses(evidence, search, again[:1])])
         best = max(scored, key=lambda s: s.score, default=Scored((), none))
-        if len(question.known) <= 1 and best.faults:
-            scored += self._second(search, best, recent, posterior, question.known)
+        fit = _fit(evidence, best)
+        if best.faults and (fit.mean_square > STRAINED_MEAN_SQUARE or fit.worst_block > STRAINED_BLOCK):
+            scored += search.without(old, self._courses(evidence, search, unknown))
+            if len(question.known) <= 1:
+                scored += self._second(search, best, recent, posterior, question.known)
             best = max(scored, key=lambda s: s.score)
+            fit = _fit(evidence, best)
         modes = self._carrier.modes
         scored = with_doubt(scored, evidence, modes, self._settings.gain_error)
-        left = evidence.losses(evidence.residuals([best.replayed]))[1][0]
-        return hypotheses(scored, none, modes, named=_fits(evidence.fit(left)))
+        return hypotheses(scored, none, modes, named=fit.mean_square <= MEAN_SQUARE and fit.worst_block <= WORST_BLOCK)
+
+    def _still_holds(self, evidence: Evidence, search: Search, faults: FaultSet) -> bool:
+        """Whether ``faults`` explain the readings of now as well, no other size of one does so better, nor nothing."""
+        sets: list[FaultSet] = [faults, ()]
+        for k, fault in enumerate(faults):
+            sizes = (fault.severity * factor for factor in (1.0 - RESIZED, 1.0 + RESIZED))
+            sets += [(*faults[:k], replace(fault, severity=size), *faults[k + 1 :]) for size in sizes]
+        nats = evidence.likelihoods(sets)
+        fit = _fit(evidence, Scored(faults, float(nats[0])))
+        good = fit.mean_square <= STRAINED_MEAN_SQUARE and fit.worst_block <= STRAINED_BLOCK
+        return good and bool(np.all(nats[1:] <= nats[0] + 1.0))
 
     def _accused(self, window: Window, question: Question) -> list[FaultState]:
         """Instruments and controllers that are wrong by their own evidence, as generated fault modes."""
@@ -137,9 +163,14 @@ class FaultIsolation:
 
     def _estimated(self, evidence: Evidence, search: Search, beside: FaultSet) -> list[Scored]:
         """Every generated fault mode of an item that is not accused ``beside``, at its best."""
+        if evidence.shape[0] < SHORTEST_S:
+            return []
         accused = {self._carrier.modes[f.fault].component for f in beside}
         modes = [mode for mode in self._plant.generated if mode.component not in accused]
-        estimates = Estimation(evidence, modes, search.prior, beside).estimates()
+        try:
+            estimates = Estimation(evidence, modes, search.prior, beside).estimates()
+        except ProcessError:  # what was known, or the readings at the beginning, are no state of the model
+            return []
         found = [each for estimate in estimates for each in self._bounded(estimate, beside)]
         further = SECOND_FAULT_NATS if beside else 0.0
         return [Scored(each.faults, each.score - further) for each in found]
@@ -159,7 +190,8 @@ class FaultIsolation:
         """The likeliest generated modes, each of another item, where they changed more than once."""
         modes, leaders = self._carrier.modes, dict[str, Scored]()
         for each in unknown:
-            leaders.setdefault(modes[each.faults[0].fault].component, each)
+            if len(each.faults) == 1 and modes[each.faults[0].fault].effect is not None:
+                leaders.setdefault(modes[each.faults[0].fault].component, each)
         found = []
         for first in list(leaders.values())[:COURSES]:
             course = first
@@ -211,6 +243,10 @@ class FaultIsolation:
         return [Scored(s, score) for s, score in zip(sets, search.score(sets).tolist(), strict=True)]
 
 
-def _fits(fit: Fit) -> bool:
-    """Whether what is left of an explanation is no more than a right one leaves."""
-    return fit.mean_square <= MEAN_SQUARE and fit.worst_block <= WORST_BLOCK
+def _certain(said: Sequence[Hypothesis]) -> bool:
+    """Whether one set of faults was said with near certainty."""
+    return bool(said) and bool(said[0].faults) and sum(h.probability for h in said if h.name == said[0].name) >= CERTAIN
+
+
+def _fit(evidence: Evidence, explanation: Scored) -> Fit:
+    return evidence.fit(evidence.losses(evidence.residuals([explanation.replayed]))[1][0])

@@ -66,9 +66,9 @@ class Search:
 
     def singles(self, names: Sequence[str], onsets_s: Sequence[float]) -> list[Scored]:
         """Every named fault over a grid of severities and onsets, refined around its best."""
-        if not names:
-            return []
         inside = self._inside(onsets_s)
+        if not names or not inside:
+            return []
         grid: list[FaultSet] = [(f,) for name in names for f in self._grid(name, inside)]
         best = self._best_per_fault(grid, lambda s: s[0].fault)
         found: list[Scored] = []
