@@ -98,3 +98,9 @@ def test_a_sparse_record_shows_the_same(stride: int) -> None:
     b = settled(1)
     sparse = moved(replace(b, stride=stride), moves).record
     assert np.array_equal(sparse, moved(b, moves).record[:, stride - 1 :: stride][:, : sparse.shape[1]])
+
+
+def test_a_vessel_gives_no_more_than_it_holds() -> None:
+    b = settled(1)
+    empty = moved(b, (Move(MoveKind.STATE, S.V, START_S, -2.0, least=0.0),))
+    assert np.isfinite(empty.record).all() and 0.0 <= empty.state[0, S.V] < 0.1

@@ -44,7 +44,7 @@ class Move:
     grows: bool = False
     """Whether the change is ``size`` times the seconds since the onset."""
     least: float = -np.inf
-    """What a parameter does not fall below, in its unit."""
+    """What a parameter or a state does not fall below, in its unit."""
 
 
 class Movers:
@@ -85,7 +85,9 @@ class Movers:
         """Move states and readings at ``at_s`` [s], the end of a second; ``row`` of the record, if any, shows them."""
         for kind in (MoveKind.STATE, MoveKind.READING):
             due = self._of[kind]
-            np.add.at(run.state, (self._member[due], self._column[due]), self._change(due, at_s))
+            where = self._member[due], self._column[due]
+            np.add.at(run.state, where, self._change(due, at_s))
+            run.state[where] = np.maximum(run.state[where], self._least[due])
         due, stuck = self._of[MoveKind.READING], self._stuck(at_s)
         where = self._member[stuck], self._column[stuck]
         self._frozen[stuck] = np.where(np.isnan(self._frozen[stuck]), run.state[where], self._frozen[stuck])

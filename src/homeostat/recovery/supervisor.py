@@ -77,7 +77,7 @@ class RecoveryLoop:
                 outcome = await self.recover(diagnosis, deviates)
                 if isinstance(outcome, FallbackNeeded):
                     return  # until the fallback has acted it may still be overtaken
-                if diagnosis.faulty or isinstance(outcome, Released):
+                if diagnosis.faulty or ((deviates or diagnosis.symptoms) and isinstance(outcome, Released)):
                     self._watch.follow(outcome)
         finally:
             scene.flush()

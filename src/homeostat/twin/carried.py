@@ -110,7 +110,9 @@ class Carrier:
                 return Move(MoveKind.PARAMETER, i, fault.onset_s, size, effect.grows, least)
             case EffectKind.BALANCE:
                 i = column(self._model.states, effect.quantity)
-                return Move(MoveKind.STATE, i, fault.onset_s, size, effect.grows)
+                return Move(
+                    MoveKind.STATE, i, fault.onset_s, size, effect.grows, 0.0
+                )  # nothing holds less than nothing
             case EffectKind.READING:
                 return Move(MoveKind.READING, self._model.shown[effect.quantity], fault.onset_s, size, effect.grows)
             case _:
