@@ -12,7 +12,7 @@ from homeostat.domain.diagnosis import Effect, EffectKind, FaultMode, FaultState
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.moves import Move, MoveKind
-from homeostat.process.types import Indices, Table
+from homeostat.process.types import Table
 from homeostat.twin.history import Window
 
 FaultSet: TypeAlias = tuple[FaultState, ...]
@@ -44,10 +44,6 @@ class Carried:
         """All of them ``count`` times, one after the other."""
         severity, onset = (np.tile(table, (count, 1)) for table in (self.severity, self.onset_s))
         return Carried(severity, onset, self.moves * count)
-
-    def of(self, members: Indices) -> Carried:
-        """Those of ``members``."""
-        return Carried(self.severity[members], self.onset_s[members], tuple(self.moves[m] for m in members.tolist()))
 
 
 class Carrier:

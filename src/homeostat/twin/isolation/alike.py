@@ -31,6 +31,8 @@ def with_doubt(
     best: dict[Class, Scored] = {}
     for each in scored:
         accused = class_of(each.faults, modes)
+        if np.isinf(each.score):  # the model could not carry it
+            continue
         if accused not in best or each.score > best[accused].score:
             best[accused] = each
     ranked = sorted(best.items(), key=lambda item: -item[1].score)[:MOST]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from homeostat.domain.diagnosis import EffectKind, FaultState, Hypothesis
+from homeostat.domain.diagnosis import EffectKind, FaultMode, FaultState, Hypothesis
 from homeostat.domain.plant.description import PlantDescription, Relation
 from homeostat.process.batch import ProcessError
 from homeostat.process.model import ProcessModel
@@ -163,14 +163,9 @@ class FaultIsolation:
 
     def _estimated(self, evidence: Evidence, search: Search, beside: FaultSet) -> list[Scored]:
         """Every generated fault mode of an item that is not accused ``beside``, at its best."""
-        if evidence.shape[0] < SHORTEST_S:
-            return []
         accused = {self._carrier.modes[f.fault].component for f in beside}
         modes = [mode for mode in self._plant.generated if mode.component not in accused]
-        try:
-            estimates = Estimation(evidence, modes, search.prior, beside).estimates()
-        except ProcessError:  # what was known, or the readings at the beginning, are no state of the model
-            return []
+        estimates = _estimates(evidence, modes, search, beside)
         found = [each for estimate in estimates for each in self._bounded(estimate, beside)]
         further = SECOND_FAULT_NATS if beside else 0.0
         return [Scored(each.faults, each.score - further) for each in found]
@@ -207,7 +202,7 @@ class FaultIsolation:
         effect = modes[replayed[0].fault].effect
         assert effect is not None, "courses are of generated modes"
         alike = [m for m in self._plant.generated if m.effect is not None and m.effect.quantity == effect.quantity]
-        estimates = Estimation(evidence, alike, search.prior, replayed).estimates()
+        estimates = _estimates(evidence, alike, search, replayed)
         if not estimates:
             return None
         change = estimates[0]
@@ -241,6 +236,16 @@ class FaultIsolation:
             return []
         sets = [d.faults for d in doubles]
         return [Scored(s, score) for s, score in zip(sets, search.score(sets).tolist(), strict=True)]
+
+
+def _estimates(evidence: Evidence, modes: Sequence[FaultMode], search: Search, beside: FaultSet) -> list[Estimate]:
+    """Each of ``modes`` at its best ``beside`` others, the best first; none where there is too little to go by."""
+    if evidence.shape[0] < SHORTEST_S:
+        return []
+    try:
+        return Estimation(evidence, modes, search.prior, beside).estimates()
+    except ProcessError:  # what is beside, or the readings at the beginning, are no state of the model
+        return []
 
 
 def _certain(said: Sequence[Hypothesis]) -> bool:
