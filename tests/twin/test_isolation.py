@@ -13,6 +13,8 @@ ONSET_S = 1450.0
 EVERY = tuple(fault.name for fault in reactor().description.faults)
 CONFUSED = {"outlet_block": "pump_degrade", "pump_degrade": "outlet_block"}
 """Both take the same part of the pump's flow away: readings cannot tell them apart."""
+LEAST = {"fouling": 0.7}
+"""What creeps may as well be a loss of heat that grows, or a thermometer that drifts: those are rarer."""
 LATER_S = {"fouling": 400.0}
 """Seconds from the onset to the explanation; fouling creeps."""
 
@@ -37,7 +39,7 @@ def test_each_fault_is_found_with_its_size_and_onset(name: str, seed: int) -> No
     lag_s = LATER_S.get(name, 15.0)
     found = explained(name, seed, lag_s)
     alike = (name, CONFUSED.get(name, name))
-    assert probability(found, *alike) >= 0.9
+    assert probability(found, *alike) >= LEAST.get(name, 0.9)
     fault = reactor().description.fault(name)
     best = max((h for h in found if h.name in alike), key=lambda h: h.probability).faults[0]
     assert abs(best.severity - size_of(name)) <= 0.1 * fault.severity_range.span
@@ -105,7 +107,7 @@ def test_hypotheses_are_a_distribution(name: str) -> None:
     assert weights == sorted(weights, reverse=True)
     for hypothesis in hypotheses:
         for state in hypothesis.faults:
-            assert reactor().description.fault(state.fault).severity_range.contains(state.severity)
+            assert reactor().description.fault_mode(state.fault).severity_range.contains(state.severity)
             assert state.onset_s <= ONSET_S + 600.0
 
 
