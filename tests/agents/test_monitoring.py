@@ -210,6 +210,16 @@ def test_what_nothing_explains_is_looked_at_less_and_less_often() -> None:
     assert between == [min(SETTINGS.repeat_s * 2**k, SETTINGS.review_s) for k in range(4)]
 
 
+def test_what_nothing_explains_may_last_for_ever() -> None:
+    """More looks than a doubled wait could be written for."""
+    scene = Scene(lambda at_s: NOTHING)
+    scene.watch(30)
+    assert scene.until_attention(10, x=2.0) is not None
+    for _ in range(1100):
+        found = scene.monitoring.diagnose()
+    assert not found.faulty and found.symptoms
+
+
 def test_another_symptom_ends_the_wait_of_one_that_nothing_explains() -> None:
     scene = Scene(lambda at_s: NOTHING)
     scene.watch(30)

@@ -148,6 +148,14 @@ MISFITS = [
     ('corrected = ["T1", "L1"]', 'corrected = ["T1", "L2"]', "no variable with an entry in errors 'L2'"),
     ("V = 0.005", "V = 5000", "twin, initial, V: 5000 must be more than 0 and at most 110"),
     ("V = 0.005", "VV = 0.005", "twin, initial: the plant has no state variable 'VV'; did you mean 'V'"),
+    (
+        "[twin.balances.T]",
+        "[twin.balances.TT]",
+        "cstr/case.toml: twin, balances, TT: the plant has no state variable 'TT'",
+    ),
+    ('component = "R1"', 'component = "R9"', "twin, balances, T: the plant has no component 'R9'; did you mean 'R1'"),
+    ("cp / 1000 * max(L1, 1)", "cpp * L1", "no tag or parameter 'cpp'; did you mean 'cp'"),
+    ("cp / 1000 * max(L1, 1)", "cp * (", "capacity 'cp * (': expression"),
     ("sure = 0.95", "settle_s = 6000", "must be less than the run's end_s = 6000 s"),
     ('tags = ["F1", "F2", "F1.sp"]', 'tags = ["F1", "F22"]', "did you mean 'F2'"),
 ]

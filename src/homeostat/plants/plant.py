@@ -17,7 +17,7 @@ from homeostat.knowledge.build.build import GRAPH
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.plants.configuration import configuration_digest
 from homeostat.plants.error import PlantError
-from homeostat.plants.files.folder import PlantFiles, plant_folder, read_files
+from homeostat.plants.files.folder import SETTINGS, PlantFiles, plant_folder, read_files
 from homeostat.plants.files.generated import with_baselines, with_fresh_graph
 from homeostat.plants.files.graph import open_graph, read_description
 from homeostat.plants.model import find_model
@@ -156,7 +156,7 @@ def _case(
 
 def _with_generated(plant: Plant, settings: Settings) -> Plant:
     """``plant`` with the balances of its twin, and the fault modes that no table names."""
-    balances = read_balances(settings.twin.balances, plant.description, plant.model)
+    balances = read_balances(f"{plant.name}/{SETTINGS}", settings.twin.balances, plant.description, plant.model)
     twin = replace(plant.twin, balances=balances)
     description = replace(plant.description, generated=generated_modes(plant.description, twin))
     return replace(plant, twin=twin, description=description)

@@ -57,8 +57,7 @@ def run_sequences(
     """Advance ``batch`` by its seconds; its members follow ``sequences``, chosen by ``input_of``.
 
     They begin with inputs ``present``; ``batch.inputs`` is not looked at. ``movers`` is what happens to them beside
-    their equations. Raises ProcessError as
-    :func:`~homeostat.process.batch.simulate` does.
+    their equations. Raises ProcessError as :func:`~homeostat.process.batch.simulate` does.
     """
     members, seconds = len(batch.state), batch.steps
     followed = np.empty((members, seconds), dtype=np.int64)

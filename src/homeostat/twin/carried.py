@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -74,12 +75,12 @@ class Carrier:
         return Carried(severity, onset, tuple(moves))
 
     def rate_per_unit(self, effect: Effect, window: Window) -> float:
-        """Change of the effect's quantity for each unit of severity, per second for a balance."""
+        """Change of the effect's quantity for each unit of severity, per second for a balance; 0 where nobody knows."""
         if effect.capacity is None:
             return effect.per_unit
         readings = window.at(-1)
         held = effect.capacity.value({tag: readings[v] for tag, v in self._variables.items() if v in readings})
-        return effect.per_unit / max(held, LEAST_CAPACITY)
+        return 0.0 if math.isnan(held) else effect.per_unit / max(held, LEAST_CAPACITY)
 
     def shown(
         self, moves: Sequence[Move], says: Mapping[str, float], read: Mapping[str, float], at_s: float

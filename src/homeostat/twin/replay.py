@@ -1,6 +1,6 @@
 """Replay: drive the model with recorded commands from a state that agrees with the readings."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -57,6 +57,29 @@ def starting_states(
     return states
 
 
+def open_loop(model: ProcessModel, window: Window, states: Table, parameters: Table, carried: Carried) -> Batch:
+    """Members that follow the commands of ``window`` from ``states`` on, without noise; nothing is recorded yet.
+
+    ``states``: shape (members, states); ``parameters``: shape (members, parameters); ``carried`` has one for each.
+    """
+    members = len(states)
+    return Batch(
+        state=states,
+        parameters=parameters,
+        severity=carried.severity,
+        onset_s=carried.onset_s,
+        inputs=model.replay_inputs(window.readings, window.inputs)[None, 1:],
+        input_of=np.zeros(members, dtype=np.int64),
+        start_s=window.start_s,
+        steps=window.length - 1,
+        stride=1,
+        record=(),
+        seeds=np.zeros(members, dtype=np.int64),
+        process_noise=np.zeros(members),
+        sensor_noise=np.zeros(members),
+    )
+
+
 def _run(
     model: ProcessModel,
     window: Window,
@@ -66,22 +89,8 @@ def _run(
     variables: tuple[str, ...],
     steps: int,
 ) -> BatchResult:
-    members = len(states)
-    batch = Batch(
-        state=states,
-        parameters=parameters,
-        severity=carried.severity,
-        onset_s=carried.onset_s,
-        inputs=model.replay_inputs(window.readings, window.inputs)[None, 1:],
-        input_of=np.zeros(members, dtype=np.int64),
-        start_s=window.start_s,
-        steps=steps,
-        stride=1,
-        record=tuple(model.shown[v] for v in variables),
-        seeds=np.zeros(members, dtype=np.int64),
-        process_noise=np.zeros(members),
-        sensor_noise=np.zeros(members),
-    )
+    shown = tuple(model.shown[v] for v in variables)
+    batch = replace(open_loop(model, window, states, parameters, carried), record=shown, steps=steps)
     name = model.states.__getitem__
     if carried.moved:
         return simulate_moved(model.kernel, batch, Movers(carried.moves, -np.inf), name)

@@ -6,7 +6,7 @@ import functools
 
 import pytest
 
-from homeostat.domain.diagnosis import FaultMode, Hypothesis
+from homeostat.domain.diagnosis import FaultMode, FaultState, Hypothesis
 from tests.twin.followed import disturbed, follow, reactor
 
 ONSET_S = 1450
@@ -120,3 +120,11 @@ def test_what_grew_since_is_estimated_again() -> None:
     again = follow(snapshots, 3).explain(TABLES, first[0].faults, since_s=float(ONSET_S), before=first)
     assert first[0].faults[0].severity == pytest.approx(3.0, abs=0.3)
     assert again[0].name == "T1_reads_low" and again[0].faults[0].severity == pytest.approx(5.0, abs=0.5)
+
+
+def test_what_was_said_and_is_no_state_of_the_model_any_more_is_isolated_again() -> None:
+    """A belief with which a replay leaves the physical world is given up, not followed."""
+    absurd = (Hypothesis((FaultState("unknown_R1_k0_A", 1e300, ONSET_S - 100.0),), 1.0),)
+    twin = follow(disturbed(3, ONSET_S + 60, f"T1 reads - 5 from {ONSET_S}"), 3)
+    found = twin.explain(TABLES, (), since_s=float(ONSET_S), before=absurd)
+    assert found != absurd and found[0].name == "T1_reads_low"

@@ -51,7 +51,8 @@ class TwinMonitoring:
         self._review_at_s: float | None = None
         self._known: tuple[FaultState, ...] = ()
         self._last: tuple[Symptom, ...] = ()
-        self._stopped, self._vain = False, 0
+        self._stopped = False
+        self._unexplained_s = self._settings.repeat_s
         self._said: tuple[Hypothesis, ...] = ()
         self._told: frozenset[str] = frozenset()
         self._at_s = -math.inf
@@ -93,7 +94,7 @@ class TwinMonitoring:
             return nothing
         if sum(h.probability for h in hypotheses if not h.faults) > 0.5:
             return nothing if deviates else self._unexplained()
-        self._known, self._vain = next(h.faults for h in hypotheses if h.faults), 0
+        self._known, self._unexplained_s = next(h.faults for h in hypotheses if h.faults), self._settings.repeat_s
         self._said, self._told = hypotheses, self._told | {s.rule for s in self._symptoms}
         self._last = self._symptoms or self._last
         self._acknowledged.update({s.rule: self._at_s + self._settings.review_s for s in self._symptoms})
@@ -102,8 +103,8 @@ class TwinMonitoring:
 
     def _unexplained(self) -> Diagnosis:
         """Symptoms of which nothing is the best explanation; they are looked at again after longer and longer times."""
-        wait_s = min(self._settings.repeat_s * 2.0**self._vain, self._settings.review_s)
-        self._vain, self._first_s = self._vain + 1, None
+        wait_s = min(self._unexplained_s, self._settings.review_s)
+        self._unexplained_s, self._first_s = 2.0 * wait_s, None
         self._acknowledged.update({s.rule: self._at_s + wait_s for s in self._symptoms})
         return Diagnosis(self._at_s, self._symptoms, (Hypothesis((), 1.0),))
 

@@ -14,12 +14,12 @@ from homeostat.twin.settings import Balance
 
 
 def read_balances(
-    tables: Mapping[str, BalanceTable], plant: PlantDescription, model: ProcessModel
+    file: str, tables: Mapping[str, BalanceTable], plant: PlantDescription, model: ProcessModel
 ) -> tuple[Balance, ...]:
-    """The ``[twin.balances]`` tables; PlantError where one names what the plant or its model does not have."""
+    """The ``[twin.balances]`` tables; PlantError naming ``file`` where one names what plant or model do not have."""
     found = []
     for state, table in tables.items():
-        where = f"twin, balances, {state}"
+        where = f"{file}: twin, balances, {state}"
         _refuse_unknown(where, "state variable", state, model.states)
         _refuse_unknown(where, "component", table.component, (c.name for c in plant.components))
         capacity = _capacity(where, table.capacity, plant)

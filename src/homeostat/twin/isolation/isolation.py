@@ -127,6 +127,8 @@ class FaultIsolation:
             sizes = (fault.severity * factor for factor in (1.0 - RESIZED, 1.0 + RESIZED))
             sets += [(*faults[:k], replace(fault, severity=size), *faults[k + 1 :]) for size in sizes]
         nats = evidence.likelihoods(sets)
+        if np.isinf(nats[0]):  # with what was said the model leaves the physical world now
+            return False
         fit = _fit(evidence, Scored(faults, float(nats[0])))
         good = fit.mean_square <= STRAINED_MEAN_SQUARE and fit.worst_block <= STRAINED_BLOCK
         return good and bool(np.all(nats[1:] <= nats[0] + 1.0))

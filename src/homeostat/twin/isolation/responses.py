@@ -8,7 +8,7 @@ steadily is the sum of kicks, and what grows the sum of steps.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from homeostat.process.moves import Move, MoveKind, Movers, simulate_moved
 from homeostat.process.types import Cube, Indices, Table, Vec
 from homeostat.twin.carried import Carried, FaultSet
 from homeostat.twin.isolation.evidence import Evidence
-from homeostat.twin.replay import starting_states
+from homeostat.twin.replay import open_loop, starting_states
 
 FIRST_ROW = 3
 """Seconds after the beginning of a window before which no onset is: the state at its beginning would absorb it [s]."""
@@ -31,16 +31,6 @@ KICK = 0.01
 """Kick of a state, as a share of what it is; a response is linear."""
 
 
-@dataclass(frozen=True, slots=True)
-class Response:
-    """Changes of the readings with a unit of severity, one for each onset."""
-
-    rows: Indices
-    """Rows of the window in which it sets in, shape (onsets,)."""
-    change: Table
-    """In standard deviations, shape (onsets, readings)."""
-
-
 class Responses:
     """Responses to disturbances of what a window shows beside a fault set."""
 
@@ -50,7 +40,6 @@ class Responses:
         self._seconds = evidence.shape[0]
         self._carried = evidence.carrier.carry([beside], window)
         mean = evidence.posterior.mean[None]
-        self._inputs = self._model.replay_inputs(window.readings, window.inputs)[None, 1:]
         start = starting_states(self._model, window, mean, self._carried, evidence.variables)
         every = tuple(range(len(self._model.states)))
         batch = self._batch(start, mean, self._carried, every)
@@ -122,7 +111,7 @@ class Responses:
         found = np.tile(self._evidence.posterior.mean, (len(rows), 1))
         for move in self._carried.moves[0]:
             if move.kind is MoveKind.PARAMETER:
-                found[:, move.column] += self._moved(move, rows)
+                found[:, move.column] = np.maximum(found[:, move.column] + self._moved(move, rows), move.least)
         return found
 
     def _moved(self, move: Move, rows: Indices) -> Vec:
@@ -148,20 +137,5 @@ class Responses:
     def _batch(
         self, states: Table, parameters: Table, carried: Carried, record: Sequence[int], begin: Indices | None = None
     ) -> Batch:
-        members = len(states)
-        return Batch(
-            state=states,
-            parameters=parameters,
-            severity=carried.severity,
-            onset_s=carried.onset_s,
-            inputs=self._inputs,
-            input_of=np.zeros(members, dtype=np.int64),
-            start_s=self._evidence.window.start_s,
-            steps=self._seconds,
-            stride=1,
-            record=tuple(record),
-            seeds=np.zeros(members, dtype=np.int64),
-            process_noise=np.zeros(members),
-            sensor_noise=np.zeros(members),
-            begin=begin,
-        )
+        members = open_loop(self._model, self._evidence.window, states, parameters, carried)
+        return replace(members, record=tuple(record), begin=begin)
