@@ -81,6 +81,8 @@ class EffectKind(StrEnum):
     """A parameter differs from what it was."""
     BALANCE = "balance"
     """A state gains or loses what its balance does not know of."""
+    POSITION = "position"
+    """An actuator does not stand where its command says; the quantity is the model's input that takes the command."""
     READING = "reading"
     """An instrument shows something else; nothing of the process changes but what follows from readings."""
     FROZEN = "frozen"

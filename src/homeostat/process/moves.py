@@ -1,8 +1,9 @@
 """Moves: what members of a batch do beside their equations, second by second.
 
-A move acts from its onset on: a parameter differs, a state gains or loses per second, a reading is off, or stuck.
-It is written between two steps of the kernel, so that no process model has to know of it, and controllers see readings
-as they were moved. Check: a state that gains 0.5 per second and has no equation stands 5 higher after 10 s.
+A move acts from its onset on: a parameter differs, a state gains or loses per second, a reading is off, or stuck, an
+input is not what was commanded. It is written between two steps of the kernel, so that no process model has to know of
+it, and controllers see readings as they were moved. Check: a state that gains 0.5 per second and has no equation stands
+5 higher after 10 s.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from enum import IntEnum
 import numpy as np
 
 from homeostat.process.batch import Batch, BatchResult, BatchRun, Kernel
-from homeostat.process.types import Indices, Table, Vec
+from homeostat.process.types import Cube, Indices, Table, Vec
 
 
 class MoveKind(IntEnum):
@@ -27,6 +28,8 @@ class MoveKind(IntEnum):
     """A state that the kernel writes anew each second."""
     FROZEN = 3
     """The same; it stays what it was at the onset."""
+    INPUT = 4
+    """An input of the kernel; what is on automatic, and has none, is left alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +39,7 @@ class Move:
     kind: MoveKind
     """What is moved."""
     column: int
-    """Column of the parameters or of the states."""
+    """Column of the parameters, the states or the inputs."""
     onset_s: float
     """Process time from which it acts [s]."""
     size: float
@@ -44,7 +47,9 @@ class Move:
     grows: bool = False
     """Whether the change is ``size`` times the seconds since the onset."""
     least: float = -np.inf
-    """What a parameter or a state does not fall below, in its unit."""
+    """What a parameter, a state or an input does not fall below, in its unit."""
+    most: float = np.inf
+    """What an input does not exceed, in its unit."""
 
 
 class Movers:
@@ -58,6 +63,7 @@ class Movers:
         self._onset = np.array([move.onset_s for _, move in rows])
         self._size = np.array([move.size for _, move in rows])
         self._least = np.array([move.least for _, move in rows])
+        self._most = np.array([move.most for _, move in rows])
         self._grows = np.array([move.grows for _, move in rows], dtype=bool)
         kinds = np.array([move.kind for _, move in rows], dtype=np.int64)
         self._of = {kind: np.flatnonzero(kinds == kind) for kind in MoveKind}
@@ -80,6 +86,17 @@ class Movers:
         np.add.at(parameters, where, change - self._done[due])
         parameters[where] = np.maximum(parameters[where], self._least[due])
         self._done[due] = change
+
+    def commanded(self, inputs: Table, at_s: float) -> Table:
+        """What arrives of ``inputs``, shape (members, inputs), in the second from ``at_s`` on [s]."""
+        due = self._of[MoveKind.INPUT]
+        if not len(due):
+            return inputs
+        where, change = (self._member[due], self._column[due]), self._change(due, at_s)
+        moved = np.clip(inputs[where] + change, self._least[due], self._most[due])
+        arrived = inputs.copy()
+        arrived[where] = np.where(change == 0.0, inputs[where], moved)
+        return arrived
 
     def after(self, run: BatchRun, at_s: float, row: int | None, picks: Sequence[int]) -> None:
         """Move states and readings at ``at_s`` [s], the end of a second; ``row`` of the record, if any, shows them."""
@@ -105,6 +122,26 @@ class Movers:
         since = at_s - self._onset[moves]
         factor = np.where(self._grows[moves], np.maximum(since, 0.0), 1.0)
         return np.where(since >= 0.0, self._size[moves] * factor, 0.0)
+
+
+def moved_inputs(inputs: Table, moves: Sequence[Sequence[Move]], start_s: float) -> tuple[Cube, Indices]:
+    """Schedules of inputs, shape (schedules, seconds, inputs), and which each member follows, shape (members,).
+
+    ``inputs``: what was commanded, shape (seconds, inputs), in the seconds from ``start_s`` on [s]; ``moves``: those of
+    each member.
+    """
+    at_s, schedules, follows = start_s + np.arange(len(inputs)), [inputs], np.zeros(len(moves), dtype=np.int64)
+    for member, own in enumerate(moves):
+        mine = [move for move in own if move.kind is MoveKind.INPUT]
+        if mine:
+            schedules.append(inputs.copy())
+            follows[member] = len(schedules) - 1
+        for move in mine:
+            since = at_s - move.onset_s
+            change = np.where(since >= 0.0, move.size * (since if move.grows else 1.0), 0.0)
+            moved = np.clip(inputs[:, move.column] + change, move.least, move.most)
+            schedules[-1][:, move.column] = np.where(since >= 0.0, moved, inputs[:, move.column])
+    return np.stack(schedules), follows
 
 
 def simulate_moved(

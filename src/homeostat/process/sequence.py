@@ -63,20 +63,22 @@ def run_sequences(
     followed = np.empty((members, seconds), dtype=np.int64)
     walk = Walk(model, sequences, batch.input_of, present)
     inputs, every = np.zeros((members, seconds, len(model.inputs))), tuple(range(len(model.states)))
+    commanded = np.zeros_like(inputs)
     movers, parameters = movers or Movers([], 0.0), batch.parameters.copy()
     own = replace(batch, stride=1, input_of=np.arange(members), inputs=inputs, record=every, parameters=parameters)
     run = BatchRun(model.kernel, own, model.states.__getitem__)
     movers.begin(run.state, batch.start_s)
     for k in range(seconds):
         followed[:, k] = walk.step
-        run.inputs[:, k] = walk.advance()
+        commanded[:, k] = walk.advance()
+        run.inputs[:, k] = movers.commanded(commanded[:, k], batch.start_s + k)
         if movers:
             movers.before(run.parameters, batch.start_s + k)
         run.advance(k + 1)
         if movers:
             movers.after(run, batch.start_s + k + 1, k, every)
         walk.look(run.state)
-    return SequenceResult(run.record, run.inputs, followed, walk.step)
+    return SequenceResult(run.record, commanded, followed, walk.step)
 
 
 class Walk:

@@ -55,6 +55,7 @@ class Carrier:
         self._model, self._variables = model, plant.variables
         self.modes: Mapping[str, FaultMode] = {mode.name: mode for mode in plant.fault_modes}
         """Name -> fault mode, generated ones included."""
+        self._commands = {s.variable: s.tag.range for s in plant.signals}
         self._least = {p.symbol: LEAST_SHARE * p.value for p in plant.parameters if p.value > 0.0}
 
     def carry(self, sets: Sequence[FaultSet], window: Window) -> Carried:
@@ -70,7 +71,7 @@ class Carrier:
                     i = column(self._model.faults, fault.fault)
                     severity[m, i], onset[m, i] = fault.severity, fault.onset_s
                 elif effect.kind is not EffectKind.UNSEEN:
-                    own.append(self._move(effect, fault, window))
+                    own.append(self.move(effect, fault.severity, fault.onset_s, window))
             moves.append(tuple(own))
         return Carried(severity, onset, tuple(moves))
 
@@ -98,19 +99,22 @@ class Carrier:
                     found[variable] = read[variable]
         return found
 
-    def _move(self, effect: Effect, fault: FaultState, window: Window) -> Move:
-        size = fault.severity * self.rate_per_unit(effect, window)
+    def move(self, effect: Effect, severity: float, onset_s: float, window: Window) -> Move:
+        """What ``effect`` of this severity does from ``onset_s`` on [s]."""
+        size = severity * self.rate_per_unit(effect, window)
         match effect.kind:
             case EffectKind.PARAMETER:
                 least = self._least.get(effect.quantity, -np.inf)
                 i = column(self._model.parameters, effect.quantity)
-                return Move(MoveKind.PARAMETER, i, fault.onset_s, size, effect.grows, least)
+                return Move(MoveKind.PARAMETER, i, onset_s, size, effect.grows, least)
+            case EffectKind.POSITION:
+                i, span = column(self._model.inputs, effect.quantity), self._commands[effect.quantity]
+                return Move(MoveKind.INPUT, i, onset_s, size, effect.grows, span.low, span.high)
             case EffectKind.BALANCE:
                 i = column(self._model.states, effect.quantity)
-                return Move(
-                    MoveKind.STATE, i, fault.onset_s, size, effect.grows, 0.0
-                )  # nothing holds less than nothing
+                nothing = 0.0  # is the least that anything holds
+                return Move(MoveKind.STATE, i, onset_s, size, effect.grows, nothing)
             case EffectKind.READING:
-                return Move(MoveKind.READING, self._model.shown[effect.quantity], fault.onset_s, size, effect.grows)
+                return Move(MoveKind.READING, self._model.shown[effect.quantity], onset_s, size, effect.grows)
             case _:
-                return Move(MoveKind.FROZEN, self._model.shown[effect.quantity], fault.onset_s, 0.0)
+                return Move(MoveKind.FROZEN, self._model.shown[effect.quantity], onset_s, 0.0)

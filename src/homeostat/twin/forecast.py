@@ -8,7 +8,7 @@ import numpy as np
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.process.batch import Batch
 from homeostat.process.model import ProcessModel
-from homeostat.process.moves import Move, MoveKind, Movers, simulate_moved
+from homeostat.process.moves import Move, MoveKind, Movers, moved_inputs, simulate_moved
 from homeostat.process.sequence import InputSequence, run_sequences
 from homeostat.process.types import Cube, Indices, Table, Vec
 from homeostat.twin.carried import Carried, Carrier
@@ -118,7 +118,8 @@ def forecast(
     """
     count, steps = schedules.shape[0], schedules.shape[1]
     batch = _batch(model, ensemble, count, steps, stride, sensor_noise)
-    batch = replace(batch, inputs=np.ascontiguousarray(schedules))
+    inputs, follows = _arriving(schedules, ensemble)
+    batch = replace(batch, inputs=inputs, input_of=follows)
     result = simulate_moved(model.kernel, batch, _movers(ensemble, count), lambda i: model.states[i])
     sampled = np.repeat(schedules[:, stride - 1 :: stride][:, : result.record.shape[1]], len(ensemble.states), axis=0)
     return Forecast(model.truth(result.record, sampled), float(stride))
@@ -138,6 +139,20 @@ def follow(
     most = max(len(s.guards) for s in sequences)
     taken = np.stack([ensemble.start_s + result.taken(k + 1) for k in range(most)], axis=1)
     return Forecast(model.truth(result.record, result.inputs), 1.0, left, taken)
+
+
+def _arriving(schedules: Cube, ensemble: Ensemble) -> tuple[Cube, Indices]:
+    """What arrives of ``schedules``, as inputs of a batch, and which of them each of its members follows.
+
+    Actuators need not stand as they are commanded; what is on automatic is left to its controller.
+    """
+    inputs, follows, before = [], [], 0
+    for schedule in schedules:
+        mine, which = moved_inputs(schedule, ensemble.carried.moves, ensemble.start_s)
+        inputs.append(mine)
+        follows.append(before + which)
+        before += len(mine)
+    return np.concatenate(inputs), np.concatenate(follows)
 
 
 def _movers(ensemble: Ensemble, count: int) -> Movers:

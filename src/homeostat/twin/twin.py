@@ -105,17 +105,18 @@ class Twin:
         dense: bool = False,
         since_s: float = np.inf,
         before: tuple[Hypothesis, ...] = (),
+        news: bool = False,
     ) -> tuple[Hypothesis, ...]:
         """What explains the last readings: one of ``candidates``, something that no table names, or nothing.
 
         ``known`` is what was probable before. ``dense``: onsets are tried more closely, for what may have gone
         unnoticed for a while. ``since_s``: when the first symptom of it was seen [s]; now where it is infinite.
-        ``before``: what was said last, where nothing new was seen since: if it was certain and holds, it is said again.
+        ``before``: what was said last; if it was certain and holds, and there is no ``news`` since, it is said again.
         """
         settings, end_s = self.settings, self._history.window(1).end_s
         seconds = int(np.clip(end_s - min(since_s, end_s) + settings.lead_s, settings.lead_s, settings.replay_s))
         window, recent = self._history.window(seconds), self._history.window(min(settings.recent_s, seconds))
-        question = Question(candidates, tuple(known), dense, since_s, before)
+        question = Question(candidates, tuple(known), dense, since_s, before, news)
         return self._isolation.explain(question, window, recent, self._posterior)
 
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[dict[str, float], ...]:

@@ -37,7 +37,7 @@ def replayed(disturbance: FaultState, beside: FaultSet = ()) -> np.ndarray:
 
 
 SIZES = [
-    ("unknown_heat_R1", 0.5), ("unknown_mass_R1", 0.001), ("unknown_J1_UA", 5.0), ("unknown_P1_K_P1", 0.0005),
+    ("unknown_heat_R1", 0.5), ("unknown_mass_R1", 0.001), ("unknown_heat_R1_UA", 5.0), ("unknown_P1_K_P1", 0.0005),
     ("F2_reads_high", 0.01), ("T1_reads_low", 0.3), ("T2_reads_high", 0.5),
 ]  # fmt: skip
 
@@ -77,7 +77,7 @@ def test_responses_beside_a_fault_are_those_beside_it() -> None:
     beside = (FaultState("temp_bias", 3.0, evidence().window.start_s + 50.0),)
     unit, rows = Effect(EffectKind.PARAMETER, "UA"), np.array([120])
     linear = responses(*beside).steps(unit, rows)[0] * 5.0
-    true = replayed(FaultState("unknown_J1_UA", 5.0, evidence().window.start_s + 120.0), beside)
+    true = replayed(FaultState("unknown_heat_R1_UA", 5.0, evidence().window.start_s + 120.0), beside)
     assert np.linalg.norm(linear - true) <= 0.05 * np.linalg.norm(true)
 
 

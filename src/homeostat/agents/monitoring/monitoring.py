@@ -14,6 +14,7 @@ from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released, Resolution
 from homeostat.stl.formula import Formula
+from homeostat.twin.isolation.modes import UNLISTED
 from homeostat.twin.twin import Twin
 
 
@@ -94,7 +95,8 @@ class TwinMonitoring:
             return nothing
         if sum(h.probability for h in hypotheses if not h.faults) > 0.5:
             return nothing if deviates else self._unexplained()
-        self._known, self._unexplained_s = next(h.faults for h in hypotheses if h.faults), self._settings.repeat_s
+        faulty = [h.faults for h in hypotheses if h.faults and h.faults[0].fault != UNLISTED]
+        self._known, self._unexplained_s = next(iter(faulty), ()), self._settings.repeat_s
         self._said, self._told = hypotheses, self._told | {s.rule for s in self._symptoms}
         self._last = self._symptoms or self._last
         self._acknowledged.update({s.rule: self._at_s + self._settings.review_s for s in self._symptoms})
@@ -174,7 +176,7 @@ class TwinMonitoring:
             return ()
         since_s = min((*(s.at_s for s in symptoms), *(f.onset_s for f in self._known)), default=self._at_s)
         news = deviates or any(rule not in self._told for rule in indicated)
-        return self._twin.frozen().explain(ordered, self._known, deviates, since_s, () if news else self._said)
+        return self._twin.frozen().explain(ordered, self._known, deviates, since_s, self._said, news)
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
         """Where one fault of one size explains everything since the release, learn the parameters from that time."""

@@ -5,16 +5,20 @@ nearly as good as the best of its class, and fits; else the class is known, and 
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
 
-from homeostat.domain.diagnosis import FaultMode, Hypothesis
+from homeostat.domain.diagnosis import FaultMode, FaultState, Hypothesis
 from homeostat.twin.carried import FaultSet
+from homeostat.twin.isolation.modes import UNLISTED
 from homeostat.twin.isolation.search import Scored
 
 NAMED_NATS = 8.0
 """A named cause may be this much worse than the best explanation of its class, which is free to be anything [nats]."""
+MISFIT = 0.5
+"""Probability of a cause that is not among the explanations where the best of them does not fit [1]."""
 LEAST_PROBABILITY = 0.02
 """Classes below this are dropped."""
 SPREAD_NATS = 2.0
@@ -29,12 +33,14 @@ def class_of(faults: FaultSet, modes: Mapping[str, FaultMode]) -> Class:
 
 
 def hypotheses(
-    scored: Iterable[Scored], none: float, modes: Mapping[str, FaultMode], named: bool = True
+    scored: Iterable[Scored], none: float, modes: Mapping[str, FaultMode], named: bool = True, since_s: float = 0.0
 ) -> tuple[Hypothesis, ...]:
     """Scored explanations as weighted hypotheses, most probable first.
 
     A class is represented by its named cause or by its best explanation, with those that bound its size; its
     probability is shared among them. ``none``: score of nothing being wrong; ``named``: whether names may be used.
+    Where the best explanation does not fit, they may not, and something else that began at ``since_s`` [s] is as likely
+    as not.
     """
     classes: dict[Class, list[Scored]] = {}
     for each in scored:
@@ -52,6 +58,9 @@ def hypotheses(
             continue
         chosen = _representatives(group, modes, named)
         found += [Hypothesis(s.faults, share * w) for s, w in zip(chosen, _shares(len(chosen)), strict=True)]
+    if not named:
+        other = Hypothesis((FaultState(UNLISTED, 1.0, since_s),), MISFIT)
+        found = [*(replace(h, probability=(1.0 - MISFIT) * h.probability) for h in found), other]
     return tuple(sorted(found, key=lambda h: -h.probability))
 
 

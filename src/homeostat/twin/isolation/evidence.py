@@ -19,7 +19,7 @@ from homeostat.process.types import Cube, Table, Vec
 from homeostat.twin.calibration import Posterior
 from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.history import Window
-from homeostat.twin.replay import replay
+from homeostat.twin.replay import replay, weaker_inputs
 
 TEMPER = 3.0
 """Evidence is divided by this: the model's errors are neither quite constant nor quite white."""
@@ -27,6 +27,8 @@ BOUND = 12.0
 """What is left of one reading counts as this many standard deviations at most."""
 SETTLED = 15
 """Readings that say where a variable started from."""
+USUAL_BLOCK = 3.5
+"""Mean square over half a minute of one variable that noise alone does not exceed, correlated as it may be [1]."""
 BLOCK_S = 30
 """Stretch whose mean square says whether an explanation fits everywhere [s]."""
 
@@ -49,6 +51,8 @@ class Fit:
     """Mean square of what is left over the whole window [1]."""
     worst_block: float
     """The same over the worst half minute of one variable [1]."""
+    unexplained: float
+    """What half minutes that are worse than noise make of it come to [nats]."""
 
 
 class Evidence:
@@ -77,7 +81,7 @@ class Evidence:
             if v in window.held:
                 counts[:, j] = ~window.held[v][1:]
         self._weight = counts / np.hypot(noise, accuracy.gain * moved)
-        self.directions = self._nuisance_directions(known, bias / noise)
+        self.directions = self._nuisance_directions(known, bias / noise, accuracy.gain)
         self.inner = np.linalg.inv(np.eye(self.directions.shape[1]) + self.directions.T @ self.directions)
 
     @property
@@ -126,14 +130,15 @@ class Evidence:
         count = seconds // length
         squares = np.square(left.reshape(seconds, variables))
         blocks = squares[: count * length].reshape(count, length, variables).mean(axis=1)
-        return Fit(float(squares.mean()), float(blocks.max()))
+        excess = np.maximum(blocks - USUAL_BLOCK, 0.0).sum() * length
+        return Fit(float(squares.mean()), float(blocks.max()), float(0.5 * excess / TEMPER))
 
-    def _nuisance_directions(self, known: FaultSet, constant: Vec) -> Table:
+    def _nuisance_directions(self, known: FaultSet, constant: Vec, gain: float) -> Table:
         """Directions in which readings may differ although nothing new is wrong, shape (readings, k), in spreads.
 
-        A constant model error of each variable, and one standard deviation of each parameter that is still uncertain:
-        what was not learned in healthy operation, as the loss to the ambient of a plant that was never idle, is no sign
-        of a fault.
+        A constant model error of each variable, what each input did wrong by the share ``gain``, and one standard
+        deviation of each parameter that is still uncertain: what was not learned in healthy operation, as the loss to
+        the ambient of a plant that was never idle, is no sign of a fault.
         """
         root, mean = self.posterior.root, self.posterior.mean
         members = np.vstack([mean, mean + root.T])
@@ -144,4 +149,6 @@ class Evidence:
         constants = np.zeros((variables, seconds, variables))
         for j in range(variables):
             constants[j, :, j] = constant[j] * (self._weight[:, j] > 0.0)
-        return np.vstack([constants.reshape(variables, -1), parameters]).T.copy()
+        one = self.carrier.carry([known], self.window)
+        weaker = self.whiten(weaker_inputs(self.model, self.window, mean[None], one, self.variables, gain))
+        return np.vstack([constants.reshape(variables, -1), parameters, weaker]).T.copy()

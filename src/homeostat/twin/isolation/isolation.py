@@ -22,10 +22,11 @@ from homeostat.twin.isolation.alike import with_doubt
 from homeostat.twin.isolation.classes import SPREAD_NATS, hypotheses
 from homeostat.twin.isolation.estimate import Estimate, Estimation
 from homeostat.twin.isolation.evidence import Accuracy, Evidence, Fit
+from homeostat.twin.isolation.memory import Memory, remembered
 from homeostat.twin.isolation.prechecks import What, prechecks, shared
 from homeostat.twin.isolation.prior import Prior
 from homeostat.twin.isolation.responses import FIRST_ROW
-from homeostat.twin.isolation.search import REPAIRED_NATS, Scored, Search
+from homeostat.twin.isolation.search import Scored, Search
 from homeostat.twin.settings import TwinSettings
 
 SECOND_FAULT_NATS = 6.0
@@ -46,6 +47,10 @@ WORST_BLOCK = 20.0
 """The same for the worst half minute of one variable [1]."""
 STRAINED_MEAN_SQUARE, STRAINED_BLOCK = 1.25, 5.0
 """Where more is left, further changes are looked for; a right explanation leaves 1.1 and 4, on any plant [1]."""
+DOUBT = 1.3
+"""By how much every difference of explanations is made smaller: what fits may still be wrong [1]."""
+UNEXPLAINED_NATS = 4.0
+"""What is left unexplained that adds one to that [nats]."""
 CERTAIN = 0.9
 """What was said with this probability is only checked while nothing new is seen [1]."""
 RESIZED = 0.1
@@ -69,7 +74,9 @@ class Question:
     since_s: float = np.inf
     """When the first symptom of it was seen [s]; infinite where there is none."""
     before: tuple[Hypothesis, ...] = ()
-    """What was said before, where nothing new was seen since; empty where something was."""
+    """What was said before."""
+    news: bool = False
+    """Whether anything new was seen since."""
 
 
 class FaultIsolation:
@@ -90,35 +97,49 @@ class FaultIsolation:
         nothing else. A cause is named only where its explanation fits; else what is best says where the unknown one is.
         """
         evidence, search = self._on(window, posterior, question.known)
-        if _certain(question.before) and self._still_holds(evidence, search, question.before[0].faults):
+        if (
+            not question.news
+            and _certain(question.before)
+            and self._still_holds(evidence, search, question.before[0].faults)
+        ):
             return question.before
         accused = self._accused(window, question)
         if accused:
             return self._by_itself(search, accused, question)
-        old = tuple(f for f in question.known if f.onset_s < window.start_s + FIRST_ROW)
-        none = float(search.score([()])[0]) - REPAIRED_NATS * len(old)
+        said = remembered(question.known, question.before, window.start_s + FIRST_ROW)
+        memory = Memory(said, self._carrier.modes, search.prior, window.end_s)
+        (nothing,) = memory.told([Scored((), float(search.score([()])[0]))])
+        named, unknown = self._named(search, question, window), self._estimated(evidence, search, ())
+        again = [near for faults in dict.fromkeys((question.known, *memory.old)) for near in search.variations(faults)]
+        scored, none = memory.told([*named, *unknown, *again]), nothing.score
+        best, fit = _best(scored, evidence, none)
+        if best.faults and _strained(fit):  # one cause that changed is likelier than several
+            for each in (unknown, again[:1]):
+                scored += memory.told(self._courses(evidence, search, each))
+            best, fit = _best(scored, evidence, none)
+        if best.faults and (not _fits(fit) or (question.news and _strained(fit))):
+            scored += memory.told(search.joined(question.known, named))
+            scored += self._beside(evidence, search, question.known, said[0].old)
+            if len(question.known) <= 1:
+                scored += memory.told(self._second(search, best, recent, posterior, question.known))
+            best, fit = _best(scored, evidence, none)
+        modes = self._carrier.modes
+        scored, none = _spread(with_doubt(scored, evidence, modes, self._settings.gain_error), none, best, fit)
+        return hypotheses(scored, none, modes, _fits(fit), min(question.since_s, window.end_s))
+
+    def _named(self, search: Search, question: Question, window: Window) -> list[Scored]:
+        """Single faults of the tables."""
         lags = [window.end_s - lag for lag in {*LAGS_S, *(DENSE_LAGS_S if question.dense else ())}]
         tables = [name for name in question.candidates if self._carrier.modes[name].effect is None]
-        named = search.singles(tables, sorted({*lags, *(f.onset_s for f in question.known)}))
-        unknown = self._estimated(evidence, search, ())
-        scored = [*search.remembered(old, named), *search.without(old, unknown)]
-        for beside in dict.fromkeys(each for each in (old, question.known) if each):
-            further = self._estimated(evidence, search, beside)
+        return search.singles(tables, sorted({*lags, *(f.onset_s for f in question.known)}))
+
+    def _beside(self, evidence: Evidence, search: Search, known: FaultSet, old: FaultSet) -> list[Scored]:
+        """Generated fault modes beside what was ``known``, and beside that of it that is ``old``."""
+        found: list[Scored] = []
+        for beside in dict.fromkeys(each for each in (old, known) if each):
             young = search.cost_of([f for f in beside if f not in old])
-            scored += [Scored(s.faults, s.score + young) for s in further]
-            again = search.variations(beside)
-            scored += search.without(old, [*again, *self._courses(evidence, search, again[:1])])
-        best = max(scored, key=lambda s: s.score, default=Scored((), none))
-        fit = _fit(evidence, best)
-        if best.faults and (fit.mean_square > STRAINED_MEAN_SQUARE or fit.worst_block > STRAINED_BLOCK):
-            scored += search.without(old, self._courses(evidence, search, unknown))
-            if len(question.known) <= 1:
-                scored += self._second(search, best, recent, posterior, question.known)
-            best = max(scored, key=lambda s: s.score)
-            fit = _fit(evidence, best)
-        modes = self._carrier.modes
-        scored = with_doubt(scored, evidence, modes, self._settings.gain_error)
-        return hypotheses(scored, none, modes, named=fit.mean_square <= MEAN_SQUARE and fit.worst_block <= WORST_BLOCK)
+            found += [Scored(s.faults, s.score + young) for s in self._estimated(evidence, search, beside)]
+        return found
 
     def _still_holds(self, evidence: Evidence, search: Search, faults: FaultSet) -> bool:
         """Whether ``faults`` explain the readings of now as well, no other size of one does so better, nor nothing."""
@@ -130,8 +151,7 @@ class FaultIsolation:
         if np.isinf(nats[0]):  # with what was said the model leaves the physical world now
             return False
         fit = _fit(evidence, Scored(faults, float(nats[0])))
-        good = fit.mean_square <= STRAINED_MEAN_SQUARE and fit.worst_block <= STRAINED_BLOCK
-        return good and bool(np.all(nats[1:] <= nats[0] + 1.0))
+        return not _strained(fit) and bool(np.all(nats[1:] <= nats[0] + 1.0))
 
     def _accused(self, window: Window, question: Question) -> list[FaultState]:
         """Instruments and controllers that are wrong by their own evidence, as generated fault modes."""
@@ -238,6 +258,30 @@ class FaultIsolation:
             return []
         sets = [d.faults for d in doubles]
         return [Scored(s, score) for s, score in zip(sets, search.score(sets).tolist(), strict=True)]
+
+
+def _best(scored: Sequence[Scored], evidence: Evidence, none: float) -> tuple[Scored, Fit]:
+    """The best explanation and how well it fits."""
+    best = max(scored, key=lambda s: s.score, default=Scored((), none))
+    return best, _fit(evidence, best)
+
+
+def _fits(fit: Fit) -> bool:
+    return fit.mean_square <= MEAN_SQUARE and fit.worst_block <= WORST_BLOCK
+
+
+def _strained(fit: Fit) -> bool:
+    return fit.mean_square > STRAINED_MEAN_SQUARE or fit.worst_block > STRAINED_BLOCK
+
+
+def _spread(scored: Sequence[Scored], none: float, best: Scored, fit: Fit) -> tuple[list[Scored], float]:
+    """``scored`` and ``none`` with their gaps to ``best`` made smaller by how much even that leaves unexplained.
+
+    Where nothing explains everything, something is at work that no explanation has, and differences say less.
+    """
+    k = DOUBT + fit.unexplained / UNEXPLAINED_NATS
+    nearer = [replace(s, score=best.score + (s.score - best.score) / k) for s in scored]
+    return nearer, best.score + (none - best.score) / k
 
 
 def _estimates(evidence: Evidence, modes: Sequence[FaultMode], search: Search, beside: FaultSet) -> list[Estimate]:

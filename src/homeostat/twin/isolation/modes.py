@@ -16,10 +16,14 @@ RELATIVE_LARGE = 0.3
 """A large error of a transmitter whose calibration is relative to its reading [1]."""
 SHARE_LARGE = 0.1
 """A large error of another one, as a share of its range [1]."""
+POSITION_LARGE = 0.2
+"""A large error of an actuator's position, as a share of its range [1]."""
 PARAMETER_LARGE = 25.0
 """A large change of a parameter in standard deviations of what it may be: what hardly differs hardly changes [1]."""
 SEVERAL = 3.0
 """How many times what is large may occur [1]."""
+UNLISTED = "unknown_cause"
+"""Name of the mode that stands for everything that is not among the others."""
 PRIOR = 0.05
 """Relative frequency of a generated fault mode [1]."""
 
@@ -31,11 +35,15 @@ def generated_modes(plant: PlantDescription, twin: TwinSettings) -> tuple[FaultM
     ``unknown`` have a sign; those of transmitters are sizes, with the direction in their name.
     """
     measured = [s for s in plant.signals if s.relation is Relation.MEASURES and s.tag.role is not Role.SP]
-    modes = [mode for signal in measured for mode in _of_transmitter(signal, plant.parameters, twin)]
+    modes = [_of_nothing_listed(plant)]
+    modes += [mode for signal in measured for mode in _of_transmitter(signal, plant.parameters, twin)]
     modes += [_of_controller(loop.name, loop.controller) for loop in plant.loops]
     modes += [mode for balance in twin.balances for mode in _of_balance(balance, twin.replay_s)]
+    modes += [mode for signal in plant.signals for mode in _of_actuator(signal, plant, twin.replay_s)]
     sensors = {s.component for s in measured}
-    modes += [mode for p in plant.parameters for mode in _of_parameter(p, sensors, twin.replay_s)]
+    for p in plant.parameters:
+        mine = next((b for b in twin.balances if _is_in(p, b, plant)), None)
+        modes += _of_parameter(p, mine, sensors, twin.replay_s)
     names = {fault.name for fault in plant.faults}
     return tuple(mode for mode in modes if mode.name not in names)
 
@@ -80,18 +88,52 @@ def _of_balance(balance: Balance, horizon_s: float) -> Iterator[FaultMode]:
     yield _mode(f"{name}_growing", f"{words}, growing", where, f"{balance.unit}/s", both, effect, unknown=True)
 
 
-def _of_parameter(p: ModelParameter, sensors: Collection[str], horizon_s: float) -> Iterator[FaultMode]:
-    """An uncertain parameter may change: unlike what is certain, nobody has said what it must be."""
+def _of_actuator(signal: Signal, plant: PlantDescription, horizon_s: float) -> Iterator[FaultMode]:
+    """An actuator need not stand where its command says: what the model takes is the command that overrides others."""
+    manual = plant.automatic
+    drives = signal.relation is Relation.DRIVES and signal.variable not in manual.values()
+    if not (drives or signal.variable in manual):
+        return
+    tag, name = signal.tag, f"unknown_position_{signal.component}"
+    large, words = POSITION_LARGE * tag.range.span, f"unknown offset of the position of {signal.component}"
+    both, effect = Range(-SEVERAL * large, SEVERAL * large), Effect(EffectKind.POSITION, signal.variable)
+    yield _mode(name, words, signal.component, tag.unit, both, effect, unknown=True)
+    both = Range(both.low / horizon_s, both.high / horizon_s)
+    effect = Effect(EffectKind.POSITION, signal.variable, grows=True)
+    yield _mode(f"{name}_growing", f"{words}, growing", signal.component, f"{tag.unit}/s", both, effect, unknown=True)
+
+
+def _is_in(p: ModelParameter, balance: Balance, plant: PlantDescription) -> bool:
+    """Whether the tables have the parameter in the equation of the balance's state."""
+    rate = f"d{balance.state}/dt"
+    return any(p.symbol in equation.expression.tags for equation in plant.equations if equation.result == rate)
+
+
+def _of_parameter(
+    p: ModelParameter, balance: Balance | None, sensors: Collection[str], horizon_s: float
+) -> Iterator[FaultMode]:
+    """An uncertain parameter may change: unlike what is certain, nobody has said what it must be.
+
+    One of a ``balance`` is a disturbance of that balance which goes with what the parameter is multiplied by.
+    """
     if p.sd <= 0.0 or p.component in sensors:
         return
     large = PARAMETER_LARGE * p.sd
-    name, both = f"unknown_{p.component}_{p.symbol}", Range(-SEVERAL * large, SEVERAL * large)
+    where = balance.component if balance is not None else p.component
+    place = f"{balance.quantity}_{where}" if balance is not None else where
+    name, both = f"unknown_{place}_{p.symbol}", Range(-SEVERAL * large, SEVERAL * large)
     words = f"unknown change of {p.symbol} ({p.component})"
     effect = Effect(EffectKind.PARAMETER, p.symbol)
-    yield _mode(name, words, p.component, p.unit, both, effect, unknown=True)
+    yield _mode(name, words, where, p.unit, both, effect, unknown=True)
     both = Range(both.low / horizon_s, both.high / horizon_s)
     effect = Effect(EffectKind.PARAMETER, p.symbol, grows=True)
-    yield _mode(f"{name}_growing", f"{words}, growing", p.component, f"{p.unit}/s", both, effect, unknown=True)
+    yield _mode(f"{name}_growing", f"{words}, growing", where, f"{p.unit}/s", both, effect, unknown=True)
+
+
+def _of_nothing_listed(plant: PlantDescription) -> FaultMode:
+    """What is wrong where nothing fits of all that could be."""
+    words = "unknown cause: nothing that is known or estimated fits"
+    return _mode(UNLISTED, words, plant.name, "1", Range(0.0, 1.0), Effect(EffectKind.UNSEEN, ""), unknown=True)
 
 
 def _mode(

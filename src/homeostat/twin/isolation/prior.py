@@ -8,7 +8,7 @@ from homeostat.domain.diagnosis import EffectKind, FaultMode, FaultState
 from homeostat.process.types import Indices, Vec
 from homeostat.twin.history import Window
 
-FAULT_NATS = 5.0
+FAULT_NATS = 9.0
 """What a fault costs that is as frequent as the faults of the tables are on the mean [nats]."""
 GENERATED_NATS = 2.0
 """What one costs besides that no table names [nats]."""

@@ -27,6 +27,8 @@ ONSETS = 64
 """Onsets that are tried over a whole window."""
 NEWEST_S = 24
 """Stretch at the end of a window in which every second is tried as an onset [s]."""
+PUSH = 0.01
+"""By how much an actuator is off its command, in the command's unit; a response is linear."""
 KICK = 0.01
 """Kick of a state, as a share of what it is; a response is linear."""
 
@@ -66,6 +68,8 @@ class Responses:
                 change = self._of_parameter(effect.quantity, chosen)
             case EffectKind.BALANCE:
                 change = self._of_balance(effect.quantity, chosen)
+            case EffectKind.POSITION:
+                change = self._of_position(effect, chosen)
             case _:
                 change = self._of_reading(effect.quantity, chosen)
         return self._evidence.whiten(change * size)
@@ -98,6 +102,16 @@ class Responses:
         share = (at - before)[:, None, None]
         return np.asarray((1.0 - share) * steps[before] + share * steps[np.minimum(before + 1, len(every) - 1)])
 
+    def _of_position(self, effect: Effect, rows: Indices) -> Cube:
+        """What follows if an actuator stands a little off its command: on the side on which there is room."""
+        found = np.zeros((len(rows), *self._evidence.shape))
+        window, carrier = self._evidence.window, self._evidence.carrier
+        for size in (PUSH, -PUSH):
+            push = [carrier.move(effect, size, window.start_s + row, window) for row in rows.tolist()]
+            change = self._members(self._path[rows - 1], self._parameters(rows), rows, push) - self._reference(rows)
+            found = np.where(np.abs(change) > np.abs(found), change / size, found)
+        return found
+
     def _of_reading(self, variable: str, rows: Indices) -> Cube:
         change = np.zeros((len(rows), *self._evidence.shape))
         if variable in self._evidence.variables:
@@ -125,9 +139,15 @@ class Responses:
             self._unmoved[key] = self._members(self._path[rows - 1], self._parameters(rows), rows)
         return self._unmoved[key]
 
-    def _members(self, states: Table, parameters: Table, rows: Indices) -> Cube:
-        """Readings of members that begin in ``states`` at ``rows``, zero before, shape (rows, seconds, variables)."""
+    def _members(self, states: Table, parameters: Table, rows: Indices, push: Sequence[Move] = ()) -> Cube:
+        """Readings of members that begin in ``states`` at ``rows``, zero before, shape (rows, seconds, variables).
+
+        ``push``: one move of an input for each member.
+        """
         carried = self._carried.repeated(len(rows))
+        if push:
+            pairs = zip(carried.moves, push, strict=True)
+            carried = replace(carried, moves=tuple((*own, move) for own, move in pairs))
         batch = self._batch(states, parameters, carried, self._picks, rows)
         record = simulate(self._model.kernel, batch, self._model.states.__getitem__).record
         for k, row in enumerate(rows.tolist()):

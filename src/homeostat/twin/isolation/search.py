@@ -1,7 +1,7 @@
 """Search: which faults that have an equation of their own explain the readings, of what size and since when."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,8 +12,6 @@ from homeostat.twin.isolation.evidence import Evidence
 from homeostat.twin.isolation.prior import Prior
 from homeostat.twin.isolation.responses import FIRST_ROW
 
-REPAIRED_NATS = 5.0
-"""What an explanation loses for each fault that was known and that it has no place for."""
 FINER = (1.0, 0.35, 0.12, 0.04, 0.015)
 """Steps of the grids around the best that was found, as multiples of a 24th of the range and 12 % of the age."""
 LEADERS = 3
@@ -98,14 +96,8 @@ class Search:
             self._best_per_fault([(a, best_second) for a in self.around(first, 0.7)], lambda s: s[0].fault, again)
         return [*found, *again, leader]
 
-    def remembered(self, known: FaultSet, scored: Sequence[Scored]) -> list[Scored]:
-        """``scored`` in the light of what was ``known`` before, as it was and together with every single fault.
-
-        Faults do not mend themselves: what was known needs no coincidence, and an explanation without it needs one.
-        Otherwise a fault would be forgotten as soon as it cannot be seen, as fouling without feed.
-        """
-        if not known:
-            return list(scored)
+    def joined(self, known: FaultSet, scored: Sequence[Scored]) -> list[Scored]:
+        """Each of the single faults of ``scored`` together with what was ``known`` of other items."""
         together: dict[str, Scored] = {}
         for s in sorted((s for s in scored if len(s.faults) == 1), key=lambda s: s.score):
             together[s.faults[0].fault] = s
@@ -114,28 +106,15 @@ class Search:
             (*(f for item, f in items.items() if item != self._modes[name].component), *s.faults)
             for name, s in together.items()
         ]
-        joined = [Scored(s, score) for s, score in zip(sets, self.score(sets).tolist(), strict=True)] if sets else []
-        more = [*self.variations(known), *joined]
-        if joined:
-            more += self.variations(max(joined, key=lambda s: s.score).faults)
-        return self.without(known, (*scored, *more))
-
-    def without(self, known: FaultSet, scored: Sequence[Scored]) -> list[Scored]:
-        """``scored``, of which each gains by what it keeps of what was ``known``, and loses by what it drops."""
-        return [replace(s, score=s.score + sum(self._memory(k, s.faults) for k in known)) for s in scored]
-
-    def _memory(self, known: FaultState, faults: FaultSet) -> float:
-        """What an explanation gains by keeping a ``known`` fault, or loses by dropping it [nats].
-
-        It is kept where it began nearer to when it was thought to than to now.
-        """
-        began = next((f.onset_s for f in faults if f.fault == known.fault), np.inf)
-        if began <= 0.5 * (known.onset_s + self._end_s):
-            return -self.prior.of_mode(self._modes[known.fault])
-        return -REPAIRED_NATS
+        if not sets or not known:
+            return []
+        found = [Scored(s, score) for s, score in zip(sets, self.score(sets).tolist(), strict=True)]
+        return [*found, *self.variations(max(found, key=lambda s: s.score).faults)]
 
     def variations(self, faults: FaultSet) -> list[Scored]:
         """``faults`` together, with each one's size and onset varied in turn."""
+        if not faults:
+            return []
         sets: list[FaultSet] = [faults]
         for k, fault in enumerate(faults):
             sets += [(*faults[:k], near, *faults[k + 1 :]) for near in self.around(fault, 0.35)]
@@ -165,7 +144,7 @@ class Search:
         return [FaultState(name, s, t) for s in sizes for t in onsets_s]
 
     def around(self, centre: FaultState, scale: float) -> list[FaultState]:
-        """A small grid around one state: severity in steps of the range, onset in proportion to its age.
+        """A small grid around one state: severity in steps of its range, onset by shares of its age and by a second.
 
         What has no equation of its own was estimated already; its size alone is varied.
         """
@@ -177,5 +156,6 @@ class Search:
         age = max(self._end_s - centre.onset_s, 4.0)
         sizes = {r.clip(centre.severity + k * step * r.span) for k in range(-3, 4)}
         longest = max(self._end_s - self._first_s, 1.0)
-        lags = {float(np.clip(age * (1.0 + k * scale * 0.12), 1.0, max(longest, age))) for k in range(-2, 3)}
+        near = [age * (1.0 + k * scale * 0.12) for k in range(-2, 3)] + ([age - 1.0, age + 1.0] if scale > 0.3 else [])
+        lags = {float(np.clip(lag, 1.0, max(longest, age))) for lag in near}
         return [FaultState(centre.fault, s, self._end_s - lag) for s in sorted(sizes) for lag in sorted(lags)]

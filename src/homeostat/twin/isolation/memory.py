@@ -1,0 +1,80 @@
+"""Memory: what was said before is not forgotten without a reason, and none of it sooner than the rest.
+
+Faults do not mend themselves: an explanation that keeps what was known needs no coincidence, and one without it needs
+one. Otherwise a fault would be forgotten as soon as it cannot be seen, as fouling without feed. Where several
+hypotheses were left, each is remembered, as much less likely as it was.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from homeostat.domain.diagnosis import FaultMode, FaultState, Hypothesis, by_fault_set
+from homeostat.twin.carried import FaultSet
+from homeostat.twin.isolation.modes import UNLISTED
+from homeostat.twin.isolation.prior import Prior
+from homeostat.twin.isolation.search import Scored
+
+REPAIRED_NATS = 5.0
+"""What an explanation loses for each fault that was known and that it has no place for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Remembered:
+    """One hypothesis of before."""
+
+    faults: FaultSet
+    """What it assumed."""
+    old: FaultSet
+    """What of it began before the readings that are looked at."""
+    nats: float
+    """How much less likely it was than what was most likely [nats], not positive."""
+
+
+def remembered(known: FaultSet, before: Sequence[Hypothesis], first_s: float) -> tuple[Remembered, ...]:
+    """What is remembered: what was ``known``, and what else was said ``before``, the likeliest first.
+
+    What began from ``first_s`` on [s] is seen again, with all that speaks for it, and competes as everything else does.
+    """
+    said = {h.name: h for h in by_fault_set(before) if h.faults and h.faults[0].fault != UNLISTED}
+    most = max((h.probability for h in said.values()), default=1.0)
+    found = [Remembered(h.faults, _old(h.faults, first_s), math.log(h.probability / most)) for h in said.values()]
+    if known and Hypothesis(known, 1.0).name not in said:
+        found.insert(0, Remembered(known, _old(known, first_s), 0.0))
+    return tuple(found) or (Remembered((), (), 0.0),)
+
+
+class Memory:
+    """What explanations gain by agreeing with what is remembered."""
+
+    def __init__(self, hypotheses: Sequence[Remembered], modes: Mapping[str, FaultMode], prior: Prior, end_s: float):
+        """``end_s``: process time of the last reading [s]."""
+        self._hypotheses, self._modes, self._prior, self._end_s = hypotheses, modes, prior, end_s
+
+    @property
+    def old(self) -> Iterable[FaultSet]:
+        """Fault sets of hypotheses of which something began before the readings that are looked at."""
+        return (h.faults for h in self._hypotheses if h.old)
+
+    def told(self, scored: Sequence[Scored]) -> list[Scored]:
+        """``scored``, of which each gains by what it keeps, and loses by what it drops, of the nearest hypothesis."""
+        return [replace(s, score=s.score + max(self._gain(h, s.faults) for h in self._hypotheses)) for s in scored]
+
+    def _gain(self, hypothesis: Remembered, faults: FaultSet) -> float:
+        return hypothesis.nats + sum(self._of(known, faults) for known in hypothesis.old)
+
+    def _of(self, known: FaultState, faults: FaultSet) -> float:
+        """What an explanation gains by keeping a ``known`` fault, or loses by dropping it [nats].
+
+        It is kept where it began nearer to when it was thought to than to now.
+        """
+        began = next((f.onset_s for f in faults if f.fault == known.fault), np.inf)
+        if began <= 0.5 * (known.onset_s + self._end_s):
+            return -self._prior.of_mode(self._modes[known.fault])
+        return -REPAIRED_NATS
+
+
+def _old(faults: FaultSet, first_s: float) -> FaultSet:
+    return tuple(f for f in faults if f.onset_s < first_s)
