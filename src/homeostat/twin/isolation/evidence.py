@@ -19,6 +19,7 @@ from homeostat.process.types import Cube, Table, Vec
 from homeostat.twin.calibration import Posterior
 from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.history import Window
+from homeostat.twin.isolation.lags import LATE_S, lag_directions
 from homeostat.twin.replay import replay
 
 TEMPER = 3.0
@@ -39,6 +40,8 @@ class Accuracy:
     """Variable -> standard deviations of noise per reading and of the model, in its unit."""
     gain: float
     """Share of what a reading has moved by to which that is predicted at best [1]."""
+    lag_s: float = 0.0
+    """By how much actuators and instruments may lag behind the model's [s]; 0 where none does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +80,7 @@ class Evidence:
             if v in window.held:
                 counts[:, j] = ~window.held[v][1:]
         self._weight = counts / np.hypot(noise, accuracy.gain * moved)
-        self.directions = self._nuisance_directions(known, bias / noise)
+        self.directions = self._nuisance_directions(known, bias / noise, accuracy.lag_s)
         self.inner = np.linalg.inv(np.eye(self.directions.shape[1]) + self.directions.T @ self.directions)
 
     @property
@@ -128,12 +131,12 @@ class Evidence:
         blocks = squares[: count * length].reshape(count, length, variables).mean(axis=1)
         return Fit(float(squares.mean()), float(blocks.max()))
 
-    def _nuisance_directions(self, known: FaultSet, constant: Vec) -> Table:
+    def _nuisance_directions(self, known: FaultSet, constant: Vec, lag_s: float) -> Table:
         """Directions in which readings may differ although nothing new is wrong, shape (readings, k), in spreads.
 
-        A constant model error of each variable, and one standard deviation of each parameter that is still uncertain:
-        what was not learned in healthy operation, as the loss to the ambient of a plant that was never idle, is no sign
-        of a fault.
+        A constant model error of each variable, one standard deviation of each parameter that is still uncertain, and
+        of each lag: what was not learned in healthy operation, as the loss to the ambient of a plant that was never
+        idle, is no sign of a fault.
         """
         root, mean = self.posterior.root, self.posterior.mean
         members = np.vstack([mean, mean + root.T])
@@ -144,4 +147,9 @@ class Evidence:
         constants = np.zeros((variables, seconds, variables))
         for j in range(variables):
             constants[j, :, j] = constant[j] * (self._weight[:, j] > 0.0)
-        return np.vstack([constants.reshape(variables, -1), parameters]).T.copy()
+        every = [constants.reshape(variables, -1), parameters]
+        if lag_s > 0.0 and seconds > max(LATE_S):
+            present = self.carrier.carry([known], self.window)
+            late = lag_directions(self.model, self.window, mean[None], present, self.variables, lag_s)
+            every.append(self.whiten(late))
+        return np.vstack(every).T.copy()

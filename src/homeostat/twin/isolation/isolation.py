@@ -158,7 +158,7 @@ class FaultIsolation:
         return hypotheses(scored, max(s.score for s in scored) - SELF_EVIDENT_NATS, modes)
 
     def _on(self, window: Window, posterior: Posterior, known: FaultSet) -> tuple[Evidence, Search]:
-        accuracy = Accuracy(self._settings.errors, self._settings.gain_error)
+        accuracy = Accuracy(self._settings.errors, self._settings.gain_error, self._settings.lag_error_s)
         evidence = Evidence(self._model, self._carrier, window, posterior, accuracy, known)
         prior = Prior(self._plant.faults, window, evidence.variables, self._calibrated)
         return evidence, Search(evidence, self._carrier.modes, prior, known)
