@@ -28,6 +28,7 @@ from homeostat.twin.carried import Carrier
 from homeostat.twin.forecast import Ensemble, Forecast, Past, follow, forecast, synchronise
 from homeostat.twin.history import History
 from homeostat.twin.isolation.isolation import FaultIsolation, Question
+from homeostat.twin.isolation.responses import FIRST_ROW
 from homeostat.twin.settings import TwinSettings
 
 
@@ -105,17 +106,21 @@ class Twin:
         dense: bool = False,
         since_s: float = np.inf,
         before: tuple[Hypothesis, ...] = (),
+        sure: bool = True,
     ) -> tuple[Hypothesis, ...]:
         """What explains the last readings: one of ``candidates``, something that no table names, or nothing.
 
         ``known`` is what was probable before. ``dense``: onsets are tried more closely, for what may have gone
         unnoticed for a while. ``since_s``: when the first symptom of it was seen [s]; now where it is infinite.
         ``before``: what was said last, where nothing new was seen since: if it was certain and holds, it is said again.
+        ``sure``: whether ``known`` stood out; one of several that were probable is remembered only where the readings
+        do not reach back to its onset, because they speak for it as they did, and would count twice.
         """
         settings, end_s = self.settings, self._history.window(1).end_s
         seconds = int(np.clip(end_s - min(since_s, end_s) + settings.lead_s, settings.lead_s, settings.replay_s))
         window, recent = self._history.window(seconds), self._history.window(min(settings.recent_s, seconds))
-        question = Question(candidates, tuple(known), dense, since_s, before)
+        kept = tuple(f for f in known if sure or f.onset_s < window.start_s + FIRST_ROW)
+        question = Question(candidates, kept, dense, since_s, before)
         return self._isolation.explain(question, window, recent, self._posterior)
 
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[dict[str, float], ...]:

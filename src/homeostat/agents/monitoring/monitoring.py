@@ -50,6 +50,7 @@ class TwinMonitoring:
         self._quiet_until_s = 0.0
         self._review_at_s: float | None = None
         self._known: tuple[FaultState, ...] = ()
+        self._sure = False
         self._last: tuple[Symptom, ...] = ()
         self._stopped = False
         self._unexplained_s = self._settings.repeat_s
@@ -95,6 +96,7 @@ class TwinMonitoring:
         if sum(h.probability for h in hypotheses if not h.faults) > 0.5:
             return nothing if deviates else self._unexplained()
         self._known, self._unexplained_s = next(h.faults for h in hypotheses if h.faults), self._settings.repeat_s
+        self._sure = not self._unsure(hypotheses)
         self._said, self._told = hypotheses, self._told | {s.rule for s in self._symptoms}
         self._last = self._symptoms or self._last
         self._acknowledged.update({s.rule: self._at_s + self._settings.review_s for s in self._symptoms})
@@ -174,7 +176,8 @@ class TwinMonitoring:
             return ()
         since_s = min((*(s.at_s for s in symptoms), *(f.onset_s for f in self._known)), default=self._at_s)
         news = deviates or any(rule not in self._told for rule in indicated)
-        return self._twin.frozen().explain(ordered, self._known, deviates, since_s, () if news else self._said)
+        said = () if news else self._said
+        return self._twin.frozen().explain(ordered, self._known, deviates, since_s, said, sure=self._sure)
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
         """Where one fault of one size explains everything since the release, learn the parameters from that time."""
