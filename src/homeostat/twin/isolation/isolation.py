@@ -100,7 +100,7 @@ class FaultIsolation:
         lags = [window.end_s - lag for lag in {*LAGS_S, *(DENSE_LAGS_S if question.dense else ())}]
         tables = [name for name in question.candidates if self._carrier.modes[name].effect is None]
         named = search.singles(tables, sorted({*lags, *(f.onset_s for f in question.known)}))
-        unknown = self._estimated(evidence, search, ())
+        unknown = self._estimated(evidence, search, (), question.since_s)
         scored = [*search.remembered(old, named), *search.without(old, unknown)]
         for beside in dict.fromkeys(each for each in (old, question.known) if each):
             further = self._estimated(evidence, search, beside)
@@ -163,11 +163,11 @@ class FaultIsolation:
         prior = Prior(self._plant.faults, window, evidence.variables, self._calibrated)
         return evidence, Search(evidence, self._carrier.modes, prior, known)
 
-    def _estimated(self, evidence: Evidence, search: Search, beside: FaultSet) -> list[Scored]:
+    def _estimated(self, evidence: Evidence, search: Search, beside: FaultSet, since_s: float = np.inf) -> list[Scored]:
         """Every generated fault mode of an item that is not accused ``beside``, at its best."""
         accused = {self._carrier.modes[f.fault].component for f in beside}
         modes = [mode for mode in self._plant.generated if mode.component not in accused]
-        estimates = _estimates(evidence, modes, search, beside)
+        estimates = _estimates(evidence, modes, search, beside, since_s)
         found = [each for estimate in estimates for each in self._bounded(estimate, beside)]
         further = SECOND_FAULT_NATS if beside else 0.0
         return [Scored(each.faults, each.score - further) for each in found]
@@ -240,12 +240,14 @@ class FaultIsolation:
         return [Scored(s, score) for s, score in zip(sets, search.score(sets).tolist(), strict=True)]
 
 
-def _estimates(evidence: Evidence, modes: Sequence[FaultMode], search: Search, beside: FaultSet) -> list[Estimate]:
+def _estimates(
+    evidence: Evidence, modes: Sequence[FaultMode], search: Search, beside: FaultSet, since_s: float = np.inf
+) -> list[Estimate]:
     """Each of ``modes`` at its best ``beside`` others, the best first; none where there is too little to go by."""
     if evidence.shape[0] < SHORTEST_S:
         return []
     try:
-        return Estimation(evidence, modes, search.prior, beside).estimates()
+        return Estimation(evidence, modes, search.prior, beside).estimates(since_s)
     except ProcessError:  # what is beside, or the readings at the beginning, are no state of the model
         return []
 
