@@ -24,7 +24,7 @@ POSTERIOR = prior(MODEL, PLANT.description.parameters)
 
 
 def emptied(*late: tuple[str, int]) -> Window:
-    """B201 is emptied from 10 s to 30 s by a model without noise whose inputs are ``late`` [s]; commands are in time."""
+    """B201 is emptied from 10 s to 30 s by a model whose inputs are ``late`` [s]; commands are not."""
     start = MODEL.initial_state(POSTERIOR.mean)
     start[MODEL.states.index("V1")] = 2.8
     inputs = np.zeros((SECONDS, len(MODEL.inputs)))
