@@ -46,8 +46,8 @@ WORST_BLOCK = 20.0
 """The same for the worst half minute of one variable [1]."""
 STRAINED_MEAN_SQUARE, STRAINED_BLOCK = 1.25, 5.0
 """Where more is left, further changes are looked for; a right explanation leaves 1.1 and 4, on any plant [1]."""
-CERTAIN = 0.9
-"""What was said with this probability is only checked while nothing new is seen [1]."""
+CERTAIN = 0.98
+"""What was said with this probability is only checked while nothing new is seen: nothing else binds a release [1]."""
 RESIZED = 0.1
 """Share by which a size must not be better when it is checked [1]."""
 LAGS_S = (2, 4, 6, 9, 13, 18, 25, 35, 50, 70, 100, 140, 190, 250, 320, 400, 490, 590)
