@@ -52,6 +52,7 @@ class ScriptedTwin:
         dense: bool = False,
         since_s: float = 0.0,
         before: tuple[Hypothesis, ...] = (),
+        sure: bool = True,
     ) -> tuple[Hypothesis, ...]:
         self.asked.append((tuple(candidates), tuple(known)))
         return self.answer(self.at_s)

@@ -42,29 +42,6 @@ def replay(
     return Replay(result.record, result.state)
 
 
-def weaker_inputs(
-    model: ProcessModel, window: Window, parameters: Table, carried: Carried, variables: tuple[str, ...], share: float
-) -> Cube:
-    """How the readings of ``window`` would differ if what an input did were less by ``share`` [1].
-
-    A model that is right about where a plant stands is still wrong about what it does when it is moved. Shape (inputs
-    that moved, seconds, variables); ``parameters`` and ``carried`` are of one member.
-    """
-    batch = open_loop(
-        model, window, starting_states(model, window, parameters, carried, variables), parameters, carried
-    )
-    given = batch.inputs[batch.input_of[0]]
-    moved = np.flatnonzero(np.nan_to_num(np.ptp(given, axis=0)) > 0.0)
-    schedules = np.tile(given, (len(moved) + 1, 1, 1))
-    for k, i in enumerate(moved.tolist()):
-        schedules[k + 1, :, i] -= share * (given[:, i] - given[0, i])
-    everyone = np.zeros(len(schedules), dtype=np.int64)
-    shown = tuple(model.shown[v] for v in variables)
-    members = replace(batch.members(everyone), inputs=schedules, input_of=np.arange(len(schedules)), record=shown)
-    record = simulate_moved(model.kernel, members, Movers(carried.moves * len(schedules), -np.inf)).record
-    return np.asarray(record[1:] - record[0])
-
-
 def starting_states(
     model: ProcessModel, window: Window, parameters: Table, carried: Carried, variables: tuple[str, ...]
 ) -> Table:

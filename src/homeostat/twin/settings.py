@@ -36,6 +36,8 @@ class TwinSettings:
     """State -> standard deviation of what smoothing may get wrong at the start of a window."""
     gain_error: float
     """What a reading moved by is predicted to this share at best [1]."""
+    lag_error_s: float = 0.0
+    """By how much actuators and instruments may be slower than the model's, standard deviation [s]."""
     balances: tuple[Balance, ...] = ()
     """What may be disturbed by what nobody knows of."""
     unknown_growth: float = 0.2

@@ -51,7 +51,8 @@ def move_actuators(x: Vec, p: Vec, sev: Vec, onset: Vec, u: Vec, t: float, dt: f
         stuck = acting(sev, onset, t, F.stuck_open_VI201 + i)
         if stuck > 0.0:
             target = stuck
-        step = clip(target - x[S.VI1_pos + i], -dt / p[P.travel], dt / p[P.travel])
+        fastest = dt / (p[P.travel] * p[P.slow_VI1 + i])
+        step = clip(target - x[S.VI1_pos + i], -fastest, fastest)
         x[S.VI1_pos + i] = clip(x[S.VI1_pos + i] + step, 0.0, 1.0)
     main, bypass = u[U.P1] * (1.0 - acting(sev, onset, t, F.pump_degradation)), u[U.P2]
     if acting(sev, onset, t, F.pump_failure) > 0.0:

@@ -41,7 +41,9 @@ Parameter = namedtuple(
     "area height_feed height_B204 floor_B204 floor_leak pump_a pump_b pump_c bypass_size tau_pump travel "
     "k_tank k_suction k_main k_bypass k_transfer k_clog leak_size fill_rate drain_cd drain_area dry_level "
     "flow_least grace density sd_supply sd_speed sd_LT sd_PT rel_FT sd_ST bias_LT1 bias_LT2 bias_LT3 bias_LT4 "
-    "bias_PT1 bias_PT2 bias_PT3 bias_PT4 bias_PT5 bias_PT6 bias_FT bias_ST",
+    "bias_PT1 bias_PT2 bias_PT3 bias_PT4 bias_PT5 bias_PT6 bias_FT bias_ST "
+    # travel of each valve as a multiple of that of all [1]: inlets, outlets, before B204, drain
+    "slow_VI1 slow_VI2 slow_VI3 slow_VO1 slow_VO2 slow_VO3 slow_VI4 slow_VO4",
 )
 """Row of the parameter array; meaning, value, unit and uncertainty are in ``engineering/parameters.csv``."""
 

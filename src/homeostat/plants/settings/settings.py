@@ -110,6 +110,7 @@ class TwinTable(Table):
     corrected: Annotated[list[Name], Len(1)]
     initial: Annotated[dict[Name, Deviation], Len(1)]
     gain_error: Fraction
+    lag_error_s: Annotated[float, within(0.0, 30.0, "s", "a twin that lags by more is of no use")] | None = None
     balances: dict[Name, BalanceTable] = {}
     unknown_growth: Annotated[float, within(0.0, 10.0, "(fraction)", "it is a share of a size")] | None = None
     lead_s: Stretch | None = None

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from homeostat.domain.diagnosis import Effect, EffectKind, FaultMode, FaultState
-from homeostat.process.types import Indices, Table
+from homeostat.process.types import Indices, Table, Vec
 from homeostat.twin.carried import FaultSet
 from homeostat.twin.isolation.evidence import TEMPER, Evidence
 from homeostat.twin.isolation.prior import Prior
-from homeostat.twin.isolation.responses import Responses
+from homeostat.twin.isolation.responses import FIRST_ROW, Responses
 
 SHORTLIST = 4
 """Onsets of one disturbance whose bounded loss is worked out."""
@@ -25,6 +25,14 @@ POLISHED = 10
 """Disturbances that are replayed."""
 SIZES = (0.6, 0.75, 0.87, 0.94, 1.0, 1.06, 1.15, 1.35, 1.7)
 """Sizes that are replayed, as multiples of the linear estimate [1]."""
+LEADERS = 5
+"""Disturbances that are replayed at sizes and onsets between those, because a coarse size costs many nats."""
+FINER = (((-8, -4, -2, -1, 0, 1, 2, 4, 8), 0.06), ((-1, 0, 1), 0.02), ((0,), 0.007))
+"""Seconds and share of its size by which each of them is moved, again and again."""
+GROSS_S = (1, 4, 9, 16, 30, 60)
+"""Seconds before the first symptom at which parameters are tried as other than a linear pass can tell [s]."""
+GROSS = (-1.5, -0.7, 0.5, 1.2, 3.0, 7.0)
+"""Their sizes, as multiples of a large one [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,18 +73,17 @@ class Estimation:
         d, inner = evidence.directions, evidence.inner
         self._freed = self._residual - d @ (inner @ (d.T @ self._residual))
 
-    def estimates(self) -> list[Estimate]:
-        """The likeliest disturbances, each at its best, the best first."""
+    def estimates(self, since_s: float = np.inf) -> list[Estimate]:
+        """The likeliest disturbances, each at its best, the best first; ``since_s``: when the first symptom was [s]."""
         found: list[_Linear] = []
         for group in self._groups.values():
             effect = group[0].effect
             assert effect is not None
             found += self._of_group(effect, group)
         found.sort(key=lambda each: -each.score)
-        return sorted(
-            self._polished([self._refined(each) for each in found[:POLISHED] if each.size != 0.0]),
-            key=lambda e: -e.score,
-        )
+        found = [self._refined(each) for each in found[:POLISHED] if each.size != 0.0]
+        polished = sorted(self._polished([*found, *self._gross(since_s)]), key=lambda e: -e.score)
+        return sorted([*self._settled(polished[:LEADERS]), *polished], key=lambda e: -e.score)
 
     def _of_group(self, effect: Effect, group: Sequence[FaultMode]) -> Iterator[_Linear]:
         """The best step and the best ramp of modes that act on the same quantity.
@@ -111,7 +118,7 @@ class Estimation:
             size = np.where(np.isin(np.sign(size), list(modes)), size, 0.0)
         hopeful = np.argsort(-(size**2 * precision))[:SHORTLIST]
         loss, _ = self._evidence.losses(self._residual - size[hopeful, None] * change[hopeful])
-        score = -0.5 * loss / TEMPER - 0.5 * ((size - mean) / spread)[hopeful] ** 2
+        score = -0.5 * loss / TEMPER - self._prior.cost_of_size(any_mode, size[hopeful], rows[hopeful])
         k = int(np.argmax(score))
         best = int(hopeful[k])
         mode = modes.get(0.0) or modes[float(np.sign(size[best])) or next(iter(modes))]
@@ -135,20 +142,62 @@ class Estimation:
         """Replayed at sizes around the linear one; the best of each."""
         if not found:
             return
-        sets = [(*self._beside, self._state(each, factor)) for each in found for factor in SIZES]
-        scores = self._evidence.likelihoods(sets).reshape(len(found), -1)
-        for each, own in zip(found, scores, strict=True):
-            rows = np.array([each.row])
-            mean, spread = (float(v[0]) for v in self._prior.of_size(each.mode, rows))
-            sizes = each.size * np.array(SIZES)
-            own = own - 0.5 * ((sizes - mean) / spread) ** 2 + self._prior.of_mode(each.mode)
-            k = int(np.argmax(own))
-            yield Estimate(self._state(each, SIZES[k]), each.sd, float(own[k]))
+        tried = [(each.mode, each.size * np.array(SIZES), np.full(len(SIZES), each.row)) for each in found]
+        for each, (_, sizes, _), scores in zip(found, tried, self._scores(tried), strict=True):
+            k = int(np.argmax(scores))
+            yield Estimate(self._as_state(each.mode, float(sizes[k]), each.row), each.sd, float(scores[k]))
 
-    def _state(self, linear: _Linear, factor: float) -> FaultState:
-        sign = _sign(linear.mode) or 1.0
-        onset_s = self._evidence.window.start_s + linear.row
-        return FaultState(linear.mode.name, sign * linear.size * factor, onset_s)
+    def _gross(self, since_s: float) -> list[_Linear]:
+        """The best of each parameter that is far from what it was, replayed: no linear pass finds when that began."""
+        onsets = [since_s - lag - self._evidence.window.start_s for lag in GROSS_S]
+        rows = sorted({round(row) for row in onsets if FIRST_ROW <= row < self._evidence.shape[0] - 1})
+        groups = [group for (kind, _), group in self._groups.items() if kind is EffectKind.PARAMETER]
+        modes = [mode for group in groups for mode in group if mode.unknown and mode.effect and not mode.effect.grows]
+        tried = [(m, row, size * m.severity_nominal) for m in modes for row in rows for size in GROSS]
+        best: dict[str, _Linear] = {}
+        scores = self._scores([(m, np.array([size]), np.array([row])) for m, row, size in tried])
+        for (mode, row, size), score in zip(tried, scores, strict=True):
+            if mode.name not in best or score[0] > best[mode.name].score:
+                best[mode.name] = _Linear(mode, row, size, 0.25 * abs(size), float(score[0]))
+        return list(best.values())
+
+    def _scores(self, tried: Sequence[tuple[FaultMode, Vec, Indices]]) -> list[Vec]:
+        """Log posteriors of each mode at each of its sizes and rows, replayed, all in one call."""
+        if not tried:
+            return []
+        sets = [
+            (*self._beside, self._as_state(mode, size, row))
+            for mode, sizes, rows in tried
+            for size, row in zip(sizes.tolist(), rows.tolist(), strict=True)
+        ]
+        nats = iter(np.split(self._evidence.likelihoods(sets), np.cumsum([len(v) for _, v, _ in tried])[:-1]))
+        return [
+            next(nats) - self._prior.cost_of_size(mode, sizes, rows) + self._prior.of_mode(mode)
+            for mode, sizes, rows in tried
+        ]
+
+    def _settled(self, leaders: Sequence[Estimate]) -> list[Estimate]:
+        """``leaders`` at sizes and onsets that lie closer and closer together."""
+        found = list(leaders)
+        for seconds, share in FINER if found else ():
+            tried = [self._around(each, seconds, share) for each in found]
+            for k, ((_, sizes, rows), scores) in enumerate(zip(tried, self._scores(tried), strict=True)):
+                best = int(np.argmax(scores))
+                if scores[best] > found[k].score:
+                    state = self._as_state(tried[k][0], float(sizes[best]), int(rows[best]))
+                    found[k] = Estimate(state, found[k].sd, float(scores[best]))
+        return found
+
+    def _around(self, each: Estimate, seconds: Sequence[int], share: float) -> tuple[FaultMode, Vec, Indices]:
+        mode = self._evidence.carrier.modes[each.state.fault]
+        row = round(each.state.onset_s - self._evidence.window.start_s)
+        rows = np.unique(np.clip([row + s for s in seconds], FIRST_ROW, self._evidence.shape[0] - 1))
+        signed = each.state.severity * (_sign(mode) or 1.0)
+        sizes = signed * np.array([1.0 - share, 1.0, 1.0 + share])
+        return mode, np.tile(sizes, len(rows)), np.repeat(rows, len(sizes))
+
+    def _as_state(self, mode: FaultMode, size: float, row: int) -> FaultState:
+        return FaultState(mode.name, (_sign(mode) or 1.0) * size, self._evidence.window.start_s + row)
 
 
 def _sign(mode: FaultMode) -> float:

@@ -19,7 +19,8 @@ from homeostat.process.types import Cube, Table, Vec
 from homeostat.twin.calibration import Posterior
 from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.history import Window
-from homeostat.twin.replay import replay, weaker_inputs
+from homeostat.twin.isolation.input_errors import LATE_S, late_inputs, weaker_inputs
+from homeostat.twin.replay import replay
 
 TEMPER = 3.0
 """Evidence is divided by this: the model's errors are neither quite constant nor quite white."""
@@ -41,6 +42,8 @@ class Accuracy:
     """Variable -> standard deviations of noise per reading and of the model, in its unit."""
     gain: float
     """Share of what a reading has moved by to which that is predicted at best [1]."""
+    lag_s: float = 0.0
+    """By how much actuators and instruments may lag behind the model's [s]; 0 where none does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +84,7 @@ class Evidence:
             if v in window.held:
                 counts[:, j] = ~window.held[v][1:]
         self._weight = counts / np.hypot(noise, accuracy.gain * moved)
-        self.directions = self._nuisance_directions(known, bias / noise, accuracy.gain)
+        self.directions = self._nuisance_directions(known, bias / noise, accuracy)
         self.inner = np.linalg.inv(np.eye(self.directions.shape[1]) + self.directions.T @ self.directions)
 
     @property
@@ -133,12 +136,12 @@ class Evidence:
         excess = np.maximum(blocks - USUAL_BLOCK, 0.0).sum() * length
         return Fit(float(squares.mean()), float(blocks.max()), float(0.5 * excess / TEMPER))
 
-    def _nuisance_directions(self, known: FaultSet, constant: Vec, gain: float) -> Table:
+    def _nuisance_directions(self, known: FaultSet, constant: Vec, accuracy: Accuracy) -> Table:
         """Directions in which readings may differ although nothing new is wrong, shape (readings, k), in spreads.
 
-        A constant model error of each variable, what each input did wrong by the share ``gain``, and one standard
-        deviation of each parameter that is still uncertain: what was not learned in healthy operation, as the loss to
-        the ambient of a plant that was never idle, is no sign of a fault.
+        A constant model error of each variable, one standard deviation of each parameter that is still uncertain, and
+        of what each input does less, or later: what was not learned in healthy operation, as the loss to the ambient of
+        a plant that was never idle, is no sign of a fault.
         """
         root, mean = self.posterior.root, self.posterior.mean
         members = np.vstack([mean, mean + root.T])
@@ -149,6 +152,9 @@ class Evidence:
         constants = np.zeros((variables, seconds, variables))
         for j in range(variables):
             constants[j, :, j] = constant[j] * (self._weight[:, j] > 0.0)
-        one = self.carrier.carry([known], self.window)
-        weaker = self.whiten(weaker_inputs(self.model, self.window, mean[None], one, self.variables, gain))
-        return np.vstack([constants.reshape(variables, -1), parameters, weaker]).T.copy()
+        present = self.carrier.carry([known], self.window)
+        what = self.model, self.window, mean[None], present, self.variables
+        every = [constants.reshape(variables, -1), parameters, self.whiten(weaker_inputs(*what, accuracy.gain))]
+        if accuracy.lag_s > 0.0 and seconds > max(LATE_S):
+            every.append(self.whiten(late_inputs(*what, accuracy.lag_s)))
+        return np.vstack(every).T.copy()

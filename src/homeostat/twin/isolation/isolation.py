@@ -51,8 +51,8 @@ DOUBT = 1.3
 """By how much every difference of explanations is made smaller: what fits may still be wrong [1]."""
 UNEXPLAINED_NATS = 4.0
 """What is left unexplained that adds one to that [nats]."""
-CERTAIN = 0.9
-"""What was said with this probability is only checked while nothing new is seen [1]."""
+CERTAIN = 0.98
+"""What was said with this probability is only checked while nothing new is seen: nothing else binds a release [1]."""
 RESIZED = 0.1
 """Share by which a size must not be better when it is checked [1]."""
 LAGS_S = (2, 4, 6, 9, 13, 18, 25, 35, 50, 70, 100, 140, 190, 250, 320, 400, 490, 590)
@@ -109,7 +109,7 @@ class FaultIsolation:
         said = remembered(question.known, question.before, window.start_s + FIRST_ROW)
         memory = Memory(said, self._carrier.modes, search.prior, window.end_s)
         (nothing,) = memory.told([Scored((), float(search.score([()])[0]))])
-        named, unknown = self._named(search, question, window), self._estimated(evidence, search, ())
+        named, unknown = self._named(search, question, window), self._estimated(evidence, search, (), question.since_s)
         again = [near for faults in dict.fromkeys((question.known, *memory.old)) for near in search.variations(faults)]
         scored, none = memory.told([*named, *unknown, *again]), nothing.score
         best, fit = _best(scored, evidence, none)
@@ -178,16 +178,16 @@ class FaultIsolation:
         return hypotheses(scored, max(s.score for s in scored) - SELF_EVIDENT_NATS, modes)
 
     def _on(self, window: Window, posterior: Posterior, known: FaultSet) -> tuple[Evidence, Search]:
-        accuracy = Accuracy(self._settings.errors, self._settings.gain_error)
+        accuracy = Accuracy(self._settings.errors, self._settings.gain_error, self._settings.lag_error_s)
         evidence = Evidence(self._model, self._carrier, window, posterior, accuracy, known)
         prior = Prior(self._plant.faults, window, evidence.variables, self._calibrated)
         return evidence, Search(evidence, self._carrier.modes, prior, known)
 
-    def _estimated(self, evidence: Evidence, search: Search, beside: FaultSet) -> list[Scored]:
+    def _estimated(self, evidence: Evidence, search: Search, beside: FaultSet, since_s: float = np.inf) -> list[Scored]:
         """Every generated fault mode of an item that is not accused ``beside``, at its best."""
         accused = {self._carrier.modes[f.fault].component for f in beside}
         modes = [mode for mode in self._plant.generated if mode.component not in accused]
-        estimates = _estimates(evidence, modes, search, beside)
+        estimates = _estimates(evidence, modes, search, beside, since_s)
         found = [each for estimate in estimates for each in self._bounded(estimate, beside)]
         further = SECOND_FAULT_NATS if beside else 0.0
         return [Scored(each.faults, each.score - further) for each in found]
@@ -284,12 +284,14 @@ def _spread(scored: Sequence[Scored], none: float, best: Scored, fit: Fit) -> tu
     return nearer, best.score + (none - best.score) / k
 
 
-def _estimates(evidence: Evidence, modes: Sequence[FaultMode], search: Search, beside: FaultSet) -> list[Estimate]:
+def _estimates(
+    evidence: Evidence, modes: Sequence[FaultMode], search: Search, beside: FaultSet, since_s: float = np.inf
+) -> list[Estimate]:
     """Each of ``modes`` at its best ``beside`` others, the best first; none where there is too little to go by."""
     if evidence.shape[0] < SHORTEST_S:
         return []
     try:
-        return Estimation(evidence, modes, search.prior, beside).estimates()
+        return Estimation(evidence, modes, search.prior, beside).estimates(since_s)
     except ProcessError:  # what is beside, or the readings at the beginning, are no state of the model
         return []
 

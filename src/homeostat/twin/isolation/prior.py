@@ -16,6 +16,15 @@ JUMP_S = 60
 """Readings on either side of an onset whose means say what a transmitter has jumped by [s]."""
 
 
+def size_nats(relative: Vec) -> Vec:
+    """What sizes cost that are ``relative`` to a large one [nats]: Cauchy, a scale that is known roughly.
+
+    What is large follows from what a plant may be built with, not from what may befall it: a pipe that is ten times as
+    narrow is rare and not impossible, which a normal distribution would have it. Check: 1 costs 0.7, 10 costs 4.6.
+    """
+    return np.asarray(np.log1p(np.square(relative)))
+
+
 class Prior:
     """Log priors of the fault modes of one plant over one window."""
 
@@ -58,6 +67,13 @@ class Prior:
             since = np.maximum(self._window.length - rows, 1) / 2.0
             jump, spread = jump / since, spread / since
         return jump, np.minimum(spread, large)
+
+    def cost_of_size(self, mode: FaultMode, sizes: Vec, rows: Indices) -> Vec:
+        """What ``sizes`` of a generated mode cost that begin at ``rows`` [nats], both of shape (n,)."""
+        mean, spread = self.of_size(mode, rows)
+        relative = (sizes - mean) / spread
+        seen = spread < mode.severity_nominal  # what its own reading has jumped by is no guess
+        return np.where(seen, 0.5 * relative**2, size_nats(relative))
 
     def _jumps(self, variable: str, rows: Indices) -> tuple[Vec, Vec]:
         """By how much the readings after each row are higher than those before, and how far that is from certain."""

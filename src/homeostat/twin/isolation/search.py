@@ -9,7 +9,7 @@ from homeostat.domain.diagnosis import FaultMode, FaultState
 from homeostat.process.types import Vec
 from homeostat.twin.carried import FaultSet
 from homeostat.twin.isolation.evidence import Evidence
-from homeostat.twin.isolation.prior import Prior
+from homeostat.twin.isolation.prior import Prior, size_nats
 from homeostat.twin.isolation.responses import FIRST_ROW
 
 FINER = (1.0, 0.35, 0.12, 0.04, 0.015)
@@ -60,7 +60,7 @@ class Search:
         mode = self._modes[state.fault]
         if mode.effect is None:
             return self.prior.of_state(mode, state)
-        return self.prior.of_mode(mode) - 0.5 * (state.severity / mode.severity_nominal) ** 2
+        return self.prior.of_mode(mode) - float(size_nats(np.array(state.severity / mode.severity_nominal)))
 
     def singles(self, names: Sequence[str], onsets_s: Sequence[float]) -> list[Scored]:
         """Every named fault over a grid of severities and onsets, refined around its best."""
