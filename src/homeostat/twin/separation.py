@@ -1,7 +1,7 @@
 """Separation: how far readings that are still to come would tell hypotheses apart, before anything is moved.
 
-Each hypothesis is one member that agrees with the present. What is already different between two of them is what
-constant errors of instruments and model explain; only what changes from now on counts. With d_a and d_b for how far
+Each hypothesis is one member that agrees with the present. What two of them already say differently of the next second
+is what constant errors of instruments and model explain; only how that changes counts. With d_a and d_b for how far
 hypotheses a and b depart from a plant in which nothing is wrong, in standard deviations of what a reading of that
 moment may be wrong by, and b free to be larger or smaller than it was thought,
 
@@ -38,8 +38,8 @@ def separation(
 ) -> tuple[Cube, Flags]:
     """Expected evidence for each hypothesis against each other one under each of K ``sequences`` [nats].
 
-    ``ensemble`` has one member for each of H hypotheses and, last, one in which nothing is wrong. All sequences are
-    carried out in one call of the engine, without noise. Returns nats of shape (K, H, H), the true hypothesis first;
+    ``ensemble`` has one member for each of H hypotheses and, last, one in which nothing is wrong; the first of the
+    ``sequences`` is what follows anyway. All are carried out in one call of the engine, without noise. Returns nats of shape (K, H, H), the true hypothesis first;
     and whether no member takes a later step within ``seconds``, shape (K,).
     """
     count, members = len(sequences), len(ensemble.states)
@@ -47,8 +47,8 @@ def separation(
     batch = replace(copies(model, ensemble, count, seconds, 1, sensor_noise=False), process_noise=quiet)
     run = run_sequences(model, batch, sequences, present, movers(ensemble, count))
     shown = [model.shown[v] for v in accuracy.errors]
-    moved = run.record[:, :, shown] - np.tile(ensemble.states[:, shown], (count, 1))[:, None, :]
-    moved = moved.reshape(count, members, seconds, len(shown))
+    readings = run.record[:, :, shown].reshape(count, members, seconds, len(shown))
+    moved = readings - readings[0, :, :1]
     noise = np.array([noise for noise, _ in accuracy.errors.values()])
     spread = np.hypot(noise, accuracy.gain * np.abs(moved[:, -1:]))
     departed = ((moved[:, :-1] - moved[:, -1:]) / spread).reshape(count, members - 1, -1)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from homeostat.agents.grounding.grounding import Grounding
-from homeostat.agents.hypotheses import TRIED, plausible
+from homeostat.agents.hypotheses import PLAUSIBLE, TRIED, plausible
 from homeostat.agents.probing.moves import moves
 from homeostat.agents.probing.stakes import Stakes
 from homeostat.agents.roles import Probe, Situation
@@ -24,8 +24,8 @@ from homeostat.process.batch import ProcessError
 from homeostat.process.types import Table, Vec
 from homeostat.twin.twin import Interruption, Twin
 
-CERTAIN = 0.9
-"""An explanation that is at least this probable is acted on, and nothing is done to learn more [1]."""
+CERTAIN = 1.0 - PLAUSIBLE
+"""What is at least this probable is acted on alone, and nothing is done to learn more [1]."""
 LEVELS, SCATTERED = 5, 8
 """Values of each setpoint, and points beside, that stand for what a state could be answered with."""
 
