@@ -28,6 +28,8 @@ PROPOSER = "search"
 """Who proposes probes."""
 TRIED = 3
 """Most probes that are validated in one look."""
+WRITING_S = 2.0
+"""What it may take until a test move is written and read back [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +116,7 @@ class Probes:
 
     async def _admitted(self, probing: Probing, situation: Situation, probes: Sequence[Probe]) -> _Admitted | None:
         """The first of ``probes`` that some fallback ends safely under every plausible explanation."""
-        after_s = self._bounds.probe_s + self._bounds.answer_s
+        after_s = self._bounds.probe_s + self._bounds.answer_s + WRITING_S
         for probe in probes:
             for retreat in self._rules.fallbacks:
                 ended = Interruption(after_s, retreat.actions)

@@ -39,8 +39,8 @@ def separation(
     """Expected evidence for each hypothesis against each other one under each of K ``sequences`` [nats].
 
     ``ensemble`` has one member for each of H hypotheses and, last, one in which nothing is wrong; the first of the
-    ``sequences`` is what follows anyway. All are carried out in one call of the engine, without noise. Returns nats of shape (K, H, H), the true hypothesis first;
-    and whether no member takes a later step within ``seconds``, shape (K,).
+    ``sequences`` is what follows anyway. All are carried out in one call of the engine, without noise. Returns nats of
+    shape (K, H, H), the true hypothesis first; and whether no member takes a later step within ``seconds``, shape (K,).
     """
     count, members = len(sequences), len(ensemble.states)
     quiet = np.zeros(count * members)
