@@ -1,5 +1,6 @@
 """Moves: what may be tried only to learn something: other ways that are open, and small steps of open setpoints."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from homeostat.agents.search.candidates import Point, SearchSpace, design_commands, present_point
@@ -9,22 +10,43 @@ from homeostat.domain.recovery import ActionSet, RecoveryPath
 STEPS = (0.05, 0.1, 0.2)
 """Steps of a setpoint, up and down, as fractions of its range [1]."""
 CHANGE = 0.01
-"""Production that a move is worth which goes over the whole range of a setpoint, or takes another way [1]."""
+"""Production that a move is worth, and one more for all of a setpoint's range [1]."""
+RISK = 0.05
+"""Production that is worth each rank by which a state is riskier than the one that the plant is in [1]."""
 
 
 def moves(
     paths: Sequence[RecoveryPath], tags: Mapping[str, Tag], values: Mapping[str, float]
 ) -> Iterator[tuple[ActionSet, RecoveryPath, float]]:
-    """Every move along ``paths`` from the present ``values``, with its path and what it costs to move at all [1]."""
+    """Every move along ``paths`` from the present ``values``, with its path and what it costs to move at all [1].
+
+    A step is small where the state that it is taken in could be entered without any other change.
+    """
+    been: set[str] = set()
     for path in paths:
         if path.awaited:
             if path.decisions:
-                yield ActionSet.along(path, lambda state: design_commands(state, tags)), path, CHANGE
+                actions = ActionSet.along(path, lambda state: design_commands(state, tags))
+                yield actions, path, CHANGE + RISK * _risk_added(path)
             continue
         space = SearchSpace(path.machine.state(path.target), tags)
         here = present_point(space.state, values)
+        if path.target in been or not _stands_in(space, here, values):
+            continue
+        been.add(path.target)
         for point in _around(space, here):
-            yield space.actions(point), path, CHANGE * space.gap(point, here)
+            yield space.actions(point), path, CHANGE * (1.0 + space.gap(point, here)) + RISK * _risk_added(path)
+
+
+def _risk_added(path: RecoveryPath) -> int:
+    """By how many ranks the state that ``path`` leads to at once is riskier than the one that it leaves."""
+    return max(path.machine.state(path.now).risk - path.machine.state(path.states[0]).risk, 0)
+
+
+def _stands_in(space: SearchSpace, here: Point, values: Mapping[str, float]) -> bool:
+    """Whether the plant could be in the state as it stands: nothing reads off ``here`` by more than its scale."""
+    pairs = ((space.tags[r.tag].scale, v, values.get(r.tag, math.nan)) for r, v in zip(space.ranges, here, strict=True))
+    return not any(value is not None and abs(value - read) > scale for scale, value, read in pairs)
 
 
 def _around(space: SearchSpace, here: Point) -> Iterator[Point]:

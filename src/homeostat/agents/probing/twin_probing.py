@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from homeostat.agents.grounding.grounding import Grounding
-from homeostat.agents.hypotheses import PLAUSIBLE, TRIED, plausible
+from homeostat.agents.hypotheses import PLAUSIBLE, plausible
 from homeostat.agents.probing.moves import moves
 from homeostat.agents.probing.stakes import Stakes
 from homeostat.agents.roles import Probe, Situation
@@ -68,7 +68,7 @@ class TwinProbing:
     def _explanations(self, situation: Situation) -> list[Explanation]:
         """What is plausible, by the items that it accuses, the most probable first."""
         found: dict[frozenset[str], list[Hypothesis]] = {}
-        for h in plausible(situation.diagnosis)[:TRIED]:
+        for h in plausible(situation.diagnosis):
             found.setdefault(frozenset(self._plant.fault_mode(f.fault).component for f in h.faults), []).append(h)
         total = sum(h.probability for group in found.values() for h in group)
         grouped = [
