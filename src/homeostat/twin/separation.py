@@ -7,8 +7,8 @@ moment may be wrong by, and b free to be larger or smaller than it was thought,
 
     nats(a, b) = min over s of (|d_a - s d_b|^2 + ((s - 1) / SIZE)^2) / (2 TEMPER)
 
-is the evidence that would be expected for a against b if a is true. Where two differ by less than the model is wrong by,
-only the share of it counts that isolation would count, too (:mod:`homeostat.twin.isolation.alike`). Source: the
+is the evidence that would be expected for a against b if a is true. Where two differ by less than the model is wrong
+by, only the share of it counts that isolation would count, too (:mod:`homeostat.twin.isolation.alike`). Source: the
 auxiliary signal that makes the outputs of two models most different (Campbell and Nikoukhah, Auxiliary Signal Design
 for Failure Detection, 2004).
 
