@@ -122,10 +122,10 @@ class Probes:
                 ended = Interruption(after_s, retreat.actions)
                 rollout = await probing.try_out(probe, situation.diagnosis, ended)
                 verdict = judge_passing(probe.actions, rollout, self._rules.limits, self._rules.tags, probe.path)
-                if probe.path is not None:
-                    attempt = Attempt(1, probe.path, probe.actions, verdict, len(rollout.weights))
-                    self._scene.record(Attempted.of(PROPOSER, attempt))
                 if isinstance(verdict, Approve):
+                    if probe.path is not None:
+                        attempt = Attempt(1, probe.path, probe.actions, verdict, len(rollout.weights))
+                        self._scene.record(Attempted.of(PROPOSER, attempt))
                     return _Admitted(probe, retreat, ended, verdict)
         return None
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 from homeostat.agents.search.candidates import Point, SearchSpace, design_commands, present_point
 from homeostat.domain.plant.tag import Tag
@@ -12,13 +13,25 @@ STEPS = (0.05, 0.1, 0.2)
 CHANGE = 0.01
 """Production that a move is worth, and one more for all of a setpoint's range [1]."""
 RISK = 0.05
-"""Production that is worth each rank by which a state is riskier than the one that the plant is in [1]."""
+"""Production that is worth each rank by which a state is riskier than the present one, while it lasts [1]."""
 
 
-def moves(
-    paths: Sequence[RecoveryPath], tags: Mapping[str, Tag], values: Mapping[str, float]
-) -> Iterator[tuple[ActionSet, RecoveryPath, float]]:
-    """Every move along ``paths`` from the present ``values``, with its path and what it costs to move at all [1].
+@dataclass(frozen=True, slots=True)
+class Move:
+    """A candidate."""
+
+    actions: ActionSet
+    """What is commanded; what follows anyway where it is a wait."""
+    path: RecoveryPath | None
+    """The path that it takes; None for a wait."""
+    once: float = 0.0
+    """What it costs to move at all, in production [1]."""
+    risk: float = 0.0
+    """What its risk costs while it lasts, in production [1]."""
+
+
+def moves(paths: Sequence[RecoveryPath], tags: Mapping[str, Tag], values: Mapping[str, float]) -> Iterator[Move]:
+    """Every move along ``paths`` from the present ``values``.
 
     A step is small where the state that it is taken in could be entered without any other change.
     """
@@ -27,7 +40,7 @@ def moves(
         if path.awaited:
             if path.decisions:
                 actions = ActionSet.along(path, lambda state: design_commands(state, tags))
-                yield actions, path, CHANGE + RISK * _risk_added(path)
+                yield Move(actions, path, CHANGE, RISK * _risk_added(path))
             continue
         space = SearchSpace(path.machine.state(path.target), tags)
         here = present_point(space.state, values)
@@ -35,7 +48,8 @@ def moves(
             continue
         been.add(path.target)
         for point in _around(space, here):
-            yield space.actions(point), path, CHANGE * (1.0 + space.gap(point, here)) + RISK * _risk_added(path)
+            change = CHANGE * (1.0 + space.gap(point, here))
+            yield Move(space.actions(point), path, change, RISK * _risk_added(path))
 
 
 def _risk_added(path: RecoveryPath) -> int:

@@ -40,6 +40,11 @@ class Stakes:
         """Value of knowing which explanation is right [1]."""
         return float((self.cost @ self.probability).min() - self.cost.min(axis=0) @ self.probability)
 
+    def regret(self, cost: Vec) -> float:
+        """What an answer of this ``cost`` under each explanation, shape (classes,), loses against the right one [1]."""
+        worse = np.minimum(cost, FALLBACK) - self.cost.min(axis=0)
+        return float(np.maximum(worse, 0.0) @ self.probability)
+
     @property
     def opposed(self) -> Flags:
         """Which pairs of explanations have no good answer in common, shape (classes, classes)."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.hypotheses import PLAUSIBLE, plausible
-from homeostat.agents.probing.moves import moves
+from homeostat.agents.probing.moves import Move, moves
 from homeostat.agents.probing.stakes import Stakes
 from homeostat.agents.roles import Probe, Situation
 from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
@@ -21,7 +21,7 @@ from homeostat.domain.plant.production import Production
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Rollout
 from homeostat.process.batch import ProcessError
-from homeostat.process.types import Table, Vec
+from homeostat.process.types import Table
 from homeostat.twin.twin import Interruption, Twin
 
 CERTAIN = 1.0 - PLAUSIBLE
@@ -97,23 +97,22 @@ class _Work:
     ) -> tuple[Probe, ...]:
         """Probes that pay, the best first; ``opened``: the ways that each explanation leaves open."""
         tags, values = self.plant.tags_by_name, self.situation.snapshot.values
-        candidates: list[tuple[ActionSet, RecoveryPath | None, float]] = [(idle, None, 0.0)]
-        candidates += moves(tried, tags, values)
+        candidates = [Move(idle, None), *moves(tried, tags, values)]
+        sets = [move.actions for move in candidates]
         try:
-            answers, stakes = self._stakes(opened, [actions for actions, _, _ in candidates])
+            costs, stakes = self._stakes(opened, sets)
             if not stakes.value > 0.0 or not stakes.opposed.any():
                 return ()
-            named = [e.hypotheses[0] for e in self.explanations]
-            nats, still = self.twin.separation(named, [actions for actions, _, _ in candidates], seconds)
+            nats, still = self.twin.separation([e.hypotheses[0] for e in self.explanations], sets, seconds)
         except ProcessError:  # an explanation with which the model leaves the physical world says nothing
             return ()
-        share, regret = seconds / self.twin.settings.horizon_s, self._regret(stakes, answers, len(candidates))
-        found = []
-        for k, (actions, path, moving) in enumerate(candidates):
+        share, found = seconds / self.twin.settings.horizon_s, []
+        for k, move in enumerate(candidates):
             if still[k]:
                 apart, between = self._apart(stakes, nats[k])
+                cost = move.once + share * (move.risk + stakes.regret(costs[k]))
                 value = stakes.value * stakes.told_apart(nats[k])
-                found.append(Probe(actions, path, apart, between, value, moving + share * float(regret[k])))
+                found.append(Probe(move.actions, move.path, apart, between, value, cost))
         return tuple(sorted((p for p in found if p.value > p.cost), key=lambda p: p.cost - p.value))
 
     def _stakes(self, opened: Sequence[Sequence[RecoveryPath]], also: Sequence[ActionSet]) -> tuple[Table, Stakes]:
@@ -141,7 +140,7 @@ class _Work:
         """Production that each answer loses under each explanation, and ten per scale of missing margin."""
         hypotheses = [h for e in self.explanations for h in e.hypotheses]
         ensemble = self.twin.ensemble(hypotheses, self.twin.settings.search_draws)
-        group = np.repeat([k for k, e in enumerate(self.explanations) for _ in e.hypotheses], 1)[ensemble.hypothesis]
+        group = np.array([k for k, e in enumerate(self.explanations) for _ in e.hypotheses])[ensemble.hypothesis]
         found = np.empty((len(answers), len(self.explanations)))
         for stepwise in (True, False):
             rows = [k for k, a in enumerate(answers) if bool(a.then) is stepwise]
@@ -158,11 +157,6 @@ class _Work:
                 part = {tag: values[mine] for tag, values in signals.items()}
                 found[rows, j] = self.cost.of(part, dt_s, {}, len(own))
         return found
-
-    def _regret(self, stakes: Stakes, costs: Table, count: int) -> Vec:
-        """What each of the first ``count`` of the ``costs`` loses more than the right answer, expected [1]."""
-        worse = np.minimum(costs[:count], 1.0) - stakes.cost.min(axis=0)
-        return np.asarray(np.maximum(worse, 0.0) @ stakes.probability)
 
     def _apart(self, stakes: Stakes, nats: Table) -> tuple[tuple[str, str], float]:
         """The opposed explanations between which most is at stake, by name, and the evidence between them [nats]."""
