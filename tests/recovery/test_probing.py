@@ -81,7 +81,7 @@ def test_a_test_move_is_released_like_everything_else_and_then_looked_at() -> No
     (end,) = done.trace.of(ProbeEnded)
     assert (end.apart, end.likeliest, end.told) == (("warm", "dirty"), "dirty", True)
     (probed,) = done.trace.of(Probed)
-    assert probed.path == ("running", "reduced") and probed.seconds == 5.0 and probed.nats == 4.0
+    assert probed.state == "reduced" and probed.seconds == 5.0 and probed.nats == 4.0
 
 
 def test_one_that_may_go_on_needs_nobody_to_end_it() -> None:
@@ -120,7 +120,7 @@ def test_a_wait_writes_nothing_and_ends() -> None:
     assert begun(done) == [10.0] and done.when(ProbeEnded) == [15.0]
     assert done.released == [15.0] and done.kinds.count("released") == 1
     (probed,) = done.trace.of(Probed)
-    assert probed.path == () and probed.commands == ()
+    assert probed.state == "" and probed.commands == ()
 
 
 @pytest.mark.parametrize("probe", [WAIT, LITTLE])

@@ -134,9 +134,9 @@ class Probes:
         probe, scene = chosen.probe, self._scene
         outcome: Released | NoActionNeeded
         self._begun.append((probe.actions.digest, probe.apart))
-        states, commands = ((), ()) if probe.path is None else (probe.path.states, probe.actions.commands)
+        state, commands = ("", ()) if probe.path is None else (probe.actions.target, probe.actions.commands)
         worth = (probe.nats, probe.value, probe.cost)
-        scene.record(Probed(probe.apart, states, commands, self._bounds.probe_s, *worth))
+        scene.record(Probed(probe.apart, state, commands, self._bounds.probe_s, *worth))
         if probe.path is None:
             await scene.look()
             outcome = NoActionNeeded(scene.seen_s, chosen.verdict.min_margin)

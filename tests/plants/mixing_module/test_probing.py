@@ -41,7 +41,7 @@ def told_apart(fault: str, severity: float, seed: int, mismatch: str = "none") -
     """A run in which one test of the way said which fault it is, where the first look did not."""
     result, trace = batch(fault, severity, seed, mismatch)
     (probe,), (end,) = trace.of(Probed), trace.of(ProbeEnded)
-    assert {p.rpartition("_")[2] for p in probe.path[:2]} == {"B201"} and probe.path[1].startswith("bypass")
+    assert probe.state == "bypass_emptying_B201"
     assert probe.value > probe.cost > 0.0 and probe.nats > 1.0
     assert (end.likeliest, end.told) == (fault, True) and end.probability >= NAMED
     at_s = next(entry.at_s for entry in trace.entries if entry.event is end)

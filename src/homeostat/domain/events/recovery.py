@@ -191,8 +191,8 @@ class Probed:
     kind: ClassVar[str] = "probed"
     apart: tuple[str, str]
     """Names of the two explanations between which most is at stake, the likelier one first."""
-    path: tuple[str, ...]
-    """States that it leads through; empty for a wait."""
+    state: str
+    """State that the plant is brought to; empty for a wait."""
     commands: tuple[Command, ...]
     """What is commanded; none for a wait."""
     seconds: float

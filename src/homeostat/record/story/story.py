@@ -103,7 +103,7 @@ class Story:
             case NoActionTaken():
                 yield Line(at_s, "no action", f"needed in {event.state!r}", Tone.MUTED)
             case Probed():
-                yield _probe(event, at_s, commands(event.commands, self._plant))
+                yield _probe(event, at_s)
             case ProbeEnded():
                 said = f"{100 * event.probability:.0f} % {event.likeliest}"
                 text = f"told apart: {said}" if event.told else f"not told apart: {said} at most"
@@ -160,13 +160,11 @@ class Story:
         return Line(at_s, ATTEMPT, text, Tone.PLAIN if event.approved else Tone.MUTED)
 
 
-def _probe(event: Probed, at_s: float, commanded: str) -> Line:
-    """What is tried, or waited for, only to learn something."""
-    what = f"{' > '.join(event.path)}: {commanded};" if event.path else "wait"
-    why = f"{what} {event.seconds:g} s to tell {event.apart[0]} from {event.apart[1]}"
-    return Line(
-        at_s, "probe", f"{why}; {event.nats:.1f} nats expected, worth {event.value:.3f}, costs {event.cost:.3f}"
-    )
+def _probe(event: Probed, at_s: float) -> Line:
+    """What is tried, or waited for, only to learn something; what is written for it is told when it is released."""
+    what = f"{event.state or 'a wait'} for {event.seconds:g} s to tell {event.apart[0]} from {event.apart[1]}"
+    worth = f"{event.nats:.1f} nats expected, worth {event.value:.3f}, costs {event.cost:.3f}"
+    return Line(at_s, "probe", f"{what}; {worth}")
 
 
 def _call(event: ModelCalled, at_s: float) -> Line:
