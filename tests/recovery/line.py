@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from homeostat.agents.roles import Action, Agents, Monitoring, Planning, Proposer, Reprompting, Validation
+from homeostat.agents.roles import Action, Agents, Monitoring, Planning, Probing, Proposer, Reprompting, Validation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.domain.diagnosis import Hypothesis
@@ -213,6 +213,7 @@ class Stage:
     mode: Mode = Mode.CLOSED_LOOP
     check: Check | None = None
     hook: Hook = lambda seen: None
+    probing: Callable[[LineTwin], Probing] | None = None
 
     def __post_init__(self) -> None:
         self.plant = LinePlant(self.end_s, self.start, self.heating)
@@ -256,8 +257,9 @@ class Stage:
             TwinSimulation(self.twin, TAGS, self.limits),  # type: ignore[arg-type]
             self.validation or LimitValidation(self.limits, TAGS),
             NoGraph(),  # type: ignore[arg-type]
+            None if self.probing is None else self.probing(self.twin),
         )
-        rules = PlantRules(self.machine, self.limits, Production("F", FULL), (DRAIN, VENT), {"K": 2.0})
+        rules = PlantRules(self.machine, self.limits, Production("F", FULL), (DRAIN, VENT), {"K": 2.0}, TAGS)
         check = self.check or ReleaseCheck(self.twin, self.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
         return RecoveryLoop(self.exchange, agents, rules, check, self.bounds, self.shared)
 

@@ -8,17 +8,20 @@ import pytest
 
 from homeostat.agents.roles import Probe, Situation
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
-from homeostat.domain.events.recovery import Diagnosed, Probed, ProbeEnded
+from homeostat.domain.events.recovery import Diagnosed, Probed, ProbeEnded, ReleasedActions
+from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Arm
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import Rollout
+from homeostat.links.clock import DeclaredClock
 from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.plant_rules import Bounds
 from homeostat.twin.twin import Interruption
-from tests.recovery.desk import Recovery, latched, ticks, watching
-from tests.recovery.line import COOLING, LineTwin, feed
+from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
+from tests.recovery.desk import PlanningByState, Recovery, latched, ticks, watching
+from tests.recovery.line import COOLING, GOOD, LineTwin, Stage, feed, safe
 
 NEAR, TOO_NEAR = 309.0, 311.5
 """Without action the limit of 313 K is violated in 40 s, in 15 s [K]."""
@@ -175,3 +178,37 @@ def test_equal_runs_are_equal() -> None:
 def test_without_probing_nothing_is_tried() -> None:
     done = Recovery(ticks(1, 30, NEAR), watching(10.0, answer=unsure), bounds=SHORT).run()
     assert begun(done) == []
+
+
+# --- with a guard ----------------------------------------------------------------------------------------------------
+
+
+def guarded(probe: Probe, thought_s: float) -> Stage:
+    """A line with a guard, on which each thought takes so long; it is looked at from 50 s on, at 305 K."""
+    return Stage(
+        ScriptedAction(GOOD),
+        planning=PlanningByState(COOLING),
+        machine=COOLING,
+        monitoring=ScriptedMonitoring(50.0, answer=unsure),
+        clock=DeclaredClock(thought_s),
+        bounds=SHORT,
+        end_s=150.0,
+        probing=lambda twin: ScriptedProbing((probe,), twin),
+    ).run()
+
+
+def test_the_guard_ends_what_must_not_go_on_while_recovery_thinks() -> None:
+    stage = guarded(HEATING, thought_s=25.0)
+    assert len(stage.trace.of(Probed)) == len(stage.trace.of(ReleasedActions)) == 1
+    assert safe(stage) and stage.guard.latched is not None
+    probed_s = next(e.at_s for e in stage.trace.entries if isinstance(e.event, ReleasedActions))
+    acted_s = next(e.at_s for e in stage.trace.entries if isinstance(e.event, FallbackActivated))
+    assert probed_s + 10.0 <= acted_s <= probed_s + 13.0, "when the probe and the time for its answer are over"
+    assert max(r.values["T"] for r in stage.plant.readings) < 313.0
+
+
+def test_the_guard_leaves_what_recovery_answers_in_time() -> None:
+    stage = guarded(HEATING, thought_s=1.0)
+    assert stage.guard.latched is None and len(stage.trace.of(ProbeEnded)) == 1
+    assert len(stage.trace.of(ReleasedActions)) == 2, "the test move, and what recovers the line"
+    assert max(r.values["T"] for r in stage.plant.readings) < 313.0

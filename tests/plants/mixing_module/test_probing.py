@@ -68,6 +68,12 @@ def test_a_leak_of_the_common_line_is_told_by_the_bypass_on_which_it_stays(sever
 
 
 @pytest.mark.slow
+def test_a_leak_that_would_spill_too_much_meanwhile_is_not_tested() -> None:
+    result, trace = batch("leakage_common", 1.0, 1)
+    assert not trace.of(Probed) and result.state == "held"
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["leakage_main", "leakage_common"])
 @pytest.mark.parametrize(("severity", "seed"), [(0.3, 1), (0.3, 3), (0.5, 1), (0.5, 3)])
 def test_over_seeds_and_sizes_both_leaks_are_named_in_the_end(fault: str, severity: float, seed: int) -> None:

@@ -87,10 +87,15 @@ class _Work:
     """The computation, beside the event loop."""
 
     twin: Twin
+    """The twin as it was when the question was asked."""
     plant: PlantDescription
+    """What may be commanded, and how fast."""
     cost: Cost
+    """What answers cost, as in a search."""
     situation: Situation
+    """The plant now."""
     explanations: Sequence[Explanation]
+    """What is plausible, the most probable first."""
 
     def probes(
         self, opened: Sequence[Sequence[RecoveryPath]], tried: Sequence[RecoveryPath], idle: ActionSet, seconds: int
