@@ -147,7 +147,7 @@ class Probing(Protocol):
     """Looks for what would tell explanations apart that call for different answers."""
 
     async def probes(self, situation: Situation, idle: ActionSet, seconds: float) -> tuple[Probe, ...]:
-        """Probes of so many ``seconds`` that are worth more than they cost, the best first.
+        """Probes of so many ``seconds`` that are clearly worth more than they cost, the best first.
 
         ``idle`` is what follows if nobody interferes.
         """

@@ -7,6 +7,7 @@ import functools
 import pytest
 
 from homeostat.domain.diagnosis import FaultProbability, by_fault_set
+from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Diagnosed, Probed, ProbeEnded
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
@@ -35,6 +36,10 @@ def batch(fault: str, severity: float, seed: int, mismatch: str = "none") -> tup
 def looks(trace: MemoryTrace) -> list[FaultProbability]:
     """What was likeliest at each look."""
     return [by_fault_set(event.hypotheses)[0] for event in trace.of(Diagnosed)]
+
+
+def states(trace: MemoryTrace) -> list[str]:
+    return [event.state for event in trace.of(StateEntered)]
 
 
 def told_apart(fault: str, severity: float, seed: int, mismatch: str = "none") -> Run:
@@ -79,6 +84,14 @@ def test_a_leak_that_would_spill_too_much_meanwhile_is_not_tested() -> None:
 def test_over_seeds_and_sizes_both_leaks_are_named_in_the_end(fault: str, severity: float, seed: int) -> None:
     _, trace = batch(fault, severity, seed)
     assert looks(trace)[-1].name == fault and looks(trace)[-1].probability >= NAMED
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_on_a_plant_that_is_not_its_model_the_bypass_tells_as_well(seed: int) -> None:
+    result, trace = batch("leakage_main", 0.3, seed, "plant")
+    assert any(best.name.startswith("leakage_main") and best.probability >= NAMED for best in looks(trace))
+    assert result.state == "complete" and any(state.startswith("bypass") for state in states(trace))
 
 
 @pytest.mark.slow
