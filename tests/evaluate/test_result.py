@@ -12,6 +12,7 @@ from homeostat.domain.diagnosis import FaultProbability, FaultState
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import Command
 from homeostat.journal.beside.files import RESULT
+from homeostat.record.probes import ProbeMade
 from homeostat.record.result import SCHEMA, Exposure, Result, ResultError, StepScores, read_result
 
 BOTH = (FaultState("leak", 0.005, 0.0), FaultState("fouling", 0.7, 0.0))
@@ -38,6 +39,10 @@ RESULT_OF_TWO = Result(
     thinking_s=1.5,
     wall_s=8.25,
     trace="runs/one",
+    probes=(
+        ProbeMade(2005.0, 300.0, "", ("leak", "fouling"), 4.0, 0.3, 0.001, "leak", 0.99, True),
+        ProbeMade(2500.0, 300.0, "reduced_load", ("leak", "none"), 2.0, 0.2, 0.01),
+    ),
 )
 
 
@@ -54,6 +59,7 @@ def test_read_back_as_written(tmp_path: Path, detected_s: float | None) -> None:
     (tmp_path / RESULT).write_text(result.to_json())
     again = read_result(tmp_path)
     assert again is not None and again.to_json() == result.to_json()
+    assert again.probes == result.probes
     assert (again.actions, again.outcome, again.limit_exposure_s, again.steps) == (
         result.actions, result.outcome, result.limit_exposure_s, result.steps,
     )  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from homeostat.domain.events.guard import RequestAnswered
-from homeostat.domain.events.recovery import Deviated, ReleaseRefused
+from homeostat.domain.events.recovery import Deviated, Probed, ProbeEnded, ReleaseRefused
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import Finding
@@ -40,6 +40,20 @@ def test_a_refusal_is_told_with_its_reason_and_forges_no_line() -> None:
     answered = RequestAnswered("r1", "search", "", RequestStatus.REFUSED, "CHK-SERVICE", FORGED)
     (line,) = story.tell(answered, 931.0)
     assert str(line).isprintable() and "search: the guard, because" in str(line)
+
+
+def test_a_test_move_is_told_with_what_it_is_for_and_what_came_of_it() -> None:
+    story = Story(load_plant("mixing_module").description)
+    apart = ("leakage_common", "leakage_main")
+    (line,) = story.tell(Probed(apart, "bypass_emptying_B201", (), 6.0, 1.69, 0.2957, 0.0105), 127.0)
+    assert str(line) == (
+        "    127 s  probe     bypass_emptying_B201 for 6 s to tell leakage_common from leakage_main; "
+        "1.7 nats expected, worth 0.296, costs 0.011"
+    )
+    (line,) = story.tell(Probed(apart, "", (), 6.0, 1.69, 0.2957, 0.0105), 128.0)
+    assert "a wait for 6 s to tell" in str(line)
+    (line,) = story.tell(ProbeEnded(apart, FORGED, 0.6, False), 135.0)
+    assert str(line).isprintable() and "not told apart: 60 %" in str(line)
 
 
 def test_a_departure_is_told_with_its_reason() -> None:

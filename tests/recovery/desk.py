@@ -9,7 +9,7 @@ from collections.abc import Callable, Coroutine, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from homeostat.agents.roles import Agents, Proposer, Situation
+from homeostat.agents.roles import Agents, Probing, Proposer, Situation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.domain.advice import Advice
@@ -183,6 +183,7 @@ class Recovery:
     heating: float = 0.1
     graph: Graph = field(default_factory=Graph)
     band: StepBand | None = None
+    probing: Probing | None = None
 
     def __post_init__(self) -> None:
         self.desk = ScriptedDesk(self.ticks, self.thinking, self.overtaking_s)
@@ -193,8 +194,8 @@ class Recovery:
         )
         self.simulation = NotingSimulation(self.twin, self.limits)
         validation = LimitValidation(self.limits, TAGS)
-        agents = Agents(self.monitoring, (proposer,), self.simulation, validation, self.graph)  # type: ignore[arg-type]
-        rules = PlantRules(COOLING, self.limits, Production("F", FULL), (DRAIN, VENT), {"K": 2.0})
+        agents = Agents(self.monitoring, (proposer,), self.simulation, validation, self.graph, self.probing)  # type: ignore[arg-type]
+        rules = PlantRules(COOLING, self.limits, Production("F", FULL), (DRAIN, VENT), {"K": 2.0}, TAGS)
         check = ReleaseCheck(self.twin, self.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
         self.loop = RecoveryLoop(self.desk, agents, rules, check, self.bounds, self.trace)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from homeostat.agents.roles import Action, Agents, Monitoring, Planning, Proposer, Reprompting, Validation
+from homeostat.agents.roles import Action, Agents, Monitoring, Planning, Probing, Proposer, Reprompting, Validation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.domain.diagnosis import Hypothesis
@@ -39,6 +39,7 @@ from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import Check, ReleaseCheck
 from homeostat.recovery.supervisor import RecoveryLoop
 from homeostat.stl.formula import parse
+from homeostat.twin.twin import Interruption
 from tests.agents.scripted import NoGraph, ScriptedMonitoring, ScriptedPlanning, ScriptedReprompting
 from tests.safety.world import CALM, HOT, TAGS
 
@@ -140,6 +141,12 @@ def slope(heating: float, feed: float) -> float:
     return heating * 2.0 * (feed / FULL - 0.5)
 
 
+def _fed(actions: ActionSet, before: float) -> float:
+    """Feed under ``actions`` [L/s]."""
+    command = actions.command("F.sp")
+    return before if command is None or command.value is None else command.value
+
+
 class LineTwin:
     """What a twin offers to simulation and release check, over the same straight line; two members, equal weights."""
 
@@ -160,7 +167,9 @@ class LineTwin:
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[Mapping[str, float], ...]:
         return ({},)
 
-    def roll_out(self, actions: ActionSet, hypotheses: Sequence[Hypothesis]) -> Rollout:
+    def roll_out(
+        self, actions: ActionSet, hypotheses: Sequence[Hypothesis], ended: Interruption | None = None
+    ) -> Rollout:
         assert self.last is not None
         error = self.bug(actions)
         if error is not None:
@@ -169,15 +178,14 @@ class LineTwin:
         if self.result(actions) is not RolloutResult.COMPLETED:
             nothing = Trajectory(self.last.at_s, 1.0, {})
             return Rollout(actions.digest, nothing, tuple(hypotheses), (), RolloutResult.BROKE_DOWN, "member 0")
-        command = actions.command("F.sp")
-        feed = self.last.values["F.sp"] if command is None or command.value is None else command.value
-        values = dict(self.last.values) | {"F.sp": feed, "F": feed}
-        signals = {tag: np.full((2, HORIZON), value) for tag, value in values.items()}
-        seconds = np.arange(1, HORIZON + 1)
+        feeds = np.full(HORIZON, _fed(actions, self.last.values["F.sp"]))
+        if ended is not None:
+            feeds[math.ceil(ended.after_s) :] = _fed(ended.actions, feeds[0])
+        signals = {tag: np.full((2, HORIZON), value) for tag, value in self.last.values.items()}
+        signals |= {"F.sp": np.tile(feeds, (2, 1)), "F": np.tile(feeds, (2, 1))}
         for member, mismatch in enumerate((0.0, 0.01)):
-            signals["T"][member] = (
-                self.last.values["T"] + (slope(self.heating, feed) + mismatch * self.heating) * seconds
-            )
+            rises = [slope(self.heating, feed) + mismatch * self.heating for feed in feeds.tolist()]
+            signals["T"][member] = self.last.values["T"] + np.cumsum(rises)
         trajectory = Trajectory(self.last.at_s + 1.0, 1.0, signals)
         return Rollout(
             actions.digest, trajectory, tuple(hypotheses), weights, RolloutResult.COMPLETED, bands=self.bands(actions)
@@ -205,6 +213,7 @@ class Stage:
     mode: Mode = Mode.CLOSED_LOOP
     check: Check | None = None
     hook: Hook = lambda seen: None
+    probing: Callable[[LineTwin], Probing] | None = None
 
     def __post_init__(self) -> None:
         self.plant = LinePlant(self.end_s, self.start, self.heating)
@@ -248,8 +257,9 @@ class Stage:
             TwinSimulation(self.twin, TAGS, self.limits),  # type: ignore[arg-type]
             self.validation or LimitValidation(self.limits, TAGS),
             NoGraph(),  # type: ignore[arg-type]
+            None if self.probing is None else self.probing(self.twin),
         )
-        rules = PlantRules(self.machine, self.limits, Production("F", FULL), (DRAIN, VENT), {"K": 2.0})
+        rules = PlantRules(self.machine, self.limits, Production("F", FULL), (DRAIN, VENT), {"K": 2.0}, TAGS)
         check = self.check or ReleaseCheck(self.twin, self.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
         return RecoveryLoop(self.exchange, agents, rules, check, self.bounds, self.shared)
 

@@ -47,6 +47,25 @@ def judge(
     return Revise(findings)
 
 
+def judge_passing(
+    actions: ActionSet, rollout: Rollout, limits: Limits, tags: Tags, path: RecoveryPath | None
+) -> Verdict:
+    """Judge what goes on for a while only: its commands, and what protects the plant, as long as ``rollout`` lasts.
+
+    ``path`` is what it takes; None where nothing is commanded. How well the plant is recovered by it does not count.
+    """
+    criteria = [c for c in limits.criteria if c.hard]
+    needed = [*limits.hard, *(limits.of_kind(LimitKind.PERMISSIVE) if path is not None else ())]
+    unfit = _unfit(actions, rollout, _read(criteria) | _read(needed))
+    if unfit is None and actions.then and path is not None:
+        unfit = _astray(actions, path)
+    if unfit is not None:
+        return Revise((unfit,))
+    commanded = () if path is None else _commands_by_step(actions, path.machine.state(path.target), tags, path)
+    findings = (*commanded, *rollout_findings(rollout, criteria, needed, actions))
+    return Approve(actions.digest, findings) if all(f.satisfied for f in findings) else Revise(findings)
+
+
 def judge_safety(actions: ActionSet, rollout: Rollout, limits: Limits) -> Verdict:
     """Judge a fallback: only what protects the plant counts."""
     criteria = [c for c in limits.criteria if c.hard]

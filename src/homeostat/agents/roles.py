@@ -12,6 +12,7 @@ from homeostat.domain.plant.state_machine import State
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve, Finding, Resolution, Revise, Rollout, Verdict
+from homeostat.twin.twin import Interruption
 
 
 class AskingProtocol(StrEnum):
@@ -61,6 +62,8 @@ class Approved:
     """Its approval."""
     proposer: str
     """Who proposed it."""
+    ended: Interruption | None = None
+    """What ends it for sure where it is released for a while only, to learn something; None where it is to last."""
 
 
 class Monitoring(Protocol):
@@ -122,6 +125,39 @@ class Simulation(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """A test move or a wait: what it should tell apart, what that is worth and what it costs."""
+
+    actions: ActionSet
+    """What is commanded; what follows anyway where it is a wait."""
+    path: RecoveryPath | None
+    """The path that it takes; None for a wait."""
+    apart: tuple[str, str]
+    """The two explanations between which most is at stake, the likelier one first."""
+    nats: float
+    """Expected evidence between these two [nats]."""
+    value: float
+    """Production that is expected to be won by knowing more, as a fraction of the design rate [1]."""
+    cost: float
+    """Production that is expected to be lost meanwhile, and what moving costs [1]."""
+
+
+class Probing(Protocol):
+    """Looks for what would tell explanations apart that call for different answers."""
+
+    async def probes(self, situation: Situation, idle: ActionSet, seconds: float) -> tuple[Probe, ...]:
+        """Probes of so many ``seconds`` that are clearly worth more than they cost, the best first.
+
+        ``idle`` is what follows if nobody interferes.
+        """
+        ...
+
+    async def try_out(self, probe: Probe, diagnosis: Diagnosis, ended: Interruption) -> Rollout:
+        """What ``probe`` does until it is ``ended``, and what follows, under every plausible hypothesis."""
+        ...
+
+
 class Validation(Protocol):
     """Judges rollouts."""
 
@@ -170,3 +206,5 @@ class Agents:
     """Judges."""
     grounding: Grounding
     """Asks the knowledge graph for all of them."""
+    probing: Probing | None = None
+    """Looks for test moves and waits; None where nothing is done only to learn something."""

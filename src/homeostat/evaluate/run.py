@@ -18,6 +18,7 @@ from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.journal.beside.files import write_whole
 from homeostat.plants.plant import Plant
 from homeostat.record.directory import RunDirectory
+from homeostat.record.probes import probes_made
 from homeostat.record.result import Exposure, Result, StepScores
 from homeostat.record.run_record import RunRecord
 
@@ -147,6 +148,7 @@ class Run:
             trace=str(folder),
             disturbances=tuple(map(str, self.scenario.disturbances)),
             mismatch=self.scenario.mismatch,
+            probes=probes_made(self.record.entries),
         )
 
     def events(self, kind: type[E]) -> tuple[E, ...]:

@@ -11,6 +11,7 @@ from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.proposer import language_proposer, step_proposer
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.monitoring.monitoring import TwinMonitoring
+from homeostat.agents.probing.twin_probing import TwinProbing
 from homeostat.agents.roles import Agents, AskingProtocol, Monitoring, Proposer, Simulation
 from homeostat.agents.search.action import SearchAction
 from homeostat.agents.search.candidates import design_commands
@@ -262,6 +263,7 @@ def _recovery(
     sealer: Sealer,
 ) -> RecoveryLoop:
     d, tags, archive = plant.description, plant.description.tags_by_name, arrangement.archive
+    stepwise = arrangement.protocol is AskingProtocol.PER_STEP
     twin = Twin(plant.model, d, plant.twin, seed)
     grounding = Grounding(plant.graph, plant.namespace, archive)
     simulation = TwinSimulation(twin, tags, d.limits)
@@ -273,8 +275,9 @@ def _recovery(
         simulation=simulation,
         validation=LimitValidation(d.limits, tags),
         grounding=grounding,
+        probing=None if stepwise else TwinProbing(twin, d, grounding, plant.production),
     )
-    known = PlantRules(d.machine, d.limits, plant.production, rules.fallbacks, d.scales)
+    known = PlantRules(d.machine, d.limits, plant.production, rules.fallbacks, d.scales, tags)
     check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration)
-    bounds = Bounds(arrangement.budget, plant.intervention, arrangement.protocol is AskingProtocol.PER_STEP)
+    bounds = Bounds(arrangement.budget, plant.intervention, stepwise)
     return RecoveryLoop(exchange, agents, known, check, bounds, trace)

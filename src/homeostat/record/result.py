@@ -11,6 +11,7 @@ from homeostat.domain.outcome import Outcome, outcome_named
 from homeostat.domain.recovery import Command
 from homeostat.journal.beside.files import RESULT
 from homeostat.journal.encode import Json
+from homeostat.record.probes import ProbeMade
 
 SCHEMA = 2
 """Number of what the keys mean; one that is not there is 1, which knew other outcomes."""
@@ -114,6 +115,8 @@ class Result:
     """What else happened to the true plant."""
     mismatch: str = "none"
     """How the true plant was not the model that its twin has."""
+    probes: tuple[ProbeMade, ...] = ()
+    """Test moves and waits, in order."""
 
     @property
     def good(self) -> bool:
@@ -154,6 +157,7 @@ class Result:
                 "nominal_s": self.nominal_s,
                 "totals": self.totals,
                 "steps": None if self.steps is None else asdict(self.steps),
+                "probes": [asdict(probe) for probe in self.probes],
                 "thinking_s": self.thinking_s,
                 "wall_s": self.wall_s,
                 "trace": self.trace,
@@ -183,6 +187,7 @@ def read_result(run_dir: Path) -> Result | None:
                 "steps": None if content["steps"] is None else StepScores(**content["steps"]),
                 "hypotheses": tuple(_fault_set(item) for item in content["hypotheses"]),
                 "actions": tuple(Command(**item) for item in content["actions"]),
+                "probes": tuple(map(_probe, content.get("probes", ()))),
                 "limit_exposure_s": tuple(
                     Exposure(name, e["from_detection"] or 0.0, e["total"]) for name, e in exposure.items()
                 ),
@@ -209,6 +214,10 @@ def _fault_set(item: dict[str, Any]) -> FaultProbability:
     return FaultProbability(
         tuple(FaultState(name, size, math.nan) for name, size in severity.items()), item["probability"]
     )
+
+
+def _probe(item: dict[str, Any]) -> ProbeMade:
+    return ProbeMade(**{**item, "apart": tuple(item["apart"])})
 
 
 def _share(part: int, whole: int) -> float | None:

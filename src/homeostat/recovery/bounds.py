@@ -38,3 +38,9 @@ class InterventionBounds:
     """A step this far outside the times that were predicted for it calls for attention; infinite for none [s]."""
     repeat_s: float = 20.0
     """Between two such calls [s]."""
+    probes: int = 2
+    """Most test moves and waits before nothing is wrong any more; 0 for none."""
+    probe_s: float = 300.0
+    """How long one lasts before the plant is looked at again [s]."""
+    answer_s: float = 30.0
+    """After one that must not go on, the time that thinking is given before a fallback ends it [s]."""

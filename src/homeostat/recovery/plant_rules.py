@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.production import Production
 from homeostat.domain.plant.state_machine import StateMachine
+from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import FallbackStrategy
 from homeostat.recovery.bounds import Budget, InterventionBounds
 
@@ -24,6 +25,8 @@ class PlantRules:
     """Safe-state strategies in table order, each with the steps that follow."""
     scales: Mapping[str, float]
     """Unit -> what counts as one unit of margin in it."""
+    tags: Mapping[str, Tag] = field(default_factory=dict)
+    """Tag name -> tag, for what may be commanded how fast."""
 
 
 @dataclass(frozen=True, slots=True)

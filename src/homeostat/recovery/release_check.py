@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from homeostat.agents.checks import judge
+from homeostat.agents.checks import judge, judge_passing
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.roles import Approved
 from homeostat.domain.diagnosis import Diagnosis
@@ -63,9 +63,14 @@ class ReleaseCheck:
         twin = self._twin.frozen()  # a check that is given up goes on computing
         for snapshot in fresh:
             twin.observe(snapshot)
-        rollout = twin.roll_out(found.actions, plausible(diagnosis))
-        target = found.path.machine.state(found.path.target)
-        verdict = judge(found.actions, rollout, self._limits, target, self._tags, found.path)
+        hypotheses = plausible(diagnosis)
+        if found.ended is None:
+            rollout = twin.roll_out(found.actions, hypotheses)
+            target = found.path.machine.state(found.path.target)
+            verdict = judge(found.actions, rollout, self._limits, target, self._tags, found.path)
+        else:  # what is released for a while is judged until it is over for sure
+            rollout = twin.roll_out(found.actions, hypotheses, found.ended)
+            verdict = judge_passing(found.actions, rollout, self._limits, self._tags, found.path)
         passed = isinstance(verdict, Approve) and verdict.digest == found.approval.digest == found.actions.digest
         request = self._request(found, diagnosis, fresh[-1].at_s) if passed else None
         return Checked(verdict, rollout, request)

@@ -16,6 +16,7 @@ from homeostat.recovery.intervention import InterventionPolicy
 from homeostat.recovery.look.prospect import Prospect
 from homeostat.recovery.look.watch import Watch
 from homeostat.recovery.plant_rules import Bounds, PlantRules
+from homeostat.recovery.probing import Probes
 from homeostat.recovery.progress import ProgressMonitor
 from homeostat.recovery.proposals import Proposals
 from homeostat.recovery.release_check import Check
@@ -38,6 +39,7 @@ class RecoveryLoop:
         self._prospect = Prospect(scene, agents, rules.machine, self._progress, bounds)
         self._arming = Arming(scene, agents.simulation, rules, bounds.budget)
         self._proposals = Proposals(scene, agents, rules, check, policy, bounds)
+        self._probes = Probes(scene, agents, rules, check, self._progress, bounds)
         self._agenda, self._memory = Agenda(rules.machine, bounds), RecoveryMemory()
 
     async def supervise(self) -> None:
@@ -47,6 +49,7 @@ class RecoveryLoop:
             self._progress.follow(seen)
             noticed = self._watch.notices(seen.sample)
             if self._watch.stands_back(seen):
+                self._probes.drop()
                 self._memory = replace(self._memory, unanswered=False)
                 continue
             if noticed and not self._agenda.settled(self._memory, self._scene.now.state, self._watch.symptoms):
@@ -54,7 +57,8 @@ class RecoveryLoop:
             if self._desk.behind:  # what passed while somebody thought is watched first
                 continue
             deviation = await self._prospect.deviation(seen)
-            if self._memory.unanswered or deviation is not None or self._agenda.step_is_due(self._memory, self._scene):
+            due = self._agenda.step_is_due(self._memory, self._scene) or self._probes.due(seen.now_s)
+            if self._memory.unanswered or deviation is not None or due:
                 self._memory = replace(self._memory, unanswered=True)
                 done = await self._desk.think(self.attend(deviation))
                 self._memory = replace(self._memory, unanswered=not done)
@@ -69,12 +73,14 @@ class RecoveryLoop:
             try:
                 diagnosis = await self._watch.diagnose(deviates, self._desk.wall_s(self._diagnosis_s))
             except TimeoutError:
+                self._probes.drop()
                 return nothing_is_known(scene, self._diagnosis_s)
             if diagnosis.faulty:
                 scene.record(Diagnosed.of(diagnosis), diagnosis.at_s)
-            due = self._agenda.step_is_due(self._memory, scene)
+            probed = self._probes.end(diagnosis)
+            due = probed or self._agenda.step_is_due(self._memory, scene)
             if diagnosis.symptoms or diagnosis.faulty or deviates or due or scene.now.act_by_s is not None:
-                outcome = await self.recover(diagnosis, deviates)
+                outcome = await self.recover(diagnosis, deviates, probed)
                 if isinstance(outcome, FallbackNeeded):
                     return  # until the fallback has acted it may still be overtaken
                 if diagnosis.faulty or ((deviates or diagnosis.symptoms) and isinstance(outcome, Released)):
@@ -82,8 +88,11 @@ class RecoveryLoop:
         finally:
             scene.flush()
 
-    async def recover(self, diagnosis: Diagnosis, deviates: bool) -> Resolution:
-        """Release a validated action set within the time that physics leaves, leave the plant alone, or fall back."""
+    async def recover(self, diagnosis: Diagnosis, deviates: bool, probed: bool = False) -> Resolution:
+        """Release a validated action set within the time that physics leaves, leave the plant alone, or fall back.
+
+        ``probed``: the plant stands where a test move has brought it, which is nowhere to stay without a reason.
+        """
         began, scene, agenda = asyncio.get_running_loop().time(), self._scene, self._agenda
         try:
             idle = await self._prospect.without_action(diagnosis)
@@ -94,10 +103,13 @@ class RecoveryLoop:
         look = self._policy.look(scene.now, diagnosis, idle, verdict, self._memory.recovered)
         if due := agenda.step_is_due(self._memory, scene):
             self._memory = replace(self._memory, asked=(look.state, scene.seen_s))
-        stance = agenda.stance(self._memory, look, due, deviates)
+        stance = agenda.stance(self._memory, look, due or probed, deviates)
         reason = "the batch is over, and what follows violates a limit"
         if stance.asks:
             situation = scene.situation(diagnosis, verdict.findings, armed.left_s)
+            begun = await self._probes.begin(situation, idle, began)
+            if begun is not None:
+                return begun
             try:
                 taken = await self._proposals.ask(situation, idle if stance is Stance.IMPROVE else None, began)
             except (TimeoutError, NoAdmissiblePlan, Withdrawn) as failed:

@@ -1,15 +1,17 @@
 """Forecast: what a set of actions would do under the hypotheses, over the uncertainty of the parameters."""
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.process.batch import Batch
 from homeostat.process.model import ProcessModel
 from homeostat.process.moves import Move, MoveKind, Movers, moved_inputs, simulate_moved
-from homeostat.process.sequence import InputSequence, run_sequences
+from homeostat.process.sequence import Guard, InputSequence, run_sequences
 from homeostat.process.types import Cube, Indices, Table, Vec
 from homeostat.twin.carried import Carried, Carrier
 from homeostat.twin.history import Window
@@ -117,12 +119,22 @@ def forecast(
     Every schedule sees the same disturbances (common random numbers), so that schedules can be compared.
     """
     count, steps = schedules.shape[0], schedules.shape[1]
-    batch = _batch(model, ensemble, count, steps, stride, sensor_noise)
+    batch = copies(model, ensemble, count, steps, stride, sensor_noise)
     inputs, follows = _arriving(schedules, ensemble)
     batch = replace(batch, inputs=inputs, input_of=follows)
-    result = simulate_moved(model.kernel, batch, _movers(ensemble, count), lambda i: model.states[i])
+    result = simulate_moved(model.kernel, batch, movers(ensemble, count), lambda i: model.states[i])
     sampled = np.repeat(schedules[:, stride - 1 :: stride][:, : result.record.shape[1]], len(ensemble.states), axis=0)
     return Forecast(model.truth(result.record, sampled), float(stride))
+
+
+def after(seconds: int) -> Guard:
+    """A guard of a first step that holds from so many seconds on, whatever is read; for one run of one sequence."""
+    looks = itertools.count(1)
+
+    def holds(shown: Mapping[str, Vec]) -> NDArray[np.bool_]:
+        return np.full(len(next(iter(shown.values()))), next(looks) >= seconds)
+
+    return holds
 
 
 def follow(
@@ -132,8 +144,8 @@ def follow(
 
     With sensor noise, because what the instruments show decides when a step ends.
     """
-    batch = _batch(model, ensemble, len(sequences), steps, 1, sensor_noise=True)
-    result = run_sequences(model, batch, sequences, present, _movers(ensemble, len(sequences)))
+    batch = copies(model, ensemble, len(sequences), steps, 1, sensor_noise=True)
+    result = run_sequences(model, batch, sequences, present, movers(ensemble, len(sequences)))
     waited_for = np.repeat([len(s.guards) for s in sequences], len(ensemble.states))
     left = tuple((waited_for - result.reached).tolist())
     most = max(len(s.guards) for s in sequences)
@@ -155,11 +167,12 @@ def _arriving(schedules: Cube, ensemble: Ensemble) -> tuple[Cube, Indices]:
     return np.concatenate(inputs), np.concatenate(follows)
 
 
-def _movers(ensemble: Ensemble, count: int) -> Movers:
+def movers(ensemble: Ensemble, count: int) -> Movers:
+    """What happens to ``count`` copies of the ensemble beside their equations."""
     return Movers(ensemble.carried.moves * count, ensemble.start_s)
 
 
-def _batch(model: ProcessModel, ensemble: Ensemble, count: int, steps: int, stride: int, sensor_noise: bool) -> Batch:
+def copies(model: ProcessModel, ensemble: Ensemble, count: int, steps: int, stride: int, sensor_noise: bool) -> Batch:
     """``count`` copies of the ensemble, one after the other, without inputs yet."""
     members = len(ensemble.states)
 

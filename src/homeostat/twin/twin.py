@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
@@ -21,13 +22,15 @@ from homeostat.process.model import ProcessModel, column
 from homeostat.process.schedule import InputRamp
 from homeostat.process.seeds import Stream, generator
 from homeostat.process.sequence import Guard, InputSequence
-from homeostat.process.types import Cube, Vec
+from homeostat.process.types import Cube, Flags, Vec
 from homeostat.stl.formula import Formula
 from homeostat.twin.calibration import Posterior, calibrate, prior
 from homeostat.twin.carried import Carrier
-from homeostat.twin.forecast import Ensemble, Forecast, Past, follow, forecast, synchronise
+from homeostat.twin.forecast import Ensemble, Forecast, Past, after, follow, forecast, synchronise
 from homeostat.twin.history import History
+from homeostat.twin.isolation.evidence import Accuracy
 from homeostat.twin.isolation.isolation import FaultIsolation, Question
+from homeostat.twin.separation import separation
 from homeostat.twin.settings import TwinSettings
 
 
@@ -40,6 +43,16 @@ class Purpose(StrEnum):
     """Everything that is only looked at roughly."""
     JUDGE = Stream.TWIN_JUDGE
     """Rollouts that are judged, and how their margins would change; no search looks at it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interruption:
+    """What takes the place of an action set after a while."""
+
+    after_s: float
+    """Seconds after the release [s]."""
+    actions: ActionSet
+    """What is commanded then, and what follows."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -181,15 +194,32 @@ class Twin:
         result = follow(self._model, ensemble, sequences, self._now(), self.settings.horizon_s)
         return self.tag_signals(result.values), result.dt_s
 
-    def roll_out(self, actions: ActionSet, hypotheses: Sequence[Hypothesis]) -> Rollout:
+    def separation(
+        self, hypotheses: Sequence[Hypothesis], sets: Sequence[ActionSet], seconds: int
+    ) -> tuple[Cube, Flags]:
+        """Expected evidence for each hypothesis against each other one within ``seconds`` of each of ``sets`` [nats].
+
+        Shape (sets, hypotheses, hypotheses), the true one first; and whether a set takes none of its later steps in
+        that time, shape (sets,). ProcessError where one of them leaves the physical world.
+        """
+        ensemble = self.ensemble([*hypotheses, Hypothesis((), 0.0)], draws=1)
+        accuracy = Accuracy(self.settings.errors, self.settings.gain_error)
+        sequences = [self._sequence(actions) for actions in sets]
+        return separation(self._model, ensemble, sequences, self._now(), seconds, accuracy)
+
+    def roll_out(
+        self, actions: ActionSet, hypotheses: Sequence[Hypothesis], ended: Interruption | None = None
+    ) -> Rollout:
         """What ``actions`` would do from the last snapshot on, over the ensemble, with noise.
+
+        ``ended``: what takes their place after a while; none of their later steps is taken until then.
 
         Every action set meets the same draws: what differs between two rollouts is what was commanded, and asking again
         with a slightly different value is no second chance with other luck.
         """
         try:
             ensemble = self.ensemble(hypotheses, self.settings.judged_draws, Purpose.JUDGE)
-            result = self._forecast(ensemble, actions)
+            result = self._forecast(ensemble, actions) if ended is None else self._broken_off(ensemble, actions, ended)
         except ProcessError as broke:
             empty = Trajectory(self._history.window(1).end_s, 1.0, {})
             return Rollout(actions.digest, empty, tuple(hypotheses), (), RolloutResult.BROKE_DOWN, str(broke))
@@ -204,6 +234,15 @@ class Twin:
         if not actions.then:
             return forecast(self._model, ensemble, self.schedules([actions], steps), stride=1)
         return follow(self._model, ensemble, [self._sequence(actions)], self._now(), steps)
+
+    def _broken_off(self, ensemble: Ensemble, actions: ActionSet, ended: Interruption) -> Forecast:
+        """Second by second: ``actions`` for a while, and then what ends them."""
+        first, then = self._sequence(replace(actions, then=())), self._sequence(ended.actions)
+        guards = (after(math.ceil(ended.after_s)), *then.guards)
+        targets, rates = np.vstack([first.targets, then.targets]), np.vstack([first.rates, then.rates])
+        return follow(
+            self._model, ensemble, [InputSequence(targets, rates, guards)], self._now(), self.settings.horizon_s
+        )
 
     def _now(self) -> Vec:
         """The inputs of the last second, shape (inputs,)."""

@@ -185,6 +185,42 @@ class Deviated:
 
 
 @dataclass(frozen=True, slots=True)
+class Probed:
+    """A test move, or a wait, is to tell explanations apart that call for different answers."""
+
+    kind: ClassVar[str] = "probed"
+    apart: tuple[str, str]
+    """Names of the two explanations between which most is at stake, the likelier one first."""
+    state: str
+    """State that the plant is brought to; empty for a wait."""
+    commands: tuple[Command, ...]
+    """What is commanded; none for a wait."""
+    seconds: float
+    """How long it lasts [s]."""
+    nats: float
+    """Predicted evidence between the two [nats]."""
+    value: float
+    """Production that knowing more is expected to win, as a fraction of the design rate [1]."""
+    cost: float
+    """Production that is expected to be lost meanwhile, and what moving costs [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeEnded:
+    """What came of a test move or a wait."""
+
+    kind: ClassVar[str] = "probe-ended"
+    apart: tuple[str, str]
+    """Names of the two explanations that it was to tell apart."""
+    likeliest: str
+    """Name of what explains the readings best now."""
+    probability: float
+    """Its probability [0, 1]."""
+    told: bool
+    """Whether that is enough to act on it alone."""
+
+
+@dataclass(frozen=True, slots=True)
 class Retrieved:
     """The graph answered a question, or documents were found that tell what is in it."""
 

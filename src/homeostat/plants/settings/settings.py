@@ -177,6 +177,9 @@ class InterventionTable(Table):
     improvements: Annotated[int, within(0, 100, "proposals", "each one is searched and judged")] | None = None
     slack_s: Pause | None = None
     repeat_s: Pause | None = None
+    probes: Annotated[int, within(0, 10, "probes", "whoever only tries things recovers nothing")] | None = None
+    probe_s: Pause | None = None
+    answer_s: Pause | None = None
 
     @property
     def settings(self) -> InterventionBounds:

@@ -14,6 +14,8 @@ from homeostat.domain.events.recovery import (
     GaveUp,
     NoActionTaken,
     Noticed,
+    Probed,
+    ProbeEnded,
     ReleasedActions,
     ReleaseRefused,
     Retrieved,
@@ -100,6 +102,12 @@ class Story:
                 yield Line(at_s, "refused", text, Tone.WARNING)
             case NoActionTaken():
                 yield Line(at_s, "no action", f"needed in {event.state!r}", Tone.MUTED)
+            case Probed():
+                yield _probe(event, at_s)
+            case ProbeEnded():
+                said = f"{100 * event.probability:.0f} % {event.likeliest}"
+                text = f"told apart: {said}" if event.told else f"not told apart: {said} at most"
+                yield Line(at_s, "probed", text, Tone.GOOD if event.told else Tone.WARNING)
             case StateEntered():
                 self.state = event.state
                 label = self._plant.machine.state(event.state).label
@@ -150,6 +158,13 @@ class Story:
             text += f": {commands(event.commands, self._plant)}"
         text += f"; {verdict} {worst(event.findings, self._scales)}"
         return Line(at_s, ATTEMPT, text, Tone.PLAIN if event.approved else Tone.MUTED)
+
+
+def _probe(event: Probed, at_s: float) -> Line:
+    """What is tried, or waited for, only to learn something; what is written for it is told when it is released."""
+    what = f"{event.state or 'a wait'} for {event.seconds:g} s to tell {event.apart[0]} from {event.apart[1]}"
+    worth = f"{event.nats:.1f} nats expected, worth {event.value:.3f}, costs {event.cost:.3f}"
+    return Line(at_s, "probe", f"{what}; {worth}")
 
 
 def _call(event: ModelCalled, at_s: float) -> Line:

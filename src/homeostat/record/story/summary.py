@@ -9,6 +9,7 @@ from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import printable
 from homeostat.record.directory import FIGURE
+from homeostat.record.probes import ProbeMade
 from homeostat.record.result import Result, StepScores
 from homeostat.record.story.story import Story
 from homeostat.record.story.wording import commands, probabilities, quantity
@@ -33,6 +34,8 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
     if result.mismatch != "none":
         yield _row("Mismatch", f"{result.mismatch}: the plant is not the twin's model")
     yield _row("Detected", _detected(result, plant))
+    for probe in result.probes:
+        yield _row("Probed", _probed(probe))
     yield _row("Done", _done(result, story.record.acted_s, plant))
     if reason := story.record.reason:
         yield _row("Why", reason)
@@ -67,6 +70,14 @@ def _detected(result: Result, plant: PlantDescription) -> str:
     if result.onset_s is not None:
         text += f", {result.detected_s - result.onset_s:.0f} s after the onset"
     return f"{text}; diagnosed {probabilities(result.hypotheses, plant)}"
+
+
+def _probed(probe: ProbeMade) -> str:
+    """A test move or a wait, and what came of it."""
+    what = probe.state or "a wait"
+    ended = "and nobody looked" if probe.likeliest is None else f"after which {probe.likeliest} was the likeliest"
+    sure = "" if probe.probability is None else f" with {100 * probe.probability:.0f} %"
+    return f"{what} at {probe.at_s:.0f} s to tell {' from '.join(probe.apart)}, {ended}{sure}"
 
 
 def _done(result: Result, acted_s: float | None, plant: PlantDescription) -> str:

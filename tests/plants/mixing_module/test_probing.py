@@ -1,0 +1,105 @@
+"""The two leaks and the two cloggings of the Mixing Module are told apart: by the readings, or by a test of the way."""
+
+from __future__ import annotations
+
+import functools
+
+import pytest
+
+from homeostat.domain.diagnosis import FaultProbability, by_fault_set
+from homeostat.domain.events.guard import StateEntered
+from homeostat.domain.events.recovery import Diagnosed, Probed, ProbeEnded
+from homeostat.evaluate.run import Run
+from homeostat.evaluate.runner import run
+from homeostat.evaluate.scenario import departing, scenario
+from homeostat.journal import MemoryTrace
+from homeostat.links.clock import DeclaredClock
+from homeostat.plants.plant import Plant, load_plant
+
+NAMED = 0.9
+"""Probability from which a name is one [1]."""
+
+
+@functools.cache
+def module() -> Plant:
+    return load_plant("mixing_module")
+
+
+@functools.cache
+def batch(fault: str, severity: float, seed: int, mismatch: str = "none") -> tuple[Run, MemoryTrace]:
+    """A batch with a fault from 60 s on, long before the first pump runs; each thought takes half a second."""
+    trace = MemoryTrace()
+    chosen = departing(module(), scenario(module(), fault, seed, 60.0, severity, 450.0), (), mismatch)
+    return run(module(), chosen, trace, DeclaredClock(0.5)), trace
+
+
+def looks(trace: MemoryTrace) -> list[FaultProbability]:
+    """What was likeliest at each look."""
+    return [by_fault_set(event.hypotheses)[0] for event in trace.of(Diagnosed)]
+
+
+def states(trace: MemoryTrace) -> list[str]:
+    return [event.state for event in trace.of(StateEntered)]
+
+
+def told_apart(fault: str, severity: float, seed: int, mismatch: str = "none") -> Run:
+    """A run in which one test of the way said which fault it is, where the first look did not."""
+    result, trace = batch(fault, severity, seed, mismatch)
+    (probe,), (end,) = trace.of(Probed), trace.of(ProbeEnded)
+    assert probe.state == "bypass_emptying_B201"
+    assert probe.value > probe.cost > 0.0 and probe.nats > 1.0
+    assert (end.likeliest, end.told) == (fault, True) and end.probability >= NAMED
+    at_s = next(entry.at_s for entry in trace.entries if entry.event is end)
+    after = [by_fault_set(e.event.hypotheses)[0] for e in trace.entries
+             if isinstance(e.event, Diagnosed) and e.at_s >= at_s]  # fmt: skip
+    assert all(fault in best.name and best.probability >= NAMED for best in after)
+    assert all(exposure.total_s == 0.0 for exposure in result.exposures)
+    return result
+
+
+@pytest.mark.parametrize(("severity", "seed"), [(0.3, 1), (0.2, 1)])
+def test_a_leak_of_the_main_line_is_told_by_the_bypass_on_which_there_is_none(severity: float, seed: int) -> None:
+    result = told_apart("leakage_main", severity, seed)
+    assert looks(batch("leakage_main", severity, seed)[1])[0].probability < NAMED
+    assert result.complete_s is not None and result.nominal_s is not None
+    assert result.complete_s - result.nominal_s < 15.0, "the bypass is where the batch is to go on"
+
+
+@pytest.mark.parametrize(("severity", "seed"), [(0.3, 2), (0.5, 1)])
+def test_a_leak_of_the_common_line_is_told_by_the_bypass_on_which_it_stays(severity: float, seed: int) -> None:
+    result = told_apart("leakage_common", severity, seed)
+    assert looks(batch("leakage_common", severity, seed)[1])[0].probability < NAMED
+    assert result.state == "held"
+
+
+@pytest.mark.slow
+def test_a_leak_that_would_spill_too_much_meanwhile_is_not_tested() -> None:
+    result, trace = batch("leakage_common", 1.0, 1)
+    assert not trace.of(Probed) and result.state == "held"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", ["leakage_main", "leakage_common"])
+@pytest.mark.parametrize(("severity", "seed"), [(0.3, 1), (0.3, 3), (0.5, 1), (0.5, 3)])
+def test_over_seeds_and_sizes_both_leaks_are_named_in_the_end(fault: str, severity: float, seed: int) -> None:
+    _, trace = batch(fault, severity, seed)
+    assert looks(trace)[-1].name == fault and looks(trace)[-1].probability >= NAMED
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_on_a_plant_that_is_not_its_model_the_bypass_tells_as_well(seed: int) -> None:
+    result, trace = batch("leakage_main", 0.3, seed, "plant")
+    assert any(best.name.startswith("leakage_main") and best.probability >= NAMED for best in looks(trace))
+    assert result.state == "complete" and any(state.startswith("bypass") for state in states(trace))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", ["clogging_main", "clogging_common"])
+@pytest.mark.parametrize(("severity", "seed"), [(0.45, 1), (0.9, 3)])
+def test_cloggings_differ_in_the_pressure_behind_the_pump_and_need_no_test(
+    fault: str, severity: float, seed: int
+) -> None:
+    _, trace = batch(fault, severity, seed)
+    assert not trace.of(Probed)
+    assert all(best.name == fault and best.probability >= NAMED for best in looks(trace))
