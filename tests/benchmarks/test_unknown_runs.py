@@ -83,16 +83,16 @@ def test_monitoring_sees_at_a_look_what_it_saw_in_the_run(folder: Path) -> None:
 def test_a_study_goes_on_where_it_stopped(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    plant, job = load_plant(MIXER), flat_level()
-    judge(plant, [job], (0,), fresh=True)
-    assert set(done(fresh=True)) == {(job.name, 0)} and not done(fresh=False)
+    job = flat_level()
+    judge([job], (0,), fresh=True)
+    assert set(done([job], fresh=True)) == {(job.name, 0)} and not done([job], fresh=False)
     told = capsys.readouterr().out
     assert told.startswith(f"{job.name} +0 s: ")
     monkeypatch.setattr(judging, "recorded", lambda plant, job: pytest.fail("it is judged already"))
-    judge(plant, [job], (0,), fresh=True)
-    with store.judged().open("a", encoding="utf-8") as file:
+    judge([job], (0,), fresh=True)
+    with store.path_of(store.JUDGED).open("a", encoding="utf-8") as file:
         file.write('{"run": "torn')
-    assert set(done(fresh=True)) == {(job.name, 0)}
+    assert set(done([job], fresh=True)) == {(job.name, 0)}
 
 
 def test_a_feature_is_noticed_where_it_stays_outside_for_long_enough() -> None:
