@@ -184,7 +184,9 @@ def _of_operation(study: Study) -> Iterator[Bar]:
     yield _none("harmless runs with a write", sum(one.writes > 0 for one in harmless), runs)
     yield _none("harmless runs with a name at 0.5 or more, everything on", sum(bool(x.names) for x in harmless), runs)
     stirred = sum(one.alarms + one.writes + one.diagnoses for one in study.operated(DAY))
-    yield _none("alarms, diagnoses and writes in a fault-free day", stirred, study.runs_operated(DAY))
+    yield _none(
+        "alarms, writes and answers that something is wrong in 24 fault-free hours", stirred, study.runs_operated(DAY)
+    )
 
 
 def _of_several(study: Study) -> Iterator[Bar]:

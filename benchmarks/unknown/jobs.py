@@ -36,13 +36,14 @@ SEEDS = {
     KNOWN: range(401, 421),
     HARMLESS: range(401, 408),
     HEALTHY: range(401, 421),
-    DAY: range(401, 402),
     PAIRED: range(401, 404),
     LABELLED: range(401, 402),
 }
 """Part -> its seeds. Thresholds are chosen on smaller ones."""
-DAY_S = 86_400.0
-"""Length of a fault-free day [s]."""
+DAY_SEEDS = {"cstr": range(401, 402), "mixing_module": range(401, 545)}
+"""Plant -> seeds of the runs that make a fault-free day: one of the reactor, 144 batches of the module."""
+DAY_S = {"cstr": 86_400.0}
+"""Plant -> length of each of them [s]; as long as any run where it has none."""
 BAND_SEEDS = {"cstr": range(9_001, 9_021), "mixing_module": range(9_001, 9_081)}
 """Plant -> seeds of the fault-free runs that say how far features go by themselves."""
 LOOKS_S = {"cstr": (0, 60, 240, 600), "mixing_module": (0, 15, 60)}
@@ -89,7 +90,7 @@ def jobs(plant: Plant, parts: Sequence[str], ids: Sequence[str], seeds: Sequence
     Seed by seed, so that a study that is stopped has every cause equally often.
     """
     for part in parts:
-        for seed in seeds or SEEDS[part]:
+        for seed in seeds or (DAY_SEEDS[plant.name] if part == DAY else SEEDS[part]):
             for cause in chosen(_causes(plant, part, seed), ids):
                 yield Job(plant.name, part, cause, seed, mismatch)
 
@@ -118,5 +119,5 @@ def to_operate(wanted: Sequence[Job]) -> list[Job]:
 def scenario_of(plant: Plant, job: Job) -> Scenario:
     """The ground truth of ``job``."""
     faults = [Fault(f.fault, f.severity, f.onset_s) for f in job.cause.faults]
-    chosen = scenarios.scenario_of(plant, faults, job.seed, DAY_S if job.part == DAY else None)
+    chosen = scenarios.scenario_of(plant, faults, job.seed, DAY_S.get(plant.name) if job.part == DAY else None)
     return departing(plant, chosen, (job.cause.spec,) if job.cause.spec else (), job.mismatch)

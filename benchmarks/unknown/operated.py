@@ -11,6 +11,7 @@ from benchmarks.unknown.jobs import Job, scenario_of
 from benchmarks.unknown.judge import named
 from benchmarks.unknown.looks import said
 from benchmarks.unknown.workers import plant_named
+from homeostat.domain.diagnosis import by_fault_set
 from homeostat.domain.events.people import AlarmRaised
 from homeostat.domain.events.recovery import Diagnosed
 from homeostat.domain.events.writes import Cause, WriteIntended
@@ -40,7 +41,7 @@ class Operated:
     alarms: int
     """Alarms that were raised."""
     diagnoses: int
-    """How often something was said to be wrong."""
+    """How often something was said to be wrong; that nothing explains a symptom is not counted."""
     names: tuple[str, ...]
     """Faults that were named at 0.5 or more."""
     outcome: str
@@ -67,11 +68,17 @@ def operated(job: Job) -> Operated:
         acted.production_loss - left.production_loss,
         len({e.write for e in writes}),
         len(acted.record.of_kind(AlarmRaised)),
-        len(diagnosed),
+        sum(_says_wrong(e) for e in diagnosed),
         tuple(names),
         acted.outcome.value,
         cpu_s,
     )
+
+
+def _says_wrong(event: Diagnosed) -> bool:
+    """Whether the likeliest answer is that something is wrong."""
+    sets = by_fault_set(event.hypotheses)
+    return bool(sets) and bool(sets[0].faults)
 
 
 def _outside_s(one: Run) -> dict[str, float]:

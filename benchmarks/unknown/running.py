@@ -71,5 +71,6 @@ def told(one: Result) -> str:
             what = f"outside {', '.join(one.outside) or 'nothing'}, kept by {one.kept_by or 'nothing that was tried'}"
             what = f"{what}, {one.tried_cpu_s:.0f} s" if one.outside else "every hard limit kept"
         case Forced():
-            what = f"{one.releases} releases, {one.outside_s:.0f} s outside, {'' if one.caught else 'not '}caught"
+            caught = f", {'' if one.caught else 'not '}caught" if one.outside else ""
+            what = f"{one.releases} releases, {one.outside_s:.0f} s outside after the first{caught}"
     return f"{one.run}: {one.outcome}, {what}; {one.cpu_s:.0f} s"

@@ -124,10 +124,12 @@ def test_what_is_called_harmless_of_the_reactor_violates_nothing() -> None:
         assert violated(plant, scenario_of(plant, Job("cstr", "harmless", cause, 402, "plant"))) == (), cause.id
 
 
-def test_a_day_without_a_fault_is_a_day() -> None:
-    plant = load_plant("cstr")
-    (job,) = jobs(plant, ["day"], [], [], "plant")
-    assert scenario_of(plant, job).end_s == 86_400.0 and scenario_of(plant, job).onset_s is None
+@pytest.mark.parametrize(("name", "count"), [("cstr", 1), (MIXER, 144)])
+def test_a_day_without_a_fault_is_a_day(name: str, count: int) -> None:
+    plant = load_plant(name)
+    runs = [scenario_of(plant, job) for job in jobs(plant, ["day"], [], [], "plant")]
+    assert len(runs) == count and sum(run.end_s for run in runs) == 86_400.0
+    assert all(run.onset_s is None for run in runs)
 
 
 def test_the_page_says_how_many_runs_are_in_and_what_is_missed() -> None:

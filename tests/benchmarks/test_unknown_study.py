@@ -13,7 +13,7 @@ from benchmarks.unknown import store
 from benchmarks.unknown.__main__ import main
 from benchmarks.unknown.bars import Study, bars
 from benchmarks.unknown.causes import Cause, forced_labels, pairs, what_changes
-from benchmarks.unknown.forced import Forced, forced
+from benchmarks.unknown.forced import Forced
 from benchmarks.unknown.jobs import SEEDS, Job, jobs, scenario_of, to_operate
 from benchmarks.unknown.judge import Statement
 from benchmarks.unknown.judging import Judged
@@ -26,10 +26,12 @@ from benchmarks.unknown.strategies import kept_by
 from benchmarks.unknown.tally import Look, answers
 from benchmarks.unknown.workers import RunsFailed, each
 from homeostat.domain.diagnosis import FaultState
+from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.evaluate.score.scoring import outside_after
+from homeostat.links.clock import DeclaredClock
 from homeostat.plants.plant import load_plant
 
 MIXER = "mixing_module"
@@ -72,7 +74,7 @@ def test_every_fault_is_told_to_be_another_one(plant: str, count: int) -> None:
 def test_the_study_is_as_large_as_it_was_asked_to_be() -> None:
     harmless = [*wanted("cstr", "harmless"), *wanted(MIXER, "harmless")]
     assert len(harmless) >= 300
-    assert set(SEEDS) == {"unknown", "known", "harmless", "healthy", "day", "pairs", "forced"}
+    assert len(SEEDS["pairs"]) == 3 and len(wanted("cstr", "forced")) == 72
     operated = to_operate([*wanted("cstr", "unknown"), *wanted("cstr", "known"), *wanted("cstr", "day")])
     assert {job.part for job in operated} == {"unknown", "day"} and not any(job.cause.known for job in operated)
 
@@ -81,11 +83,8 @@ def job(cause: Cause, part: str = "unknown", plant: str = "cstr") -> Job:
     return Job(plant, part, cause, 1, "plant")
 
 
-TOLD = (
-    job(Cause("b", "label", also=FaultState("leak", 0.01, 2000.0))),
-    job(Cause("a", "label")),
-    *wanted(MIXER, "day"),
-)
+LEAK = FaultState("leak", 0.01, 2000.0)
+TOLD = (job(Cause("b", "pair", also=LEAK)), job(Cause("a", "pair")), job(Cause("c", "pair")))
 
 
 @pytest.mark.parametrize("processes", [1, 2])
@@ -214,9 +213,20 @@ def test_a_wrong_label_is_all_that_recovery_is_told(folder: Path, capsys: pytest
     operate([asked])
     assert capsys.readouterr().out.startswith(f"{asked.name}: ")
     (one,) = results([asked]).values()
-    assert isinstance(one, Forced) and one == replace(forced(asked), cpu_s=one.cpu_s)
+    assert isinstance(one, Forced) and one.run == asked.name and not one.missed
     operate([asked])
     assert capsys.readouterr().out == "", "it is in"
+
+
+def test_what_is_told_is_all_that_is_diagnosed() -> None:
+    plant = load_plant(MIXER)
+    label = (FaultState("pump_degradation", 0.25, 60.0),)
+    conditions = Conditions(label_given=True, label=label)
+    chosen = scenario(plant, "clogging_B201", 3, 60.0, end_s=150.0)
+    done = run(plant, chosen, clock=DeclaredClock(1.0), proposing=Proposing(conditions=conditions))
+    said = [h.faults for _, event in done.record.diagnosed for h in event.hypotheses]
+    assert said and set(said) == {label}
+    assert done.scenario.fault == "clogging_B201", "it is judged by what is true"
 
 
 def test_the_page_tells_of_pairs_and_labels_that_did_harm() -> None:
