@@ -49,8 +49,16 @@ class Study:
         return [x for x in self.part(UNKNOWN) if not x.job.cause.known]
 
     def operated(self, name: str) -> list[Operated]:
-        """Runs of one part with everything on; of unknown causes only those that are truly unknown."""
-        return [one for one in self._of(name) if isinstance(one, Operated)]
+        """Runs of one part with everything on; of unknown causes only those that are truly unknown.
+
+        What is called harmless and violates something with nobody acting is left out.
+        """
+        return [one for one in self._of(name) if isinstance(one, Operated) and one.run not in self.harmful]
+
+    @cached_property
+    def harmful(self) -> frozenset[str]:
+        """Runs of what is called harmless that violate something with nobody acting."""
+        return frozenset(x.judged.run for x in self.looks if x.judged.violated)
 
     @property
     def paired(self) -> list[Paired]:

@@ -24,7 +24,7 @@ PAIR = "pair"
 LABEL = "label"
 PAIRS = {"mixing_module": 20}
 """Plant -> pairs that each seed draws; every pair where it has no number."""
-FORCED = {"mixing_module": 100}
+FORCED = {"mixing_module": 34}
 """Plant -> wrong labels that each seed draws; every one where it has no number."""
 KNOWN_ONSETS_S = {"cstr": (1700.0, 3000.0), "mixing_module": (10.0, 200.0)}
 """Plant -> between which times a known fault begins [s]: once the plant is settled, while the batch runs."""

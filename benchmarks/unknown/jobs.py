@@ -37,7 +37,7 @@ SEEDS = {
     HARMLESS: range(401, 408),
     HEALTHY: range(401, 421),
     PAIRED: range(401, 404),
-    LABELLED: range(401, 402),
+    LABELLED: range(401, 404),
 }
 """Part -> its seeds. Thresholds are chosen on smaller ones."""
 DAY_SEEDS = {"cstr": range(401, 402), "mixing_module": range(401, 545)}

@@ -36,7 +36,7 @@ MOST_SHOWN = 40
 def page(studies: Sequence[Study], mismatch: str) -> str:
     """The whole page."""
     sections = [
-        HEAD.format(commit=commit(), mismatch=mismatch),
+        HEAD.format(commit=commit("src", "benchmarks/unknown"), mismatch=mismatch),
         "## Bars\n\n" + _bars(studies),
         "## Verdicts\n\n" + VERDICTS + "\n\n" + "\n\n".join(map(_verdicts, studies)),
         "## Known faults\n\n" + KNOWN_TEXT + "\n\n" + "\n\n".join(map(_known, studies)),
@@ -59,7 +59,14 @@ def _bars(studies: Sequence[Study]) -> str:
 
 
 def _verdicts(study: Study) -> str:
-    header = ("look", *(v.value for v in Verdict), "wrong", "of them alike", "right by a fault's name", "looks")
+    header = (
+        "look",
+        *(v.value for v in Verdict),
+        "wrong or elsewhere",
+        "of them alike",
+        "right by a fault's name",
+        "looks",
+    )
     looks = [x for x in study.truly_unknown() if x.looked]
     rows = [_verdict_row(f"+{s} s", [x for x in looks if x.judged.after_s == s]) for s in LOOKS_S[study.plant.name]]
     kinds = list(dict.fromkeys(x.job.cause.kind for x in looks))

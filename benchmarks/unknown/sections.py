@@ -33,7 +33,8 @@ def operated_section(study: Study) -> str:
     told = (f"`{r.run}`: {r.longer_outside_s:+.0f} s outside, {100 * r.lost_more:+.0f} % lost" for r in harmed.values())
     stirred = [one for one in study.operated(HARMLESS) if one.names or one.writes]
     named = (f"`{r.run}`: {r.writes} writes, {', '.join(r.names) or 'no name'}" for r in stirred)
-    return f"{study.title}:\n\n{table(header, rows)}{listed([*told, *named])}"
+    left_out = f"{len(study.harmful)} harmless runs that violate something with nobody acting do not count"
+    return f"{study.title}; {left_out}:\n\n{table(header, rows)}{listed([*told, *named])}"
 
 
 def pairs_section(study: Study) -> str:

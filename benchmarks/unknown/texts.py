@@ -6,7 +6,8 @@ Made by `python -m benchmarks.unknown` for the sources of `{commit}`. Mismatch o
 The causes stand in `benchmarks/unknown/causes_*.toml`, each with its class, the component and the balances that it
 truly is in, whether the fault list has its equation, and what the instruments cannot tell from it; all of it was
 written before anything was judged. Nobody acts in these runs; the diagnosis is asked at the first symptom from the
-onset on that the same plant does not raise by itself, and again later.
+onset on that the same plant does not raise by itself, and again later. Seeds are 401 and the ones after it;
+thresholds were chosen on smaller ones.
 
 *Wrong*: another item or balance than the true one, at 0.9 or more. *Right*: the name, or an unknown on its balance.
 *Set*: nothing else is sure, and what lies within 3 nats of the best holds the item. *Noticeable*: with nobody
@@ -40,8 +41,9 @@ faults known. A strategy keeps a limit that it is not outside of, or comes back 
 outside at that moment."""
 LABELS = """Monitoring is replaced by a label: from the true onset on, recovery is told with certainty that another
 fault of nominal severity is there. The true one has its nominal severity and a random onset. Every fault of the
-reactor is given as every other, of the module's a random sample. *Outside*: a hard limit is violated after the
-first release. *Caught*: the guard falls back after the release, and the plant ends inside its hard limits."""
+reactor is given as every other, of the module's a random sample of about a hundred. *Outside*: a hard limit is
+violated after the first release. *Caught*: the guard falls back after the release, and the plant ends inside its
+hard limits."""
 COST = """Processor time; the largest is that of runs with which a process compiles what it needs."""
 LIMITATIONS = """- Causes, their truth and what the instruments cannot tell apart were written by those who wrote the
   isolation.
@@ -50,7 +52,8 @@ LIMITATIONS = """- Causes, their truth and what the instruments cannot tell apar
 - A cause is an item of the tables: two things that act alike on one item are one.
 - Looks of one run are not independent, nor are runs of one seed, which are one true plant.
 - True sizes are known of what is measured in the unit of the fault alone; a disturbance of a parameter that is named
-  as a balance has none.
+  as a balance has none, and the size of what answers name beside something else is not judged. A parameter counts
+  with its true value, also where the mismatch gives it another law.
 - A pair is compared with the strategies that are named, not with every possible one; the best route of a batch knows
   the faults before they begin.
 - A fault-free day is one run of the reactor, and 144 batches of the module on as many true plants: its inlet valves

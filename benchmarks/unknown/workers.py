@@ -6,6 +6,7 @@ import multiprocessing
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from functools import cache
 from pathlib import Path
 from typing import TypeVar
@@ -36,6 +37,8 @@ def each(work: Callable[[Job], Found], jobs: Sequence[Job], processes: int) -> I
     failed = 0
     for job, future in _alone(work, jobs) if processes == 1 else _beside(work, jobs, processes):
         error = future.exception()
+        if isinstance(error, BrokenProcessPool):
+            raise RunsFailed(f"a process was ended while {job.name} was under way; start again with fewer --jobs")
         if error is None:
             yield job, future.result()
         else:

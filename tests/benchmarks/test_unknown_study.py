@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import asdict, replace
 from operator import attrgetter
@@ -60,7 +61,7 @@ def test_every_pair_of_the_reactor_and_sixty_of_the_module() -> None:
     assert pairs(load_plant(MIXER), 401) == pairs(load_plant(MIXER), 401) != pairs(load_plant(MIXER), 402)
 
 
-@pytest.mark.parametrize(("plant", "count"), [("cstr", 72), (MIXER, 100)])
+@pytest.mark.parametrize(("plant", "count"), [("cstr", 72), (MIXER, 34)])
 def test_every_fault_is_told_to_be_another_one(plant: str, count: int) -> None:
     nominal = {f.name: f.severity_nominal for f in load_plant(plant).description.faults}
     found = forced_labels(load_plant(plant), 401)
@@ -74,7 +75,8 @@ def test_every_fault_is_told_to_be_another_one(plant: str, count: int) -> None:
 def test_the_study_is_as_large_as_it_was_asked_to_be() -> None:
     harmless = [*wanted("cstr", "harmless"), *wanted(MIXER, "harmless")]
     assert len(harmless) >= 300
-    assert len(SEEDS["pairs"]) == 3 and len(wanted("cstr", "forced")) == 72
+    assert len(SEEDS["pairs"]) == 3 and len(wanted("cstr", "forced")) == 72 * 3
+    assert len({one.name for one in wanted(MIXER, "forced")}) >= 100
     operated = to_operate([*wanted("cstr", "unknown"), *wanted("cstr", "known"), *wanted("cstr", "day")])
     assert {job.part for job in operated} == {"unknown", "day"} and not any(job.cause.known for job in operated)
 
@@ -248,6 +250,29 @@ def test_the_page_tells_of_pairs_and_labels_that_did_harm() -> None:
     assert "| Reactor | a pair of faults | 1 | 10.0 s | 10.0 s |" in text
     unseen = replace(pair, noticed=False)
     assert not unseen.avoidable and asdict(unseen)["kept_by"]
+
+
+def test_what_is_called_harmless_and_is_not_does_not_count() -> None:
+    plant = load_plant("cstr")
+    asked = list(jobs(plant, ["harmless"], ["coolant-5-warmer"], [401, 402], "plant"))
+    written = [Operated(one.name, 0.0, True, 0.0, 1, 0, 1, (), "needless_action", 4.0) for one in asked]
+    judged = [
+        Judged(one.name, 0, 2100.0, (), 0.1, True, violated) for one, violated in zip(asked, (("A",), ()), strict=True)
+    ]
+    study = Study(plant, asked, [Look(one, seen) for one, seen in zip(asked, judged, strict=True)], written)
+    assert study.operated("harmless") == written[1:]
+    assert {bar.text: bar.measured for bar in bars(study)}["harmless runs with a write"] == "1"
+    assert "Reactor; 1 harmless runs that violate something" in page([study], "plant")
+
+
+def test_a_process_that_is_ended_ends_the_study() -> None:
+    with pytest.raises(RunsFailed, match="fewer --jobs"):
+        list(each(end_it, TOLD, 2))
+
+
+def end_it(job: Job) -> None:
+    """What a host does to a process that takes too much memory."""
+    os._exit(1)
 
 
 def test_no_process_is_no_study(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
