@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.unknown import store
+from benchmarks.unknown import store, strategies
 from benchmarks.unknown.__main__ import main
 from benchmarks.unknown.bars import Study, bars
 from benchmarks.unknown.causes import Cause, forced_labels, pairs, what_changes
@@ -29,6 +29,7 @@ from benchmarks.unknown.workers import RunsFailed, each
 from homeostat.domain.diagnosis import FaultState
 from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.proposing import Proposing
+from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.evaluate.score.scoring import outside_after
@@ -200,13 +201,35 @@ def test_an_answer_is_a_set_that_holds_the_truth_or_does_not() -> None:
     assert answers([both, look(far, cause)]) == [(pytest.approx(0.9), True), (0.6, False)]
 
 
+def left_alone(name: str, fault: str, onset_s: float) -> Run:
+    plant = load_plant(name)
+    return run(plant, scenario(plant, fault, 1, onset_s), proposing=Proposing(propose=None))
+
+
 def test_something_else_keeps_a_limit_that_nobody_keeps() -> None:
-    plant = load_plant("cstr")
-    done = run(plant, scenario(plant, "cool_stuck_closed", 1), proposing=Proposing(propose=None))
+    done = left_alone("cstr", "cool_stuck_closed", 2000.0)
     outside = outside_after(done.truth, done.force, 2030.0)
     assert outside and first_seen_s(done) is None
     assert kept_by(done, outside, 2030.0) == "fallback drain"
     assert kept_by(done, {}, 2030.0) == "", "nothing is violated that could be kept"
+
+
+@pytest.mark.parametrize(
+    ("name", "fault", "onset_s", "best"),
+    [
+        ("cstr", "pump_degrade", 2000.0, "constant F1.sp = "),
+        (MIXER, "sensor_stuck_B201", 60.0, "best route"),
+        (MIXER, "stuck_open_VI203", 60.0, ""),
+    ],
+)
+def test_where_no_fallback_keeps_a_limit_others_are_tried(
+    monkeypatch: pytest.MonkeyPatch, name: str, fault: str, onset_s: float, best: str
+) -> None:
+    monkeypatch.setattr(strategies, "fallbacks", lambda plant: ())
+    done = left_alone(name, fault, onset_s)
+    outside = outside_after(done.truth, done.force, onset_s + 30.0)
+    found = kept_by(done, outside, onset_s + 30.0)
+    assert outside and found.startswith(best) and bool(found) == bool(best)
 
 
 def test_a_wrong_label_is_all_that_recovery_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
