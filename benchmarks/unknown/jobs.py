@@ -34,7 +34,7 @@ OPERATED = (UNKNOWN, HARMLESS, DAY, PAIRED, LABELLED)
 SEEDS = {
     UNKNOWN: range(401, 404),
     KNOWN: range(401, 421),
-    HARMLESS: range(401, 408),
+    HARMLESS: range(401, 409),
     HEALTHY: range(401, 421),
     PAIRED: range(401, 404),
     LABELLED: range(401, 404),

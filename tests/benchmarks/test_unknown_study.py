@@ -75,7 +75,7 @@ def test_every_fault_is_told_to_be_another_one(plant: str, count: int) -> None:
 
 def test_the_study_is_as_large_as_it_was_asked_to_be() -> None:
     harmless = [*wanted("cstr", "harmless"), *wanted(MIXER, "harmless")]
-    assert len(harmless) >= 300
+    assert len(harmless) >= 340, "on some true plants noise alone violates a criterion, and their runs do not count"
     assert len(SEEDS["pairs"]) == 3 and len(wanted("cstr", "forced")) == 72 * 3
     assert len({one.name for one in wanted(MIXER, "forced")}) >= 100
     operated = to_operate([*wanted("cstr", "unknown"), *wanted("cstr", "known"), *wanted("cstr", "day")])
