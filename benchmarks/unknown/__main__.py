@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.unknown.bars import Study
 from benchmarks.unknown.causes import PLANTS
-from benchmarks.unknown.jobs import DAY, OPERATED, PARTS, Job, jobs
-from benchmarks.unknown.judging import done, judge
-from benchmarks.unknown.operated import operate, results
+from benchmarks.unknown.jobs import LOOKED_AT, PARTS, Job, jobs
+from benchmarks.unknown.judging import NO_LOOK, done, judge
 from benchmarks.unknown.page import DOCS, write
-from benchmarks.unknown.recorder import load, path_of, record, save
+from benchmarks.unknown.recorder import record_all
+from benchmarks.unknown.running import operate, results
 from benchmarks.unknown.tally import Look
-from homeostat.plants.plant import Plant, load_plant
+from benchmarks.unknown.workers import plant_named
+from homeostat.plants.plant import Plant
 from homeostat.process.batch import use_threads
 
 STEPS = ("record", "judge", "operate", "page")
@@ -27,41 +27,34 @@ def main() -> int:
     asked = _arguments()
     use_threads(1)
     wanted = {}
-    for plant in map(load_plant, asked.plants):
+    for plant in map(plant_named, asked.plants):
         wanted[plant.name] = plant, list(jobs(plant, asked.parts, asked.causes, asked.seeds, asked.mismatch))
     of = {name for _, runs in wanted.values() for job in runs for name in (job.cause.id, job.cause.kind)}
     if wrong := [name for name in asked.causes if name not in of]:
         raise SystemExit(f"there is no cause {wrong[0]!r}; the tables have them: benchmarks/unknown/causes_*.toml")
-    for plant, runs in wanted.values():
-        if "record" in asked.steps:
-            _record(plant, [job for job in runs if job.part != DAY])
-        if "judge" in asked.steps:
-            judge(plant, [job for job in runs if job.part != DAY], asked.looks, asked.fresh)
-        if "operate" in asked.steps:
-            operate(plant, [job for job in runs if job.part in OPERATED])
+    every = [job for _, runs in wanted.values() for job in runs]
+    seen = [job for job in every if job.part in LOOKED_AT]
+    if "record" in asked.steps:
+        record_all(seen, asked.jobs)
+    if "judge" in asked.steps:
+        judge(seen, asked.looks, asked.fresh, asked.jobs)
+    if "operate" in asked.steps:
+        operate(every, asked.jobs)
     if "page" in asked.steps:
         write([_study(plant, runs, asked.fresh) for plant, runs in wanted.values()], asked.mismatch, Path(asked.out))
     return 0
 
 
 def _study(plant: Plant, wanted: Sequence[Job], fresh: bool) -> Study:
-    named = {job.name: job for job in wanted}
-    looks = [Look(named[run], x) for (run, _), x in done(fresh).items() if run in named]
-    return Study(plant, wanted, looks, [one for one in results() if one.run in named])
-
-
-def _record(plant: Plant, wanted: Sequence[Job]) -> None:
-    for job in wanted:
-        path, began = path_of(job), time.process_time()
-        if path.exists():
-            continue
-        save(record(plant, job), path)
-        seen = load(path)
-        print(
-            f"{job.name}: first {seen.first_s:g} s, {len(seen.looks_s)} looks, {' '.join(seen.rules)}; "
-            f"noticeable by {' '.join(seen.noticed) or 'nothing'}; {time.process_time() - began:.1f} s",
-            flush=True,
-        )
+    """What is in of one plant, in the order in which it was asked for: whoever ran what does not matter."""
+    found = done(wanted, fresh)
+    looks = [
+        Look(job, found[job.name, after])
+        for job in wanted
+        for after in (NO_LOOK, *job.looks_s)
+        if (job.name, after) in found
+    ]
+    return Study(plant, wanted, looks, list(results(wanted).values()))
 
 
 def _arguments() -> argparse.Namespace:
@@ -73,9 +66,12 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--seeds", type=_numbers, default=[], help="as 1,2 or 1-3; the study's own by default")
     parser.add_argument("--looks", type=_numbers, default=[], help="seconds after the first symptom; all by default")
     parser.add_argument("--fresh", action="store_true", help="every look forgets what was said before it")
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes, each with one run at a time")
     parser.add_argument("--out", default=str(DOCS), help="folder of the page and its figure")
     parser.add_argument("--mismatch", default="plant", help="how the true plant is not its model")
     asked = parser.parse_args()
+    if asked.jobs < 1:
+        parser.error(f"--jobs {asked.jobs} must be at least 1 process")
     for name, known, given in (
         ("step", STEPS, asked.steps),
         ("plant", PLANTS, asked.plants),

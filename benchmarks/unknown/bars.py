@@ -5,28 +5,35 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from statistics import median
 
 from benchmarks.unknown.causes import HARMLESS, HEALTHY, KNOWN
-from benchmarks.unknown.jobs import DAY, LOOKS_S, UNKNOWN, Job
-from benchmarks.unknown.judge import reliability
+from benchmarks.unknown.forced import Forced
+from benchmarks.unknown.jobs import DAY, LABELLED, LOOKED_AT, LOOKS_S, PAIRED, UNKNOWN, Job, to_operate
+from benchmarks.unknown.judge import LEAST_COUNT, reliability
 from benchmarks.unknown.operated import Operated, longer, poorer
+from benchmarks.unknown.pairs import Paired
+from benchmarks.unknown.running import Result
+from benchmarks.unknown.sizes import NOMINAL, Sized, sized
 from benchmarks.unknown.tally import Look, Share, of_runs, right_from, severity_errors, statements, with_a_name
 from homeostat.evaluate.score.scoring import SAME_LOSS
 from homeostat.plants.plant import Plant
 
 LIKELY = (0.85, 0.95)
 """What counts as said with 90 % [1]."""
+WITHIN = 0.05
+"""How far a share may be from the probability that is stated [1]."""
 
 
 class Study:
     """What was measured of one plant."""
 
     def __init__(
-        self, plant: Plant, jobs: Sequence[Job], looks: Sequence[Look], operated: Sequence[Operated] = ()
+        self, plant: Plant, jobs: Sequence[Job], looks: Sequence[Look], results: Sequence[Result] = ()
     ) -> None:
-        """``jobs``: every run that was asked for; ``looks``, ``operated``: what is in."""
-        self.plant, self.jobs, self.looks, self._operated = plant, jobs, looks, operated
+        """``jobs``: every run that was asked for; ``looks``, ``results`` of runs with everything on: what is in."""
+        self.plant, self.jobs, self.looks, self._results = plant, jobs, looks, results
 
     @property
     def title(self) -> str:
@@ -42,12 +49,38 @@ class Study:
         return [x for x in self.part(UNKNOWN) if not x.job.cause.known]
 
     def operated(self, name: str) -> list[Operated]:
-        """Runs of one part with everything on; of unknown causes only those that are truly unknown."""
+        """Runs of one part with everything on; of unknown causes only those that are truly unknown.
+
+        What is called harmless and violates something with nobody acting is left out.
+        """
+        return [one for one in self._of(name) if isinstance(one, Operated) and one.run not in self.harmful]
+
+    @cached_property
+    def harmful(self) -> frozenset[str]:
+        """Runs of what is called harmless that violate something with nobody acting."""
+        return frozenset(x.judged.run for x in self.looks if x.judged.violated)
+
+    @property
+    def paired(self) -> list[Paired]:
+        """Runs with two faults."""
+        return [one for one in self._of(PAIRED) if isinstance(one, Paired)]
+
+    @property
+    def forced(self) -> list[Forced]:
+        """Runs with a wrong label."""
+        return [one for one in self._of(LABELLED) if isinstance(one, Forced)]
+
+    @cached_property
+    def sizes(self) -> list[Sized]:
+        """Sizes that were said of what is truly there."""
+        return list(sized(self.plant, self.looks))
+
+    def _of(self, name: str) -> list[Result]:
         mine = self._to_operate(name)
-        return [one for one in self._operated if one.run in mine]
+        return [one for one in self._results if one.run in mine]
 
     def _to_operate(self, name: str) -> set[str]:
-        return {j.name for j in self.jobs if j.part == name and not j.cause.known}
+        return {job.name for job in to_operate(self.jobs) if job.part == name}
 
     def runs(self, name: str) -> str:
         """How many runs of a part are in."""
@@ -55,7 +88,12 @@ class Study:
 
     def runs_operated(self, name: str) -> str:
         """The same of those with everything on."""
-        return f"{len(self.operated(name))} of {len(self._to_operate(name))}"
+        return f"{len(self._of(name))} of {len(self._to_operate(name))}"
+
+    @property
+    def runs_looked_at(self) -> str:
+        """How many of all runs that are looked at are in."""
+        return _in(self.looks, [j for j in self.jobs if j.part in LOOKED_AT])
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +125,7 @@ def bars(study: Study) -> Iterator[Bar]:
     yield from _of_known(study)
     yield from _of_calibration(study)
     yield from _of_operation(study)
+    yield from _of_several(study)
     for part, text in ((HARMLESS, "harmless runs"), (HEALTHY, "fault-free runs")):
         named = with_a_name(study.part(part))
         yield _none(f"{text} with a name at 0.5 or more, nobody acting", len(named), study.runs(part))
@@ -125,10 +164,16 @@ def _of_known(study: Study) -> Iterator[Bar]:
 
 
 def _of_calibration(study: Study) -> Iterator[Bar]:
-    told = next(b for b in reliability(statements(study.looks)) if (b.low, b.high) == LIKELY)
+    bins, runs = reliability(statements(study.looks)), study.runs_looked_at
+    told = next(b for b in bins if (b.low, b.high) == LIKELY)
     text = f"{100 * told.right:.0f} % of {told.count} said with {100 * told.said:.0f} %" if told.count else "none"
-    met = abs(told.right - told.said) <= 0.05
-    yield Bar("what is said with 90 % is true", "90 +- 5 %", text, met, _in(study.looks, study.jobs))
+    yield Bar("what is said with 90 % is true", "90 +- 5 %", text, abs(told.right - told.said) <= WITHIN, runs)
+    least = min(b.count for b in bins)
+    asked = f">= {LEAST_COUNT}"
+    yield Bar("statements in every bin of the reliability diagram", asked, str(least), least >= LEAST_COUNT, runs)
+    held = Share(len(study.sizes), sum(one.holds for one in study.sizes))
+    asked = f"{100 * NOMINAL:.0f} +- {100 * WITHIN:.0f} %"
+    yield Bar("intervals of sizes that hold the truth", asked, str(held), abs(held.value - NOMINAL) <= WITHIN, runs)
 
 
 def _in(looks: Sequence[Look], jobs: Sequence[Job]) -> str:
@@ -147,4 +192,14 @@ def _of_operation(study: Study) -> Iterator[Bar]:
     yield _none("harmless runs with a write", sum(one.writes > 0 for one in harmless), runs)
     yield _none("harmless runs with a name at 0.5 or more, everything on", sum(bool(x.names) for x in harmless), runs)
     stirred = sum(one.alarms + one.writes + one.diagnoses for one in study.operated(DAY))
-    yield _none("alarms, diagnoses and writes in a fault-free day", stirred, study.runs_operated(DAY))
+    yield _none(
+        "alarms, writes and answers that something is wrong in 24 fault-free hours", stirred, study.runs_operated(DAY)
+    )
+
+
+def _of_several(study: Study) -> Iterator[Bar]:
+    """Bars of runs with two faults, and of runs with a wrong label."""
+    text = "pairs of faults outside a hard limit after detection that a tried strategy keeps"
+    yield _none(text, sum(one.avoidable for one in study.paired), study.runs_operated(PAIRED))
+    text = "wrong labels with a release that violates a limit, and the guard does not catch it"
+    yield _none(text, sum(one.missed for one in study.forced), study.runs_operated(LABELLED))

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
+from typing import Any
 
 from benchmarks.unknown.causes import Cause
 
@@ -34,6 +35,8 @@ class Statement:
     """How sure it is [1]."""
     severity: float | None = None
     """Severity in the fault's unit; None where it has none."""
+    interval: tuple[float, float] | None = None
+    """Between what it is said to lie, in the same unit; None where no two sizes are stated."""
 
     @property
     def items(self) -> frozenset[str]:
@@ -172,6 +175,7 @@ def reliability(statements: Iterable[tuple[float, bool]], edges: Sequence[float]
     return tuple(found)
 
 
-def statement(row: Mapping[str, object]) -> Statement:
+def statement(row: Mapping[str, Any]) -> Statement:
     """The statement that a line of results holds."""
-    return Statement(**row)  # type: ignore[arg-type]
+    interval = row.get("interval")
+    return Statement(**{**row, "interval": None if interval is None else tuple(interval)})

@@ -6,12 +6,14 @@ import math
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 
 from benchmarks.unknown.jobs import Job
 from benchmarks.unknown.judge import Statement, Verdict, is_alike, statement, sure_of_another, verdict
 from benchmarks.unknown.looks import at_looks
 from benchmarks.unknown.recorder import recorded
-from benchmarks.unknown.store import append, judged, lines
+from benchmarks.unknown.store import JUDGED, keep, kept
+from benchmarks.unknown.workers import each, plant_named
 from homeostat.plants.plant import Plant
 
 NO_LOOK = -1
@@ -38,27 +40,37 @@ class Judged:
     """Of what is called harmless, the criteria and hard limits that the run does not satisfy."""
 
 
-def done(fresh: bool) -> dict[tuple[str, int], Judged]:
-    """Every look that was judged for the present sources, by run and time after the first symptom."""
+def done(jobs: Iterable[Job], fresh: bool) -> dict[tuple[str, int], Judged]:
+    """Every look at ``jobs`` that was judged for the present sources, by run and time after the first symptom."""
     found = {}
-    for row in lines(judged()):
+    for _, row in kept(JUDGED, jobs):
         if row.pop("fresh") == fresh:
-            said = tuple(statement(s) for s in row["said"])
-            one = Judged(**{**row, "said": said, "violated": tuple(row["violated"])})
+            one = Judged(**{**row, "said": tuple(map(statement, row["said"]))})
             found[one.run, one.after_s] = one
     return found
 
 
-def judge(plant: Plant, wanted: Iterable[Job], after_s: Sequence[int], fresh: bool) -> None:
+def judge(wanted: Sequence[Job], after_s: Sequence[int], fresh: bool, processes: int = 1) -> None:
     """Look at every run of ``wanted`` that was not looked at yet, at the looks ``after_s``; all of its own for none."""
-    there = done(fresh)
-    for job in wanted:
-        asked = [s for s in job.looks_s if not after_s or s in after_s]
-        if (job.name, NO_LOOK) in there or all((job.name, s) in there for s in asked):
-            continue
-        for one in _looks(plant, job, asked, fresh):
-            append(judged(), {**asdict(one), "fresh": fresh})
-            print(told(one, job), flush=True)
+    there = done(wanted, fresh)
+    todo = [
+        job
+        for job in wanted
+        if (job.name, NO_LOOK) not in there and any((job.name, s) not in there for s in _asked(job, after_s))
+    ]
+    for job, found in each(partial(_judged, after_s=tuple(after_s), fresh=fresh), todo, processes):
+        for one in found:
+            if (one.run, one.after_s) not in there:
+                keep(JUDGED, job, {**asdict(one), "fresh": fresh})
+                print(told(one, job), flush=True)
+
+
+def _asked(job: Job, after_s: Sequence[int]) -> list[int]:
+    return [s for s in job.looks_s if not after_s or s in after_s]
+
+
+def _judged(job: Job, after_s: Sequence[int], fresh: bool) -> tuple[Judged, ...]:
+    return tuple(_looks(plant_named(job.plant), job, _asked(job, after_s), fresh))
 
 
 def _looks(plant: Plant, job: Job, after_s: Sequence[int], fresh: bool) -> Iterable[Judged]:

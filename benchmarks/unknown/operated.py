@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from benchmarks.unknown.jobs import Job, scenario_of
 from benchmarks.unknown.judge import named
 from benchmarks.unknown.looks import said
-from benchmarks.unknown.store import append, lines, operated
+from benchmarks.unknown.workers import plant_named
+from homeostat.domain.diagnosis import by_fault_set
 from homeostat.domain.events.people import AlarmRaised
 from homeostat.domain.events.recovery import Diagnosed
 from homeostat.domain.events.writes import Cause, WriteIntended
@@ -18,7 +19,6 @@ from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.links.clock import DeclaredClock
-from homeostat.plants.plant import Plant
 
 THINKING_S = 1.0
 """Declared time of each deliberation, so that figures do not depend on the host [s]."""
@@ -41,7 +41,7 @@ class Operated:
     alarms: int
     """Alarms that were raised."""
     diagnoses: int
-    """How often something was said to be wrong."""
+    """How often something was said to be wrong; that nothing explains a symptom is not counted."""
     names: tuple[str, ...]
     """Faults that were named at 0.5 or more."""
     outcome: str
@@ -50,27 +50,10 @@ class Operated:
     """Processor time of the run with everything on [s]."""
 
 
-def operate(plant: Plant, wanted: Iterable[Job]) -> None:
-    """Run every one of ``wanted`` that is not in yet."""
-    there = {row["run"] for row in lines(operated())}
-    for job in wanted:
-        if job.name not in there:
-            one = _operated(plant, job)
-            append(operated(), asdict(one))
-            print(
-                f"{one.run}: {one.outcome}, {one.longer_outside_s:+.0f} s outside, {one.writes} writes, "
-                f"{one.alarms} alarms, {', '.join(one.names) or 'no name'}; {one.cpu_s:.0f} s",
-                flush=True,
-            )
-
-
-def results() -> tuple[Operated, ...]:
-    """Every run that is in for the present sources."""
-    return tuple(Operated(**{**row, "names": tuple(row["names"])}) for row in lines(operated()))
-
-
-def _operated(plant: Plant, job: Job) -> Operated:
-    truth, began = scenario_of(plant, job), time.process_time()
+def operated(job: Job) -> Operated:
+    """Run ``job`` with everything on, and leave the same plant alone."""
+    plant, began = plant_named(job.plant), time.process_time()
+    truth = scenario_of(plant, job)
     acted = run(plant, truth, clock=DeclaredClock(THINKING_S))
     cpu_s = time.process_time() - began
     left = run(plant, truth, clock=DeclaredClock(THINKING_S), proposing=Proposing(propose=None))
@@ -85,11 +68,17 @@ def _operated(plant: Plant, job: Job) -> Operated:
         acted.production_loss - left.production_loss,
         len({e.write for e in writes}),
         len(acted.record.of_kind(AlarmRaised)),
-        len(diagnosed),
+        sum(_says_wrong(e) for e in diagnosed),
         tuple(names),
         acted.outcome.value,
         cpu_s,
     )
+
+
+def _says_wrong(event: Diagnosed) -> bool:
+    """Whether the likeliest answer is that something is wrong."""
+    sets = by_fault_set(event.hypotheses)
+    return bool(sets) and bool(sets[0].faults)
 
 
 def _outside_s(one: Run) -> dict[str, float]:

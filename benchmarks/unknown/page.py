@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 
@@ -10,9 +11,22 @@ from benchmarks.host import ROOT, commit, measured_on
 from benchmarks.unknown.bars import Study, bars
 from benchmarks.unknown.causes import HARMLESS, HEALTHY, KNOWN
 from benchmarks.unknown.figure import draw
-from benchmarks.unknown.jobs import KNOWN_LOOKS_S, LOOKS_S, UNKNOWN
-from benchmarks.unknown.judge import LEAST_COUNT, Verdict, reliability
-from benchmarks.unknown.tally import Look, Share, counts, severity_errors, statements, with_a_name
+from benchmarks.unknown.jobs import KNOWN_LOOKS_S, LOOKED_AT, LOOKS_S, UNKNOWN
+from benchmarks.unknown.judge import LEAST_COUNT, Bin, Verdict, reliability
+from benchmarks.unknown.sections import costs, forced_section, operated_section, pairs_section, table
+from benchmarks.unknown.tally import Look, Share, answers, counts, severity_errors, statements, with_a_name
+from benchmarks.unknown.texts import (
+    CALIBRATION,
+    COST,
+    HEAD,
+    KNOWN_TEXT,
+    LABELS,
+    LIMITATIONS,
+    OPERATION,
+    PAIRS,
+    SIZES,
+    VERDICTS,
+)
 
 DOCS = ROOT / "docs"
 MOST_SHOWN = 40
@@ -22,39 +36,21 @@ MOST_SHOWN = 40
 def page(studies: Sequence[Study], mismatch: str) -> str:
     """The whole page."""
     sections = [
-        HEAD.format(commit=commit().rstrip("+"), mismatch=mismatch),
+        HEAD.format(commit=commit("src", "benchmarks/unknown"), mismatch=mismatch),
         "## Bars\n\n" + _bars(studies),
         "## Verdicts\n\n" + VERDICTS + "\n\n" + "\n\n".join(map(_verdicts, studies)),
         "## Known faults\n\n" + KNOWN_TEXT + "\n\n" + "\n\n".join(map(_known, studies)),
         "## Calibration\n\n" + CALIBRATION + "\n\n" + "\n\n".join(map(_calibration, studies)),
+        "## Sizes\n\n" + SIZES + "\n\n" + "\n\n".join(map(_sizes, studies)),
+        "## Everything on\n\n" + OPERATION + "\n\n" + "\n\n".join(map(operated_section, studies)),
+        "## Two faults at once\n\n" + PAIRS + "\n\n" + "\n\n".join(map(pairs_section, studies)),
+        "## A wrong label\n\n" + LABELS + "\n\n" + "\n\n".join(map(forced_section, studies)),
         "## What was wrong\n\n" + "\n\n".join(map(_wrong, studies)),
+        "## What it costs\n\n" + COST + "\n\n" + costs(studies),
+        "## Limitations\n\n" + LIMITATIONS,
         measured_on(),
     ]
     return "\n\n".join(sections) + "\n"
-
-
-HEAD = """# What is said of causes that no table names
-
-Made by `python -m benchmarks.unknown` for the sources of `{commit}`. Mismatch of every true plant: `{mismatch}`. The
-causes stand in `benchmarks/unknown/causes_*.toml`, each with its class, the component and the balances that it truly
-is in, whether the fault list has its equation, and what the instruments cannot tell from it; all of it was written
-before anything was judged. Nobody acts in these runs; the diagnosis is asked at the first symptom from the onset on
-that the same plant does not raise by itself, and again later.
-
-*Wrong*: another item or balance than the true one, at 0.9 or more. *Right*: the name, or an unknown on its balance.
-*Set*: nothing else is sure, and what lies within 3 nats of the best holds the item. *Noticeable*: with nobody acting
-some feature leaves its fault-free 99.9 % band, for 60 s at the reactor, as long as its symptom rules wait at the
-module. A noticeable cause without a symptom counts as one of which nothing was said."""
-VERDICTS = """Looks at causes that are in no row of the fault list, those that are not noticeable included. *Alike*:
-of the wrong ones, those about what the instruments cannot tell from the truth, as the table of causes said before.
-*Right by a fault's name*: the item is right, but the fault of the list that is named is not what happened to it."""
-KNOWN_TEXT = """Severity and onset are drawn at random, the severity from the range of the table. Named: by a fault of
-the component. The error of the severity is a share of its range, where the fault is named, 120 s after the first
-symptom (fouling: 900 s)."""
-CALIBRATION = """Every statement of every look, that nothing is wrong included, by its probability. The mix: causes
-that no list names, known faults, harmless disturbances and fault-free runs.
-
-![How often statements are right, by their probability](../images/unknown.png)"""
 
 
 def _bars(studies: Sequence[Study]) -> str:
@@ -63,7 +59,14 @@ def _bars(studies: Sequence[Study]) -> str:
 
 
 def _verdicts(study: Study) -> str:
-    header = ("look", *(v.value for v in Verdict), "wrong", "of them alike", "right by a fault's name", "looks")
+    header = (
+        "look",
+        *(v.value for v in Verdict),
+        "wrong or elsewhere",
+        "of them alike",
+        "right by a fault's name",
+        "looks",
+    )
     looks = [x for x in study.truly_unknown() if x.looked]
     rows = [_verdict_row(f"+{s} s", [x for x in looks if x.judged.after_s == s]) for s in LOOKS_S[study.plant.name]]
     kinds = list(dict.fromkeys(x.job.cause.kind for x in looks))
@@ -106,7 +109,14 @@ def _known_row(name: str, mine: Sequence[Look], after_s: Sequence[int]) -> Seque
 
 
 def _calibration(study: Study) -> str:
-    header = ("said with", "statements", "mean", "right", "enough")
+    looked = {p: [x for x in study.part(p) if x.looked] for p in LOOKED_AT}
+    mix = ", ".join(f"{len(x)} {p} in {len({one.judged.run for one in x})} runs" for p, x in looked.items())
+    single = _reliability("said with", "statements", reliability(statements(study.looks)))
+    sets = _reliability("said with", "answers", reliability(answers(study.looks)))
+    return f"{study.title}, {study.runs_looked_at} runs; looks: {mix}.\n\n{single}\n\nAnswers as sets:\n\n{sets}"
+
+
+def _reliability(said: str, what: str, bins: Sequence[Bin]) -> str:
     rows = [
         (
             f"{b.low:g} to {b.high:g}",
@@ -115,12 +125,21 @@ def _calibration(study: Study) -> str:
             f"{b.right:.2f}" if b.count else "",
             "yes" if b.count >= LEAST_COUNT else f"**no**, {LEAST_COUNT} asked for",
         )
-        for b in reliability(statements(study.looks))
+        for b in bins
     ]
-    parts = ", ".join(
-        f"{len({x.judged.run for x in study.part(p)})} {p}" for p in dict.fromkeys(j.part for j in study.jobs)
-    )
-    return f"{study.title}; runs: {parts}.\n\n{table(header, rows)}"
+    return table((said, what, "mean", "right", "enough"), rows)
+
+
+def _sizes(study: Study) -> str:
+    header = ("said", "sizes", "with an interval", "hold the truth", "median width, of the true size")
+    rows = []
+    for fault in dict.fromkeys(one.fault for one in study.sizes):
+        mine = [one for one in study.sizes if one.fault == fault]
+        widths = [one.width for one in mine if math.isfinite(one.width)]
+        stated = sum(one.interval is not None for one in mine)
+        wide = f"{100 * median(widths):.0f} %" if widths else ""
+        rows.append((fault, len(mine), stated, str(Share(len(mine), sum(one.holds for one in mine))), wide))
+    return f"{study.title}:\n\n{table(header, sorted(rows))}"
 
 
 def _wrong(study: Study) -> str:
@@ -134,12 +153,6 @@ def _wrong(study: Study) -> str:
 def _best(x: Look) -> str:
     best = max(x.judged.said, key=lambda s: s.probability)
     return f"{best.name} {best.probability:.2f}"
-
-
-def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A Markdown table."""
-    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
-    return "\n".join([*lines, *("| " + " | ".join(str(c) for c in r) + " |" for r in rows)])
 
 
 def write(studies: Sequence[Study], mismatch: str, folder: Path) -> None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
@@ -17,7 +17,8 @@ from benchmarks.unknown.band import Band, Features, Noticed
 from benchmarks.unknown.causes import HARMLESS, HEALTHY, Cause
 from benchmarks.unknown.harmless import violated
 from benchmarks.unknown.jobs import BAND_SEEDS, Job, scenario_of
-from benchmarks.unknown.store import recordings
+from benchmarks.unknown.store import recordings, whole
+from benchmarks.unknown.workers import each, plant_named
 from homeostat.agents.monitoring.monitoring import TwinMonitoring
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.reference.unsupervised import open_process, watch
@@ -175,27 +176,43 @@ def recorded(plant: Plant, job: Job) -> Recording:
     return load(path)
 
 
+def record_all(wanted: Sequence[Job], processes: int) -> None:
+    """Record every one of ``wanted`` that is not there yet."""
+    todo = [job for job in wanted if not path_of(job).exists()]
+    for plant, mismatch in sorted({(job.plant, job.mismatch) for job in todo}):
+        fault_free_band(plant_named(plant), mismatch)
+    for _, told in each(_told, todo, processes):
+        print(told, flush=True)
+
+
+def _told(job: Job) -> str:
+    """Record ``job``: a line for whoever waits."""
+    began = time.process_time()
+    seen = recorded(plant_named(job.plant), job)
+    return (
+        f"{job.name}: first {seen.first_s:g} s, {len(seen.looks_s)} looks, {' '.join(seen.rules)}; "
+        f"noticeable by {' '.join(seen.noticed) or 'nothing'}; {time.process_time() - began:.1f} s"
+    )
+
+
 def path_of(job: Job) -> Path:
     """File of its recording; another one for another disturbance under the same name."""
-    truth = f"{job.cause.spec}|{job.cause.fault}|{job.cause.severity}|{job.cause.onset_s}|{job.looks_s}"
-    return recordings() / f"{job.name}-{hashlib.sha256(truth.encode()).hexdigest()[:8]}.npz"
+    return recordings() / f"{job.name}-{job.truth}.npz"
 
 
 def save(recording: Recording, path: Path) -> None:
     """Write ``recording`` whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    new = path.with_suffix(".new.npz")
-    np.savez_compressed(
-        new,
-        tags=np.array(recording.tags),
-        readings=recording.readings,
-        first_s=recording.first_s,
-        looks_s=np.array(recording.looks_s),
-        rules=np.array(recording.rules, dtype=np.str_),
-        noticed=np.array(recording.noticed, dtype=np.str_),
-        violated=np.array(recording.violated, dtype=np.str_),
-    )
-    new.replace(path)
+    with whole(path) as new:
+        np.savez_compressed(
+            new,
+            tags=np.array(recording.tags),
+            readings=recording.readings,
+            first_s=recording.first_s,
+            looks_s=np.array(recording.looks_s),
+            rules=np.array(recording.rules, dtype=np.str_),
+            noticed=np.array(recording.noticed, dtype=np.str_),
+            violated=np.array(recording.violated, dtype=np.str_),
+        )
 
 
 def load(path: Path) -> Recording:
@@ -218,8 +235,8 @@ def fault_free_band(plant: Plant, mismatch: str) -> Band:
     if not path.exists():
         runs = [_fault_free(plant, seed, mismatch) for seed in BAND_SEEDS[plant.name]]
         band = Band.of(plant, runs)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(path, low=band.low, high=band.high, outside_s=band.outside_s)
+        with whole(path) as new:
+            np.savez_compressed(new, low=band.low, high=band.high, outside_s=band.outside_s)
     with np.load(path) as found:
         return Band(found["low"], found["high"], found["outside_s"])
 
@@ -228,8 +245,8 @@ def alone(plant: Plant, seed: int, mismatch: str) -> Alone:
     """What the true plant of ``seed`` shows by itself; kept on disk."""
     path = recordings() / f"alone-{plant.name}-{mismatch}-{seed}.json"
     if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(asdict(_alone(plant, seed, mismatch))))
+        with whole(path) as new:
+            new.write_text(json.dumps(asdict(_alone(plant, seed, mismatch))))
     found = json.loads(path.read_text())
     return Alone(tuple((rule, at_s) for rule, at_s in found["raised"]), tuple(found["noticed"]))
 

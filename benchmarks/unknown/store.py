@@ -1,15 +1,18 @@
-"""What the study keeps on disk: recordings as arrays, judged looks as lines; a study that stopped goes on from them."""
+"""What the study keeps on disk: recordings as arrays, all else as lines; a study that stopped goes on from them."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from benchmarks.host import ROOT, changed, commit
+from benchmarks.unknown.jobs import Job
 
 FOLDER = ROOT / "build" / "unknown"
 RECORDED_BY = (
@@ -29,8 +32,14 @@ RECORDED_BY = (
     "benchmarks/unknown/harmless.py",
 )
 """Sources that a recording follows from; twin and isolation are not among them."""
-JUDGED_BY = ("src", "benchmarks/unknown/judging.py", "benchmarks/unknown/looks.py")
-"""Sources that a statement follows from."""
+JUDGED, OPERATED, PAIRED, FORCED = "judged", "operated", "pairs", "forced"
+FOLLOWS_FROM: Mapping[str, tuple[str, ...]] = {
+    JUDGED: ("src", "benchmarks/unknown/judging.py", "benchmarks/unknown/looks.py"),
+    OPERATED: ("src", "benchmarks/unknown/operated.py"),
+    PAIRED: ("src", "benchmarks/unknown/pairs.py", "benchmarks/unknown/strategies.py"),
+    FORCED: ("src", "benchmarks/unknown/forced.py"),
+}
+"""What is kept as lines -> sources that it follows from."""
 
 
 @cache
@@ -46,25 +55,43 @@ def recordings() -> Path:
     return FOLDER / f"recordings-{key(RECORDED_BY)}"
 
 
-def judged() -> Path:
-    """File of what the present sources say of them."""
-    return FOLDER / f"judged-{key(JUDGED_BY)}.jsonl"
+def path_of(kind: str) -> Path:
+    """File of the lines of one kind that the present sources make."""
+    return FOLDER / f"{kind}-{key(FOLLOWS_FROM[kind])}.jsonl"
 
 
-def operated() -> Path:
-    """File of the runs with everything on that the present sources make."""
-    return FOLDER / f"operated-{key(('src', 'benchmarks/unknown/operated.py'))}.jsonl"
+def keep(kind: str, job: Job, row: Mapping[str, Any]) -> None:
+    """Add what was found of ``job``, with the truth that it was found of."""
+    append(path_of(kind), {**row, "truth": job.truth})
+
+
+def kept(kind: str, jobs: Iterable[Job]) -> Iterator[tuple[Job, dict[str, Any]]]:
+    """Every line of one kind about one of ``jobs``, but for those of another truth under the same name.
+
+    Lists are tuples again, as whoever kept them had them.
+    """
+    named = {job.name: job for job in jobs}
+    for row in lines(path_of(kind)):
+        job = named.get(row["run"])
+        if job is not None and row.pop("truth") == job.truth:
+            yield job, {name: tuple(value) if isinstance(value, list) else value for name, value in row.items()}
 
 
 def append(path: Path, row: Mapping[str, Any]) -> None:
-    """Add a line to ``path``."""
+    """Add a line to ``path``, on a line of its own where the last one is torn."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("a", encoding="utf-8") as file:
-        file.write(json.dumps(row) + "\n")
+    with path.open("a+b") as file:
+        torn = file.tell() > 0 and _last(file) != b"\n"
+        file.write((b"\n" if torn else b"") + json.dumps(row).encode() + b"\n")
+
+
+def _last(file: BinaryIO) -> bytes:
+    file.seek(-1, 2)
+    return file.read(1)
 
 
 def lines(path: Path) -> Iterator[dict[str, Any]]:
-    """Every whole line of ``path``; a torn last one is left out."""
+    """Every whole line of ``path``; a torn one is left out."""
     if not path.exists():
         return
     for line in path.read_text(encoding="utf-8").splitlines():
@@ -72,3 +99,12 @@ def lines(path: Path) -> Iterator[dict[str, Any]]:
             yield json.loads(line)
         except json.JSONDecodeError:
             continue
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """A path to write to; what was written is at ``path`` afterwards, whole, whoever else writes the same."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    new = path.with_name(f"{os.getpid()}-{path.name}")
+    yield new
+    new.replace(path)

@@ -15,6 +15,8 @@ from benchmarks.unknown.judge import (
     NONE,
     Statement,
     Verdict,
+    answer,
+    holds,
     is_alike,
     is_right,
     named,
@@ -131,6 +133,17 @@ def statements(looks: Iterable[Look]) -> list[tuple[float, bool]]:
     return [
         (s.probability, truly(s, x.job.cause)) for x in looks if x.looked for s in x.judged.said if s.probability > 0.0
     ]
+
+
+def answers(looks: Iterable[Look]) -> list[tuple[float, bool]]:
+    """Summed probability of each answer, which may be a set, and whether it holds what is true."""
+    found = []
+    for x in looks:
+        if x.looked and x.judged.said:
+            said = answer(x.judged.said)
+            right = any(truly(s, x.job.cause) or holds(s, x.job.cause) for s in said)
+            found.append((min(sum(s.probability for s in said), 1.0), right))
+    return found
 
 
 def truly(statement: Statement, cause: Cause) -> bool:

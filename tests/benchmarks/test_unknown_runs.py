@@ -83,16 +83,16 @@ def test_monitoring_sees_at_a_look_what_it_saw_in_the_run(folder: Path) -> None:
 def test_a_study_goes_on_where_it_stopped(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    plant, job = load_plant(MIXER), flat_level()
-    judge(plant, [job], (0,), fresh=True)
-    assert set(done(fresh=True)) == {(job.name, 0)} and not done(fresh=False)
+    job = flat_level()
+    judge([job], (0,), fresh=True)
+    assert set(done([job], fresh=True)) == {(job.name, 0)} and not done([job], fresh=False)
     told = capsys.readouterr().out
     assert told.startswith(f"{job.name} +0 s: ")
     monkeypatch.setattr(judging, "recorded", lambda plant, job: pytest.fail("it is judged already"))
-    judge(plant, [job], (0,), fresh=True)
-    with store.judged().open("a", encoding="utf-8") as file:
+    judge([job], (0,), fresh=True)
+    with store.path_of(store.JUDGED).open("a", encoding="utf-8") as file:
         file.write('{"run": "torn')
-    assert set(done(fresh=True)) == {(job.name, 0)}
+    assert set(done([job], fresh=True)) == {(job.name, 0)}
 
 
 def test_a_feature_is_noticed_where_it_stays_outside_for_long_enough() -> None:
@@ -124,10 +124,12 @@ def test_what_is_called_harmless_of_the_reactor_violates_nothing() -> None:
         assert violated(plant, scenario_of(plant, Job("cstr", "harmless", cause, 402, "plant"))) == (), cause.id
 
 
-def test_a_day_without_a_fault_is_a_day() -> None:
-    plant = load_plant("cstr")
-    (job,) = jobs(plant, ["day"], [], [], "plant")
-    assert scenario_of(plant, job).end_s == 86_400.0 and scenario_of(plant, job).onset_s is None
+@pytest.mark.parametrize(("name", "count"), [("cstr", 1), (MIXER, 144)])
+def test_a_day_without_a_fault_is_a_day(name: str, count: int) -> None:
+    plant = load_plant(name)
+    runs = [scenario_of(plant, job) for job in jobs(plant, ["day"], [], [], "plant")]
+    assert len(runs) == count and sum(run.end_s for run in runs) == 86_400.0
+    assert all(run.onset_s is None for run in runs)
 
 
 def test_the_page_says_how_many_runs_are_in_and_what_is_missed() -> None:

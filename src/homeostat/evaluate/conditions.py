@@ -18,11 +18,13 @@ class Conditions:
     protocol: AskingProtocol = AskingProtocol.ROUTE
     """When proposers are asked, and for how much."""
     label_given: bool = False
-    """Whether agents are told the true faults from their onset on, as in studies without detection."""
+    """Whether agents are told faults from their onset on, as in studies without detection."""
     reprompting: bool = True
     """Whether a proposer may try again after a refusal."""
     ensemble: bool = True
     """Whether a proposal must hold for every plausible fault and parameter set, or for the most probable one only."""
+    label: tuple[FaultState, ...] | None = None
+    """Faults that agents are told where a label is given, true or not; the true ones where None."""
 
     @property
     def settings(self) -> tuple[Setting, ...]:
@@ -36,13 +38,13 @@ class Conditions:
 
 
 class LabelGiven:
-    """Implements :class:`homeostat.agents.roles.Monitoring` over another one, with the truth for a diagnosis.
+    """Implements :class:`homeostat.agents.roles.Monitoring` over another one, with a label for a diagnosis.
 
-    Only studies that compare with published ones use it: a plant has nobody to tell the truth.
+    Only studies use it: those that compare with published ones, which tell the truth, and those that tell a falsehood.
     """
 
     def __init__(self, monitoring: Monitoring, faults: tuple[FaultState, ...], review_s: float) -> None:
-        """``monitoring`` goes on watching; ``faults`` are those that are truly there, each from its onset on.
+        """``monitoring`` goes on watching; ``faults`` are those that are told, each from its onset on.
 
         ``review_s``: after anything was done or left alone, when the situation is judged again [s]. A label does not
         say when a fault that grows begins to matter.
@@ -66,7 +68,7 @@ class LabelGiven:
         return self._monitoring.symptoms
 
     def diagnose(self, deviates: bool = False) -> Diagnosis:
-        """What is truly there now."""
+        """What the label says is there now."""
         self._told = self._present
         self._review_at_s = math.inf
         hypotheses = (Hypothesis(self._told, 1.0),) if self._told else ()

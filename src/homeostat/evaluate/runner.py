@@ -183,7 +183,8 @@ def _informed(plant: Plant, scenario: Scenario, conditions: Conditions) -> Calla
     def informed(monitoring: Monitoring) -> Monitoring:
         if conditions.label_given:
             every_step = conditions.protocol is AskingProtocol.PER_STEP  # that is review enough
-            monitoring = LabelGiven(monitoring, scenario.faults, math.inf if every_step else plant.monitoring.review_s)
+            told = scenario.faults if conditions.label is None else conditions.label
+            monitoring = LabelGiven(monitoring, told, math.inf if every_step else plant.monitoring.review_s)
         return monitoring if conditions.ensemble else MostProbable(monitoring)
 
     return informed
