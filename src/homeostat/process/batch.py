@@ -26,6 +26,7 @@ PER_MEMBER = (
     "begin",
 )
 """Fields of a batch that have one row for each member."""
+_CORES = os.cpu_count()
 _threads = 0
 
 
@@ -159,7 +160,7 @@ class BatchRun:
         def run(first: int, last: int) -> None:
             self._kernel(first, last, *given, self._begin, until, b.stride, *noise, self._picks, self.record, broken)
 
-        workers = min(_threads or os.cpu_count() or 1, MOST_THREADS)
+        workers = min(_threads or _CORES or 1, MOST_THREADS)
         if members * (until - self._reached) < 20_000 or workers == 1 or members == 1:
             run(0, members)
         else:

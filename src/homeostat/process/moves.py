@@ -8,6 +8,7 @@ it, and controllers see readings as they were moved. Check: a state that gains 0
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
@@ -67,6 +68,9 @@ class Movers:
         self._grows = np.array([move.grows for _, move in rows], dtype=bool)
         kinds = np.array([move.kind for _, move in rows], dtype=np.int64)
         self._of = {kind: np.flatnonzero(kinds == kind) for kind in MoveKind}
+        self._once = (kinds == MoveKind.PARAMETER) & ~self._grows
+        every = self._onset[~self._once & (kinds != MoveKind.INPUT)]
+        self._every_from = float(every.min(initial=np.inf)) - 1.0
         self._done = self._change(np.arange(len(rows)), start_s)
         self._frozen = np.full(len(rows), np.nan)
 
@@ -114,6 +118,15 @@ class Movers:
             members = self._member[shown[self._column[shown] == column]]
             run.record[members, row, j] = run.state[members, column]
 
+    def quiet_until(self, at_s: float) -> float:
+        """Whole seconds from ``at_s`` up to which nothing is to be moved, as a process time [s]; infinite for ever.
+
+        A parameter that differs, and does not go on to differ more, is moved once; everything else every second.
+        """
+        once = self._onset[self._once]
+        first = min(self._every_from, once[once > at_s].min(initial=np.inf))
+        return at_s + math.ceil(max(first - at_s, 0.0)) if first < np.inf else np.inf
+
     def _stuck(self, at_s: float) -> Indices:
         stuck = self._of[MoveKind.FROZEN]
         return stuck[self._onset[stuck] <= at_s]
@@ -149,14 +162,21 @@ def simulate_moved(
 ) -> BatchResult:
     """As :func:`~homeostat.process.batch.simulate`, with what ``movers`` do to the members; raises as it does.
 
-    ``batch`` may record every few seconds; every second is a step. Its members begin together.
+    ``batch`` may record every few seconds; a second in which something is moved is a step. Its members begin together.
     """
     run = BatchRun(kernel, replace(batch, parameters=batch.parameters.copy()), describe)
     movers.begin(run.state, batch.start_s)
-    for second in range(batch.steps if movers else 0):
+    second = 0 if movers else batch.steps
+    while second < batch.steps:
         movers.before(run.parameters, batch.start_s + second)
-        run.advance(second + 1)
-        row, left = divmod(second + 1, batch.stride)
-        movers.after(run, batch.start_s + second + 1, None if left else row - 1, batch.record)
+        quiet = movers.quiet_until(batch.start_s + second)
+        if quiet > batch.start_s + second + 1.0:
+            second = int(min(quiet - batch.start_s, batch.steps))
+            run.advance(second)
+            continue
+        second += 1
+        run.advance(second)
+        row, left = divmod(second, batch.stride)
+        movers.after(run, batch.start_s + second, None if left else row - 1, batch.record)
     run.advance(batch.steps)
     return BatchResult(record=run.record, state=run.state)

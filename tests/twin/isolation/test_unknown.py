@@ -53,7 +53,7 @@ def test_a_transmitter_that_lies_is_named_in_both_directions(disturbance: str, n
 
 @pytest.mark.parametrize(
     ("disturbance", "item"),
-    [("UA * 0.6", "J1"), ("F3_max * 0.5", "V2"), ("Cv_V1 * 0.7", "V1"), ("K_P1 * 1.3", "P1"), ("UA_ambient * 6", "R1")],
+    [("UA * 0.6", "R1"), ("F3_max * 0.5", "V2"), ("Cv_V1 * 0.7", "V1"), ("K_P1 * 1.3", "P1"), ("UA_ambient * 6", "R1")],
 )
 def test_the_item_of_an_unknown_change_is_among_what_is_accused(disturbance: str, item: str) -> None:
     items = accused(explained(disturbance, 240))

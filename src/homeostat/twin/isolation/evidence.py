@@ -94,7 +94,7 @@ class Evidence:
 
     def whiten(self, change: Cube) -> Table:
         """Changes of readings, shape (n, seconds, variables), in standard deviations, shape (n, readings)."""
-        return np.asarray(change * self._weight).reshape(len(change), -1)
+        return np.asarray(change * self._weight).reshape(len(change), self._weight.size)
 
     def residuals(self, sets: Sequence[FaultSet]) -> Table:
         """Readings minus what each of ``sets`` predicts, in standard deviations, shape (sets, readings)."""

@@ -113,8 +113,8 @@ class FaultIsolation:
         again = [near for faults in dict.fromkeys((question.known, *memory.old)) for near in search.variations(faults)]
         scored, none = memory.told([*named, *unknown, *again]), nothing.score
         best, fit = _best(scored, evidence, none)
-        if best.faults and _strained(fit):  # one cause that changed is likelier than several
-            for each in (unknown, again[:1]):
+        if best.faults and (_strained(fit) or not _keeps(best, question.known)):  # what changed is likelier than two
+            for each in (unknown, again[:1]) if _strained(fit) else (again[:1],):
                 scored += memory.told(self._courses(evidence, search, each))
             best, fit = _best(scored, evidence, none)
         if best.faults and (not _fits(fit) or (question.news and _strained(fit))):
@@ -264,6 +264,10 @@ def _best(scored: Sequence[Scored], evidence: Evidence, none: float) -> tuple[Sc
     """The best explanation and how well it fits."""
     best = max(scored, key=lambda s: s.score, default=Scored((), none))
     return best, _fit(evidence, best)
+
+
+def _keeps(scored: Scored, known: FaultSet) -> bool:
+    return {f.fault for f in known} <= {f.fault for f in scored.faults}
 
 
 def _fits(fit: Fit) -> bool:
