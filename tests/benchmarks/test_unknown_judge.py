@@ -110,7 +110,7 @@ def test_the_other_balance_of_a_vessel_is_another_cause() -> None:
     [
         ("unknown_heat_R1", "R1", "heat R1"),
         ("unknown_mass_B204_growing", "B204", "mass B204"),
-        ("unknown_J1_UA", "J1", ""),
+        ("unknown_heat_R1_UA", "R1", "heat R1"),
         ("fouling", "J1", "heat R1"),
         ("temp_bias", "TT1", ""),
     ],

@@ -143,8 +143,8 @@ def test_what_was_found_of_another_truth_is_not_in(folder: Path) -> None:
         (Cause("x", "x", "TT1", spec="T1 frozen from 2000"), "T1_frozen", 2100.0, None),
         (Cause("x", "x", "P1", spec="K_P1 * 0.8 from 2000"), "pump_degrade", 2100.0, 0.2),
         (Cause("x", "x", "P1", spec="K_P1 * 0.8 from 2000"), "outlet_block", 2100.0, None),
-        (Cause("x", "x", "R1", spec="T_ambient - 40 from 2000"), "unknown_R1_T_ambient", 2100.0, -40.0),
-        (Cause("x", "x", "R1", spec="T_ambient + 40 from 2000 over 400"), "unknown_R1_T_ambient_growing", 2100.0, 0.1),
+        (Cause("x", "x", "R1", spec="T_ambient - 40 from 2000"), "unknown_heat_R1_T_ambient", 2100.0, -40.0),
+        (Cause("x", "x", "R1", spec="T_ambient + 40 from 2000 over 400"), "unknown_heat_R1_T_ambient_growing", 2100.0, 0.1),
         (Cause("x", "x", "R1", spec="T_ambient - 40 from 2000"), "unknown_heat_R1", 2100.0, None),
         (Cause("leak", "known", "R1", fault="leak", severity=0.01, onset_s=2000.0), "leak", 2100.0, 0.01),
         (Cause("leak", "known", "R1", fault="leak", severity=0.01, onset_s=2000.0), "unknown_mass_R1", 2100.0, None),
@@ -162,7 +162,7 @@ def test_true_sizes_are_known_where_what_happened_has_one(
 
 def test_a_factor_on_a_parameter_is_a_change_of_what_it_truly_is() -> None:
     plant = load_plant("cstr")
-    mode = next(m for m in plant.description.fault_modes if m.name == "unknown_J1_UA")
+    mode = next(m for m in plant.description.fault_modes if m.name == "unknown_heat_R1_UA")
     at = [
         true_size(plant, replace(job(Cause("x", "x", "J1", spec="UA * 0.7 from 2000")), seed=seed),
                   Statement(mode.name, "J1", "", 1.0), mode, 2100.0)

@@ -21,7 +21,7 @@ MISFIT = 0.5
 """Probability of a cause that is not among the explanations where the best of them does not fit [1]."""
 LEAST_PROBABILITY = 0.02
 """Classes below this are dropped."""
-SPREAD_NATS = 2.0
+SPREAD_NATS = 1.5
 """Explanations this much worse than the best bound its size at about two standard deviations [nats]."""
 Class: TypeAlias = tuple[str, ...]
 """Items that are accused together, sorted; none where nothing is wrong."""

@@ -200,7 +200,7 @@ class FaultIsolation:
         for size in (abs(state.severity) - 2.0 * estimate.sd, abs(state.severity) + max(2.0 * estimate.sd, grown)):
             if size > 0.0:
                 near = FaultState(state.fault, math.copysign(size, state.severity), state.onset_s)
-                found.append(Scored((*beside, near), estimate.score - SPREAD_NATS))
+                found.append(Scored((*beside, near), estimate.score - DOUBT * SPREAD_NATS))
         return found
 
     def _courses(self, evidence: Evidence, search: Search, unknown: Sequence[Scored]) -> list[Scored]:
