@@ -153,7 +153,7 @@ def test_a_release_on_a_plant_that_cools_too_well_is_needless() -> None:
 
 
 def test_a_line_that_is_blocked_is_held() -> None:
-    chosen = scenario(reactor(), "outlet_block", 1, 1450.0, None, 2400.0)
+    chosen = scenario(reactor(), "outlet_block", 1, 1450.0, None, 1900.0)
     result = run(reactor(), chosen, clock=DeclaredClock(1.0))
     assert (result.outcome, result.actor) == (Outcome.HELD, "search") and not result.good
     assert result.truth.signals["F1"][0, -60:].mean() < 0.1 * reactor().production.design_rate

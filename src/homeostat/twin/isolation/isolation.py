@@ -281,11 +281,13 @@ def _strained(fit: Fit) -> bool:
 def _spread(scored: Sequence[Scored], none: float, best: Scored, fit: Fit) -> tuple[list[Scored], float]:
     """``scored`` and ``none`` with their gaps to ``best`` made smaller by how much even that leaves unexplained.
 
-    Where nothing explains everything, something is at work that no explanation has, and differences say less.
+    Where nothing explains everything, something is at work that no explanation has, and differences say less. That
+    makes further faults no likelier than they were.
     """
     k = DOUBT + fit.unexplained / UNEXPLAINED_NATS
-    nearer = [replace(s, score=best.score + (s.score - best.score) / k) for s in scored]
-    return nearer, best.score + (none - best.score) / k
+    most = len(best.faults)
+    gaps = [(s, (s.score - best.score) / (k if len(s.faults) <= most else DOUBT)) for s in scored]
+    return [replace(s, score=best.score + gap) for s, gap in gaps], best.score + (none - best.score) / k
 
 
 def _estimates(
