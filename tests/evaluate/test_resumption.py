@@ -84,7 +84,7 @@ def test_killed_in_the_middle_of_a_recovery_the_plant_has_the_same_past_and_is_r
     folder: Path, tmp_path: Path, kind: str
 ) -> None:
     first = whole(folder)
-    past = killed(folder, tmp_path / "run", kind, 71.0)
+    past = killed(folder, tmp_path / "run", kind, 76.0)
     again = recorded(RunDirectory.resume(tmp_path / "run"), Operation(past=past))
     seconds = int(past.at_s)
     for name, values in first.truth.signals.items():
