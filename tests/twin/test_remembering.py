@@ -48,7 +48,7 @@ def test_a_fault_is_not_forgotten_where_it_cannot_be_seen(seed: int) -> None:
 @pytest.mark.parametrize("seed", [2, 13])
 def test_a_fault_is_not_forgotten_when_a_second_one_is_taken_back(seed: int) -> None:
     twin, second = follow(held(seed), seed), FaultState("level_bias", 2.9, 2500.0)
-    assert with_fouling(twin.explain(["level_bias", "fouling"], (FOULED, second))) >= 0.9
+    assert with_fouling(twin.explain(["level_bias", "fouling"], (FOULED, second))) >= 0.8
 
 
 def test_a_fault_that_the_readings_refute_is_given_up() -> None:
