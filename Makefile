@@ -17,7 +17,7 @@ SEED := 1
 demo: $(VENV)/.base
 	@$(BIN)/homeostat run cstr --fault cool_stuck_closed --seed $(SEED)
 
-## test: every test that a change needs, about a quarter of an hour on 2 cores; all but those marked slow
+## test: every test that a change needs, about twenty minutes on 2 cores; all but those marked slow
 test: $(VENV)/.dev
 	$(PYTEST) -m "not slow"
 

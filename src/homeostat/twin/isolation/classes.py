@@ -39,8 +39,8 @@ def hypotheses(
 
     A class is represented by its named cause or by its best explanation, with those that bound its size; its
     probability is shared among them. ``none``: score of nothing being wrong; ``named``: whether names may be used.
-    Where the best explanation does not fit, they may not, and something else that began at ``since_s`` [s] is as likely
-    as not.
+    Where the best explanation does not fit, none is preferred to what is unknown, and something else that began at
+    ``since_s`` [s] is as likely as not.
     """
     classes: dict[Class, list[Scored]] = {}
     for each in scored:

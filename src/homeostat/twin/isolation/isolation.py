@@ -1,8 +1,8 @@
 """Fault isolation: named causes, unknown disturbances and nothing compete for the readings.
 
 The readings before and after the first symptom are compared with replays. Faults of the tables are tried over a grid,
-everything that is generated is estimated in one linear pass, alone and beside what was known. The best of each item
-competes with the best of the others and with nothing being wrong.
+everything that is generated is estimated in one linear pass and settled by replays. Several items at once are tried
+where one does not explain everything. The best of each competes with the others and with nothing being wrong.
 """
 
 import math
@@ -94,7 +94,7 @@ class FaultIsolation:
 
         What was known and began in the window competes as everything else does: all that spoke for it is seen again.
         What began before it is not forgotten. Where readings or controllers speak for themselves, the twin is asked for
-        nothing else. A cause is named only where its explanation fits; else what is best says where the unknown one is.
+        nothing else. Where the best explanation does not fit, a cause that nobody listed is as likely as all of them.
         """
         evidence, search = self._on(window, posterior, question.known)
         if (
