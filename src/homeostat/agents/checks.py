@@ -25,21 +25,23 @@ CLOSED = "CHK-OPEN"
 def judge(
     actions: ActionSet, rollout: Rollout, limits: Limits, target: State, tags: Tags, path: RecoveryPath | None = None
 ) -> Verdict:
-    """Approve ``actions`` only if every check holds in every member of ``rollout``; default is to refuse.
+    """Approve ``actions`` only if all that forbids holds in every member of ``rollout``; default is to refuse.
 
-    ``target`` is the state in which they end; ``path`` leads there and must be given where there are later steps.
+    ``target`` is the state in which they end; ``path`` leads there and must be given where there are later steps. What
+    only costs is not judged: see :mod:`homeostat.agents.pricing`.
     """
     if actions.end != target.name:
         text = f"the action set leads to {actions.end!r}; judge it for that state, not for {target.name!r}"
         return Revise((refusal("CHK-TARGET", text),))
-    unfit = _unfit(actions, rollout, {*target.settled_when.tags, *_read(limits.criteria), *_read(limits.limits)})
+    criteria, needed = limits.forbidding
+    unfit = _unfit(actions, rollout, {*target.settled_when.tags, *_read(criteria), *_read(needed)})
     if unfit is None and actions.then:
         unfit = _astray(actions, path)
     if unfit is not None:
         return Revise((unfit,))
     findings = (
         *_commands_by_step(actions, target, tags, path),
-        *rollout_findings(rollout, limits.criteria, limits.limits, actions),
+        *rollout_findings(rollout, criteria, needed, actions),
         target_finding(rollout, target),
     )
     if all(f.satisfied for f in findings):
@@ -54,8 +56,9 @@ def judge_passing(
 
     ``path`` is what it takes; None where nothing is commanded. How well the plant is recovered by it does not count.
     """
-    criteria = [c for c in limits.criteria if c.hard]
-    needed = [*limits.hard, *(limits.of_kind(LimitKind.PERMISSIVE) if path is not None else ())]
+    criteria, needed = limits.forbidding
+    if path is None:
+        needed = limits.hard
     unfit = _unfit(actions, rollout, _read(criteria) | _read(needed))
     if unfit is None and actions.then and path is not None:
         unfit = _astray(actions, path)
@@ -68,7 +71,7 @@ def judge_passing(
 
 def judge_safety(actions: ActionSet, rollout: Rollout, limits: Limits) -> Verdict:
     """Judge a fallback: only what protects the plant counts."""
-    criteria = [c for c in limits.criteria if c.hard]
+    criteria, _ = limits.forbidding
     unfit = _unfit(actions, rollout, _read(criteria) | _read(limits.hard))
     if unfit is not None:
         return Revise((unfit,))

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
+from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis, Symptom
 from homeostat.domain.plant.state_machine import State
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
@@ -62,6 +63,8 @@ class Approved:
     """Its approval."""
     proposer: str
     """Who proposed it."""
+    cost: Cost
+    """What it is expected to cost."""
     ended: Interruption | None = None
     """What ends it for sure where it is released for a while only, to learn something; None where it is to last."""
 
@@ -190,6 +193,8 @@ class Proposer:
     """Most proposals in one recovery."""
     improves: bool = False
     """Whether it is asked as well where the plant may be left alone, but might do better."""
+    thorough: bool = False
+    """Whether it goes on to other paths once something of it is approved, as long as they may cost less."""
 
 
 @dataclass(frozen=True, slots=True)

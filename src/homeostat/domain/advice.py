@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from homeostat.domain.cost import Cost
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Finding, Verdict
@@ -21,6 +22,8 @@ class Attempt:
     """The judgement; a refusal where path or action set is missing or was proposed before."""
     members: int = 0
     """Members of the rollout; 0 where nothing was rolled out."""
+    cost: Cost | None = None
+    """What it is expected to cost; None where nothing was rolled out."""
 
 
 @dataclass(frozen=True, slots=True)

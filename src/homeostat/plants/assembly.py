@@ -11,6 +11,7 @@ from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.proposer import language_proposer, step_proposer
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.monitoring.monitoring import TwinMonitoring
+from homeostat.agents.pricing import Pricing
 from homeostat.agents.probing.twin_probing import TwinProbing
 from homeostat.agents.roles import Agents, AskingProtocol, Monitoring, Proposer, Simulation
 from homeostat.agents.search.action import SearchAction
@@ -87,8 +88,10 @@ class Workbench:
     def searching(self) -> Proposer:
         """The deterministic proposer that is always there."""
         d = self.plant.description
-        action = SearchAction(self.twin, d.limits, d.tags_by_name, self.plant.production, d.scales)
-        return Proposer("search", SearchPlanning(d, self.grounding), action, MarginReprompting(d.scales), improves=True)
+        pricing = Pricing(self.plant.prices, d.limits, d.scales)
+        action = SearchAction(self.twin, d.limits, d.tags_by_name, pricing, d.scales)
+        planning = SearchPlanning(d, self.grounding, action.bounds)
+        return Proposer("search", planning, action, MarginReprompting(d.scales), improves=True, thorough=True)
 
     def speaking(self) -> Proposer:
         """The language model's proposer, which records no key; AssertionError in a run without one."""
@@ -112,8 +115,8 @@ Propose = Callable[[Workbench], tuple[Proposer, ...]]
 
 
 def in_operation(bench: Workbench) -> tuple[Proposer, ...]:
-    """As a plant is operated: the language model first where there is one, and the search after it."""
-    return (bench.searching(),) if bench.language is None else (bench.speaking(), bench.searching())
+    """As a plant is operated: the search answers first, and the language model, where there is one, may do better."""
+    return (bench.searching(),) if bench.language is None else (bench.searching(), bench.speaking())
 
 
 def new_sequencer(plant: Plant) -> Sequencer:
@@ -275,9 +278,9 @@ def _recovery(
         simulation=simulation,
         validation=LimitValidation(d.limits, tags),
         grounding=grounding,
-        probing=None if stepwise else TwinProbing(twin, d, grounding, plant.production),
+        probing=None if stepwise else TwinProbing(twin, d, grounding, Pricing(plant.prices, d.limits, d.scales)),
     )
-    known = PlantRules(d.machine, d.limits, plant.production, rules.fallbacks, d.scales, tags)
+    known = PlantRules(d.machine, d.limits, plant.prices, rules.fallbacks, d.scales, tags)
     check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration)
     bounds = Bounds(arrangement.budget, plant.intervention, stepwise)
     return RecoveryLoop(exchange, agents, known, check, bounds, trace)

@@ -9,6 +9,7 @@ from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.domain.mode import Side
 from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.prices import Prices, prices_of
 from homeostat.domain.plant.production import Production
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.recovery import open_setpoints
@@ -62,8 +63,8 @@ class Plant:
     """How long monitoring waits before it speaks."""
     intervention: InterventionBounds
     """How eagerly it is improved."""
-    production: Production
-    """What production is to the search."""
+    prices: Prices
+    """What production is, and what everything that does not forbid costs."""
     delivered: tuple[str, ...]
     """True quantities whose sum is what was produced so far."""
     totals: Mapping[str, str]
@@ -86,6 +87,11 @@ class Plant:
     """Who runs the nominal sequence in modes that write; in the others the plant does."""
     remade: tuple[str, ...] = ()
     """Generated files that were older than their sources, and were made again when the plant was loaded."""
+
+    @property
+    def production(self) -> Production:
+        """What production is."""
+        return self.prices.production
 
     @property
     def configuration(self) -> str:
@@ -140,7 +146,7 @@ def _case(
         twin=settings.twin.settings,
         intervention=settings.intervention.settings,
         monitoring=settings.monitoring.settings,
-        production=settings.objective.production,
+        prices=_prices(settings, description),
         delivered=tuple(settings.objective.delivered),
         totals=dict(settings.objective.totals),
         reported=tuple(settings.objective.reported),
@@ -152,6 +158,11 @@ def _case(
         onset_s=settings.run.onset_s,
         panels=tuple(read_panel(table.model_dump(exclude_none=True), description) for table in settings.figure),
     )
+
+
+def _prices(settings: Settings, plant: PlantDescription) -> Prices:
+    objective = settings.objective
+    return prices_of(plant.prices, objective.production, objective.currency, plant.limits, plant.machine)
 
 
 def _with_generated(plant: Plant, settings: Settings) -> Plant:

@@ -38,8 +38,8 @@ class Stance(Enum):
 
     LEAVE = "It is left as it is: all is well, or proposers have found nothing before and nothing is new."
     ACCEPT = "It is left as it is for good: the batch is over, and safe with these symptoms."
-    IMPROVE = "It is left as it is unless something is clearly better."
-    PREFER = "It is left as it is unless something is approved."
+    IMPROVE = "It is left as it is unless something costs less."
+    PREFER = "It is left as it is unless something is approved: a step is asked for."
     ACT = "Something must be approved, or the fallback is to act."
     GIVE_UP = "The fallback is to act: the batch is over, and nobody can propose anything."
 
@@ -80,9 +80,14 @@ class Agenda:
         in_vain = now.way is None and now.now_s - at_s >= self._intervention.repeat_s
         return now.state != state or in_vain
 
-    def stance(self, memory: RecoveryMemory, look: Look, due: bool, deviates: bool) -> Stance:
-        """What is to be done after ``look``; ``due``: this state is to be asked about, ``deviates``: the batch does."""
-        if look.fine and not due and self._calm(memory, look):
+    def stance(
+        self, memory: RecoveryMemory, look: Look, due: bool, deviates: bool, worthwhile: bool = True
+    ) -> Stance:
+        """What is to be done after ``look``; ``due``: this state is to be asked about, ``deviates``: the batch does.
+
+        ``worthwhile``: there is something to win by doing anything.
+        """
+        if look.fine and not due and (not worthwhile or self._calm(memory, look)):
             return Stance.LEAVE
         if self.finished(look.state):
             return Stance.ACCEPT if look.fine or look.harmless else Stance.GIVE_UP
@@ -91,7 +96,7 @@ class Agenda:
         news = due or deviates or memory.in_vain is None or is_news(look, memory.in_vain)
         if not news:
             return Stance.LEAVE
-        return Stance.IMPROVE if look.fine and not due else Stance.PREFER
+        return Stance.PREFER if due else Stance.IMPROVE
 
     def after_release(self, memory: RecoveryMemory, released: Released, diagnosis: Diagnosis) -> RecoveryMemory:
         """What is remembered once ``released`` was written because of ``diagnosis``; a usual step is no recovery."""
@@ -99,7 +104,7 @@ class Agenda:
         return replace(memory, in_vain=None, released_s=memory.released_s if usual else released.at_s)
 
     def _calm(self, memory: RecoveryMemory, look: Look) -> bool:
-        """Whether a plant in which all is well is not to be improved: no fault, or no release that has settled."""
-        if not look.diagnosis.faulty or memory.released_s is None:
+        """Whether a plant in which all is well is not to be improved: no fault, or a release that has not settled."""
+        if not look.diagnosis.faulty:
             return True
-        return look.at_s - memory.released_s < self._intervention.calm_s
+        return memory.released_s is not None and look.at_s - memory.released_s < self._intervention.calm_s

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from homeostat.agents.checks import judge_safety
 from homeostat.agents.roles import Simulation
@@ -26,6 +26,8 @@ class ValidatedFallback:
     """The strategy."""
     verdict: Verdict
     """Judgement of the criteria that protect the plant."""
+    rollout: Rollout
+    """What it does."""
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -46,6 +48,8 @@ class TimeLeft:
     """Process time by which something must be done; None where no limit is violated without it [s]."""
     left_s: float
     """What is left for thinking [s]."""
+    fallback: ValidatedFallback | None = None
+    """The strategy that acts first; None where the twin was late."""
 
 
 def rank(rollouts: Sequence[tuple[FallbackStrategy, Rollout]], limits: Limits) -> tuple[ValidatedFallback, ...]:
@@ -55,7 +59,7 @@ def rank(rollouts: Sequence[tuple[FallbackStrategy, Rollout]], limits: Limits) -
     """
     if not rollouts:
         raise ValueError("there is no fallback to rank; a plant needs at least one")
-    judged = [ValidatedFallback(s, judge_safety(s.actions, r, limits)) for s, r in rollouts]
+    judged = [ValidatedFallback(s, judge_safety(s.actions, r, limits), r) for s, r in rollouts]
     return tuple(sorted(judged, key=lambda v: -v.margin))
 
 
@@ -88,7 +92,7 @@ class Arming:
         best = ranked[0]
         approved = isinstance(best.verdict, Approve)
         scene.record(FallbackArmed(best.strategy.name, approved, best.findings, left_s))
-        return armed
+        return replace(armed, fallback=best)
 
     async def _ranked(self, diagnosis: Diagnosis) -> tuple[ValidatedFallback, ...]:
         rollouts = [(s, await self._simulation.roll_out(diagnosis, s.actions)) for s in self._rules.fallbacks]

@@ -32,7 +32,7 @@ class InterventionBounds:
 
     calm_s: float = 300.0
     """Nothing is improved while the last release is younger than this: its transient is still under way [s]."""
-    improvements: int = 2
+    improvements: int = 6
     """Most proposals of an improvement."""
     slack_s: float = math.inf
     """A step this far outside the times that were predicted for it calls for attention; infinite for none [s]."""

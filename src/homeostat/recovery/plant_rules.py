@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from homeostat.domain.plant.limits import Limits
-from homeostat.domain.plant.production import Production
+from homeostat.domain.plant.prices import Prices
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import FallbackStrategy
@@ -19,8 +19,8 @@ class PlantRules:
     """Supervisory state machine."""
     limits: Limits
     """Everything that must hold."""
-    production: Production
-    """What production is."""
+    prices: Prices
+    """What everything that does not forbid costs."""
     fallbacks: tuple[FallbackStrategy, ...]
     """Safe-state strategies in table order, each with the steps that follow."""
     scales: Mapping[str, float]

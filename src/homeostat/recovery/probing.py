@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from homeostat.agents.checks import judge_passing, judge_safety
+from homeostat.agents.pricing import Pricing
 from homeostat.agents.probing.twin_probing import CERTAIN
 from homeostat.agents.roles import Agents, Approved, Probe, Probing, Situation
 from homeostat.domain.advice import Attempt
@@ -68,6 +69,7 @@ class Probes:
         self._scene, self._agents, self._rules, self._progress = scene, agents, rules, progress
         self._budget, self._bounds = bounds.budget, bounds.intervention
         self._releasing = Releasing(scene, check, bounds.budget)
+        self._pricing = Pricing(rules.prices, rules.limits, rules.scales)
         self._under_way: _UnderWay | None = None
         self._begun: list[tuple[str, tuple[str, str]]] = []
 
@@ -141,7 +143,8 @@ class Probes:
             await scene.look()
             outcome = NoActionNeeded(scene.seen_s, chosen.verdict.min_margin)
         else:
-            found = Approved(probe.actions, probe.path, chosen.verdict, PROPOSER, chosen.ended)
+            cost = self._pricing.of(alone, probe.actions.states, releases=1)
+            found = Approved(probe.actions, probe.path, chosen.verdict, PROPOSER, cost, chosen.ended)
             try:
                 outcome = (await self._releasing.release(found, situation.diagnosis)).outcome
             except (Refused, Overtaken, Withdrawn, TimeoutError) as failed:

@@ -1,63 +1,101 @@
-"""Proposals: one proposer after the other, each within its share of the time."""
+"""Proposals: proposers compete within their time, and the cheapest of what was approved is released."""
 
-from homeostat.agents.roles import Agents, NoAdmissiblePlan, Proposer, Situation
+from homeostat.agents.pricing import Pricing
+from homeostat.agents.roles import Agents, NoAdmissiblePlan, Situation
 from homeostat.domain.events.recovery import GaveUp
-from homeostat.domain.verdict import Rollout
+from homeostat.recovery.alternatives import Alternatives
 from homeostat.recovery.deliberation import Deliberation
-from homeostat.recovery.intervention import InterventionPolicy
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import Check
-from homeostat.recovery.releasing import Overtaken, Releasing, Taken, Withdrawn
+from homeostat.recovery.releasing import Overtaken, Refused, Releasing, Taken, Withdrawn
 from homeostat.recovery.scene import Scene
 
 
 class Proposals:
-    """Asks the proposers until one's action set is released."""
+    """Asks the proposers, and has the best of what they found released."""
 
-    def __init__(
-        self, scene: Scene, agents: Agents, rules: PlantRules, check: Check, policy: InterventionPolicy, bounds: Bounds
-    ) -> None:
-        """``check`` seals what is released; ``policy`` says what is worth doing where the plant may be left alone."""
-        releasing, improvements = Releasing(scene, check, bounds.budget), bounds.intervention.improvements
-        self._deliberation = Deliberation(scene, agents, rules.machine, releasing, policy, improvements)
-        self._scene, self._proposers, self._policy, self._last_s = scene, agents.proposers, policy, bounds.budget.last_s
+    def __init__(self, scene: Scene, agents: Agents, rules: PlantRules, check: Check, bounds: Bounds) -> None:
+        """``check`` seals what is released."""
+        self._scene, self._agents, self._machine = scene, agents, rules.machine
+        self._pricing = Pricing(rules.prices, rules.limits, rules.scales)
+        self._releasing = Releasing(scene, check, bounds.budget)
+        self._improvements = bounds.intervention.improvements
 
-    async def ask(self, situation: Situation, idle: Rollout | None, began: float) -> Taken:
-        """Ask one proposer after the other, each within its time; the last one's failure is everyone's.
+    async def ask(self, situation: Situation, alternatives: Alternatives, began: float) -> Taken:
+        """Ask the proposers one after the other, and release the cheapest of what was approved.
 
-        The time counts from ``began``, by the event loop's clock, when the plant was looked at [s]. Where the plant
-        may also be left alone (``idle``), only those are asked whose business it is to improve.
+        The time counts from ``began``, by the event loop's clock, when the plant was looked at [s]. Where the plant may
+        also be left alone, only those are asked whose business it is to improve, and only what costs less is released.
 
         Raises:
-            NoAdmissiblePlan: nobody has anything more to propose.
+            NoAdmissiblePlan: nobody has anything to propose, or nothing that costs less than leaving the plant alone.
             TimeoutError: the time is over.
             Withdrawn: what was asked for last was given up.
         """
-        proposers = [p for p in self._proposers if idle is None or p.improves]
-        if idle is not None and not self._policy.worthwhile(idle):
-            raise NoAdmissiblePlan("the plant already produces what it can")
         end = self._scene.end(began, situation.deadline_s)
-        reason: Exception = NoAdmissiblePlan("nobody proposes anything")
-        for proposer in proposers:
-            last = proposer is proposers[-1]
-            try:
-                return await self._of(proposer, situation, idle, end if last else end - self._last_s)
-            except TimeoutError as late:
-                reason = late
-                text = str(late) or f"{proposer.name}: no approved proposal in the time that was left for it"
-            except (NoAdmissiblePlan, Withdrawn) as failed:
-                reason, text = failed, str(failed)
-            except Exception as failed:  # a proposer may be anybody's: one that breaks is not the last that is asked
-                if last:
-                    raise
-                reason, text = failed, f"{proposer.name} failed: {failed!r}"
-            self._scene.record(GaveUp(proposer.name, text))
-        raise reason
-
-    async def _of(self, proposer: Proposer, situation: Situation, idle: Rollout | None, end: float) -> Taken:
-        """What ``proposer`` has released until ``end``; it begins again where the plant went on to another state."""
         while True:
             try:
-                return await self._deliberation.deliberate(proposer, situation, idle, end)
-            except Overtaken:
+                return await self._compete(situation, alternatives, end)
+            except Overtaken:  # the plant went on to another state: whatever was found begins in the former one
+                alternatives = alternatives.anew()
                 situation = await self._scene.fresh(situation)
+
+    async def _compete(self, situation: Situation, alternatives: Alternatives, end: float) -> Taken:
+        """As :meth:`ask`, of a plant that stays in its state; Overtaken where it does not."""
+        every = self._sessions(alternatives)
+        asked, reason = [*every], Exception()
+        while True:
+            for session in asked:
+                if alternatives.worth_waiting:
+                    reason = await self._propose(session, alternatives, situation, end) or reason
+            best = alternatives.best
+            if best is None:
+                self._scene.record(alternatives.event(""))
+                if alternatives.leave is not None and not isinstance(reason, TimeoutError):
+                    raise NoAdmissiblePlan("nothing costs less than leaving the plant alone")
+                raise reason if asked or every else NoAdmissiblePlan("nobody proposes anything")
+            self._scene.record(alternatives.event(best.actions.digest))
+            try:
+                return await self._releasing.release(best, situation.diagnosis)
+            except Refused as refusal:
+                reason = NoAdmissiblePlan(f"{best.proposer}: {refusal}")
+                alternatives.refuse(best, str(refusal))
+                asked = [s for s in every if s.proposer.name == best.proposer]
+                await asked[0].refused(best, refusal.findings, situation, end)
+
+    async def _propose(
+        self, session: Deliberation, alternatives: Alternatives, situation: Situation, end: float
+    ) -> Exception | None:
+        """Let one proposer add to the ``alternatives``; why it gave up, None where it did not."""
+        found = alternatives.best is not None
+        name = session.proposer.name
+        if found and alternatives.leave is None:  # what waits gets worse: half of the time is kept to release it in
+            end -= 0.5 * self._scene.wall_s(situation.deadline_s)
+        failed: Exception
+        try:
+            await session.add_to(alternatives, situation, end)
+            return None
+        except TimeoutError as late:
+            failed, text = late, str(late) or f"{name}: no approved proposal in the time that was left for it"
+        except NoAdmissiblePlan as nothing:
+            failed, text = nothing, str(nothing)
+        except Exception as broken:  # a proposer may be anybody's: one that breaks is not the last that is asked
+            failed, text = broken, f"{name} failed: {broken!r}"
+        self._scene.record(GaveUp(name, text))
+        return failed
+
+    def _sessions(self, alternatives: Alternatives) -> list[Deliberation]:
+        """One for every proposer that is asked."""
+        leave = alternatives.leave is not None
+        return [
+            Deliberation(
+                p,
+                self._scene,
+                self._agents,
+                self._machine,
+                self._pricing,
+                min(p.attempts, self._improvements) if leave else p.attempts,
+            )
+            for p in self._agents.proposers
+            if not leave or p.improves
+        ]

@@ -93,6 +93,10 @@ class Scene:
                 raise TimeoutError(f"{stage} took longer than {process_s:g} s") from None
             raise
 
+    def wall_s(self, process_s: float) -> float:
+        """Wall-clock time in which so much process time passes [s]."""
+        return self._desk.wall_s(process_s)
+
     def end(self, began: float, process_s: float) -> float:
         """Time of the event loop at which thinking that ``began`` then and may take ``process_s`` is cut off [s]."""
         return began + self._desk.wall_s(process_s)

@@ -3,16 +3,20 @@
 import asyncio
 from dataclasses import replace
 
+from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Agents, NoAdmissiblePlan
+from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import Deviated, Diagnosed, Noticed
 from homeostat.domain.ports import Desk
-from homeostat.domain.verdict import Deviation, FallbackNeeded, NoActionNeeded, Released, Resolution
+from homeostat.domain.verdict import Approve, Deviation, FallbackNeeded, NoActionNeeded, Released, Resolution, Verdict
 from homeostat.journal.events import Trace
 from homeostat.recovery.agenda import Agenda, RecoveryMemory, Stance
-from homeostat.recovery.arming import Arming
+from homeostat.recovery.alternatives import Alternatives
+from homeostat.recovery.arming import Arming, TimeLeft
 from homeostat.recovery.endings import fall_back, nothing_is_known, stand_down, take_no_action
 from homeostat.recovery.intervention import InterventionPolicy
+from homeostat.recovery.look.news import Look
 from homeostat.recovery.look.prospect import Prospect
 from homeostat.recovery.look.watch import Watch
 from homeostat.recovery.plant_rules import Bounds, PlantRules
@@ -32,13 +36,14 @@ class RecoveryLoop:
     ) -> None:
         """Wire the parts together; nothing happens before :meth:`supervise`."""
         self._desk, self._diagnosis_s = desk, bounds.budget.diagnosis_s
-        self._policy = policy = InterventionPolicy(rules.limits, rules.production, rules.scales)
+        self._pricing = pricing = Pricing(rules.prices, rules.limits, rules.scales)
+        self._policy = InterventionPolicy(rules.limits, pricing, rules.scales)
         self._scene = scene = Scene(desk, agents.simulation, agents.grounding, trace)
         self._watch = Watch(agents.monitoring)
         self._progress = ProgressMonitor(bounds.intervention.slack_s, bounds.intervention.repeat_s)
         self._prospect = Prospect(scene, agents, rules.machine, self._progress, bounds)
         self._arming = Arming(scene, agents.simulation, rules, bounds.budget)
-        self._proposals = Proposals(scene, agents, rules, check, policy, bounds)
+        self._proposals = Proposals(scene, agents, rules, check, bounds)
         self._probes = Probes(scene, agents, rules, check, self._progress, bounds)
         self._agenda, self._memory = Agenda(rules.machine, bounds), RecoveryMemory()
 
@@ -100,10 +105,10 @@ class RecoveryLoop:
             return await fall_back(scene, str(late))
         armed = await self._arming.arm(diagnosis, idle)
         verdict = self._prospect.judge(idle)
-        look = self._policy.look(scene.now, diagnosis, idle, verdict, self._memory.recovered)
+        look = self._policy.look(scene.now, diagnosis, idle, verdict)
         if due := agenda.step_is_due(self._memory, scene):
             self._memory = replace(self._memory, asked=(look.state, scene.seen_s))
-        stance = agenda.stance(self._memory, look, due or probed, deviates)
+        stance = agenda.stance(self._memory, look, due or probed, deviates, self._policy.worthwhile(look))
         reason = "the batch is over, and what follows violates a limit"
         if stance.asks:
             situation = scene.situation(diagnosis, verdict.findings, armed.left_s)
@@ -111,7 +116,8 @@ class RecoveryLoop:
             if begun is not None:
                 return begun
             try:
-                taken = await self._proposals.ask(situation, idle if stance is Stance.IMPROVE else None, began)
+                given = self._given(stance, look, verdict, armed)
+                taken = await self._proposals.ask(situation, given, began)
             except (TimeoutError, NoAdmissiblePlan, Withdrawn) as failed:
                 reason = str(failed) or f"no approved proposal within {armed.left_s:.1f} s"
                 if isinstance(failed, NoAdmissiblePlan):
@@ -128,3 +134,18 @@ class RecoveryLoop:
         if stance is Stance.ACCEPT:
             self._memory = replace(self._memory, accepted=frozenset(s.rule for s in self._watch.symptoms))
         return take_no_action(scene, verdict, armed)
+
+    def _given(self, stance: Stance, look: Look, verdict: Verdict, armed: TimeLeft) -> Alternatives:
+        """What may be done without a proposal: leaving the plant alone, and the fallback that acts first."""
+        given = []
+        if look.cost is not None:
+            reason = "" if stance is Stance.IMPROVE else "a step is asked for"
+            if stance is Stance.ACT:
+                reason = min(verdict.findings, key=lambda f: f.margin).message
+            given.append(Alternative(AlternativeKind.LEAVE, look.state, look.cost, reason))
+        first = armed.fallback
+        if first is not None and first.rollout.weights:
+            cost = self._pricing.of(first.rollout, first.strategy.actions.states, releases=1)
+            reason = "it acts where nothing else may be done" if isinstance(first.verdict, Approve) else "it does not help"
+            given.append(Alternative(AlternativeKind.FALLBACK, first.strategy.name, cost, reason))
+        return Alternatives(tuple(given), self._pricing.prices.currency)

@@ -8,6 +8,7 @@ import numpy as np
 
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.hypotheses import PLAUSIBLE, plausible
+from homeostat.agents.pricing import Pricing
 from homeostat.agents.probing.moves import Move, moves
 from homeostat.agents.probing.stakes import Stakes
 from homeostat.agents.roles import Probe, Situation
@@ -17,7 +18,6 @@ from homeostat.agents.search.planning import open_paths
 from homeostat.domain.advice import Advice
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.domain.plant.production import Production
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Rollout
 from homeostat.process.batch import ProcessError
@@ -48,10 +48,10 @@ class Explanation:
 class TwinProbing:
     """Implements :class:`homeostat.agents.roles.Probing`; nothing is drawn that other agents draw from."""
 
-    def __init__(self, twin: Twin, plant: PlantDescription, grounding: Grounding, production: Production) -> None:
+    def __init__(self, twin: Twin, plant: PlantDescription, grounding: Grounding, pricing: Pricing) -> None:
         """``twin`` is shared with monitoring, which keeps it up to date."""
         self._twin, self._plant, self._grounding = twin, plant, grounding
-        self._cost = Cost(plant.limits, production, plant.scales, slack=0.0)
+        self._cost = Cost(plant.limits, pricing, plant.scales, slack=0.0)
 
     async def probes(self, situation: Situation, idle: ActionSet, seconds: float) -> tuple[Probe, ...]:
         """Probes of so many ``seconds`` that pay, the best first; none where every explanation asks for the same."""
@@ -162,7 +162,7 @@ class _Work:
             for j in range(len(self.explanations)):
                 mine = np.tile(group == j, len(own))
                 part = {tag: values[mine] for tag, values in signals.items()}
-                found[rows, j] = self.cost.of(part, dt_s, {}, len(own))
+                found[rows, j] = self.cost.of(part, dt_s, ensemble.weights[group == j], own)
         return found
 
     def _apart(self, stakes: Stakes, nats: Table) -> tuple[tuple[str, str], float]:

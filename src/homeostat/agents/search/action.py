@@ -1,4 +1,4 @@
-"""Action by search: least production loss subject to every criterion's margin over the ensemble."""
+"""Action by search: least cost subject to the margin of everything that forbids, over the ensemble."""
 
 import asyncio
 from collections.abc import Mapping, Sequence
@@ -8,22 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.agents.hypotheses import TRIED, likely
+from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import Point, SearchSpace, present_point
 from homeostat.agents.search.cost import Cost
 from homeostat.agents.search.routes import RouteSearch
 from homeostat.domain.advice import Advice
 from homeostat.domain.plant.limits import Limits
-from homeostat.domain.plant.production import Production
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from homeostat.process.types import Table
 from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Purpose, Twin
 
 HOPELESS = 5.0
 """A search whose cost stays above this cannot be cured by refinement [production]."""
-CHANGE = 0.03
-"""Production that a setpoint change over its whole range is worth [1]."""
+CHANGE = 0.002
+"""Design production that a setpoint change over its whole range is worth: of two that cost the same the smaller [1]."""
 APART = 0.25
 """Points closer than this, summed over the ranges, lie in one basin [1]."""
 
@@ -52,7 +53,7 @@ class SearchAction:
         twin: Twin,
         limits: Limits,
         tags: Mapping[str, Tag],
-        production: Production,
+        pricing: Pricing,
         scales: Mapping[str, float],
         settings: SearchSettings | None = None,
     ) -> None:
@@ -60,18 +61,39 @@ class SearchAction:
         self._twin = twin
         self._tags = tags
         self._settings = settings or SearchSettings()
-        self._cost = Cost(limits, production, scales, self._settings.slack)
-        self._judged: list[tuple[Ensemble, dict[tuple[Command, ...], NDArray[np.float64]]]] = []
+        self._cost = Cost(limits, pricing, scales, self._settings.slack)
+        self._judged: list[tuple[Ensemble, dict[tuple[str, tuple[Command, ...]], NDArray[np.float64]]]] = []
 
-    def _judged_on(self, ensemble: Ensemble) -> dict[tuple[Command, ...], NDArray[np.float64]]:
-        """Commands -> what they came to on ``ensemble``: attempts differ in what they require, not in what happens."""
+    def _judged_on(self, ensemble: Ensemble) -> dict[tuple[str, tuple[Command, ...]], NDArray[np.float64]]:
+        """(State, commands) -> what they came to on ``ensemble``: attempts differ in what they require, not in what happens."""
         before = self._judged
         for known, judged in before:
             if known is ensemble:
                 return judged
-        mine: dict[tuple[Command, ...], NDArray[np.float64]] = {}
+        mine: dict[tuple[str, tuple[Command, ...]], NDArray[np.float64]] = {}
         self._judged = [*((e, j) for e, j in before if e.start_s == ensemble.start_s), (ensemble, mine)]
         return mine
+
+    async def bounds(self, situation: Situation, paths: Sequence[RecoveryPath]) -> list[float]:
+        """What each of ``paths`` costs at best, if nothing forbade, as a share of the design production [1].
+
+        Of a state that admits a choice it is the cheapest of the points that its search looks at first.
+        """
+        return await asyncio.to_thread(self._bounds, self._twin.frozen(), situation, paths)
+
+    def _bounds(self, twin: Twin, situation: Situation, paths: Sequence[RecoveryPath]) -> list[float]:
+        few = twin.ensemble(likely(situation.diagnosis, TRIED), twin.settings.search_draws)
+        routes = RouteSearch(twin, self._cost, self._tags)
+        found = []
+        for path in paths:
+            if path.awaited:
+                found.append(routes.bound(path, few))
+                continue
+            space = SearchSpace(path.machine.state(path.target), self._tags)
+            first = space.first(present_point(space.state, situation.snapshot.values))
+            rows = self._judge(twin, [space.actions(p) for p in first], few)
+            found.append(float(rows[:, 0].min()))
+        return found
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet:
         """The best action set found for the path's target state; validation says whether it will do."""
@@ -124,17 +146,20 @@ class SearchAction:
         required: Mapping[str, float],
         tried: dict[Point, float],
     ) -> None:
-        """Cost of every new point: production loss, plus ten per scale of missing margin, plus a little for change."""
+        """Cost of every new point: its price, plus ten per scale of missing margin, plus a little for change."""
         fresh = [p for p in dict.fromkeys(points) if p not in tried]
         if not fresh:
             return
-        actions = [space.actions(p) for p in fresh]
-        judged = self._judged_on(ensemble)
-        untried = [a for a in actions if a.commands not in judged]
-        if untried:
-            schedules = twin.schedules(untried, twin.settings.horizon_s)
-            rows = self._cost.judge(*twin.try_many(ensemble, schedules), len(untried))
-            judged.update(zip((a.commands for a in untried), rows, strict=True))
-        cost = self._cost.total(np.stack([judged[a.commands] for a in actions]), required)
+        cost = self._cost.total(self._judge(twin, [space.actions(p) for p in fresh], ensemble), required)
         for point, value in zip(fresh, cost.tolist(), strict=True):
             tried[point] = value + CHANGE * space.distance(point)
+
+    def _judge(self, twin: Twin, actions: Sequence[ActionSet], ensemble: Ensemble) -> Table:
+        """What each of ``actions`` comes to on ``ensemble``, whoever asked first: shape (actions, 1 + criteria)."""
+        judged = self._judged_on(ensemble)
+        untried = [a for a in actions if (a.target, a.commands) not in judged]
+        if untried:
+            schedules = twin.schedules(untried, twin.settings.horizon_s)
+            rows = self._cost.judge(*twin.try_many(ensemble, schedules), ensemble.weights, untried)
+            judged.update(zip(((a.target, a.commands) for a in untried), rows, strict=True))
+        return np.stack([judged[a.target, a.commands] for a in actions])

@@ -1,66 +1,93 @@
-"""Cost of what a search tried: production loss, missing margin, change."""
+"""Cost of what a search tried: its price, and a penalty for every margin that must not be missing."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from homeostat.agents.pricing import Pricing, Signals
 from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits
-from homeostat.domain.plant.production import Production
+from homeostat.domain.recovery import ActionSet
+from homeostat.process.types import Table, Vec
 
 MISSING = 10.0
-"""Cost of one scale of missing margin, in production [1]."""
+"""Penalty for one scale of missing margin, in design production [1]."""
 
 
 class Cost:
-    """Judges candidates by the margins of every criterion over the members, and by what they produce."""
+    """Judges candidates by the margins of everything that forbids, over the members, and by what they cost."""
 
-    def __init__(self, limits: Limits, production: Production, scales: Mapping[str, float], slack: float) -> None:
+    def __init__(self, limits: Limits, pricing: Pricing, scales: Mapping[str, float], slack: float) -> None:
         """``scales``: unit -> what counts as one unit of margin in it; ``slack``: margin that is kept, in scales."""
-        self._criteria: tuple[Criterion | Limit, ...] = (
-            *limits.criteria,
-            *limits.of_kind(LimitKind.TRIP_LIMIT),
-            *limits.of_kind(LimitKind.ENVELOPE),
-        )
-        self._production, self._scales, self._slack = production, scales, slack
+        criteria, needed = limits.forbidding
+        self._criteria: tuple[Criterion | Limit, ...] = (*criteria, *needed)
+        self._pricing, self._scales, self._slack = pricing, scales, slack
 
     def of(
-        self, signals: Mapping[str, NDArray[np.float64]], dt_s: float, required: Mapping[str, float], count: int
-    ) -> NDArray[np.float64]:
-        """Cost of each of ``count`` candidates, shape (count,), from ``signals`` of shape (count * members, times)."""
-        return self.total(self.judge(signals, dt_s, count), required)
+        self,
+        signals: Signals,
+        dt_s: float,
+        weights: Vec,
+        candidates: Sequence[ActionSet],
+        required: Mapping[str, float] | None = None,
+    ) -> Vec:
+        """Cost of each candidate, shape (candidates,), from ``signals`` of shape (candidates * members, times)."""
+        return self.total(self.judge(signals, dt_s, weights, candidates), required or {})
 
-    def judge(self, signals: Mapping[str, NDArray[np.float64]], dt_s: float, count: int) -> NDArray[np.float64]:
-        """What each candidate comes to, whatever is required: shape (count, 1 + criteria).
+    def judge(self, signals: Signals, dt_s: float, weights: Vec, candidates: Sequence[ActionSet]) -> Table:
+        """What each candidate comes to, whatever is required: shape (candidates, 1 + criteria).
 
-        Production that is lost [1], then the worst member's margin of each criterion in scales: -inf where a member is
-        undecided, and what is lost is infinite where the throughput is not known.
+        Expected price over the members by their ``weights``, as a share of the design production [1], then the worst
+        member's margin of everything that forbids, in scales: -inf where a member is undecided.
         """
-        rate = signals[self._production.throughput].mean(axis=1).reshape(count, -1)
-        lost = 1.0 - rate.mean(axis=1) / self._production.design_rate
-        found = [np.where(np.isnan(lost), np.inf, lost)]
+        count = len(candidates)
+        seconds = next(iter(signals.values())).shape[1] * dt_s
+        price = self._pricing.members(signals, dt_s).reshape(count, -1) @ (weights / weights.sum())
+        states = [sum(self._pricing.of_states(a.states, seconds).values()) for a in candidates]
+        found = [(price + np.array(states)) / self._pricing.prices.worth(seconds)]
         for c in self._criteria:
             if isinstance(c, Criterion):
                 margin = c.formula.evaluate(signals, dt_s).value
+            elif c.kind is LimitKind.PERMISSIVE:
+                margin = self._at_release(c, signals, candidates)
             else:
                 margin = c.formula.margins(signals, dt_s).min(axis=1)
             worst = np.broadcast_to(margin, (next(iter(signals.values())).shape[0],))
-            least = worst.reshape(count, -1).min(axis=1) / self._scale(c)
+            least = worst.reshape(count, -1).min(axis=1) / self._scales.get(c.formula.unit, 1.0)
             found.append(np.where(np.isnan(least), -np.inf, least))
         return np.stack(found, axis=1)
 
-    def total(self, judged: NDArray[np.float64], required: Mapping[str, float]) -> NDArray[np.float64]:
-        """Cost of candidates that were judged, shape (count,).
+    def total(self, judged: Table, required: Mapping[str, float]) -> Vec:
+        """Cost of candidates that were judged, shape (candidates,).
 
-        Production that is lost, plus :data:`MISSING` for each scale of margin that is missing; ``required``: criterion
-        -> margin that is wanted beyond the slack, in its unit.
+        Their price, plus :data:`MISSING` for each scale of margin that is missing; ``required``: criterion -> margin
+        that is wanted beyond the slack, in its unit.
         """
         missing = np.zeros(len(judged))
         for c, worst in zip(self._criteria, judged[:, 1:].T, strict=True):
-            wanted = self._slack + required.get(c.name, 0.0) / self._scale(c)
-            missing += np.clip(wanted - worst, 0.0, 100.0)
+            scale = self._scales.get(c.formula.unit, 1.0)
+            kept = 0.0 if isinstance(c, Limit) and c.kind is LimitKind.PERMISSIVE else self._slack
+            missing += np.clip(kept + required.get(c.name, 0.0) / scale - worst, 0.0, 100.0)
         return np.asarray(judged[:, 0] + MISSING * missing)
 
-    def _scale(self, criterion: Criterion | Limit) -> float:
-        """What counts as one unit of margin."""
-        return self._scales.get(criterion.formula.unit, 1.0)
+    @staticmethod
+    def _at_release(permissive: Limit, signals: Signals, candidates: Sequence[ActionSet]) -> Vec:
+        """Least margin of a permissive over the steps of each candidate, shape (candidates * members,)."""
+        first = {tag: signals[tag][:, :1] for tag in permissive.formula.tags}
+        members = next(iter(first.values())).shape[0] // len(candidates)
+        least = np.full(len(candidates) * members, np.inf)
+        for step in range(max(len(a.states) for a in candidates)):
+            for tag in first:
+                sent = [_sent(a, step, tag) for a in candidates]
+                known = np.repeat([v is not None for v in sent], members)[:, None]
+                value = np.repeat([0.0 if v is None else v for v in sent], members)[:, None]
+                first[tag] = np.where(known, value, first[tag])
+            least = np.minimum(least, permissive.formula.margins(first, 1.0)[:, 0])
+        return least
+
+
+def _sent(actions: ActionSet, step: int, tag: str) -> float | None:
+    """What ``actions`` command ``tag`` to at their ``step``; None where they do not, or to automatic."""
+    every = (actions.commands, *(s.commands for s in actions.then))
+    if step >= len(every):
+        return None
+    return next((c.value for c in every[step] if c.tag == tag), None)

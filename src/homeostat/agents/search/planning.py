@@ -1,6 +1,7 @@
-"""Planning by enumeration: the least risky guard-satisfying path that the fault leaves open."""
+"""Planning by enumeration: the cheapest guard-satisfying path that the fault leaves open."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Awaitable, Callable, Collection, Iterator, Sequence
+from typing import TypeAlias
 
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.hypotheses import likely_faults
@@ -8,25 +9,40 @@ from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.domain.advice import Advice
 from homeostat.domain.plant.description import PlantDescription, Relation
 from homeostat.domain.recovery import RecoveryPath
+from homeostat.domain.verdict import Approve
+
+Bounds: TypeAlias = Callable[[Situation, Sequence[RecoveryPath]], Awaitable[Sequence[float]]]
+"""What paths cost at best, as shares of the design production [1]."""
+SAME = 0.002
+"""Costs that differ by less are the same: another path is not tried for it, in design production [1]."""
 
 
 class SearchPlanning:
     """Implements :class:`homeostat.agents.roles.Planning` without a model."""
 
-    def __init__(self, plant: PlantDescription, grounding: Grounding) -> None:
-        """``plant`` as the graph has it; ``grounding`` knows what faults take away."""
-        self._plant = plant
-        self._grounding = grounding
+    def __init__(self, plant: PlantDescription, grounding: Grounding, bounds: Bounds | None = None) -> None:
+        """``grounding`` knows what faults take away, ``bounds`` what paths may cost; None for the least risky first."""
+        self._plant, self._grounding, self._bounds = plant, grounding, bounds
 
     async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath:
-        """The least risky path that was not refused yet."""
-        faults = likely_faults(situation.diagnosis)
-        for path in open_paths(self._plant, self._grounding, situation, advice):
-            return path
+        """The path that may cost least of those that were not refused yet; of equals the least risky."""
+        paths = list(open_paths(self._plant, self._grounding, situation, advice))
+        if not paths:
+            raise NoAdmissiblePlan(self._exhausted(situation, advice))
+        if self._bounds is None:
+            return paths[0]
+        costs = await self._bounds(situation, paths)
+        least, path = min(zip(costs, paths, strict=True), key=lambda pair: pair[0])
+        approved = [a.cost.share for a in advice.attempts if isinstance(a.verdict, Approve) and a.cost is not None]
+        if approved and least > min(approved) - SAME:
+            raise NoAdmissiblePlan("no path that is left can cost less than what is approved")
+        return path
+
+    def _exhausted(self, situation: Situation, advice: Advice) -> str:
         tried = ", ".join(sorted({states[-1] for states in advice.refused_paths}))
-        present = ", ".join(faults) or "no fault"
+        present = ", ".join(likely_faults(situation.diagnosis)) or "no fault"
         reason = f"no path from {situation.state!r} is open with {present}"
-        raise NoAdmissiblePlan(f"{reason}; targets refused: {tried}" if tried else reason)
+        return f"{reason}; targets refused: {tried}" if tried else reason
 
 
 def open_paths(

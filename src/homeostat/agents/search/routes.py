@@ -12,6 +12,7 @@ from homeostat.agents.search.cost import Cost
 from homeostat.domain.plant.state_machine import State
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, open_setpoints
+from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Purpose, Twin
 
 LEVELS = 3
@@ -37,10 +38,15 @@ class RouteSearch:
             return routes[0]
         hypotheses = likely(situation.diagnosis, TRIED)
         ensemble = self._twin.ensemble(hypotheses, self._twin.settings.search_draws, Purpose.REFINE)
-        cost = self._cost.of(*self._twin.follow_many(ensemble, routes), required, len(routes))
+        cost = self._cost.of(*self._twin.follow_many(ensemble, routes), ensemble.weights, routes, required)
         design = self._design(path)
         far = [sum(abs(v - design[tag]) for tag, v in c.items()) for c in choices]
         return routes[int(np.argmin(cost + CHANGE * np.array(far)))]
+
+    def bound(self, path: RecoveryPath, ensemble: Ensemble) -> float:
+        """What ``path`` costs with everything as by design, if nothing forbade, in design production [1]."""
+        route = ActionSet.along(path, partial(self._commands, self._design(path)))
+        return float(self._cost.judge(*self._twin.follow_many(ensemble, [route]), ensemble.weights, [route])[0, 0])
 
     def _choices(self, path: RecoveryPath) -> list[dict[str, float]]:
         """Tag -> value of everything that is open on the way; the design first."""

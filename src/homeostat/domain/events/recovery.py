@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from homeostat.domain.advice import Attempt
+from homeostat.domain.alternative import Alternative
+from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.verdict import Approve, Deviation, Finding
@@ -61,6 +63,8 @@ class Attempted:
     """Every check with its margin."""
     members: int
     """Members of the rollout; 0 where nothing was rolled out."""
+    cost: Cost | None = None
+    """What it is expected to cost; None where nothing was rolled out, and in records that are older."""
 
     @classmethod
     def of(cls, proposer: str, attempt: Attempt) -> Self:
@@ -69,7 +73,21 @@ class Attempted:
         states = attempt.path.states if attempt.path else ()
         commands, digest = (actions.commands, actions.digest) if actions else ((), "")
         approved = isinstance(verdict, Approve)
-        return cls(attempt.number, proposer, states, commands, digest, approved, verdict.findings, attempt.members)
+        judged = approved, verdict.findings, attempt.members, attempt.cost
+        return cls(attempt.number, proposer, states, commands, digest, *judged)
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """Everything that could be done stood in one list, and one of it was chosen."""
+
+    kind: ClassVar[str] = "compared"
+    currency: str
+    """What costs are in."""
+    alternatives: tuple[Alternative, ...]
+    """All of it, the cheapest first."""
+    chosen: str
+    """Digest of the action set that is to be released; empty where nothing is."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ from enum import StrEnum
 from homeostat.domain.diagnosis import FaultMode, Feature, SymptomRule
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.parameter import ModelParameter
+from homeostat.domain.plant.prices import Price
 from homeostat.domain.plant.rules import QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.plant.tag import Tag
@@ -145,6 +146,8 @@ class PlantDescription:
     """Tag -> how it is commanded; no other tag can be."""
     start_up: StartUp
     """Start-up: its states, and its limits."""
+    prices: tuple[Price, ...] = ()
+    """What the tables price."""
     generated: tuple[FaultMode, ...] = ()
     """Fault modes that follow from instruments, actuators and balances, and that no table names."""
 

@@ -77,3 +77,15 @@ class Limits:
     def hard(self) -> tuple[Limit, ...]:
         """The limits that latch the fallback."""
         return tuple(limit for limit in self.limits if limit.hard)
+
+    @property
+    def forbidding(self) -> tuple[tuple[Criterion, ...], tuple[Limit, ...]]:
+        """The criteria and limits that must hold for anything to be released; the others have a price."""
+        soft = [limit for limit in self.of_kind(LimitKind.ENVELOPE) if not limit.hard]
+        return tuple(c for c in self.criteria if c.hard), tuple(x for x in self.limits if x not in soft)
+
+    @property
+    def priced(self) -> tuple[Criterion | Limit, ...]:
+        """The criteria and envelopes that may be missed, at their price."""
+        envelopes = [limit for limit in self.of_kind(LimitKind.ENVELOPE) if not limit.hard]
+        return (*(c for c in self.criteria if not c.hard), *envelopes)

@@ -42,7 +42,7 @@ def mapped(folder: Path) -> bytes:
     namespace = namespace_of(folder)
     said = stated(folder, namespace)
     check_numbers(said)
-    provenance = sources(NamedNode(f"{namespace}system"), folder, table_files())
+    provenance = sources(NamedNode(f"{namespace}system"), folder, table_files(folder))
     triples = complete(said).union(provenance)
     return seal(write_turtle(triples, namespace[:-1].rpartition(":")[2], namespace))
 

@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 from pyoxigraph import Literal, NamedNode, Triple
 
-from homeostat.knowledge.build.tables.reading import read_rows
+from homeostat.knowledge.build.tables.reading import OPTIONAL, read_rows
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.vocabulary.vocabulary import PREFIXES, XSD
 
@@ -28,9 +28,10 @@ def _statements() -> tuple[Mapping[str, str], ...]:
     return read_rows(Path(__file__).with_name("statements.csv")).rows
 
 
-def table_files() -> tuple[str, ...]:
-    """The tables that are read, relative to a plant's folder, sorted."""
-    return tuple(sorted({_file(statement["table"]) for statement in _statements()}))
+def table_files(folder: Path) -> tuple[str, ...]:
+    """The tables of the plant in ``folder`` that are read, relative to it, sorted; without those that it may lack."""
+    named = sorted({statement["table"] for statement in _statements()})
+    return tuple(_file(name) for name in named if name not in OPTIONAL or (folder / _file(name)).exists())
 
 
 def stated(folder: Path, namespace: str) -> frozenset[Triple]:
@@ -38,11 +39,11 @@ def stated(folder: Path, namespace: str) -> frozenset[Triple]:
 
     Raises GraphError where a table cannot be read or a row has no name; what else is wrong in it others find.
     """
-    tables = {file: read_rows(folder / file).rows for file in table_files()}
+    tables = {file: read_rows(folder / file).rows for file in table_files(folder)}
     return frozenset(
         triple
         for statement in _statements()
-        for triple in _said(statement, tables[_file(statement["table"])], namespace)
+        for triple in _said(statement, tables.get(_file(statement["table"]), ()), namespace)
     )
 
 

@@ -4,7 +4,13 @@ from dataclasses import dataclass
 
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.tag import Role
-from homeostat.knowledge.checks import consistency_bounds, consistency_commands, consistency_guard, consistency_rules
+from homeostat.knowledge.checks import (
+    consistency_bounds,
+    consistency_commands,
+    consistency_guard,
+    consistency_prices,
+    consistency_rules,
+)
 from homeostat.knowledge.store.error import Code, Found, Mistake, refuse
 from homeostat.stl.spelling import near_matches
 
@@ -40,6 +46,7 @@ def inconsistencies(plant: PlantDescription, model: ModelInterface) -> tuple[Mis
         *consistency_commands.writables(plant),
         *consistency_rules.formulas(plant),
         *consistency_rules.criteria(plant, model.horizon_s),
+        *consistency_prices.prices(plant),
         *consistency_guard.trips(plant),
         *consistency_guard.readings(plant),
         *consistency_guard.start_up(plant),

@@ -8,6 +8,7 @@ from itertools import groupby
 from pyoxigraph import NamedNode
 
 from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits, Owner
+from homeostat.domain.plant.prices import Price, PriceKind
 from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine, Transition
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy
@@ -111,6 +112,17 @@ def _criterion(entry: Entry, tags: Mapping[str, Tag]) -> Criterion:
         source=entry.text("source"),
         description=entry.words("description"),
     )
+
+
+def prices(store: GraphStore, system: NamedNode) -> tuple[Price, ...]:
+    """What the tables price, sorted by kind and subject; GraphError where something has two prices."""
+    found: dict[tuple[str, str], Price] = {}
+    for entry in entries(store, "plant_prices", "price of", system):
+        kind = entry.word("kind", PriceKind)
+        if (kind, entry.name) in found:
+            raise GraphError(Code.DUPLICATE_ID, entry.thing, f"is stated more than once for {kind}; keep one row")
+        found[kind, entry.name] = Price(kind, entry.name, entry.number("amount"))
+    return tuple(found.values())
 
 
 def fallback_strategies(store: GraphStore, system: NamedNode) -> tuple[FallbackStrategy, ...]:

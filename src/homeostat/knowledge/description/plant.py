@@ -3,7 +3,7 @@
 from pyoxigraph import NamedNode
 
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.knowledge.description.behaviour import fallback_strategies, limits, state_machine
+from homeostat.knowledge.description.behaviour import fallback_strategies, limits, prices, state_machine
 from homeostat.knowledge.description.diagnosis import faults, features, symptom_rules
 from homeostat.knowledge.description.guarding import qualities, start_up, trips, writables
 from homeostat.knowledge.description.structure import components, equations, loops, model_parameters, root, signals
@@ -33,5 +33,6 @@ def read_plant(store: GraphStore, system: NamedNode) -> PlantDescription:
         qualities=qualities(store, system),
         trips=trips(store, system, tags),
         writables=writables(store, system),
+        prices=prices(store, system),
         start_up=start_up(store, system, tags, stated),
     )

@@ -177,6 +177,9 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     constrains: NamedNode
     protects: NamedNode
     isRequiredFor: NamedNode
+    Price: NamedNode
+    priceKind: NamedNode
+    amount: NamedNode
     # behaviour
     risk: NamedNode
     settledWhen: NamedNode

@@ -70,6 +70,10 @@ class ObjectiveTable(Table):
     """Tag whose mean is the production rate."""
     design_rate: Annotated[float, within(1e-9, 1e9, "(tag's unit)", "a plant is designed to produce something")]
     """Its value by design, in the tag's unit."""
+    per_s: Annotated[float, within(1.0, WEEK_S, "s", "1 for a rate, the time of a batch for an amount")] = 1.0
+    """Time in which so much is made: 1 for a tag that is a rate per second, a batch's time for an amount [s]."""
+    currency: Annotated[str, StringConstraints(pattern=r"^\S{1,12}$")] = "units"
+    """What the table of prices is in."""
     delivered: Annotated[list[Name], Len(1, 40)]
     """True quantities whose sum is what was produced so far."""
     totals: dict[Name, Name] = {}
@@ -90,7 +94,7 @@ class ObjectiveTable(Table):
     @property
     def production(self) -> Production:
         """As the search knows it."""
-        return Production(self.throughput, self.design_rate)
+        return Production(self.throughput, self.design_rate, self.per_s)
 
 
 class BalanceTable(Table):

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from homeostat.agents.hypotheses import LIKELY, probabilities
+from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.mode import Mode
 
@@ -14,8 +15,8 @@ MARGIN = 0.3
 """A margin that differs by no more than this many scales of its unit is the same [1]."""
 NEAR = 1.0
 """Margins beyond this many scales of their unit stand in nobody's way, and all count as this one [1]."""
-PRODUCTION = 0.01
-"""A production rate that differs by no more than this fraction of the design rate is the same [1]."""
+COST = 0.01
+"""A cost that differs by no more than this share of the design production is the same [1]."""
 
 K = TypeVar("K")
 
@@ -34,10 +35,10 @@ class Look:
     """What is diagnosed."""
     margins: Mapping[str, float]
     """Criterion -> its margin if nothing is done, in scales of its unit [1]."""
-    production: float
-    """Mean production if nothing is done, as a fraction of the design rate [1]."""
+    cost: Cost | None
+    """What it costs to do nothing; None where the twin cannot say."""
     fine: bool
-    """Whether the plant may be left alone: everything holds if nothing is done, or almost."""
+    """Whether everything that forbids holds if nothing is done, and the state that comes is reached."""
     harmless: bool
     """Whether everything that protects the plant was judged and holds if nothing is done."""
 
@@ -53,7 +54,9 @@ def is_news(now: Look, before: Look) -> bool:
         and {s.rule for s in now.diagnosis.symptoms} <= {s.rule for s in before.diagnosis.symptoms}
         and _same(severities(now.diagnosis), severities(before.diagnosis), relative=SEVERITY)
         and _same(_near(now.margins), _near(before.margins), absolute=MARGIN)
-        and abs(now.production - before.production) <= PRODUCTION
+        and now.cost is not None
+        and before.cost is not None
+        and abs(now.cost.share - before.cost.share) <= COST
     )
 
 

@@ -5,6 +5,7 @@ from typing import Annotated, Self
 from pydantic import model_validator
 
 from homeostat.domain.plant.limits import LimitKind, Owner
+from homeostat.domain.plant.prices import PriceKind
 from homeostat.knowledge.build.tables import cells
 from homeostat.knowledge.store.error import Code
 
@@ -92,6 +93,15 @@ class Criterion(cells.TableRow):
     formula: cells.Condition
     source: cells.Text
     description: cells.Text | None = None
+
+
+class Price(cells.TableRow):
+    """What something costs, in the plant's currency."""
+
+    kind: Annotated[str, cells.words_of(PriceKind)]
+    subject: cells.Name
+    price: cells.Size
+    description: cells.Text
 
 
 class FallbackStep(cells.TableRow):

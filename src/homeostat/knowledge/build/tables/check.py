@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from homeostat.knowledge.build.tables import behaviour, diagnosis, guarding, structure
 from homeostat.knowledge.build.tables.cells import CellError, Reads, Refers, TableRow, shown
-from homeostat.knowledge.build.tables.reading import Rows, read_rows
+from homeostat.knowledge.build.tables.reading import OPTIONAL, Rows, read_rows
 from homeostat.knowledge.store.error import Code, GraphError, refuse
 from homeostat.stl.spelling import near_matches
 
@@ -96,6 +96,7 @@ SCHEMAS: Final[Mapping[str, tuple[type[TableRow], tuple[str, ...]]]] = {
     "transitions": (behaviour.Transition, ("id",)),
     "limits": (behaviour.Limit, ("id",)),
     "criteria": (behaviour.Criterion, ("id",)),
+    "prices": (behaviour.Price, ("kind", "subject")),
     "fallbacks": (behaviour.FallbackStep, ("strategy", "step")),
     "fallback_waivers": (behaviour.Waiver, ("strategy", "permissive")),
     "fallback_limits": (behaviour.FallbackLimit, ("strategy", "limit")),
@@ -136,7 +137,9 @@ def mistakes(folder: Path) -> Iterator[GraphError]:
 def _columns(name: str, table: Rows) -> list[GraphError]:
     """Columns that are missing, or that the table does not have."""
     known = SCHEMAS[name][0].model_fields
-    found = []
+    found: list[GraphError] = []
+    if name in OPTIONAL and not table.columns:
+        return found
     for column in table.columns:
         if column not in known:
             message = f"column {shown(column)} is not known{near_matches(column, known)}; there are {', '.join(known)}"

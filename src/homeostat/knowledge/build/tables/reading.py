@@ -4,9 +4,14 @@ import csv
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Final
 
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.vocabulary.former import COLUMNS, WORDS
+
+
+OPTIONAL: Final = frozenset({"prices"})
+"""Tables that a plant's folder may lack, which is as if they had no row."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +35,8 @@ def read_rows(path: Path) -> Rows:
 
     GraphError where it cannot be read, is ragged, or a cell begins or ends with a space.
     """
+    if path.stem in OPTIONAL and not path.exists():
+        return Rows((), ())
     try:
         with path.open(encoding="utf-8", newline="") as file:
             reader = csv.DictReader(file, strict=True, restkey="", restval=None)

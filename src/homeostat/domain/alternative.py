@@ -1,0 +1,40 @@
+"""Alternatives: everything that could be done now, with what it costs, in one list."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from homeostat.domain.cost import Cost
+
+
+class AlternativeKind(StrEnum):
+    """What is done."""
+
+    LEAVE = "leave alone"
+    """Nothing; what goes on goes on."""
+    RELEASE = "release"
+    """A proposal is written."""
+    FALLBACK = "fall back"
+    """A fallback of the tables acts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """One of them."""
+
+    kind: AlternativeKind
+    """What is done."""
+    name: str
+    """The path of a proposal, the strategy of a fallback, the state in which the plant is left."""
+    cost: Cost
+    """What it is expected to cost."""
+    refused: str = ""
+    """Why it may not be done; empty where it may."""
+    proposer: str = ""
+    """Who proposed it; empty where nobody had to."""
+    digest: str = ""
+    """Digest of its action set."""
+
+    @property
+    def admitted(self) -> bool:
+        """Whether it may be done."""
+        return not self.refused

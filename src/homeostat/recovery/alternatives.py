@@ -1,0 +1,62 @@
+"""Alternatives of one recovery: what was found so far, and which of it costs least."""
+
+from dataclasses import replace
+from typing import Self
+
+from homeostat.agents.roles import Approved
+from homeostat.domain.alternative import Alternative, AlternativeKind
+from homeostat.domain.events.recovery import Compared
+
+LITTLE = 0.02
+"""A better proposal is not waited for where the best costs no more than this share of the design production [1]."""
+
+
+class Alternatives:
+    """The one list of a recovery."""
+
+    def __init__(self, given: tuple[Alternative, ...], currency: str) -> None:
+        """``given``: what may be done without a proposal."""
+        self._given, self._currency = given, currency
+        self._found: list[tuple[Alternative, Approved]] = []
+
+    @property
+    def leave(self) -> Alternative | None:
+        """Leaving the plant alone, where that may be done."""
+        return next((a for a in self._given if a.kind is AlternativeKind.LEAVE and a.admitted), None)
+
+    @property
+    def worth_waiting(self) -> bool:
+        """Whether one more proposal may win enough to wait for it."""
+        best = self.best
+        return best is None or best.cost.share > LITTLE
+
+    def anew(self) -> Self:
+        """The list without what was proposed."""
+        return type(self)(self._given, self._currency)
+
+    @property
+    def best(self) -> Approved | None:
+        """The cheapest approved proposal that is cheaper than leaving the plant alone; of equals the first."""
+        admitted = [(a, found) for a, found in self._found if a.admitted]
+        if not admitted:
+            return None
+        best, found = min(admitted, key=lambda pair: pair[0].cost.total)
+        leave = self.leave
+        return found if leave is None or best.cost.total < leave.cost.total else None
+
+    def add(self, found: Approved) -> None:
+        """A proposal was approved."""
+        path, digest = " > ".join(found.path.states), found.actions.digest
+        one = Alternative(AlternativeKind.RELEASE, path, found.cost, "", found.proposer, digest)
+        self._found.append((one, found))
+
+    def refuse(self, found: Approved, reason: str) -> None:
+        """The release check or the guard refused what was ``found``, for this ``reason``."""
+        self._found = [
+            (replace(a, refused=reason) if other is found else a, other) for a, other in self._found
+        ]
+
+    def event(self, chosen: str) -> Compared:
+        """The list, the cheapest first; ``chosen`` is the digest of what is released, empty where nothing is."""
+        every = sorted((*self._given, *(a for a, _ in self._found)), key=lambda a: a.cost.total)
+        return Compared(self._currency, tuple(every), chosen)
