@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.agents.checks import command_findings, judge
-from homeostat.agents.hypotheses import LIKELY, MOST, PLAUSIBLE, likely, likely_faults, plausible
+from homeostat.agents.hypotheses import MOST, PLAUSIBLE, likely, plausible, plausible_faults
 from homeostat.agents.roles import Approved, NoAdmissiblePlan, Situation
 from homeostat.agents.search.candidates import Point, SearchSpace, present_point
 from homeostat.agents.search.planning import SearchPlanning
@@ -76,13 +76,13 @@ def test_no_state_is_proposed_that_needs_what_the_fault_disables(fault: str) -> 
         assert planned(situation(fault)) == planned(situation(None))
 
 
-PROBABILITIES = [(0.9, True), (LIKELY, True), (LIKELY - 1e-9, False), (0.001, False)]
+PROBABILITIES = [(0.9, True), (PLAUSIBLE, True), (PLAUSIBLE - 1e-9, False), (0.001, False)]
 
 
 @pytest.mark.parametrize(("probability", "counts"), PROBABILITIES)
 def test_a_fault_that_is_hardly_believed_takes_nothing_away(probability: float, counts: bool) -> None:
     believed = situation("cool_stuck_closed", probability=probability)
-    assert likely_faults(believed.diagnosis) == (("cool_stuck_closed",) if counts else ())
+    assert plausible_faults(believed.diagnosis) == (("cool_stuck_closed",) if counts else ())
     assert ("compensated" in planned(believed)) is not counts
 
 
@@ -242,7 +242,7 @@ def test_an_approval_needs_no_advice() -> None:
     assert advise(REPROMPTING, reduce(), Approve("x", ()), Advice(tries=2)) == Advice()
 
 
-@pytest.mark.parametrize(("probable", "least"), [(plausible, PLAUSIBLE), (likely, LIKELY)])
+@pytest.mark.parametrize(("probable", "least"), [(plausible, PLAUSIBLE), (likely, PLAUSIBLE)])
 @given(st.lists(st.floats(0.0, 0.1) | st.floats(0.0, 1.0), max_size=30))
 def test_what_is_plausible_or_likely_is_tried_and_never_nothing(
     probable: Callable[[Diagnosis], tuple[Hypothesis, ...]], least: float, weights: list[float]

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.agents.hypotheses import LIKELY
+from homeostat.agents.hypotheses import PLAUSIBLE
 from homeostat.agents.roles import NoAdmissiblePlan
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
 from homeostat.domain.events.recovery import FallbackArmed, NoActionTaken
@@ -82,7 +82,7 @@ def test_a_new_symptom_is_news_and_one_that_has_gone_is_none() -> None:
     [
         ((("leak", 0.8, 0.5), ("fouling", 0.2, 0.2)), False),
         ((("leak", 0.5, 0.4), ("leak", 0.4, 0.625), ("fouling", 0.1, 0.2)), False),
-        ((("leak", 0.95, 0.5), ("fouling", LIKELY, 0.2)), False),
+        ((("leak", 0.95, 0.5), ("fouling", PLAUSIBLE, 0.2)), False),
         ((("leak", 0.95, 0.5), ("fouling", 0.049, 0.2)), True),
         ((("leak", 0.5, 0.5), ("leak", 0.4, 0.5), ("fouling", 0.03, 0.2), ("fouling", 0.03, 0.2)), False),
         ((("leak", 0.8, 0.5), ("fouling", 0.1, 0.2), ("block", 0.1, 0.2)), True),

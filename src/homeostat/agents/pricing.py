@@ -55,18 +55,26 @@ class Pricing:
         ranked = sorted(states, key=lambda s: (-self.prices.states[s], s))
         return {name: self.prices.states[name] * seconds / HOUR_S for name in ranked[:1]}
 
-    def _missed(self, signals: Signals, dt_s: float) -> dict[str, Vec]:
-        """Item -> what each member costs by it; infinite where it cannot be judged."""
-        production = self.prices.production
-        rate = signals[production.throughput]
-        seconds = rate.shape[1] * dt_s
-        short = production.design_rate - rate.mean(axis=1)
-        found = {PRODUCT: self.prices.product * short * seconds / production.per_s}
+    def outside(self, signals: Signals, dt_s: float) -> dict[str, Vec]:
+        """Soft criterion or envelope -> what each member costs by missing it; infinite where it cannot be judged."""
+        seconds = next(iter(signals.values())).shape[1] * dt_s
+        found = {}
         for rule in self._soft:
             if rule.formula.horizon_s > 0.0:
                 margins, hours = rule.formula.evaluate(signals, dt_s).value[:, None], seconds / HOUR_S
             else:
                 margins, hours = np.atleast_2d(rule.formula.margins(signals, dt_s)), dt_s / HOUR_S
             missed = np.maximum(-margins / self._scales.get(rule.formula.unit, 1.0), 0.0).sum(axis=1)
-            found[rule.name] = np.broadcast_to(self.prices.outside[rule.name] * hours * missed, short.shape)
-        return {name: np.where(np.isnan(each), np.inf, each) for name, each in found.items()}
+            price = self.prices.outside[rule.name] * hours * missed
+            found[rule.name] = np.where(np.isnan(price), np.inf, price)
+        return found
+
+    def _missed(self, signals: Signals, dt_s: float) -> dict[str, Vec]:
+        """Item -> what each member costs by it; infinite where it cannot be judged."""
+        production = self.prices.production
+        rate = signals[production.throughput]
+        short = (production.design_rate - rate.mean(axis=1)) * rate.shape[1] * dt_s / production.per_s
+        found = {PRODUCT: self.prices.product * np.where(np.isnan(short), np.inf, short)}
+        for name, price in self.outside(signals, dt_s).items():
+            found[name] = np.broadcast_to(price, short.shape)
+        return found

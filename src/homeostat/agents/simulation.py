@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Mapping, Sequence
 
 from homeostat.agents.checks import rollout_findings, target_finding, target_name
-from homeostat.agents.hypotheses import likely, plausible
+from homeostat.agents.hypotheses import plausible
 from homeostat.domain.advice import Sensitivity
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.plant.limits import Limits
@@ -37,7 +37,7 @@ class TwinSimulation:
     def instrument_errors(self, diagnosis: Diagnosis) -> tuple[Mapping[str, float], ...]:
         """Errors of at least one scale of the tag, under every hypothesis that is not all but ruled out."""
         scale = self._scales
-        found = self._twin.instrument_errors(likely(diagnosis))
+        found = self._twin.instrument_errors(plausible(diagnosis))
         return tuple({t: e for t, e in errors.items() if abs(e) >= scale[t]} for errors in found)
 
     async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet) -> Rollout:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
+from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Hypothesis, by_fault_set
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import Command
@@ -51,6 +52,8 @@ class Run:
     """Which limits held when."""
     production_loss: float
     """Fraction of the fault-free production lost from the onset on [1]; NaN where none was to be made."""
+    cost: Cost
+    """What it cost from the onset on, in the plant's currency; NaN where that is not known."""
     complete_s: float | None
     """Process time at which a state was entered that nothing but the fallback leaves, without the fallback [s]."""
     nominal_s: float | None
@@ -138,6 +141,8 @@ class Run:
             min_margin=finite(self.min_margin),
             limit_exposure_s=self.exposures,
             production_loss=finite(self.production_loss),
+            cost=self.cost if math.isfinite(self.cost.total) else None,
+            currency=self.plant.prices.currency,
             state=self.state,
             complete_s=self.complete_s,
             nominal_s=self.nominal_s,

@@ -20,6 +20,7 @@ from homeostat.evaluate.recorded.resumption import Past
 from homeostat.evaluate.reference.unsupervised import fault_free, once, open_process, watch
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Scenario
+from homeostat.evaluate.score.costs import run_cost
 from homeostat.evaluate.score.outcome import completion_s, facts_of, limits_of, outcome
 from homeostat.evaluate.score.scoring import exposures, production_loss
 from homeostat.evaluate.thinking_time import ThinkingTime
@@ -223,6 +224,7 @@ def _score(
         exposures=exposures(truth, force, detected_s),
         force=force,
         production_loss=production_loss(truth, healthy.truth, plant.delivered, from_s),
+        cost=run_cost(plant, truth, healthy.truth, from_s, record.states, len(record.released)),
         complete_s=completion_s(plant, record.states),
         nominal_s=completion_s(plant, healthy.states),
         totals={name: float(truth.signals[v][0, -1]) for name, v in plant.totals.items()},

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from homeostat.domain.cost import Cost, CostItem
 from homeostat.domain.diagnosis import FaultProbability, FaultState
 from homeostat.domain.outcome import Outcome, outcome_named
 from homeostat.domain.recovery import Command
@@ -117,6 +118,10 @@ class Result:
     """How the true plant was not the model that its twin has."""
     probes: tuple[ProbeMade, ...] = ()
     """Test moves and waits, in order."""
+    cost: Cost | None = None
+    """What the run cost from the onset on; None in results that are older than prices, or where it is not known."""
+    currency: str = ""
+    """What that is in."""
 
     @property
     def good(self) -> bool:
@@ -152,6 +157,7 @@ class Result:
                     for e in self.limit_exposure_s
                 },
                 "production_loss": self.production_loss,
+                "cost": None if self.cost is None else _cost(self.cost, self.currency),
                 "state": self.state,
                 "complete_s": self.complete_s,
                 "nominal_s": self.nominal_s,
@@ -188,6 +194,7 @@ def read_result(run_dir: Path) -> Result | None:
                 "hypotheses": tuple(_fault_set(item) for item in content["hypotheses"]),
                 "actions": tuple(Command(**item) for item in content["actions"]),
                 "probes": tuple(map(_probe, content.get("probes", ()))),
+                **_read_cost(content.get("cost")),
                 "limit_exposure_s": tuple(
                     Exposure(name, e["from_detection"] or 0.0, e["total"]) for name, e in exposure.items()
                 ),
@@ -218,6 +225,18 @@ def _fault_set(item: dict[str, Any]) -> FaultProbability:
 
 def _probe(item: dict[str, Any]) -> ProbeMade:
     return ProbeMade(**{**item, "apart": tuple(item["apart"])})
+
+
+def _cost(cost: Cost, currency: str) -> dict[str, Json]:
+    items: dict[str, Json] = {item.name: item.amount for item in cost.items}
+    return {"currency": currency, "total": cost.total, "worth": cost.worth, "items": items}
+
+
+def _read_cost(found: dict[str, Any] | None) -> dict[str, Any]:
+    if found is None:
+        return {"cost": None}
+    items = tuple(CostItem(name, float(amount)) for name, amount in found["items"].items())
+    return {"cost": Cost(items, float(found["worth"])), "currency": str(found["currency"])}
 
 
 def _share(part: int, whole: int) -> float | None:

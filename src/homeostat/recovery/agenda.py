@@ -80,9 +80,7 @@ class Agenda:
         in_vain = now.way is None and now.now_s - at_s >= self._intervention.repeat_s
         return now.state != state or in_vain
 
-    def stance(
-        self, memory: RecoveryMemory, look: Look, due: bool, deviates: bool, worthwhile: bool = True
-    ) -> Stance:
+    def stance(self, memory: RecoveryMemory, look: Look, due: bool, deviates: bool, worthwhile: bool = True) -> Stance:
         """What is to be done after ``look``; ``due``: this state is to be asked about, ``deviates``: the batch does.
 
         ``worthwhile``: there is something to win by doing anything.

@@ -52,9 +52,7 @@ class Alternatives:
 
     def refuse(self, found: Approved, reason: str) -> None:
         """The release check or the guard refused what was ``found``, for this ``reason``."""
-        self._found = [
-            (replace(a, refused=reason) if other is found else a, other) for a, other in self._found
-        ]
+        self._found = [(replace(a, refused=reason) if other is found else a, other) for a, other in self._found]
 
     def event(self, chosen: str) -> Compared:
         """The list, the cheapest first; ``chosen`` is the digest of what is released, empty where nothing is."""

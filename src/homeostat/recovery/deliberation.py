@@ -49,9 +49,7 @@ class Deliberation:
             # Nothing else is approved.
             assert attempt.path is not None and attempt.actions is not None and attempt.cost is not None
             found = True
-            alternatives.add(
-                Approved(attempt.actions, attempt.path, attempt.verdict, self.proposer.name, attempt.cost)
-            )
+            alternatives.add(Approved(attempt.actions, attempt.path, attempt.verdict, self.proposer.name, attempt.cost))
             self._note(attempt, (*self._advice.refused_paths, attempt.path.commanded))
             if not self.proposer.thorough:
                 return

@@ -7,7 +7,7 @@ from homeostat.recovery.alternatives import Alternatives
 from homeostat.recovery.deliberation import Deliberation
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import Check
-from homeostat.recovery.releasing import Overtaken, Refused, Releasing, Taken, Withdrawn
+from homeostat.recovery.releasing import Overtaken, Refused, Releasing, Taken
 from homeostat.recovery.scene import Scene
 
 

@@ -146,6 +146,8 @@ class RecoveryLoop:
         first = armed.fallback
         if first is not None and first.rollout.weights:
             cost = self._pricing.of(first.rollout, first.strategy.actions.states, releases=1)
-            reason = "it acts where nothing else may be done" if isinstance(first.verdict, Approve) else "it does not help"
+            reason = (
+                "it acts where nothing else may be done" if isinstance(first.verdict, Approve) else "it does not help"
+            )
             given.append(Alternative(AlternativeKind.FALLBACK, first.strategy.name, cost, reason))
         return Alternatives(tuple(given), self._pricing.prices.currency)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from homeostat.agents.hypotheses import likely_faults
+from homeostat.agents.hypotheses import plausible_faults
 from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in
 from homeostat.agents.language.feedback import feedback_text, idle_text
 from homeostat.agents.language.situation import MOST_FINDINGS, situation_text, worst_first
@@ -55,7 +55,7 @@ class LanguageAction:
         self, situation: Situation, path: RecoveryPath, advice: Advice, slopes: Sequence[Sensitivity] = ()
     ) -> Order:
         """What the model is asked; ``slopes``: how the margins without action change with each command."""
-        faults, choices = likely_faults(situation.diagnosis), open_setpoints(path.commanded_states)
+        faults, choices = plausible_faults(situation.diagnosis), open_setpoints(path.commanded_states)
         chosen = [state for state in path.commanded_states if state.open_setpoints]
         hard = [limit.name for limit in self._plant.limits.hard]
         told = (feedback_text(advice, self._plant), idle_text(situation.idle, slopes, self._plant) if slopes else "")

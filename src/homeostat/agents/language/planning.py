@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from homeostat.agents.hypotheses import likely_faults
+from homeostat.agents.hypotheses import plausible_faults
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, planning_type
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.situation import situation_text
@@ -60,7 +60,7 @@ class LanguagePlanning:
 
     def choice(self, situation: Situation, advice: Advice) -> Choice:
         """What the model is asked; NoAdmissiblePlan where there is nothing to choose from."""
-        faults = likely_faults(situation.diagnosis)
+        faults = plausible_faults(situation.diagnosis)
         paths = self._offered(open_paths(self._plant, self._grounding, situation, advice))
         if not paths:
             raise NoAdmissiblePlan(

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from homeostat.agents.hypotheses import likely_faults
+from homeostat.agents.hypotheses import plausible_faults
 from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in, open_range
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.planning import LanguagePlanning
@@ -83,7 +83,7 @@ class StepAction:
 
     def order(self, situation: Situation, state: State, advice: Advice) -> tuple[Question, AnswerType]:
         """What the model is asked about ``state``, and the type of its answers."""
-        actuators, faults = self._actuators(state), likely_faults(situation.diagnosis)
+        actuators, faults = self._actuators(state), plausible_faults(situation.diagnosis)
         values = {
             "situation": situation_text(situation, self._plant, self._briefing.notes),
             "where": f"in state {state.name} ({quote(state.label, 60)})",

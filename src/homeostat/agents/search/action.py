@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.agents.hypotheses import TRIED, likely
+from homeostat.agents.hypotheses import plausible
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import Point, SearchSpace, present_point
@@ -82,7 +82,7 @@ class SearchAction:
         return await asyncio.to_thread(self._bounds, self._twin.frozen(), situation, paths)
 
     def _bounds(self, twin: Twin, situation: Situation, paths: Sequence[RecoveryPath]) -> list[float]:
-        few = twin.ensemble(likely(situation.diagnosis, TRIED), twin.settings.search_draws)
+        few = twin.ensemble(plausible(situation.diagnosis), twin.settings.search_draws)
         routes = RouteSearch(twin, self._cost, self._tags)
         found = []
         for path in paths:
@@ -105,7 +105,7 @@ class SearchAction:
 
     def _search(self, twin: Twin, space: SearchSpace, situation: Situation, required: Mapping[str, float]) -> ActionSet:
         settings = self._settings
-        hypotheses = likely(situation.diagnosis, TRIED)
+        hypotheses = plausible(situation.diagnosis)
         few = twin.ensemble(hypotheses, twin.settings.search_draws)
         tried: dict[Point, float] = {}
         present = present_point(space.state, situation.snapshot.values)

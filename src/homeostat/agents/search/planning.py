@@ -4,7 +4,7 @@ from collections.abc import Awaitable, Callable, Collection, Iterator, Sequence
 from typing import TypeAlias
 
 from homeostat.agents.grounding.grounding import Grounding
-from homeostat.agents.hypotheses import likely_faults
+from homeostat.agents.hypotheses import plausible_faults
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.domain.advice import Advice
 from homeostat.domain.plant.description import PlantDescription, Relation
@@ -40,7 +40,7 @@ class SearchPlanning:
 
     def _exhausted(self, situation: Situation, advice: Advice) -> str:
         tried = ", ".join(sorted({states[-1] for states in advice.refused_paths}))
-        present = ", ".join(likely_faults(situation.diagnosis)) or "no fault"
+        present = ", ".join(plausible_faults(situation.diagnosis)) or "no fault"
         reason = f"no path from {situation.state!r} is open with {present}"
         return f"{reason}; targets refused: {tried}" if tried else reason
 
@@ -49,7 +49,7 @@ def open_paths(
     plant: PlantDescription, grounding: Grounding, situation: Situation, advice: Advice
 ) -> Iterator[RecoveryPath]:
     """The paths that guards and likely faults leave open and that were not refused yet, the least risky first."""
-    faults = likely_faults(situation.diagnosis)
+    faults = plausible_faults(situation.diagnosis)
     # A path is refused for the states that it commands: another way to them admits the same commands.
     refused = set(advice.refused_paths)
     values, lying = situation.snapshot.values, unreliable_tags(plant, faults)

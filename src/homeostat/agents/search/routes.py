@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from homeostat.agents.hypotheses import TRIED, likely
+from homeostat.agents.hypotheses import plausible
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.cost import Cost
 from homeostat.domain.plant.state_machine import State
@@ -36,7 +36,7 @@ class RouteSearch:
         routes = [ActionSet.along(path, partial(self._commands, chosen)) for chosen in choices]
         if len(routes) == 1:
             return routes[0]
-        hypotheses = likely(situation.diagnosis, TRIED)
+        hypotheses = plausible(situation.diagnosis)
         ensemble = self._twin.ensemble(hypotheses, self._twin.settings.search_draws, Purpose.REFINE)
         cost = self._cost.of(*self._twin.follow_many(ensemble, routes), ensemble.weights, routes, required)
         design = self._design(path)

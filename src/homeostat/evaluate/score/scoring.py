@@ -55,11 +55,11 @@ def production_loss(
     ``delivered`` names the true quantities whose sum is what was produced so far (delivered, or still in the plant).
     NaN where nothing would have been produced in that time, or where it is not known what was.
     """
-    possible = _made(healthy, delivered, from_s, to_s)
-    return 1.0 - _made(truth, delivered, from_s, to_s) / possible if possible else math.nan
+    possible = made(healthy, delivered, from_s, to_s)
+    return 1.0 - made(truth, delivered, from_s, to_s) / possible if possible else math.nan
 
 
-def _made(run: Trajectory, delivered: Sequence[str], from_s: float, to_s: float | None = None) -> float:
+def made(run: Trajectory, delivered: Sequence[str], from_s: float, to_s: float | None = None) -> float:
     """What was produced between two times, in the unit of the ``delivered`` quantities; NaN where none is named."""
     first = int(np.searchsorted(run.times_s, from_s))
     last = run.length - 1 if to_s is None else int(np.searchsorted(run.times_s, to_s))
@@ -75,8 +75,8 @@ def fed_at_end(truth: Trajectory, production: Production) -> bool:
 
 def has_product(truth: Trajectory, healthy: Trajectory, delivered: Sequence[str]) -> bool:
     """Whether a run has its product: at least :data:`LEAST_PRODUCT` of what the fault-free run delivers."""
-    possible = _made(healthy, delivered, truth.start_s)
-    return _made(truth, delivered, truth.start_s) >= (LEAST_PRODUCT - _EQUAL) * possible  # not where one is NaN
+    possible = made(healthy, delivered, truth.start_s)
+    return made(truth, delivered, truth.start_s) >= (LEAST_PRODUCT - _EQUAL) * possible  # not where one is NaN
 
 
 def loses_no_more(
@@ -86,7 +86,7 @@ def loses_no_more(
 
     Where nothing would have been produced, it is no more if ``run`` makes no less. What is not known is never no more.
     """
-    made, others, possible = (_made(each, delivered, from_s) for each in (run, other, healthy))
+    made, others, possible = (made(each, delivered, from_s) for each in (run, other, healthy))
     return made >= others - (SAME_LOSS + _EQUAL) * abs(possible)
 
 

@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,6 @@ import numpy as np
 from homeostat.domain.recovery import Command
 from homeostat.evaluate.reference.best_constant import STRIDE_S, best_constant
 from homeostat.evaluate.reference.best_route import best_route, sequencer_along
-from homeostat.evaluate.reference.unsupervised import fault_free
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run_steered
 from homeostat.evaluate.scenario import Scenario
@@ -56,33 +56,32 @@ def _best_setpoints(plant: Plant, chosen: Scenario) -> Run | None:
     onset_s = float(max(1, math.ceil(chosen.onset_s)))  # the first second at which anything can be commanded
     if chosen.end_s - onset_s < STRIDE_S:
         return None  # too late for anything
-    healthy = fault_free(plant, chosen).truth.signals
-    made = sum(float(healthy[d][0, -1] - healthy[d][0, int(onset_s) - 1]) for d in plant.delivered)
     choices = max((s.open_setpoints for s in plant.description.machine.states if s.recovery_target), key=len)
-    open_ = [r for r in choices if r.design is not None]
-    grid = {r.tag: _levels(r.low, r.high, LEVELS, r.design) for r in open_}
-    best = best_constant(plant, chosen, onset_s, grid, made)
+    grid = {r.tag: _levels(r.low, r.high, LEVELS, r.design) for r in choices}
+    best = best_constant(plant, chosen, onset_s, grid)
     for count in FINER:
         if best.setpoints is None:
             return None
         grid = {tag: _between(values, best.setpoints[tag], count) for tag, values in grid.items()}
-        finer = best_constant(plant, chosen, onset_s, grid, made)
-        best = min(best, finer, key=lambda found: math.inf if found.setpoints is None else found.production_loss)
+        finer = best_constant(plant, chosen, onset_s, grid)
+        best = min(best, finer, key=lambda found: math.inf if found.setpoints is None else found.cost)
     assert best.setpoints is not None  # the finer grids hold the best point of the one before
     tags = plant.description.tags_by_name
     commands = tuple(Command(tag, value, tags[tag].rate_limit) for tag, value in best.setpoints.items())
     return run_steered(plant, chosen, new_sequencer(plant), onset_s, commands)
 
 
-def _levels(low: float, high: float, count: int, design: float | None) -> tuple[float, ...]:
-    """``count`` values from ``low`` to ``high``, and ``design``."""
-    values = {*np.linspace(low, high, count).tolist(), *(() if design is None else (design,))}
-    return tuple(sorted(values))
+def _levels(low: float, high: float, count: int, design: float | None) -> tuple[float | None, ...]:
+    """``count`` values from ``low`` to ``high``, and ``design``; automatic first where that is the design."""
+    values = {*np.linspace(low, high, count).tolist()}
+    return (None, *sorted(values)) if design is None else tuple(sorted({*values, design}))
 
 
-def _between(values: tuple[float, ...], best: float, count: int) -> tuple[float, ...]:
-    """``count`` values between the neighbours of ``best`` in ``values``, and itself."""
-    ordered = sorted(values)
+def _between(values: Sequence[float | None], best: float | None, count: int) -> tuple[float | None, ...]:
+    """``count`` values between the neighbours of ``best`` in ``values``, and itself; automatic stays what it is."""
+    if best is None:
+        return (None,)
+    ordered = sorted(v for v in values if v is not None)
     at = ordered.index(best)
     low, high = ordered[max(at - 1, 0)], ordered[min(at + 1, len(ordered) - 1)]
     return _levels(low, high, count, best)

@@ -8,6 +8,7 @@ from homeostat.domain.disturbance import Disturbance
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import (
     Attempted,
+    Compared,
     Deviated,
     Diagnosed,
     FallbackArmed,
@@ -29,7 +30,7 @@ from homeostat.record.run_record import RunRecord
 from homeostat.record.story.folding import ATTEMPT, Folding
 from homeostat.record.story.guard import GuardStory
 from homeostat.record.story.line import Line, Tone
-from homeostat.record.story.wording import commands, probabilities, quantity, worst
+from homeostat.record.story.wording import commands, compared, probabilities, quantity, worst
 
 _MOST_DETAIL = 400
 """Longest reason why a model did not answer [characters]."""
@@ -93,6 +94,8 @@ class Story:
                 yield _call(event, at_s)
             case Attempted():
                 yield self._attempt(event, at_s)
+            case Compared() if event.chosen or self.record.acted_s is None:
+                yield Line(at_s, "compared", compared(event), Tone.MUTED)
             case GaveUp() if self.record.acted_s is None:
                 yield Line(at_s, "gave up", event.reason, Tone.MUTED)
             case ReleasedActions():

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
+from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.description import PlantDescription
@@ -43,6 +44,8 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
     if result.production_loss is not None:
         since = "the onset" if result.onset_s is not None else "the start"
         yield _row("Production", f"{100 * result.production_loss:.1f} % lost since {since}")
+    if result.cost is not None:
+        yield _row("Cost", _cost(result.cost, result.currency))
     if result.nominal_s is not None:
         yield _row("Batch", _batch(result, plant))
     if result.steps is not None:
@@ -107,6 +110,14 @@ def _steps(steps: StepScores) -> str:
     if steps.precision is not None and steps.recall is not None:
         parts.append(f"actuators: precision {100 * steps.precision:.0f} %, recall {100 * steps.recall:.0f} %")
     return ", ".join(parts)
+
+
+def _cost(cost: Cost, currency: str) -> str:
+    """All of it, and the items that are most of it."""
+    items = sorted((item for item in cost.items if item.amount > 0.0), key=lambda item: -item.amount)
+    most = ", ".join(f"{item.name} {item.amount:.1f}" for item in items[:4])
+    share = f" ({100 * cost.share:.1f} % of what is made by design)" if cost.worth > 0.0 else ""
+    return f"{cost.total:.1f} {currency}{share}: {most or 'nothing'}"
 
 
 def _outside(result: Result) -> str:

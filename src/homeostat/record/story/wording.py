@@ -3,7 +3,9 @@
 import math
 from collections.abc import Iterable, Mapping
 
+from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.diagnosis import FaultMode, FaultProbability, FaultState
+from homeostat.domain.events.recovery import Compared
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
@@ -44,6 +46,19 @@ def command(order: Command, plant: PlantDescription) -> str:
 def commands(orders: Iterable[Command], plant: PlantDescription) -> str:
     """Commands in their order."""
     return ", ".join(command(order, plant) for order in orders) or "no command"
+
+
+def compared(event: Compared) -> str:
+    """What could be done, the cheapest first, each with its cost, and why it may not be done where it may not."""
+    return "; ".join(_alternative(a, event.currency) for a in event.alternatives)
+
+
+def _alternative(alternative: Alternative, currency: str) -> str:
+    what = alternative.kind.value
+    if alternative.kind is not AlternativeKind.LEAVE:
+        what = f"{alternative.name.rpartition(' > ')[2]} by {alternative.proposer or 'fallback'}"
+    text = f"{what} {alternative.cost.total:.1f} {currency}"
+    return text if alternative.admitted else f"{text} (not admitted: {alternative.refused})"
 
 
 def worst(findings: Iterable[Finding], scales: Mapping[str, float]) -> str:

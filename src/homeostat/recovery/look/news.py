@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-from homeostat.agents.hypotheses import LIKELY, probabilities
+from homeostat.agents.hypotheses import PLAUSIBLE, probabilities
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.mode import Mode
@@ -67,7 +67,7 @@ def severities(diagnosis: Diagnosis) -> dict[tuple[str, str], float]:
     for h in diagnosis.hypotheses:
         for f in h.faults:
             summed[h.name, f.fault] = summed.get((h.name, f.fault), 0.0) + h.probability * f.severity
-    return {(name, fault): s / weight[name] for (name, fault), s in summed.items() if weight[name] >= LIKELY}
+    return {(name, fault): s / weight[name] for (name, fault), s in summed.items() if weight[name] >= PLAUSIBLE}
 
 
 def _near(margins: Mapping[str, float]) -> dict[str, float]:

@@ -9,7 +9,6 @@ from typing import Final
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.vocabulary.former import COLUMNS, WORDS
 
-
 OPTIONAL: Final = frozenset({"prices"})
 """Tables that a plant's folder may lack, which is as if they had no row."""
 
