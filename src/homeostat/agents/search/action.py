@@ -65,7 +65,7 @@ class SearchAction:
         self._judged: list[tuple[Ensemble, dict[tuple[str, tuple[Command, ...]], NDArray[np.float64]]]] = []
 
     def _judged_on(self, ensemble: Ensemble) -> dict[tuple[str, tuple[Command, ...]], NDArray[np.float64]]:
-        """(State, commands) -> what they came to on ``ensemble``: attempts differ in what they require, not in what happens."""
+        """(State, commands) -> what they came to on ``ensemble``: attempts differ in what they require only."""
         before = self._judged
         for known, judged in before:
             if known is ensemble:

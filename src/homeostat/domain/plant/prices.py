@@ -14,7 +14,7 @@ from homeostat.domain.plant.production import Production
 from homeostat.domain.plant.state_machine import StateMachine
 
 OUTSIDE = 0.1
-"""Share of the design production that one scale outside a soft criterion or envelope costs, where none is stated [1]."""
+"""Share of the design production that one scale outside a soft criterion costs, where nothing is stated [1]."""
 STOP_S = 3_600.0
 """Time of design production that violating a hard limit costs where nothing is stated: a stop, and a start [s]."""
 RANK = 0.01
