@@ -41,6 +41,12 @@ def second(action: ScriptedAction | None = None, name: str = "second") -> Propos
     return Proposer(name, ScriptedPlanning(MACHINE, ("reduce",)), action or ScriptedAction(GOOD), ScriptedReprompting())
 
 
+def searching(action: ScriptedAction | None = None) -> Proposer:
+    """A second one that is thorough, and knows one path."""
+    planning = ScriptedPlanning(MACHINE, ("reduce",), NoAdmissiblePlan("no other path"))
+    return Proposer("second", planning, action or ScriptedAction(GOOD), ScriptedReprompting(), thorough=True)
+
+
 def tried(stage: Stage) -> list[ActionSet]:
     """Every action set that the twin rolls out from now on, in order."""
     found: list[ActionSet] = []
@@ -189,7 +195,7 @@ class Timed(ScriptedAction):
 
 def failing(how: str) -> Stage:
     """A stage whose first proposer fails in one way, with a second one that knows what to do."""
-    stage = Stage(ScriptedAction(GOOD), others=(second(),), start=301.0, attempts=2,
+    stage = Stage(ScriptedAction(GOOD), others=(searching(),), start=301.0, attempts=2,
                   clock=ThinkingClock(), bounds=Bounds(Budget(latency_s=1.0, last_s=0.5)))  # fmt: skip
     match how:
         case "planning hangs":
@@ -237,7 +243,7 @@ def test_whatever_becomes_of_the_first_proposer_the_next_one_acts_in_time(how: s
 def test_what_the_release_check_refuses_is_fed_back_to_the_proposer() -> None:
     careful = feed(0.8 * HALF, "reduced")
     action = ScriptedAction(GOOD, careful)
-    stage = Stage(action, others=(second(),), start=305.0)
+    stage = Stage(action, start=305.0)
     rolled_out = tried(stage)
     stage.twin.result = lambda actions: (
         RolloutResult.BROKE_DOWN if rolled_out.count(GOOD) == 2 and actions == GOOD else RolloutResult.COMPLETED
@@ -264,9 +270,9 @@ def test_what_the_guard_refuses_is_fed_back_to_the_proposer() -> None:
     assert [commands for _, commands in stage.plant.written] == [GOOD.commands]
 
 
-def test_the_last_seconds_are_kept_for_the_last_proposer() -> None:
+def test_the_last_seconds_are_kept_for_a_thorough_proposer() -> None:
     last = Timed(GOOD)
-    stage = Stage(ScriptedAction(GOOD, delay_s=60.0), others=(second(last),), start=301.0, clock=ThinkingClock(),
+    stage = Stage(ScriptedAction(GOOD, delay_s=60.0), others=(searching(last),), start=301.0, clock=ThinkingClock(),
                   bounds=Bounds(Budget(latency_s=1.2, last_s=0.7)))  # fmt: skip
     begin = time.monotonic()
     run(stage)
@@ -287,7 +293,7 @@ def test_every_attempt_is_told_the_time_that_is_left() -> None:
 def test_where_there_is_no_more_time_than_that_the_first_is_not_waited_for() -> None:
     slow = ScriptedAction(GOOD, delay_s=0.3)
     stage = Stage(
-        slow, others=(second(),), start=301.0, clock=ThinkingClock(), bounds=Bounds(Budget(latency_s=1.0, last_s=4.0))
+        slow, others=(searching(),), start=301.0, clock=ThinkingClock(), bounds=Bounds(Budget(latency_s=1.0, last_s=4.0))
     )
     run(stage)  # had the first been waited for, it would have acted
     assert stage.trace.of(GaveUp)[0].proposer == "scripted"
@@ -344,11 +350,13 @@ class Late(ReleaseCheck):
         return super().check(fresh, found, diagnosis)
 
 
-def test_a_release_that_the_plant_has_overtaken_is_found_again_by_the_same_proposer() -> None:
-    stage = Stage(
-        ScriptedAction(GOOD, feed(0.8 * HALF, "reduced")), others=(second(ScriptedAction(GOOD)),), start=305.0
-    )
+@pytest.mark.parametrize(("again", "by"), [(0.9 * HALF, "scripted"), (0.7 * HALF, "second")])
+def test_what_the_plant_has_overtaken_is_found_again_and_compared_anew(again: float, by: str) -> None:
+    """What was approved in the former state does not win any more, not even as the cheapest."""
+    others = (second(ScriptedAction(feed(0.8 * HALF, "reduced"))),)
+    stage = Stage(ScriptedAction(GOOD, feed(again, "reduced")), others=others, start=305.0)
     stage.check = late = Late(stage)
     run(stage)
     assert late.states == ["running", "running"] and not stage.trace.of(GaveUp)
-    assert [r.proposer for r in stage.trace.of(ReleasedActions)] == ["scripted"] and stage.guard.latched is None
+    assert [a.number for a in stage.trace.of(Attempted)] == [1, 1, 1, 1], "everybody begins anew"
+    assert [r.proposer for r in stage.trace.of(ReleasedActions)] == [by] and stage.guard.latched is None

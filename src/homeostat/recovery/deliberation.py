@@ -24,54 +24,59 @@ class Deliberation:
         """``most``: attempts that it has."""
         self.proposer = proposer
         self._scene, self._agents, self._machine, self._pricing = scene, agents, machine, pricing
-        self._advice, self._number, self._most, self._found = Advice(), 0, most, False
+        self._advice, self._number, self._most = Advice(), 0, most
 
-    async def add_to(self, alternatives: Alternatives, situation: Situation, end: float) -> None:
+    async def add_to(self, alternatives: Alternatives, situation: Situation, end: float, soon: float) -> None:
         """Propose until something is approved, a thorough proposer until nothing cheaper can be found.
 
-        ``end``: time of the event loop at which thinking ends [s]. NoAdmissiblePlan where nothing was found.
+        ``end``: time of the event loop at which thinking ends, ``soon``: at which it does where anything is approved
+        [s]. NoAdmissiblePlan and TimeoutError where nothing was found.
         """
         found = False
         while self._number < self._most:
-            async with asyncio.timeout_at(end):
-                situation = await self._scene.fresh(situation)
-                try:
-                    attempt = await self._attempt(self._number + 1, situation)
-                except NoAdmissiblePlan:
-                    if found:
-                        return
-                    raise
-            self._number += 1
-            self._scene.record(Attempted.of(self.proposer.name, attempt))
-            if not isinstance(attempt.verdict, Approve):
-                await self._reprompt(situation, attempt, end)
-                continue
-            # Nothing else is approved.
-            assert attempt.path is not None and attempt.actions is not None and attempt.cost is not None
-            found = True
-            alternatives.add(Approved(attempt.actions, attempt.path, attempt.verdict, self.proposer.name, attempt.cost))
-            self._note(attempt, (*self._advice.refused_paths, attempt.path.commanded))
-            if not self.proposer.thorough:
+            try:
+                async with asyncio.timeout_at(end if alternatives.best is None else min(end, soon)):
+                    approved = await self._next(alternatives, situation)
+            except (NoAdmissiblePlan, TimeoutError):
+                if found:
+                    return
+                raise
+            found = found or approved
+            if approved and not self.proposer.thorough:
                 return
         if not found:
             raise NoAdmissiblePlan(f"{self.proposer.name}: no proposal was approved in {self._most} attempts")
 
     async def refused(self, found: Approved, findings: tuple[Finding, ...], situation: Situation, end: float) -> None:
         """Teach the next attempt what the release check or the guard said of what was ``found``."""
-        path = found.path
-        kept = tuple(states for states in self._advice.refused_paths if states != path.commanded)
-        self._advice = replace(self._advice, refused_paths=kept)
-        attempt = Attempt(self._number, path, found.actions, Revise(findings), cost=found.cost)
-        attempts = tuple(a for a in self._advice.attempts if a.actions != found.actions)
-        self._advice = replace(self._advice, attempts=attempts)
-        await self._reprompt(situation, attempt, end)
-
-    def _note(self, attempt: Attempt, refused: tuple[tuple[str, ...], ...]) -> None:
-        self._advice = Advice(refused_paths=refused, attempts=(*self._advice.attempts, attempt))
-
-    async def _reprompt(self, situation: Situation, attempt: Attempt, end: float) -> None:
+        before, states = self._advice, found.path.commanded
+        attempt = next(a for a in before.attempts if a.actions == found.actions)
+        self._advice = replace(
+            before,
+            refused_paths=tuple(p for p in before.refused_paths if p != states),
+            attempts=tuple(a for a in before.attempts if a is not attempt),
+        )
         async with asyncio.timeout_at(end):
-            after = await self.proposer.reprompting.advise(situation, attempt, self._advice)
+            await self._reprompt(situation, replace(attempt, verdict=Revise(findings)))
+
+    async def _next(self, alternatives: Alternatives, situation: Situation) -> bool:
+        """Make one attempt, which joins the ``alternatives`` where it is approved; whether it is."""
+        situation = await self._scene.fresh(situation)
+        attempt = await self._attempt(self._number + 1, situation)
+        self._number += 1
+        self._scene.record(Attempted.of(self.proposer.name, attempt))
+        if not isinstance(attempt.verdict, Approve):
+            await self._reprompt(situation, attempt)
+            return False
+        # Nothing else is approved.
+        assert attempt.path is not None and attempt.actions is not None and attempt.cost is not None
+        alternatives.add(Approved(attempt.actions, attempt.path, attempt.verdict, self.proposer.name, attempt.cost))
+        refused = (*self._advice.refused_paths, attempt.path.commanded)  # the next one is to differ
+        self._advice = Advice(refused_paths=refused, attempts=(*self._advice.attempts, attempt))
+        return True
+
+    async def _reprompt(self, situation: Situation, attempt: Attempt) -> None:
+        after = await self.proposer.reprompting.advise(situation, attempt, self._advice)
         self._advice = replace(after, attempts=(*self._advice.attempts, attempt))
 
     async def _attempt(self, number: int, situation: Situation) -> Attempt:
