@@ -198,7 +198,9 @@ class Recovery:
         validation = LimitValidation(self.limits, TAGS)
         proposers = (proposer, *self.others)
         agents = Agents(self.monitoring, proposers, self.simulation, validation, self.graph, self.probing)  # type: ignore[arg-type]
-        rules = PlantRules(COOLING, self.limits, priced(self.limits, COOLING, *self.rows), (DRAIN, VENT), {"K": 2.0}, TAGS)
+        rules = PlantRules(
+            COOLING, self.limits, priced(self.limits, COOLING, *self.rows), (DRAIN, VENT), {"K": 2.0}, TAGS
+        )
         check = ReleaseCheck(self.twin, self.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
         self.loop = RecoveryLoop(self.desk, agents, rules, check, self.bounds, self.trace)
 

@@ -1,80 +1,43 @@
-"""Proposers compete: who is asked, how long, and that the cheapest of what was approved is released, come what may.
-
-Over 100 s the line makes 3 EUR at full feed. At half feed it loses 1.5 EUR, 0.03 EUR for the state and 0.27 EUR for the
-release: GOOD costs 1.80 EUR, and to hold 3.00 + 0.06 + 0.27 = 3.33 EUR.
-"""
+"""Proposers compete: who is asked, how long, and that the cheapest of what was approved is released."""
 
 from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from homeostat.agents.roles import NoAdmissiblePlan, Proposer, Situation
-from homeostat.domain.advice import Advice, Attempt
+from homeostat.agents.roles import NoAdmissiblePlan, Situation
+from homeostat.domain.advice import Advice
 from homeostat.domain.alternative import AlternativeKind
-from homeostat.domain.events.recovery import Attempted, Compared, GaveUp, NoActionTaken, ReleasedActions, ReleaseRefused
+from homeostat.domain.events.recovery import Attempted, Compared, GaveUp, NoActionTaken
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.prices import Price, PriceKind
 from homeostat.domain.recovery import ActionSet
-from homeostat.domain.verdict import Approve, Revise, RolloutResult
-from homeostat.recovery.bounds import Budget, InterventionBounds
+from homeostat.domain.verdict import Approve, Revise
+from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.plant_rules import Bounds
-from tests.agents.scripted import ScriptedAction, ScriptedPlanning, ScriptedReprompting
-from tests.recovery.desk import DOOMED, FINE, FREE, Recovery, ticks
-from tests.recovery.line import BAD, COOLING, GOOD, HALF, OFF, feed
+from tests.agents.scripted import ScriptedAction
+from tests.recovery.desk import FINE, FREE, Recovery, ticks
+from tests.recovery.line import BAD, GOOD, HALF, feed
+from tests.recovery.rivals import (
+    DEARER,
+    GOOD_EUR,
+    HELD,
+    HELD_EUR,
+    LATENCY,
+    NO_OTHER,
+    SAVING,
+    SAVING_EUR,
+    asked,
+    by,
+    doomed,
+    proposer,
+    safe,
+    thorough,
+)
 from tests.safety.world import CALM, HOT, criterion
-
-HELD = feed(OFF, "still")
-GOOD_EUR, HELD_EUR = 1.80, 3.33
-SAVING = feed(0.8 * HALF, "reduced")
-"""Costs 2.10 EUR: less than to hold, more than GOOD."""
-SAVING_EUR = 2.10
-DEARER = feed(0.7 * HALF, "reduced")
-
-
-def proposer(
-    name: str, action: ScriptedAction, *paths: str | BaseException, thorough: bool = False, **more: Any
-) -> Proposer:
-    """One that knows ``paths`` as names of transitions, the last one for ever; by default the way to reduced."""
-    ways = [(p,) if isinstance(p, str) else p for p in paths or ("reduce",)]
-    reprompting = more.pop("reprompting", ScriptedReprompting())
-    made = {"attempts": 4, "improves": True, **more}
-    return Proposer(name, ScriptedPlanning(COOLING, *ways), action, reprompting, thorough=thorough, **made)
-
-
-NO_OTHER = NoAdmissiblePlan("no other path")
-
-
-def thorough(action: ScriptedAction, *paths: str | BaseException, **more: Any) -> Proposer:
-    return proposer("thorough", action, *(paths or ("reduce", NO_OTHER)), thorough=True, **more)
-
-
-def doomed(*answers: ActionSet | BaseException, others: tuple[Proposer, ...] = (), **more: Any) -> Recovery:
-    """A line that runs through its limit if nothing is done; a first proposer with ``answers``, and others after it."""
-    made = {"attempts": len(answers), **more}
-    return Recovery(ticks(1, 20, DOOMED), action=ScriptedAction(*answers), others=others, **made)
-
-
-def safe(*answers: ActionSet | BaseException, others: tuple[Proposer, ...] = (), **more: Any) -> Recovery:
-    """A line that may stay at half feed for 1.53 EUR."""
-    made = {"attempts": len(answers), "improves": True, **more}
-    seen = ticks(1, 20, FINE, "reduced", feed=HALF)
-    return Recovery(seen, action=ScriptedAction(*answers), others=others, **made)
-
-
-def by(done: Recovery) -> list[tuple[str, str]]:
-    """Who had something released, and its digest."""
-    return [(r.proposer, r.digest) for r in done.trace.of(ReleasedActions)]
-
-
-def asked(done: Recovery) -> list[str]:
-    """Who proposed, in order."""
-    return [a.proposer for a in done.trace.of(Attempted)]
-
 
 # --- the list ----------------------------------------------------------------------------------------------------
 
@@ -166,9 +129,7 @@ def test_an_improvement_gets_so_many_proposals_and_no_more() -> None:
 
 
 @pytest.mark.parametrize(("is_thorough", "chosen"), [(True, GOOD), (False, HELD)])
-def test_a_thorough_proposer_goes_on_to_other_paths_and_another_one_stops(
-    is_thorough: bool, chosen: ActionSet
-) -> None:
+def test_a_thorough_proposer_goes_on_to_other_paths_and_another_one_stops(is_thorough: bool, chosen: ActionSet) -> None:
     one = proposer("one", ScriptedAction(HELD, GOOD), "hold", "reduce", NO_OTHER, thorough=is_thorough)
     done = doomed(NoAdmissiblePlan("first: nothing"), others=(one,)).run()
     assert by(done) == [("one", chosen.digest)]
@@ -208,9 +169,6 @@ class SlowLater(ScriptedAction):
         return await super().act(situation, path, advice)
 
 
-LATENCY = Bounds(Budget(latency_s=2.0))
-
-
 def test_half_of_the_time_is_kept_where_the_plant_may_not_be_left_alone() -> None:
     slow = proposer("slow", ScriptedAction(GOOD, delay_s=1.4))
     begin = time.monotonic()
@@ -239,124 +197,3 @@ def test_a_thorough_proposer_keeps_half_of_the_time_as_well_once_it_found_someth
     done = doomed(BAD, others=(one,), bounds=LATENCY).run()
     assert time.monotonic() - begin < 1.4 and by(done) == [("thorough", HELD.digest)]
     assert [g.proposer for g in done.trace.of(GaveUp)] == ["scripted"]
-
-
-# --- what goes wrong does not lose what was found ------------------------------------------------------------------
-
-
-class Mute(ScriptedReprompting):
-    """Reprompting that fails in a way of its own."""
-
-    def __init__(self, how: Callable[[], Any]) -> None:
-        super().__init__()
-        self._how = how
-
-    async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
-        result = self._how()
-        if isinstance(result, BaseException):
-            raise result
-        await asyncio.sleep(60.0)
-        raise AssertionError
-
-
-FAILURES = {
-    "breaks": (ZeroDivisionError("a mean of nothing"), "failed: ZeroDivisionError"),
-    "quits": (NoAdmissiblePlan("the key was not accepted"), "the key was not accepted"),
-    "times out": (TimeoutError("the model took too long"), "the model took too long"),
-}
-
-
-@pytest.mark.parametrize("how", FAILURES)
-@pytest.mark.parametrize("order", ["before", "after"])
-def test_a_proposer_that_fails_loses_nothing_that_another_one_found(how: str, order: str) -> None:
-    error, text = FAILURES[how]
-    if order == "before":
-        done = doomed(error, others=(proposer("second", ScriptedAction(GOOD)),)).run()
-        failed, good = "scripted", "second"
-    else:
-        done = doomed(GOOD, others=(proposer("second", ScriptedAction(error)),)).run()
-        failed, good = "second", "scripted"
-    assert by(done) == [(good, GOOD.digest)] and done.handed_over == []
-    (gave_up,) = done.trace.of(GaveUp)
-    assert gave_up.proposer == failed and text in gave_up.reason
-
-
-@pytest.mark.parametrize("how", FAILURES)
-def test_a_thorough_proposer_that_fails_later_loses_nothing_that_it_found(how: str) -> None:
-    one = thorough(ScriptedAction(HELD, FAILURES[how][0]), "hold", "reduce")
-    assert by(doomed(BAD, others=(one,)).run()) == [("thorough", HELD.digest)]
-
-
-def test_a_bug_in_who_may_only_improve_leaves_the_plant_as_it_is_and_recovery_goes_on() -> None:
-    done = safe(ZeroDivisionError("a mean of nothing"))
-    done.run()
-    assert done.released == [] and done.when(NoActionTaken) == [10.0] and len(done.monitoring.seen) == 20
-    assert "ZeroDivisionError" in done.trace.of(GaveUp)[0].reason
-
-
-# --- what is refused at the release ------------------------------------------------------------------------------
-
-
-def refusing(done: Recovery, *sets: ActionSet, nth: int = 2) -> Recovery:
-    """The twin breaks down on the ``nth`` rollout of each of ``sets``, which is that of the release check."""
-    tried: list[ActionSet] = []
-
-    def bug(actions: ActionSet) -> None:
-        tried.append(actions)
-
-    def result(actions: ActionSet) -> RolloutResult:
-        broken = actions in sets and tried.count(actions) == nth
-        return RolloutResult.BROKE_DOWN if broken else RolloutResult.COMPLETED
-
-    done.twin.bug, done.twin.result = bug, result
-    return done
-
-
-def test_what_the_release_check_refuses_is_followed_by_the_next_best() -> None:
-    others = (proposer("second", ScriptedAction(DEARER)), proposer("third", ScriptedAction(SAVING)))
-    done = refusing(doomed(GOOD, others=others), GOOD).run()
-    assert by(done) == [("third", SAVING.digest)] and len(done.trace.of(ReleaseRefused)) == 1
-    before, after = done.trace.of(Compared)
-    assert (before.chosen, after.chosen) == (GOOD.digest, SAVING.digest)
-    refused = {a.digest: a.refused for a in after.alternatives if a.proposer}
-    assert refused[GOOD.digest] and refused[SAVING.digest] == refused[DEARER.digest] == ""
-
-
-def test_one_refusal_after_the_other_ends_with_the_fallback() -> None:
-    others = (proposer("second", ScriptedAction(SAVING), attempts=1),)
-    done = refusing(doomed(GOOD, others=others), GOOD, SAVING).run()
-    assert by(done) == [] and len(done.trace.of(ReleaseRefused)) == 2 and len(done.handed_over) == 1
-    chosen = [c.chosen for c in done.trace.of(Compared)]
-    assert chosen == [GOOD.digest, SAVING.digest, ""]
-
-
-def test_who_was_refused_learns_from_it_and_may_win_again() -> None:
-    better = feed(0.9 * HALF, "reduced")
-    others = (proposer("second", ScriptedAction(SAVING)),)
-    done = refusing(doomed(GOOD, better, others=others), GOOD).run()
-    assert by(done) == [("scripted", better.digest)] and asked(done) == ["scripted", "second", "scripted"]
-    advice = done.action.asked[1][2]
-    assert [f.criterion for f in advice.findings] == ["CHK-ROLLOUT"]
-    (attempt,) = advice.attempts
-    assert attempt.actions == GOOD and isinstance(attempt.verdict, Revise) and attempt.number == 1
-
-
-def test_a_path_that_was_refused_at_the_release_may_be_taken_again_by_who_is_thorough() -> None:
-    """What it has found is not to be found again; what was refused may be cured, and keeps its number."""
-    better = feed(0.9 * HALF, "reduced")
-    one = thorough(ScriptedAction(GOOD, HELD, better), "reduce", "hold", NO_OTHER, "reduce", NO_OTHER)
-    done = refusing(doomed(BAD, others=(one,)), GOOD).run()
-    assert by(done) == [("thorough", better.digest)]
-    advice = one.planning.asked[3][1]  # type: ignore[attr-defined]
-    assert [a.number for a in advice.attempts] == [2, 1] and [f.criterion for f in advice.findings] == ["CHK-ROLLOUT"]
-    assert [isinstance(a.verdict, Approve) for a in advice.attempts] == [True, False]
-
-
-@pytest.mark.parametrize("how", [*FAILURES, "hangs"])
-def test_who_cannot_learn_from_a_refusal_loses_nothing_that_another_one_found(how: str) -> None:
-    reprompting = Mute(lambda: FAILURES[how][0] if how in FAILURES else None)
-    first = proposer("first", ScriptedAction(GOOD), reprompting=reprompting)
-    done = doomed(NO_OTHER, others=(first, proposer("second", ScriptedAction(SAVING))), bounds=LATENCY)
-    refusing(done, GOOD).run()
-    assert by(done) == [("second", SAVING.digest)] and done.handed_over == []
-    assert [g.proposer for g in done.trace.of(GaveUp)] == ["scripted", "first"]

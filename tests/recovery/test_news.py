@@ -97,7 +97,9 @@ def test_a_new_symptom_is_news_and_one_that_has_gone_is_none() -> None:
         ((), True),
     ],
 )
-def test_other_faults_are_news_once_they_are_plausible(faults: tuple[tuple[str, float, float], ...], news: bool) -> None:
+def test_other_faults_are_news_once_they_are_plausible(
+    faults: tuple[tuple[str, float, float], ...], news: bool
+) -> None:
     assert changed(diagnosis=believed(*faults)) is news
 
 

@@ -5,32 +5,25 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 
 from homeostat.agents.checks import CLOSED
-from homeostat.agents.roles import Approved, NoAdmissiblePlan, Proposer, Situation
+from homeostat.agents.roles import NoAdmissiblePlan, Proposer, Situation
 from homeostat.domain.advice import Advice, Attempt
-from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import Attempted, GaveUp, ReleasedActions, ReleaseRefused
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
-from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import REPEATED, FallbackNeeded, Finding, Released, Revise, RolloutResult
-from homeostat.guard.requests.seal import Sealer
 from homeostat.links.clock import ThinkingClock
 from homeostat.recovery.bounds import Budget
 from homeostat.recovery.plant_rules import Bounds
-from homeostat.recovery.release_check import Checked, ReleaseCheck
-from homeostat.recovery.releasing import Overtaken
 from tests.agents.scripted import ScriptedAction, ScriptedPlanning, ScriptedReprompting
-from tests.recovery.line import BAD, GOOD, HALF, KEY, MACHINE, Stage, feed, monitoring, run, safe
-from tests.safety.world import TAGS
+from tests.recovery.line import BAD, GOOD, HALF, MACHINE, Stage, feed, monitoring, run, safe
 
 WRONG = Revise((Finding("CHK-ANSWER", Owner.ACTION, -math.inf, "1", 0.0, 0, "not a JSON object"),))
 """An answer that is none of those that were asked for."""
@@ -293,7 +286,11 @@ def test_every_attempt_is_told_the_time_that_is_left() -> None:
 def test_where_there_is_no_more_time_than_that_the_first_is_not_waited_for() -> None:
     slow = ScriptedAction(GOOD, delay_s=0.3)
     stage = Stage(
-        slow, others=(searching(),), start=301.0, clock=ThinkingClock(), bounds=Bounds(Budget(latency_s=1.0, last_s=4.0))
+        slow,
+        others=(searching(),),
+        start=301.0,
+        clock=ThinkingClock(),
+        bounds=Bounds(Budget(latency_s=1.0, last_s=4.0)),
     )
     run(stage)  # had the first been waited for, it would have acted
     assert stage.trace.of(GaveUp)[0].proposer == "scripted"
@@ -334,29 +331,3 @@ def test_when_all_give_up_the_reason_is_the_last_one_s() -> None:
     assert [g.proposer for g in stage.trace.of(GaveUp)] == ["scripted", "second", "third"]
     (fell,) = stage.trace.of(FallbackActivated)
     assert fell.reason.startswith("third: no proposal was approved") and safe(stage)
-
-
-class Late(ReleaseCheck):
-    """A release check during which the plant goes on, the first time."""
-
-    def __init__(self, stage: Stage) -> None:
-        super().__init__(stage.twin, stage.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
-        self.states: list[str] = []
-
-    def check(self, fresh: Sequence[Snapshot], found: Approved, diagnosis: Diagnosis) -> Checked:
-        self.states.append(found.path.states[0])
-        if len(self.states) == 1:
-            raise Overtaken("the plant went on meanwhile")
-        return super().check(fresh, found, diagnosis)
-
-
-@pytest.mark.parametrize(("again", "by"), [(0.9 * HALF, "scripted"), (0.7 * HALF, "second")])
-def test_what_the_plant_has_overtaken_is_found_again_and_compared_anew(again: float, by: str) -> None:
-    """What was approved in the former state does not win any more, not even as the cheapest."""
-    others = (second(ScriptedAction(feed(0.8 * HALF, "reduced"))),)
-    stage = Stage(ScriptedAction(GOOD, feed(again, "reduced")), others=others, start=305.0)
-    stage.check = late = Late(stage)
-    run(stage)
-    assert late.states == ["running", "running"] and not stage.trace.of(GaveUp)
-    assert [a.number for a in stage.trace.of(Attempted)] == [1, 1, 1, 1], "everybody begins anew"
-    assert [r.proposer for r in stage.trace.of(ReleasedActions)] == [by] and stage.guard.latched is None

@@ -82,4 +82,4 @@ class Pricing:
 
 def _wild(signals: Signals, tags: Iterable[str]) -> Flags:
     """Members in which one of ``tags`` is infinite, shape (members,): no limit is kept by an infinite margin."""
-    return np.logical_or.reduce([np.isinf(signals[tag]).any(axis=1) for tag in tags])
+    return np.asarray(np.logical_or.reduce([np.isinf(signals[tag]).any(axis=1) for tag in tags]))
