@@ -281,6 +281,6 @@ def _recovery(
         probing=None if stepwise else TwinProbing(twin, d, grounding, Pricing(plant.prices, d.limits, d.scales)),
     )
     known = PlantRules(d.machine, d.limits, plant.prices, rules.fallbacks, d.scales, tags)
-    check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration)
+    check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration, plant.risk)
     bounds = Bounds(arrangement.budget, plant.intervention, stepwise)
     return RecoveryLoop(exchange, agents, known, check, bounds, trace)

@@ -5,6 +5,7 @@ from typing import ClassVar, Self
 
 from homeostat.domain.advice import Attempt
 from homeostat.domain.alternative import Alternative
+from homeostat.domain.certificate import Certificate
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom
 from homeostat.domain.recovery import ActionSet, Command
@@ -163,12 +164,15 @@ class ReleasedActions:
     """State that its first commands lead to; empty in records that are older than this field."""
     then: tuple[LaterStep, ...] = ()
     """What follows, in order."""
+    certificate: Certificate | None = None
+    """Bound of the probability that a hard limit is violated; None in records that are older than this field."""
 
     @classmethod
-    def of(cls, proposer: str, actions: ActionSet, min_margin: float) -> Self:
+    def of(cls, proposer: str, actions: ActionSet, min_margin: float, certificate: Certificate | None = None) -> Self:
         """The event of one release."""
         steps = tuple(LaterStep(s.transition.name, str(s.transition.guard), s.target, s.commands) for s in actions.then)
-        return cls(proposer, actions.commands, actions.digest, actions.end, min_margin, actions.target, steps)
+        told = actions.end, min_margin, actions.target, steps, certificate
+        return cls(proposer, actions.commands, actions.digest, *told)
 
 
 @dataclass(frozen=True, slots=True)
