@@ -14,7 +14,7 @@ from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.run import record_run
-from homeostat.evaluate.scenario import Scenario, departing, scenario
+from homeostat.evaluate.scenario import Scenario, departing, repaired, scenario
 from homeostat.journal import Event
 from homeostat.journal.beside.files import RESULT
 from homeostat.plants.assembly import Language, check_protocol
@@ -44,7 +44,7 @@ def carry_out(options: argparse.Namespace) -> int:
     chosen = scenario(
         plant, options.fault, options.seed, options.onset, options.severity, options.end, options.location
     )
-    chosen = departing(plant, chosen, options.disturb, options.mismatch)
+    chosen = repaired(departing(plant, chosen, options.disturb, options.mismatch), options.repair)
     thinking = Thinking(options.thinking_scale if options.pace is None else options.pace, options.thinking_declared)
     conditions = Conditions(AskingProtocol(options.protocol), options.label_given)
     check_protocol(plant, conditions.protocol)  # before a directory is made
