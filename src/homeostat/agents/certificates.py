@@ -17,7 +17,6 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from homeostat.domain.certificate import Certificate
 from homeostat.domain.plant.limits import Limit
 from homeostat.domain.verdict import Rollout
 from homeostat.process.types import Flags
@@ -70,8 +69,3 @@ def violated(rollout: Rollout, limits: Iterable[Limit]) -> Flags:
         margins = np.atleast_2d(limit.formula.margins(rollout.trajectory.signals, rollout.trajectory.dt_s))
         found |= ~(margins >= 0.0).all(axis=1)
     return found
-
-
-def certificate(draws: int, violations: int, level: float, required: float) -> Certificate:
-    """The certificate of so many draws."""
-    return Certificate(draws, violations, interval(draws, violations, level, required)[1], level)

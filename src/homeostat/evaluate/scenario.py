@@ -171,7 +171,7 @@ def departing(plant: Plant, chosen: Scenario, disturbances: Sequence[str] = (), 
 
 
 def repaired(chosen: Scenario, repair_s: float | None) -> Scenario:
-    """``chosen``, whose faults end at ``repair_s`` [s]; ScenarioError where there is none, or it does not act before."""
+    """``chosen``, whose faults end at ``repair_s`` [s]; ScenarioError where none has begun before."""
     if repair_s is None:
         return chosen
     _check_numbers({"repair_s": repair_s}, chosen.seed)

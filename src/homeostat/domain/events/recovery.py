@@ -66,6 +66,8 @@ class Attempted:
     """Members of the rollout; 0 where nothing was rolled out."""
     cost: Cost | None = None
     """What it is expected to cost; None where nothing was rolled out, and in records that are older."""
+    polished: bool = False
+    """Whether the search bettered the numbers of whoever proposed it."""
 
     @classmethod
     def of(cls, proposer: str, attempt: Attempt) -> Self:
@@ -74,7 +76,7 @@ class Attempted:
         states = attempt.path.states if attempt.path else ()
         commands, digest = (actions.commands, actions.digest) if actions else ((), "")
         approved = isinstance(verdict, Approve)
-        judged = approved, verdict.findings, attempt.members, attempt.cost
+        judged = approved, verdict.findings, attempt.members, attempt.cost, attempt.polished
         return cls(attempt.number, proposer, states, commands, digest, *judged)
 
 

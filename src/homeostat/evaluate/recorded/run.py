@@ -60,7 +60,7 @@ def record_run(
     trace.subscribe(subscriber)
     proposing, operation = proposing or Proposing(), operation or Operation()
     conditions, language = proposing.conditions, proposing.language
-    chosen = (*conditions.settings, *operation.settings)
+    chosen = (*conditions.settings, *operation.settings, *proposing.settings)
     started = None if operation.past else run_started(plant, scenario, thinking, proposer, chosen, language)
     try:
         done = run(
