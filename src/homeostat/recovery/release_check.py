@@ -106,7 +106,8 @@ class ReleaseCheck:
             rollout = twin.roll_out(found.actions, hypotheses, found.ended, members)
             if rollout.result is not RolloutResult.COMPLETED:
                 return Revise((refusal("CHK-ROLLOUT", f"{rollout.result.value} {rollout.note}"),))
-            draws, violations = draws + risk.batch, violations + int(violated(rollout, self._limits.hard).sum())
+            draws += len(rollout.weights)
+            violations += int(violated(rollout, self._limits.hard).sum())
             low, high = interval(draws, violations, level, risk.required)
             if high <= risk.required:
                 self._in_vain = 0
