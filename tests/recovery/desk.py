@@ -9,7 +9,7 @@ from collections.abc import Callable, Coroutine, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from homeostat.agents.roles import Agents, Probing, Proposer, Situation
+from homeostat.agents.roles import Agents, Polishing, Probing, Proposer, Situation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.domain.advice import Advice
@@ -186,6 +186,7 @@ class Recovery:
     probing: Probing | None = None
     rows: tuple[Price, ...] = ()
     others: tuple[Proposer, ...] = ()
+    polishing: Polishing | None = None
 
     def __post_init__(self) -> None:
         self.desk = ScriptedDesk(self.ticks, self.thinking, self.overtaking_s)
@@ -197,7 +198,15 @@ class Recovery:
         self.simulation = NotingSimulation(self.twin, self.limits)
         validation = LimitValidation(self.limits, TAGS)
         proposers = (proposer, *self.others)
-        agents = Agents(self.monitoring, proposers, self.simulation, validation, self.graph, self.probing)  # type: ignore[arg-type]
+        agents = Agents(
+            self.monitoring,
+            proposers,
+            self.simulation,
+            validation,
+            self.graph,
+            self.probing,
+            self.polishing,  # type: ignore[arg-type]
+        )
         rules = PlantRules(
             COOLING, self.limits, priced(self.limits, COOLING, *self.rows), (DRAIN, VENT), {"K": 2.0}, TAGS
         )

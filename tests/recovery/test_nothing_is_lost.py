@@ -12,7 +12,7 @@ from homeostat.agents.roles import Approved, NoAdmissiblePlan, Proposer, Situati
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import Attempted, Compared, GaveUp, NoActionTaken, ReleasedActions, ReleaseRefused
-from homeostat.domain.recovery import ActionSet
+from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve, Revise, RolloutResult
 from homeostat.guard.requests.seal import Sealer
@@ -75,6 +75,38 @@ def test_a_bug_in_who_may_only_improve_leaves_the_plant_as_it_is_and_recovery_go
     done.run()
     assert done.released == [] and done.when(NoActionTaken) == [10.0] and len(done.monitoring.seen) == 20
     assert "ZeroDivisionError" in done.trace.of(GaveUp)[0].reason
+
+
+class Polish:
+    """Implements `homeostat.agents.roles.Polishing`: gives one answer, fails, or never answers."""
+
+    def __init__(self, answer: ActionSet | BaseException | None) -> None:
+        self._answer = answer
+
+    async def polish(self, situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
+        if self._answer is None:
+            await asyncio.sleep(60.0)
+            raise AssertionError
+        if isinstance(self._answer, BaseException):
+            raise self._answer
+        return self._answer
+
+
+@pytest.mark.parametrize(
+    ("answer", "released", "attempts"),
+    [(GOOD, GOOD, 2), (DEARER, SAVING, 2), (BAD, SAVING, 2), (SAVING, SAVING, 1), (None, SAVING, 1)],
+    ids=["cheaper", "dearer", "not approved", "the same", "never"],
+)
+def test_numbers_that_are_bettered_lose_nothing(answer: ActionSet | None, released: ActionSet, attempts: int) -> None:
+    done = doomed(SAVING, polishing=Polish(answer), bounds=LATENCY).run()
+    assert by(done) == [("scripted", released.digest)] and len(asked(done)) == attempts
+    listed = {a.digest: a.polished for a in done.trace.of(Compared)[0].alternatives if a.proposer}
+    assert listed[SAVING.digest] is False and listed.get(GOOD.digest, True) is True
+
+
+@pytest.mark.parametrize("how", FAILURES)
+def test_a_bettering_that_fails_loses_nothing_that_was_found(how: str) -> None:
+    assert by(doomed(SAVING, polishing=Polish(FAILURES[how][0])).run()) == [("scripted", SAVING.digest)]
 
 
 # --- what is refused at the release ------------------------------------------------------------------------------
