@@ -71,7 +71,8 @@ KEPT = {"ACC_CALM": 1.0, "LIM_HOT": 1.0, "ACC_SOFT": 1.0, "LIM_COLD": 1.0, "PRM_
 def producing(rate: float) -> Rollout:
     """A rollout of 60 s that makes ``rate`` in the mean of its members [L/s]."""
     made = rollout(IDLE)
-    made.trajectory.signals["F"][:] = np.array([[rate - 0.01], [rate], [rate + 0.01]])
+    spread = min(0.01, max(0.03 - rate, 0.0))  # what one member makes beyond the design does not make up for another
+    made.trajectory.signals["F"][:] = np.array([[rate - spread], [rate], [rate + spread]])
     return made
 
 
