@@ -9,7 +9,7 @@ from collections.abc import Callable, Coroutine, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from homeostat.agents.roles import Agents, Probing, Proposer, Situation
+from homeostat.agents.roles import Agents, Polishing, Probing, Proposer, Situation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.domain.advice import Advice
@@ -17,8 +17,8 @@ from homeostat.domain.diagnosis import Diagnosis, Symptom
 from homeostat.domain.events.recovery import Retrieved
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Arm, FallBack, Message, Observation, Trouble
-from homeostat.domain.plant.limits import Limits
-from homeostat.domain.plant.production import Production
+from homeostat.domain.plant.limits import LimitKind, Limits
+from homeostat.domain.plant.prices import Price, PriceKind
 from homeostat.domain.recovery import ActionSet, RecoveryPath, Step
 from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.snapshot import Snapshot
@@ -38,8 +38,8 @@ from tests.agents.scripted import (
     ScriptedReprompting,
     diagnosis,
 )
-from tests.recovery.line import COOLING, COOLS, DRAIN, FULL, GOOD, KEY, LIMITS, VENT, LineTwin, feed
-from tests.safety.world import CALM, HOT, TAGS, criterion
+from tests.recovery.line import COOLING, COOLS, DRAIN, FULL, GOOD, KEY, LIMITS, VENT, LineTwin, feed, priced
+from tests.safety.world import CALM, HOT, TAGS, criterion, rule
 
 M = TypeVar("M")
 T = TypeVar("T")
@@ -184,6 +184,9 @@ class Recovery:
     graph: Graph = field(default_factory=Graph)
     band: StepBand | None = None
     probing: Probing | None = None
+    rows: tuple[Price, ...] = ()
+    others: tuple[Proposer, ...] = ()
+    polishing: Polishing | None = None
 
     def __post_init__(self) -> None:
         self.desk = ScriptedDesk(self.ticks, self.thinking, self.overtaking_s)
@@ -194,8 +197,19 @@ class Recovery:
         )
         self.simulation = NotingSimulation(self.twin, self.limits)
         validation = LimitValidation(self.limits, TAGS)
-        agents = Agents(self.monitoring, (proposer,), self.simulation, validation, self.graph, self.probing)  # type: ignore[arg-type]
-        rules = PlantRules(COOLING, self.limits, Production("F", FULL), (DRAIN, VENT), {"K": 2.0}, TAGS)
+        proposers = (proposer, *self.others)
+        agents = Agents(
+            self.monitoring,
+            proposers,
+            self.simulation,
+            validation,
+            self.graph,
+            self.probing,
+            self.polishing,  # type: ignore[arg-type]
+        )
+        rules = PlantRules(
+            COOLING, self.limits, priced(self.limits, COOLING, *self.rows), (DRAIN, VENT), {"K": 2.0}, TAGS
+        )
         check = ReleaseCheck(self.twin, self.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
         self.loop = RecoveryLoop(self.desk, agents, rules, check, self.bounds, self.trace)
 
@@ -245,8 +259,14 @@ class Recovery:
         return [e.at_s for e in self.trace.entries if isinstance(e.event, kind)]
 
 
-SOFT = Limits((HOT,), (CALM, criterion("ACC-SOFT", "always (T <= 306)")))
-"""Limits with a wish; it may be missed by 0.6 K once the plant was recovered."""
+SOFT = Limits((HOT,), (CALM, criterion("ACC-SOFT", "T <= 306")))
+"""Limits with a wish, which forbids nothing."""
+DEAR = (Price(PriceKind.CRITERION, "ACC-SOFT", 1080.0),)
+"""To miss that wish by 2 K costs ten times what the line makes meanwhile."""
+FREE = (Price(PriceKind.STATE, "reduced", 0.0),)
+"""To run reduced costs nothing but what is not made."""
+MILD = Limits((HOT, rule("LIM-MILD", LimitKind.TRIP_LIMIT, "T <= 306")), (CALM,))
+"""Limits of which one forbids without protecting the plant: where nothing can be released, it may be missed."""
 FINE, DOOMED = 300.0, 305.0
 """At full feed the line heats by 10 K within the horizon: from 305 K through the limit of 313 K [K]."""
 NEXT = (Step(COOLS, ()),)

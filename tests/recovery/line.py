@@ -18,6 +18,7 @@ from homeostat.agents.validation import LimitValidation
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.mode import Mode
 from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.prices import Price, Prices, prices_of
 from homeostat.domain.plant.production import Production
 from homeostat.domain.plant.rules import GuardRules, QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine, Transition
@@ -84,6 +85,11 @@ COOLING = replace(MACHINE, transitions=(*MACHINE.transitions, COOLS))
 LIMITS = Limits((HOT,), (CALM,))
 VENT = FallbackStrategy("vent", feed(OFF, "still"))
 DRAIN = FallbackStrategy("drain", replace(VENT.actions, commands=(*VENT.actions.commands, Command("V.man", 1.0, 0.2))))
+
+
+def priced(limits: Limits, machine: StateMachine = MACHINE, *rows: Price) -> Prices:
+    """What the line costs by ``rows``, and by default: product 1 a litre, a release what is made in 9 s."""
+    return prices_of(rows, Production("F", FULL), "EUR", limits, machine)
 
 
 class LinePlant:
@@ -269,7 +275,9 @@ class Stage:
             NoGraph(),  # type: ignore[arg-type]
             None if self.probing is None else self.probing(self.twin),
         )
-        rules = PlantRules(self.machine, self.limits, Production("F", FULL), (DRAIN, VENT), {"K": 2.0}, TAGS)
+        rules = PlantRules(
+            self.machine, self.limits, priced(self.limits, self.machine), (DRAIN, VENT), {"K": 2.0}, TAGS
+        )
         check = self.check or ReleaseCheck(self.twin, self.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
         return RecoveryLoop(self.exchange, agents, rules, check, self.bounds, self.shared)
 

@@ -8,17 +8,22 @@ from typing import Any
 import pytest
 
 from homeostat.agents.roles import NoAdmissiblePlan
-from homeostat.domain.events.recovery import Deviated, NoActionTaken
+from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.events.recovery import Attempted, Deviated, NoActionTaken
 from homeostat.domain.observation import Observation
 from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.prices import Price
 from homeostat.domain.verdict import StepBand
 from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.plant_rules import Bounds
-from tests.agents.scripted import ScriptedAction, diagnosis
+from tests.agents.scripted import SYMPTOM, ScriptedAction, diagnosis
 from tests.recovery.desk import (
     CALM_20,
+    DEAR,
     DOOMED,
     FINE,
+    FREE,
+    MILD,
     MORE,
     NEXT,
     SOFT,
@@ -30,32 +35,55 @@ from tests.recovery.desk import (
     ticks,
     watching,
 )
-from tests.recovery.line import GOOD, HALF, OFF, feed
+from tests.recovery.line import FULL, GOOD, HALF, OFF, feed
 from tests.safety.world import criterion
 
 # --- once recovered ----------------------------------------------------------------------------------------------
 
 
-def recovered(hot: float, action: ScriptedAction) -> Recovery:
+def recovered(hot: float, action: ScriptedAction, limits: Limits = MILD, **more: Any) -> Recovery:
     """A line that was recovered at 10 s, runs at half feed and holds ``hot`` [K]; noticed again at 30 s."""
     first, later = ticks(1, 10, DOOMED), ticks(11, 40, hot, "reduced", feed=HALF)
-    return Recovery((*first, *later), watching(10.0, 30.0), action, limits=SOFT).run()
+    return Recovery((*first, *later), watching(10.0, 30.0), action, limits=limits, **more).run()
 
 
-def test_a_recovered_plant_that_misses_a_wish_by_little_is_left_alone() -> None:
-    done = recovered(306.4, ScriptedAction(GOOD, feed(OFF, "reduced")))
-    assert done.released == [10.0] and done.when(NoActionTaken) == [30.0] and len(done.action.asked) == 1
-    assert done.trace.of(NoActionTaken)[0].min_margin == pytest.approx(-0.4, abs=0.11)
+def test_a_recovered_plant_that_misses_what_does_not_protect_it_is_left_alone_where_nothing_helps() -> None:
+    left = recovered(306.4, ScriptedAction(GOOD, NoAdmissiblePlan("nothing better")), improves=True)
+    assert left.when(NoActionTaken) == [30.0] and left.handed_over == [] and len(left.action.asked) == 2
+    assert left.trace.of(NoActionTaken)[0].min_margin == pytest.approx(-0.4, abs=0.11)
 
 
-def test_a_recovered_plant_that_misses_a_wish_by_much_is_improved_or_left_alone() -> None:
-    helped = recovered(309.0, ScriptedAction(GOOD, NoAdmissiblePlan("nothing better")))
-    assert helped.when(NoActionTaken) == [30.0] and helped.handed_over == [] and len(helped.action.asked) == 2
+def test_a_recovered_plant_is_left_alone_where_what_helps_costs_more() -> None:
+    """The first second with less feed would bring it back, at a greater loss."""
+    left = recovered(306.01, ScriptedAction(GOOD, feed(0.011, "reduced")), improves=True)
+    assert [a.approved for a in left.trace.of(Attempted)] == [True, True]
+    assert left.released == [10.0] and left.when(NoActionTaken) == [30.0] and left.handed_over == []
 
 
-def test_a_plant_that_was_never_recovered_is_not_left_alone_where_a_wish_is_missed() -> None:
-    done = Recovery(ticks(1, 20, FINE), action=ScriptedAction(NoAdmissiblePlan("nothing")), limits=SOFT).run()
+def test_a_plant_that_was_never_recovered_is_not_left_alone_where_anything_forbids_it() -> None:
+    done = Recovery(ticks(1, 20, FINE), action=ScriptedAction(NoAdmissiblePlan("nothing")), limits=MILD).run()
     assert done.handed_over == ["nothing"] and done.when(NoActionTaken) == []
+
+
+@pytest.mark.parametrize("hot", [306.4, 309.0])
+def test_a_wish_that_is_missed_forbids_nothing_and_the_release_settles_first(hot: float) -> None:
+    done = recovered(hot, ScriptedAction(GOOD, feed(OFF, "reduced")), limits=SOFT, rows=DEAR, improves=True)
+    assert done.released == [10.0] and done.when(NoActionTaken) == [30.0] and len(done.action.asked) == 1
+    assert done.trace.of(NoActionTaken)[0].min_margin >= 0.0, "nothing that forbids is missed"
+
+
+@pytest.mark.parametrize(("rows", "released"), [((), []), (DEAR, [10.0])])
+def test_a_wish_is_worth_its_price(rows: tuple[Price, ...], released: list[float]) -> None:
+    """At full feed the line gets 4 K too warm within the horizon: for 4 % of what it makes, or four times that."""
+    done = Recovery(ticks(1, 20, FINE), action=ScriptedAction(GOOD), limits=SOFT, rows=rows, improves=True).run()
+    assert done.released == released and done.handed_over == []
+    assert len(done.action.asked) == len(released), "what costs less than a release is not thought about"
+
+
+def test_a_wish_that_nobody_can_keep_hands_nothing_over() -> None:
+    quits = ScriptedAction(NoAdmissiblePlan("nothing"))
+    done = Recovery(ticks(1, 20, FINE), action=quits, limits=SOFT, rows=DEAR, improves=True).run()
+    assert len(quits.asked) == 1 and done.handed_over == [] and done.when(NoActionTaken) == [10.0]
 
 
 def test_a_recovered_plant_that_runs_into_a_limit_is_handed_over() -> None:
@@ -93,18 +121,27 @@ def test_a_release_begins_the_calm_time_anew() -> None:
     assert done.released == [10.0, 35.0, 55.0] and done.when(NoActionTaken) == [50.0]
 
 
-def test_nothing_is_improved_before_the_first_release() -> None:
+@pytest.mark.parametrize("faulty", [True, False])
+def test_a_plant_that_was_never_touched_is_improved_where_a_fault_explains_what_it_costs(faulty: bool) -> None:
     seen = ticks(1, 60, FINE, "reduced", feed=HALF)
-    done = Recovery(seen, watching(40.0), ScriptedAction(MORE), bounds=CALM_20, improves=True)
-    done.run()
-    assert done.released == [] and done.when(NoActionTaken) == [40.0]
+    watcher = watching(40.0, answer=diagnosis if faulty else lambda at_s: Diagnosis(at_s, (SYMPTOM,), ()))
+    done = Recovery(seen, watcher, ScriptedAction(MORE), improves=True).run()
+    assert done.released == ([40.0] if faulty else []) and done.when(NoActionTaken) == ([] if faulty else [40.0])
+
+
+def test_a_plant_that_costs_no_more_than_a_release_is_not_touched() -> None:
+    """It makes 8 % less than by design; a release costs 9 % of what it makes in the time that is looked at."""
+    for rate, released in ((0.92 * FULL, []), (0.9 * FULL, [40.0])):
+        seen = ticks(1, 60, FINE, feed=rate)
+        done = Recovery(seen, watching(40.0), ScriptedAction(feed(FULL, "reduced")), rows=FREE, improves=True).run()
+        assert done.released == released and len(done.action.asked) == len(released)
 
 
 def test_a_release_because_of_a_deviation_is_a_recovery() -> None:
-    """After it a wish that is missed by little is put up with."""
+    """After it a limit that does not protect the plant is put up with where nobody can keep it."""
     quits = ScriptedAction(GOOD, NoAdmissiblePlan("nothing"))
     watcher = watching(20.0, answer=at_first(nothing, then=diagnosis))
-    done = late(DOOMED, last=16, action=quits, limits=SOFT, monitoring=watcher)
+    done = late(DOOMED, last=16, action=quits, limits=MILD, monitoring=watcher)
     done.run(*ticks(17, 24, 306.4, "reduced", feed=HALF))
     assert done.released == [16.0] and done.when(NoActionTaken) == [20.0] and done.handed_over == []
 
@@ -134,7 +171,7 @@ def over(hot: float, *noticed_s: float, shows: Callable[[float], tuple[str, ...]
 def test_a_batch_that_is_over_and_safe_is_reviewed_once_for_the_same_symptoms() -> None:
     done = over(308.0, 10.0, 20.0, 30.0, 40.0, shows=lambda at_s: ("A", "B") if at_s < 35.0 else ("B",))
     assert done.when(NoActionTaken) == [10.0] and done.desk.thoughts == 1
-    assert done.trace.of(NoActionTaken)[0].min_margin == pytest.approx(-2.1, abs=0.2)
+    assert done.trace.of(NoActionTaken)[0].min_margin == pytest.approx(0.001 - HALF), "it is fed, and should not be"
 
 
 def test_a_batch_that_is_over_is_reviewed_again_for_a_new_symptom() -> None:
@@ -147,12 +184,12 @@ def test_a_batch_that_is_over_and_will_violate_a_limit_is_handed_over_without_as
     assert done.handed_over == ["the batch is over, and what follows violates a limit"] and done.action.asked == []
 
 
-def test_a_batch_that_is_over_stands_in_a_plant_without_hard_limits_as_well() -> None:
-    """Nothing protects it, and nothing need: all that is wished for holds."""
-    seen = (*ticks(1, 10, 310.0), *ticks(11, 60, FINE, "still", feed=OFF))
+@pytest.mark.parametrize("hot", [FINE, 320.0])
+def test_a_batch_that_is_over_stands_in_a_plant_without_hard_limits_as_well(hot: float) -> None:
+    """Nothing protects it, and nothing need; what is wished for costs, and nobody can propose anything."""
     only = Limits((), (criterion("ACC-SOFT", "always (T <= 315)"),))
-    done = Recovery(seen, watching(10.0, 40.0), bounds=CALM_20, limits=only).run()
-    assert done.released == [10.0] and done.when(NoActionTaken) == [40.0] and done.handed_over == []
+    done = Recovery(ticks(1, 60, hot, "still", feed=OFF), watching(40.0), limits=only, rows=DEAR, improves=True).run()
+    assert done.when(NoActionTaken) == [40.0] and done.handed_over == [] and done.action.asked == []
 
 
 def test_a_batch_that_is_not_over_is_reviewed_as_often_as_it_is_noticed() -> None:
@@ -203,15 +240,15 @@ def test_a_fault_and_a_step_at_the_same_time_are_one_question(noticed_s: float, 
 
 
 def test_a_step_as_usual_is_no_recovery() -> None:
-    """After one, a wish that is missed by little is not put up with, and calm time does not run."""
+    """After one, a limit that is missed is not put up with, and calm time does not run."""
     quits = ScriptedAction(GOOD, NoAdmissiblePlan("nothing"))
     seen = (*ticks(1, 8), *ticks(9, 30, 306.5, "reduced", feed=HALF))
-    done = stepwise(*seen, action=quits, limits=SOFT, heating=0.05).run()
+    done = stepwise(*seen, action=quits, limits=MILD, heating=0.05).run()
     assert done.released == [5.0] and done.handed_over[:1] == ["nothing"]
 
 
 def test_a_release_for_a_fault_is_a_recovery_where_every_step_is_asked_for_too() -> None:
     quits = ScriptedAction(GOOD, NoAdmissiblePlan("nothing"))
     seen = (*ticks(1, 8, DOOMED), *ticks(9, 28, 306.4, "reduced", feed=HALF))
-    done = stepwise(*seen, action=quits, limits=SOFT, monitoring=watching()).run()
+    done = stepwise(*seen, action=quits, limits=MILD, monitoring=watching()).run()
     assert done.released == [5.0] and done.handed_over == [] and done.when(NoActionTaken) == [9.0]

@@ -11,13 +11,14 @@ import pytest
 
 from homeostat.agents.hypotheses import PLAUSIBLE
 from homeostat.agents.roles import NoAdmissiblePlan
+from homeostat.domain.cost import Cost, CostItem
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
 from homeostat.domain.events.recovery import FallbackArmed, NoActionTaken
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Arm, Observation
 from homeostat.domain.verdict import NoActionNeeded, StepBand
 from homeostat.recovery.bounds import InterventionBounds
-from homeostat.recovery.look.news import MARGIN, NEAR, PRODUCTION, SEVERITY, Look, is_news
+from homeostat.recovery.look.news import COST, MARGIN, NEAR, SEVERITY, Look, is_news
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, diagnosis
 from tests.recovery.desk import CALM_20, DOOMED, FINE, MORE, NEXT, SOFT, Recovery, Watching, tick, ticks
@@ -35,13 +36,18 @@ def believed(*faults: tuple[str, float, float], symptoms: tuple[str, ...] = ("S-
     return Diagnosis(10.0, tuple(Symptom(rule, 0.0, 2.0, 1.0, 2.0) for rule in symptoms), hypotheses)
 
 
+def costs(share: float) -> Cost:
+    """Of a plant that makes 40 EUR in the time that was looked at."""
+    return Cost((CostItem("production", 40.0 * share),), 40.0)
+
+
 BEFORE = Look(
     at_s=100.0,
     state="reduced",
     mode=Mode.CLOSED_LOOP,
     diagnosis=believed(("leak", 0.9, 0.5), ("fouling", 0.1, 0.2)),
     margins={"LIM-HOT": 0.5, "ACC-CALM": -0.125, "ACC-FAR": 12.0},
-    production=0.75,
+    cost=costs(0.25),
     fine=True,
     harmless=True,
 )
@@ -83,15 +89,17 @@ def test_a_new_symptom_is_news_and_one_that_has_gone_is_none() -> None:
         ((("leak", 0.8, 0.5), ("fouling", 0.2, 0.2)), False),
         ((("leak", 0.5, 0.4), ("leak", 0.4, 0.625), ("fouling", 0.1, 0.2)), False),
         ((("leak", 0.95, 0.5), ("fouling", PLAUSIBLE, 0.2)), False),
-        ((("leak", 0.95, 0.5), ("fouling", 0.049, 0.2)), True),
-        ((("leak", 0.5, 0.5), ("leak", 0.4, 0.5), ("fouling", 0.03, 0.2), ("fouling", 0.03, 0.2)), False),
+        ((("leak", 0.95, 0.5), ("fouling", PLAUSIBLE - 0.001, 0.2)), True),
+        ((("leak", 0.5, 0.5), ("leak", 0.4, 0.5), ("fouling", 0.015, 0.2), ("fouling", 0.015, 0.2)), False),
         ((("leak", 0.8, 0.5), ("fouling", 0.1, 0.2), ("block", 0.1, 0.2)), True),
-        ((("leak", 0.9, 0.5), ("fouling", 0.1, 0.2), ("block", 0.049, 0.2)), False),
+        ((("leak", 0.9, 0.5), ("fouling", 0.1, 0.2), ("block", PLAUSIBLE - 0.001, 0.2)), False),
         ((("leak+block", 0.9, 0.5), ("fouling", 0.1, 0.2)), True),
         ((), True),
     ],
 )
-def test_other_faults_are_news_once_they_are_likely(faults: tuple[tuple[str, float, float], ...], news: bool) -> None:
+def test_other_faults_are_news_once_they_are_plausible(
+    faults: tuple[tuple[str, float, float], ...], news: bool
+) -> None:
     assert changed(diagnosis=believed(*faults)) is news
 
 
@@ -125,10 +133,15 @@ def test_other_criteria_are_news(margins: dict[str, float]) -> None:
     assert changed(margins=margins)
 
 
-@pytest.mark.parametrize(("production", "news"), [(0.7599, False), (0.7601, True), (0.7401, False), (0.7399, True)])
-def test_production_that_changes_is_news(production: float, news: bool) -> None:
-    assert PRODUCTION == 0.01
-    assert changed(production=production) is news
+@pytest.mark.parametrize(("share", "news"), [(0.2599, False), (0.2601, True), (0.2401, False), (0.2399, True)])
+def test_a_cost_that_changes_is_news(share: float, news: bool) -> None:
+    assert COST == 0.01
+    assert changed(cost=costs(share)) is news
+
+
+def test_what_a_cost_consists_of_is_no_news() -> None:
+    other = Cost((CostItem("production", 4.0), CostItem("ACC-SOFT", 6.0)), 40.0)
+    assert other.share == costs(0.25).share and not changed(cost=other)
 
 
 @pytest.mark.parametrize("value", [math.nan, -math.inf])
@@ -136,8 +149,9 @@ def test_what_cannot_be_compared_is_news(value: float) -> None:
     assert margin("LIM-HOT", value)
     lost = replace(BEFORE, margins={**BEFORE.margins, "LIM-HOT": value})
     assert is_news(lost, lost), "undecided before and now: nobody knows whether it is the same"
-    blind = replace(BEFORE, production=math.nan)
-    assert is_news(blind, blind) and changed(production=math.nan)
+    for unknown in (None, costs(math.nan), costs(math.inf)):
+        blind = replace(BEFORE, cost=unknown)
+        assert is_news(blind, blind) and changed(cost=unknown)
 
 
 # --- reviews -----------------------------------------------------------------------------------------------------

@@ -78,7 +78,7 @@ def test_a_test_move_is_released_like_everything_else_and_then_looked_at() -> No
     assert begun(done) == [10.0] and done.released[0] == 10.0
     assert done.kinds == [
         "noticed", "diagnosed", "fallback-armed", "attempted", "probed", "released",
-        "noticed", "diagnosed", "probe-ended", "fallback-armed", "attempted", "released",
+        "noticed", "diagnosed", "probe-ended", "fallback-armed", "attempted", "compared", "released",
     ]  # fmt: skip
     assert done.when(ProbeEnded) == [15.0] and done.when(Diagnosed) == [10.0, 15.0]
     (end,) = done.trace.of(ProbeEnded)

@@ -5,32 +5,25 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 
 from homeostat.agents.checks import CLOSED
-from homeostat.agents.roles import Approved, NoAdmissiblePlan, Proposer, Situation
+from homeostat.agents.roles import NoAdmissiblePlan, Proposer, Situation
 from homeostat.domain.advice import Advice, Attempt
-from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import Attempted, GaveUp, ReleasedActions, ReleaseRefused
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
-from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import REPEATED, FallbackNeeded, Finding, Released, Revise, RolloutResult
-from homeostat.guard.requests.seal import Sealer
 from homeostat.links.clock import ThinkingClock
 from homeostat.recovery.bounds import Budget
 from homeostat.recovery.plant_rules import Bounds
-from homeostat.recovery.release_check import Checked, ReleaseCheck
-from homeostat.recovery.releasing import Overtaken
 from tests.agents.scripted import ScriptedAction, ScriptedPlanning, ScriptedReprompting
-from tests.recovery.line import BAD, GOOD, HALF, KEY, MACHINE, Stage, feed, monitoring, run, safe
-from tests.safety.world import TAGS
+from tests.recovery.line import BAD, GOOD, HALF, MACHINE, Stage, feed, monitoring, run, safe
 
 WRONG = Revise((Finding("CHK-ANSWER", Owner.ACTION, -math.inf, "1", 0.0, 0, "not a JSON object"),))
 """An answer that is none of those that were asked for."""
@@ -39,6 +32,12 @@ NOTICED_S = 50.0
 
 def second(action: ScriptedAction | None = None, name: str = "second") -> Proposer:
     return Proposer(name, ScriptedPlanning(MACHINE, ("reduce",)), action or ScriptedAction(GOOD), ScriptedReprompting())
+
+
+def searching(action: ScriptedAction | None = None) -> Proposer:
+    """A second one that is thorough, and knows one path."""
+    planning = ScriptedPlanning(MACHINE, ("reduce",), NoAdmissiblePlan("no other path"))
+    return Proposer("second", planning, action or ScriptedAction(GOOD), ScriptedReprompting(), thorough=True)
 
 
 def tried(stage: Stage) -> list[ActionSet]:
@@ -122,9 +121,7 @@ def test_a_proposer_that_never_answers_properly_uses_its_attempts_up(where: str)
     (gave_up,) = stage.trace.of(GaveUp)
     assert (gave_up.proposer, gave_up.reason) == ("scripted", "scripted: no proposal was approved in 3 attempts")
     assert stage.trace.of(ReleasedActions)[0].proposer == "second"
-    assert rolled_out.count(GOOD) == 2, (
-        "once to be judged, once by the release check, and nothing for an answer that is none"
-    )
+    assert rolled_out.index(GOOD) == 3, "after what follows without action and two fallbacks: nothing for no answer"
 
 
 def test_the_same_proposal_is_refused_before_it_is_simulated() -> None:
@@ -189,7 +186,7 @@ class Timed(ScriptedAction):
 
 def failing(how: str) -> Stage:
     """A stage whose first proposer fails in one way, with a second one that knows what to do."""
-    stage = Stage(ScriptedAction(GOOD), others=(second(),), start=301.0, attempts=2,
+    stage = Stage(ScriptedAction(GOOD), others=(searching(),), start=301.0, attempts=2,
                   clock=ThinkingClock(), bounds=Bounds(Budget(latency_s=1.0, last_s=0.5)))  # fmt: skip
     match how:
         case "planning hangs":
@@ -237,7 +234,7 @@ def test_whatever_becomes_of_the_first_proposer_the_next_one_acts_in_time(how: s
 def test_what_the_release_check_refuses_is_fed_back_to_the_proposer() -> None:
     careful = feed(0.8 * HALF, "reduced")
     action = ScriptedAction(GOOD, careful)
-    stage = Stage(action, others=(second(),), start=305.0)
+    stage = Stage(action, start=305.0)
     rolled_out = tried(stage)
     stage.twin.result = lambda actions: (
         RolloutResult.BROKE_DOWN if rolled_out.count(GOOD) == 2 and actions == GOOD else RolloutResult.COMPLETED
@@ -264,9 +261,9 @@ def test_what_the_guard_refuses_is_fed_back_to_the_proposer() -> None:
     assert [commands for _, commands in stage.plant.written] == [GOOD.commands]
 
 
-def test_the_last_seconds_are_kept_for_the_last_proposer() -> None:
+def test_the_last_seconds_are_kept_for_a_thorough_proposer() -> None:
     last = Timed(GOOD)
-    stage = Stage(ScriptedAction(GOOD, delay_s=60.0), others=(second(last),), start=301.0, clock=ThinkingClock(),
+    stage = Stage(ScriptedAction(GOOD, delay_s=60.0), others=(searching(last),), start=301.0, clock=ThinkingClock(),
                   bounds=Bounds(Budget(latency_s=1.2, last_s=0.7)))  # fmt: skip
     begin = time.monotonic()
     run(stage)
@@ -287,7 +284,11 @@ def test_every_attempt_is_told_the_time_that_is_left() -> None:
 def test_where_there_is_no_more_time_than_that_the_first_is_not_waited_for() -> None:
     slow = ScriptedAction(GOOD, delay_s=0.3)
     stage = Stage(
-        slow, others=(second(),), start=301.0, clock=ThinkingClock(), bounds=Bounds(Budget(latency_s=1.0, last_s=4.0))
+        slow,
+        others=(searching(),),
+        start=301.0,
+        clock=ThinkingClock(),
+        bounds=Bounds(Budget(latency_s=1.0, last_s=4.0)),
     )
     run(stage)  # had the first been waited for, it would have acted
     assert stage.trace.of(GaveUp)[0].proposer == "scripted"
@@ -328,27 +329,3 @@ def test_when_all_give_up_the_reason_is_the_last_one_s() -> None:
     assert [g.proposer for g in stage.trace.of(GaveUp)] == ["scripted", "second", "third"]
     (fell,) = stage.trace.of(FallbackActivated)
     assert fell.reason.startswith("third: no proposal was approved") and safe(stage)
-
-
-class Late(ReleaseCheck):
-    """A release check during which the plant goes on, the first time."""
-
-    def __init__(self, stage: Stage) -> None:
-        super().__init__(stage.twin, stage.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
-        self.states: list[str] = []
-
-    def check(self, fresh: Sequence[Snapshot], found: Approved, diagnosis: Diagnosis) -> Checked:
-        self.states.append(found.path.states[0])
-        if len(self.states) == 1:
-            raise Overtaken("the plant went on meanwhile")
-        return super().check(fresh, found, diagnosis)
-
-
-def test_a_release_that_the_plant_has_overtaken_is_found_again_by_the_same_proposer() -> None:
-    stage = Stage(
-        ScriptedAction(GOOD, feed(0.8 * HALF, "reduced")), others=(second(ScriptedAction(GOOD)),), start=305.0
-    )
-    stage.check = late = Late(stage)
-    run(stage)
-    assert late.states == ["running", "running"] and not stage.trace.of(GaveUp)
-    assert [r.proposer for r in stage.trace.of(ReleasedActions)] == ["scripted"] and stage.guard.latched is None

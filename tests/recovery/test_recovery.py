@@ -75,16 +75,17 @@ def test_after_a_hand_over_nothing_is_tried_again() -> None:
     assert watching.seen == [float(k) for k in range(1, 121)], "watching goes on"
 
 
-def test_proposers_are_asked_in_their_order_and_the_next_one_only_if_needed() -> None:
+def test_proposers_are_asked_in_their_order_while_there_is_something_to_win() -> None:
     second = ScriptedAction(GOOD)
     others = (Proposer("second", ScriptedPlanning(MACHINE, ("reduce",)), second, ScriptedReprompting()),)
     stage = run(Stage(ScriptedAction(BAD), others=others, start=305.0, attempts=2))
     assert [a.proposer for a in stage.trace.of(Attempted)] == ["scripted", "scripted", "second"]
     assert stage.trace.of(ReleasedActions)[0].proposer == "second"
-    unneeded = ScriptedAction(GOOD)
-    others = (Proposer("second", ScriptedPlanning(MACHINE, ("reduce",)), unneeded, ScriptedReprompting()),)
-    run(Stage(ScriptedAction(GOOD), others=others, start=305.0))
-    assert unneeded.asked == []
+    dearer = ScriptedAction(feed(0.9 * HALF, "reduced"))
+    others = (Proposer("second", ScriptedPlanning(MACHINE, ("reduce",)), dearer, ScriptedReprompting()),)
+    stage = run(Stage(ScriptedAction(GOOD), others=others, start=305.0))
+    assert [a.proposer for a in stage.trace.of(Attempted)] == ["scripted", "second"], "half of the product may be won"
+    assert [r.proposer for r in stage.trace.of(ReleasedActions)] == ["scripted"], "and was not"
 
 
 def test_where_no_path_is_left_the_reason_is_said() -> None:

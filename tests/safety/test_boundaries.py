@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from homeostat.agents.checks import judge, judge_safety
+from homeostat.agents.pricing import Pricing
 from homeostat.domain.plant.limits import LimitKind, Limits
+from homeostat.domain.plant.prices import prices_of
+from homeostat.domain.plant.production import Production
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.verdict import Approve, Rollout
 from homeostat.guard.requests.permissives import permissive_findings
@@ -17,6 +23,7 @@ from tests.safety.world import (
     FEED,
     HOT,
     LIMITS,
+    MACHINE,
     MEMBERS,
     NO_LIMITS,
     RUNNING,
@@ -59,7 +66,9 @@ class TestTripLimit(OnRollout):
 
 
 class TestEnvelope(OnRollout):
-    tag, limits, limit, at_most = "T", ONLY_COLD, 298.0, False
+    """A hard one."""
+
+    tag, limits, limit, at_most = "T", Limits((replace(COLD, hard=True),), ()), 298.0, False
 
 
 class TestCriterion(OnRollout):
@@ -208,6 +217,39 @@ class TestPermissiveOnRolloutOfCommand(TestPermissiveOnCommand):
             return False
         verdict = judge(actions, rollout(actions, F_sp=0.05), self.limits, RUNNING, TAGS)
         return all(f.satisfied for f in verdict.findings if f.criterion == "PRM-LOAD")
+
+
+class OnPrice(BoundaryAttack):
+    """What does not forbid costs nothing where it holds, and something where it does not, or cannot be judged."""
+
+    tag: str
+    limits: Limits
+    at = ((0, 0), (1, SAMPLES // 2), (MEMBERS - 1, SAMPLES - 1))
+
+    def allows(self, value: float) -> bool:
+        prices = prices_of((), Production("F", 0.03), "EUR", self.limits, MACHINE)
+        priced = Pricing(prices, self.limits, {"K": 1.0, "L/s": 1.0})
+        free = set()
+        for at in self.at:
+            tried = rollout(at=at, **{self.tag: value})
+            (each,) = priced.outside(tried.trajectory.signals, tried.trajectory.dt_s).values()
+            assert approves(ACTIONS, tried, self.limits) and (np.delete(each, at[0]) == 0.0).all()
+            assert not each[at[0]] < 0.0 and not np.isnan(each[at[0]])
+            free.add(bool(each[at[0]] == 0.0))
+        assert len(free) == 1, f"{value!r} is priced differently in different places"
+        return free.pop()
+
+
+class TestPriceOfAnEnvelope(OnPrice):
+    tag, limits, limit, at_most = "T", ONLY_COLD, 298.0, False
+
+
+class TestPriceOfACriterion(OnPrice):
+    tag, limits, limit, at_most = "T", Limits((), (criterion("ACC-SOFT", "T <= 306"),)), 306.0, True
+
+
+class TestPriceOfACriterionThatLooksAhead(OnPrice):
+    tag, limits, limit, at_most = "T", Limits((), (criterion("ACC-SOFT", "always (T <= 306)"),)), 306.0, True
 
 
 def test_soft_rules_do_not_count_for_a_fallback() -> None:

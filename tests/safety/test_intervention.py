@@ -9,12 +9,30 @@ import numpy as np
 import pytest
 
 from homeostat.agents.checks import judge
+from homeostat.agents.pricing import Pricing
 from homeostat.domain.plant.limits import LimitKind, Limits, Owner
+from homeostat.domain.plant.prices import Price, PriceKind, prices_of
 from homeostat.domain.plant.production import Production
-from homeostat.domain.recovery import ActionSet
+from homeostat.domain.recovery import ActionSet, Step
 from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, Verdict
-from homeostat.recovery.intervention import GAIN, RISK, TOLERANCE, InterventionPolicy
-from tests.safety.world import CALM, COLD, FEED, HOT, RUNNING, TAGS, broken_down, criterion, rollout, rule
+from homeostat.recovery.intervention import InterventionPolicy
+from homeostat.recovery.look.news import Look
+from tests.agents.scripted import diagnosis
+from tests.recovery.desk import tick
+from tests.safety.world import (
+    CALM,
+    COLD,
+    FEED,
+    HOT,
+    MACHINE,
+    POUR,
+    RUNNING,
+    TAGS,
+    broken_down,
+    criterion,
+    rollout,
+    rule,
+)
 
 SOFT = criterion("ACC-SOFT", "always (T <= 400)")
 LIMITS = Limits((HOT, COLD, FEED), (CALM, SOFT))
@@ -22,8 +40,21 @@ SCALE = 2.0
 IDLE = ActionSet((), "running")
 
 
-def policy(limits: Limits = LIMITS) -> InterventionPolicy:
-    return InterventionPolicy(limits, Production("F", 0.03), {"K": SCALE, "1": SCALE})
+SCALES = {"K": SCALE, "1": SCALE}
+
+
+def policy(limits: Limits = LIMITS, *rows: Price) -> InterventionPolicy:
+    prices = prices_of(rows, Production("F", 0.03), "EUR", limits, MACHINE)
+    return InterventionPolicy(limits, Pricing(prices, limits, SCALES), SCALES)
+
+
+def looked(
+    verdict: Verdict, idle: Rollout | None = None, limits: Limits = LIMITS, then: tuple[Step, ...] = (), *rows: Price
+) -> Look:
+    """A look at a vessel that runs, and of which ``then`` is what is left of its sequence."""
+    shown = rollout(IDLE) if idle is None else idle
+    now = replace(tick(7.0), rest=ActionSet((), "running", then))
+    return policy(limits, *rows).look(now, diagnosis(7.0), shown, verdict)
 
 
 def finding(name: str, margin: float) -> Finding:
@@ -37,37 +68,56 @@ def revise(**margins: float) -> Revise:
 KEPT = {"ACC_CALM": 1.0, "LIM_HOT": 1.0, "ACC_SOFT": 1.0, "LIM_COLD": 1.0, "PRM_FEED": 1.0}
 
 
-def test_what_is_approved_is_fine() -> None:
-    assert policy().fine(Approve("x", ()), recovered=False) and policy().fine(Approve("x", ()), recovered=True)
+def producing(rate: float) -> Rollout:
+    """A rollout of 60 s that makes ``rate`` in the mean of its members [L/s]."""
+    made = rollout(IDLE)
+    spread = min(0.01, max(0.03 - rate, 0.0))  # what one member makes beyond the design does not make up for another
+    made.trajectory.signals["F"][:] = np.array([[rate - spread], [rate], [rate + spread]])
+    return made
 
 
-@pytest.mark.parametrize("margin", [-1e-300, -1e-9, -0.5, math.nextafter(-TOLERANCE * SCALE, 0.0)])
-def test_a_recovered_plant_may_miss_a_soft_criterion_by_a_little(margin: float) -> None:
-    missed = revise(**KEPT | {"ACC_SOFT": margin})
-    assert policy().fine(missed, recovered=True)
-    assert not policy().fine(missed, recovered=False)
+def test_what_is_approved_is_fine_and_nothing_else() -> None:
+    assert looked(Approve("x", ())).fine
+    assert not looked(Revise(())).fine and not looked(revise(**KEPT | {"ACC_SOFT": -1e-300})).fine
 
 
-@pytest.mark.parametrize(
-    "margin", [-TOLERANCE * SCALE, math.nextafter(-TOLERANCE * SCALE, -1.0), -1.0, -1e308, -math.inf, math.nan]
-)
-def test_not_by_much(margin: float) -> None:
-    assert not policy().fine(revise(**KEPT | {"ACC_SOFT": margin}), recovered=True)
-
-
-def test_one_criterion_that_is_missed_by_much_is_enough() -> None:
-    limits = Limits((HOT,), (SOFT, criterion("ACC-OTHER", "always (T >= 200)")))
-    assert policy(limits).fine(revise(LIM_HOT=1.0, ACC_SOFT=-0.1, ACC_OTHER=-0.2), recovered=True)
-    for margins in ((-0.1, -5.0), (-5.0, -0.1)):
-        missed = revise(LIM_HOT=1.0, ACC_SOFT=margins[0], ACC_OTHER=margins[1])
-        assert not policy(limits).fine(missed, recovered=True)
-
-
-@pytest.mark.parametrize("name", ["ACC_CALM", "LIM_HOT", "LIM_COLD", "PRM_FEED", "TARGET_running", "CHK_RANGE"])
+@pytest.mark.parametrize("name", ["ACC_CALM", "LIM_HOT", "PRM_FEED", "TARGET_running", "CHK_RANGE"])
 @pytest.mark.parametrize("margin", [-5e-324, -1e-9, -1.0, -math.inf, math.nan])
-def test_nothing_else_may_be_missed_by_anything(name: str, margin: float) -> None:
-    assert not policy().fine(revise(**KEPT | {name: margin}), recovered=True)
-    assert not policy().fine(revise(**KEPT | {name: margin, "ACC_SOFT": -0.1}), recovered=True)
+def test_nothing_that_forbids_may_be_missed_by_anything(name: str, margin: float) -> None:
+    assert not looked(revise(**KEPT | {name: margin})).fine
+
+
+@pytest.mark.parametrize("missed", [306.5, 312.0])
+def test_what_only_costs_is_fine_however_much_it_is_missed(missed: float) -> None:
+    soft = Limits((HOT, rule("LIM-WARM", LimitKind.ENVELOPE, "T >= 320")), (CALM, criterion("ACC-W", "T <= 300")))
+    idle = rollout(IDLE, T=missed)
+    found = looked(judge(IDLE, idle, soft, RUNNING, TAGS), idle, soft)
+    assert found.fine and found.harmless and set(found.margins) == {"ACC-CALM", "LIM-HOT", "TARGET-running"}
+    assert found.cost is not None and {i.name for i in found.cost.items} >= {"ACC-W", "LIM-WARM"}
+
+
+def test_a_look_has_the_least_margin_of_each_criterion_in_scales() -> None:
+    twice = Revise((finding("ACC-CALM", 4.0), finding("ACC-CALM", -1.0), finding("ACC-CALM", 2.0)))
+    found = looked(twice)
+    assert found.margins == {"ACC-CALM": -0.5} and (found.at_s, found.state) == (7.0, "running")
+    assert found.diagnosis == diagnosis(7.0)
+
+
+def test_leaving_the_plant_alone_releases_nothing_and_pays_for_the_states_that_follow() -> None:
+    """Running has risk 1, emptying 2: 2 % of what is made by design in the 60 s that are looked at."""
+    here = looked(Approve("x", ()), producing(0.02)).cost
+    assert here is not None and {i.name: i.amount for i in here.items} == pytest.approx(
+        {"production": 0.01 * 60.0, "running": 0.01 * 0.03 * 60.0}
+    )
+    assert here.worth == pytest.approx(0.03 * 60.0)
+    after = looked(Approve("x", ()), producing(0.02), LIMITS, (POUR,)).cost
+    assert after is not None and {i.name for i in after.items} == {"production", "emptying"}
+    assert after.total > here.total
+
+
+def test_where_the_twin_cannot_say_nobody_knows_what_it_costs() -> None:
+    nothing = replace(broken_down(IDLE), weights=())
+    assert looked(judge(IDLE, nothing, LIMITS, RUNNING, TAGS), nothing).cost is None
 
 
 @pytest.mark.parametrize("name", ["ACC_CALM", "LIM_HOT"])
@@ -98,8 +148,8 @@ def test_what_was_not_judged_is_not_harmless(verdict: Verdict) -> None:
     assert policy().harmless(verdict) is False
 
 
-def test_a_judged_rollout_is_harmless_where_only_soft_rules_fail() -> None:
-    tight = Limits((HOT,), (CALM, criterion("ACC-SOFT", "always (T <= 300)")))
+def test_a_judged_rollout_is_harmless_where_nothing_fails_that_protects() -> None:
+    tight = Limits((HOT, rule("LIM-MILD", LimitKind.TRIP_LIMIT, "T <= 300")), (CALM,))
     verdict = judge(IDLE, rollout(IDLE), tight, RUNNING, TAGS)
     assert isinstance(verdict, Revise) and policy(tight).harmless(verdict)
     hot = judge(IDLE, rollout(IDLE, T=313.5), tight, RUNNING, TAGS)
@@ -116,51 +166,35 @@ def test_a_soft_trip_limit_does_not_protect() -> None:
     assert policy(limits).harmless(judge(IDLE, rollout(IDLE), limits, RUNNING, TAGS))
 
 
-def producing(rate: float) -> Rollout:
-    made = rollout(IDLE)
-    made.trajectory.signals["F"][:] = np.array([[rate - 0.01], [rate], [rate + 0.01]])
-    return made
-
-
-@pytest.mark.parametrize(
-    ("rate", "worthwhile"), [(0.0, True), (0.0296, True), (0.0298, False), (0.03, False), (0.06, False)]
-)
-def test_a_plant_that_makes_what_it_can_is_not_touched(rate: float, worthwhile: bool) -> None:
-    assert policy().worthwhile(producing(rate)) is worthwhile
-
-
-@pytest.mark.parametrize(
-    ("better", "gains"), [(0.02, False), (0.0202, False), (0.0204, True), (0.03, True), (0.01, False)]
-)
-def test_an_action_must_produce_clearly_more(better: float, gains: bool) -> None:
-    assert policy().gains(producing(0.02), producing(better)) is gains
-
-
-def constant(rate: float) -> Rollout:
-    made = rollout(IDLE)
-    return replace(made, trajectory=replace(made.trajectory, signals={"F": np.full((1, 1), rate)}))
-
-
-def test_the_edge_itself_is_not_worth_it() -> None:
-    edge = InterventionPolicy(LIMITS, Production("F", 1.0), {})
-    assert not edge.worthwhile(constant(1.0 - GAIN)) and edge.worthwhile(constant(math.nextafter(1.0 - GAIN, 0.0)))
-    assert not edge.gains(constant(0.5), constant(0.5 + GAIN))
-    assert edge.gains(constant(0.5), constant(math.nextafter(0.5 + GAIN, 1.0)))
-
-
-@pytest.mark.parametrize("risk_added", [-1, 0, 1, 2])
-def test_a_riskier_action_must_produce_more_and_a_safer_one_may_produce_less(risk_added: int) -> None:
-    edge = InterventionPolicy(LIMITS, Production("F", 1.0), {})
-    enough = 0.5 + GAIN + RISK * risk_added
-    assert not edge.gains(constant(0.5), constant(enough - 1e-9), risk_added)
-    assert edge.gains(constant(0.5), constant(enough + 1e-9), risk_added)
-    assert edge.gains(constant(0.5), constant(0.5 + GAIN + 1e-9)) is True, "no rank is added where none is named"
-
-
 def test_what_protects_is_enough() -> None:
     assert policy().harmless(revise(ACC_CALM=1.0, LIM_HOT=1.0))
 
 
-def test_clearly_means_a_hundredth_of_the_design_rate() -> None:
-    assert GAIN == 0.01 and 0.0 < TOLERANCE < 1.0
-    assert RISK >= GAIN, "a rank of risk weighs more than what is hardly worth a touch"
+RELEASE = Price(PriceKind.RELEASE, "release", 0.06)
+FREE = Price(PriceKind.STATE, "running", 0.0)
+
+
+@pytest.mark.parametrize(
+    ("rate", "worthwhile"),
+    [(0.0, True), (0.0289, True), (math.nextafter(0.029, 0.0), None), (0.0291, False), (0.03, False), (0.06, False)],
+)
+def test_a_plant_is_touched_where_leaving_it_costs_more_than_a_release(rate: float, worthwhile: bool | None) -> None:
+    """A release costs 0.06 EUR, which is what 0.001 L/s less make in 60 s."""
+    found = looked(Approve("x", ()), producing(rate), LIMITS, (), RELEASE, FREE)
+    assert found.cost is not None
+    expected = found.cost.total > 0.06 if worthwhile is None else worthwhile
+    assert policy(LIMITS, RELEASE, FREE).worthwhile(found) is expected
+
+
+def test_the_edge_itself_is_not_worth_it() -> None:
+    found = looked(Approve("x", ()), producing(0.02))
+    assert found.cost is not None
+    for release, worthwhile in ((found.cost.total, False), (math.nextafter(found.cost.total, 0.0), True)):
+        assert policy(LIMITS, Price(PriceKind.RELEASE, "release", release)).worthwhile(found) is worthwhile
+
+
+def test_what_nobody_can_price_is_worth_a_thought() -> None:
+    unknown = replace(looked(Approve("x", ())), cost=None)
+    assert policy().worthwhile(unknown)
+    endless = looked(Approve("x", ()), rollout(IDLE, F=math.inf))
+    assert endless.cost is not None and endless.cost.total == math.inf and policy().worthwhile(endless)

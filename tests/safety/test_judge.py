@@ -56,8 +56,29 @@ def only(found: Verdict) -> Finding:
 def test_what_keeps_every_rule_is_approved_with_all_its_margins() -> None:
     found = verdict(limits=LIMITS)
     assert isinstance(found, Approve) and found.digest == ACTIONS.digest
-    assert {f.criterion for f in found.findings} == {"ACC-CALM", "LIM-HOT", "LIM-COLD", "PRM-FEED", "TARGET-running"}
+    assert {f.criterion for f in found.findings} == {"ACC-CALM", "LIM-HOT", "PRM-FEED", "TARGET-running"}
     assert all(f.satisfied for f in found.findings) and found.min_margin == pytest.approx(0.02)
+
+
+def test_what_only_costs_is_not_judged_and_refuses_nothing() -> None:
+    wishes = Limits((HOT, rule("LIM-WARM", LimitKind.ENVELOPE, "T <= 200")), (criterion("ACC-W", "always (T <= 200)"),))
+    found = verdict(limits=wishes)
+    assert isinstance(found, Approve) and {f.criterion for f in found.findings} == {"LIM-HOT", "TARGET-running"}
+
+
+@pytest.mark.parametrize(
+    "forbids",
+    [
+        Limits((rule("X", LimitKind.ENVELOPE, "T <= 200", hard=True),), ()),
+        Limits((rule("X", LimitKind.TRIP_LIMIT, "T <= 200"),), ()),
+        Limits((rule("X", LimitKind.TRIP_LIMIT, "T <= 200", hard=True),), ()),
+        Limits((rule("X", LimitKind.PERMISSIVE, "T <= 200"),), ()),
+        Limits((), (criterion("X", "always (T <= 200)", hard=True),)),
+    ],
+    ids=["hard envelope", "soft trip limit", "hard trip limit", "permissive", "hard criterion"],
+)
+def test_everything_else_forbids_and_has_no_price_by_the_scale(forbids: Limits) -> None:
+    assert only(verdict(limits=forbids)).criterion == "X" and forbids.priced == ()
 
 
 def test_an_action_set_for_another_state_is_refused() -> None:
@@ -170,7 +191,7 @@ def test_the_worst_member_and_its_time_are_named() -> None:
 
 
 def test_a_criterion_keeps_its_owner() -> None:
-    planning = criterion("ACC-P", "always (T <= 300)", owner=Owner.PLANNING)
+    planning = criterion("ACC-P", "always (T <= 300)", hard=True, owner=Owner.PLANNING)
     assert only(verdict(limits=Limits((), (planning,)))).owner is Owner.PLANNING
 
 
@@ -198,18 +219,20 @@ def test_a_formula_is_judged_by_its_worst_member() -> None:
 def test_a_criterion_that_looks_beyond_the_rollout_is_refused() -> None:
     """``always`` over an empty window holds; a rollout that is too short must not profit from it."""
     covered = SAMPLES * 5.0
-    fits = criterion("ACC-FITS", f"always[{covered - 10:g},{covered:g}] (T <= 300)")
-    beyond = criterion("ACC-BEYOND", f"always[{covered + 5:g},{covered + 10:g}] (T <= 300)")
-    partly = criterion("ACC-PARTLY", f"eventually[0,{covered:g}] always[0,5] (T <= 306)")
+    fits = criterion("ACC-FITS", f"always[{covered - 10:g},{covered:g}] (T <= 300)", hard=True)
+    beyond = criterion("ACC-BEYOND", f"always[{covered + 5:g},{covered + 10:g}] (T <= 300)", hard=True)
+    partly = criterion("ACC-PARTLY", f"eventually[0,{covered:g}] always[0,5] (T <= 306)", hard=True)
     assert "violated by 5 K" in only(verdict(limits=Limits((), (fits,)))).message
     for late in (beyond, partly):
         finding = only(verdict(limits=Limits((), (late,))))
         assert finding.margin == -math.inf and finding.criterion == late.name and "covers 60 s" in finding.message
-    assert isinstance(judge_safety(ACTIONS, rollout(), Limits((), (replace(beyond, hard=True),))), Revise)
+    assert isinstance(judge_safety(ACTIONS, rollout(), Limits((), (beyond,))), Revise)
 
 
 def test_a_criterion_to_the_end_is_judged_as_far_as_the_rollout_goes() -> None:
-    assert isinstance(verdict(limits=Limits((), (criterion("ACC-END", "always (T <= 306)"),))), Approve)
+    to_the_end = Limits((), (criterion("ACC-END", "always (T <= 306)", hard=True),))
+    assert isinstance(verdict(limits=to_the_end), Approve)
+    assert only(verdict(limits=to_the_end, T=306.5)).criterion == "ACC-END"
 
 
 def test_a_tag_that_the_twin_does_not_know_is_loud() -> None:

@@ -6,9 +6,13 @@ from collections.abc import Iterator
 
 import pytest
 
-from benchmarks.language_runs import run_with
+from benchmarks.language_runs import reactor, run_with
 from homeostat.domain.events.recovery import Attempted, FallbackArmed
 from homeostat.domain.events.trips import FallbackActivated
+from homeostat.evaluate.proposing import Proposing
+from homeostat.evaluate.runner import run
+from homeostat.evaluate.scenario import scenario
+from homeostat.journal import MemoryTrace
 from homeostat.journal.calls import ModelCalled
 from homeostat.journal.encode import canonical, encode
 from homeostat.links.clock import ThinkingClock
@@ -16,6 +20,7 @@ from homeostat.llm.address import SERVER_KEY, parse_address
 from homeostat.llm.network import AddressPolicy
 from homeostat.llm.providers import ProviderModel, Sampling
 from homeostat.llm.retry import RetryingModel
+from homeostat.plants.assembly import Language
 from homeostat.recovery.bounds import Budget
 from tests.llm.servers import hostile, random_model
 
@@ -43,15 +48,16 @@ RUNS = (("cool_stuck_closed", 1), ("pump_degrade", 2), ("outlet_block", 3), ("in
 
 
 def test_random_weights_release_nothing_unsafe(knows_nothing: str) -> None:
-    """A few of the 200 runs that the results page has."""
-    tried = 0
+    """A few of the 200 runs that the results page has; it is asked where the search leaves something to win."""
+    tried, asked = 0, 0
     for fault, seed in RUNS:
         row, trace = run_with(asked_at(knows_nothing, "random"), fault, seed, onset_s=ONSET_S, end_s=1350.0)
         assert row.unsafe == "" and row.first != "none", row
         calls = trace.of(ModelCalled)
-        assert calls and {c.served for c in calls} == {"random-weights"} and not any(c.failure for c in calls)
+        assert {c.served for c in calls} <= {"random-weights"} and not any(c.failure for c in calls)
+        asked += bool(calls)
         tried += sum(a.proposer == "language" and a.members > 0 for a in trace.of(Attempted))
-    assert tried > 0, "its nonsense was admissible, and was tried on the twin"
+    assert asked >= 3 and tried > 0, "its nonsense was admissible, and was tried on the twin"
 
 
 @pytest.mark.parametrize(
@@ -79,18 +85,19 @@ def test_a_key_that_a_server_repeats_is_in_no_event(means_harm: str, monkeypatch
 def test_a_server_that_takes_its_time_costs_no_more_than_it_may(means_harm: str, name: str) -> None:
     row, _ = run_with(
         asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1050.0, clock=ThinkingClock(),
-        budget=Budget(latency_s=6.0, last_s=4.0),
+        budget=Budget(latency_s=16.0),
     )  # fmt: skip
     assert row.first == "search" and row.unsafe == "" and row.failures.get("TIMEOUT", 0) >= 1
 
 
 @pytest.mark.parametrize("name", ["hang", "slow_drip"])
 def test_the_fallback_acts_when_the_time_is_used_up(means_harm: str, name: str) -> None:
-    """No time is kept for the search, so nobody else acts. How late it is on a quiet machine is in the results."""
-    _, trace = run_with(
-        asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1050.0, clock=ThinkingClock(),
-        budget=Budget(latency_s=2.0, last_s=0.0),
-    )  # fmt: skip
+    """The search is not there, so nobody else acts. How late it is on a quiet machine is in the results."""
+    plant, trace = reactor(), MemoryTrace()
+    alone = Proposing(
+        Language(asked_at(means_harm, name)), propose=lambda bench: (bench.speaking(),), budget=Budget(latency_s=2.0)
+    )
+    run(plant, scenario(plant, "cool_stuck_closed", 1, ONSET_S, None, 1050.0), trace, ThinkingClock(), alone)
     armed = next(entry for entry in trace.entries if isinstance(entry.event, FallbackArmed))
     fell = next(entry for entry in trace.entries if isinstance(entry.event, FallbackActivated))
     assert isinstance(armed.event, FallbackArmed)

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from homeostat.agents.checks import judge, judge_safety
+from homeostat.agents.pricing import Pricing
 from homeostat.domain.plant.limits import LimitKind, Limits
+from homeostat.domain.plant.prices import prices_of
+from homeostat.domain.plant.production import Production
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve, Revise
@@ -19,6 +23,7 @@ from tests.safety.world import (
     GOOD,
     HOT,
     LIMITS,
+    MACHINE,
     NO_LIMITS,
     RUNNING,
     TAGS,
@@ -101,14 +106,36 @@ def test_a_rollout_may_be_undefined_where_nothing_is_judged() -> None:
     assert isinstance(judge_safety(ACTIONS, rollout(L=math.inf), Limits((HOT, FEED), ())), Approve)
 
 
+def priced(limits: Limits, **changed: float) -> float:
+    """What a rollout costs with one sample ``changed`` [EUR]."""
+    prices = prices_of((), Production("F", 0.03), "EUR", limits, MACHINE)
+    return Pricing(prices, limits, {}).of(rollout(**changed), ("running",)).total
+
+
+@pytest.mark.parametrize("value", WILD)
+def test_what_is_not_finite_is_worth_nothing_and_costs_more_than_anything(value: float) -> None:
+    """An infinite throughput would be worth more than everything that a plant can make."""
+    assert priced(NO_LIMITS, F=value) == math.inf
+    for limits in (Limits((COLD,), ()), Limits((), (criterion("C", "T <= 400"), criterion("D", "T >= 0")))):
+        assert priced(limits, T=value) == math.inf
+    assert math.isfinite(priced(NO_LIMITS, T=value, L=value)), "nobody pays for those"
+
+
+def test_a_wish_that_the_other_readings_decide_is_priced() -> None:
+    """A valve on automatic has no opening."""
+    either = Limits((), (criterion("C", "V.man >= 0.5 or T <= 306"),))
+    assert math.isnan(GOOD["V.man"]) and math.isfinite(priced(either)) and priced(either, T=306.5) == math.inf
+
+
 def test_the_target_is_among_what_is_judged() -> None:
     tried = rollout(F_sp=math.inf)
     assert isinstance(judge(ACTIONS, tried, NO_LIMITS, RUNNING, TAGS), Revise)
 
 
 def test_each_kind_of_rule_is_among_what_is_judged() -> None:
-    for limits in (Limits((HOT,), ()), Limits((COLD,), ()), Limits((), (criterion("C", "always (T <= 400)"),))):
-        assert isinstance(judge(ACTIONS, rollout(T=-math.inf), limits, RUNNING, TAGS), Revise)
-    assert isinstance(judge_safety(ACTIONS, rollout(T=-math.inf), Limits((HOT,), ())), Revise)
     hard = Limits((), (criterion("C", "always (T <= 400)", hard=True),))
+    for limits in (Limits((HOT,), ()), Limits((replace(COLD, hard=True),), ()), Limits((FEED,), ()), hard):
+        tried = rollout(T=-math.inf, L=-math.inf)
+        assert isinstance(judge(ACTIONS, tried, limits, RUNNING, TAGS), Revise)
+    assert isinstance(judge_safety(ACTIONS, rollout(T=-math.inf), Limits((HOT,), ())), Revise)
     assert isinstance(judge_safety(ACTIONS, rollout(T=-math.inf), hard), Revise)

@@ -60,7 +60,7 @@ def only(found: Verdict) -> Finding:
 def test_a_route_that_keeps_every_rule_is_approved_for_the_state_in_which_it_ends() -> None:
     found = verdict(limits=LIMITS)
     assert isinstance(found, Approve) and found.digest == BATCH.digest
-    assert {f.criterion for f in found.findings} == {"ACC-CALM", "LIM-HOT", "LIM-COLD", "PRM-FEED", "TARGET-still"}
+    assert {f.criterion for f in found.findings} == {"ACC-CALM", "LIM-HOT", "PRM-FEED", "TARGET-still"}
 
 
 @pytest.mark.parametrize("target", [RUNNING, EMPTYING])

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from homeostat.agents.checks import judge, judge_safety, rollout_findings, target_finding, worst
+from homeostat.agents.pricing import Pricing
 from homeostat.agents.search.cost import Cost
 from homeostat.domain.plant.limits import Criterion, LimitKind, Limits, Owner
+from homeostat.domain.plant.prices import prices_of
 from homeostat.domain.plant.production import Production
 from homeostat.domain.snapshot import Trajectory
 from homeostat.domain.verdict import Approve, Revise
@@ -18,7 +20,7 @@ from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.evaluate.score.scoring import exposures, inside_at_end
 from homeostat.recovery.deadline import first_violated_s
 from homeostat.stl.formula import parse
-from tests.safety.world import ACTIONS, HOT, MEMBERS, RUNNING, SAMPLES, TAGS, criterion, rollout, rule
+from tests.safety.world import ACTIONS, HOT, MACHINE, MEMBERS, RUNNING, SAMPLES, TAGS, criterion, rollout, rule
 
 RATIO = rule("LIM-RATIO", LimitKind.TRIP_LIMIT, "T / L <= 100", hard=True)
 """Undecided where the level is zero."""
@@ -68,12 +70,25 @@ def test_a_second_that_cannot_be_judged_is_a_second_outside() -> None:
 
 
 def test_a_candidate_that_cannot_be_judged_costs_more_than_any_other() -> None:
-    production = Production("F", 1.0)
-    cost = Cost(Limits((HOT, RATIO), (QUOTIENT,)), production, {}, 0.0)
+    limits = Limits((HOT, RATIO), (QUOTIENT,))
+    prices = prices_of((), Production("F", 1.0), "EUR", limits, MACHINE)
+    cost = Cost(limits, Pricing(prices, limits, {}), {}, 0.0)
+    members, candidates = np.ones(MEMBERS), (ACTIONS,) * 3
     signals = {tag: np.full((3 * MEMBERS, 4), value) for tag, value in (("T", 310.0), ("L", 8.0), ("F", 1.0))}
     signals["T"][MEMBERS, 0] = 400.0
     signals["L"][2 * MEMBERS, 0] = 0.0
-    good, hot, undecided = cost.of(signals, 1.0, {}, 3)
+    good, hot, undecided = cost.of(signals, 1.0, members, candidates)
     assert good < hot < undecided
-    signals["F"][0, 0] = math.nan
-    assert cost.of(signals, 1.0, {}, 3)[0] == math.inf
+    for value in (math.nan, math.inf, -math.inf):
+        signals["F"][0, 0] = value
+        assert cost.of(signals, 1.0, members, candidates)[0] == math.inf
+
+
+def test_a_wish_that_cannot_be_judged_costs_more_than_any_that_is_missed() -> None:
+    limits = Limits((), (criterion("ACC-RATIO", "T / L <= 100"),))
+    prices = prices_of((), Production("F", 1.0), "EUR", limits, MACHINE)
+    cost = Cost(limits, Pricing(prices, limits, {}), {}, 0.0)
+    signals = {tag: np.full((2 * MEMBERS, 4), value) for tag, value in (("T", 1e6), ("L", 8.0), ("F", 1.0))}
+    signals["L"][MEMBERS, 0] = 0.0
+    missed, undecided = cost.of(signals, 1.0, np.ones(MEMBERS), (ACTIONS,) * 2)
+    assert missed < undecided == math.inf

@@ -21,7 +21,7 @@ from homeostat.domain.cost import PRODUCT, RELEASE, Cost, CostItem
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.prices import HOUR_S, Prices
 from homeostat.domain.verdict import Rollout
-from homeostat.process.types import Table, Vec
+from homeostat.process.types import Flags, Table, Vec
 
 Signals: TypeAlias = Mapping[str, Table]
 """Tag -> values, shape (members, times)."""
@@ -66,7 +66,7 @@ class Pricing:
                 margins, hours = np.atleast_2d(rule.formula.margins(signals, dt_s)), dt_s / HOUR_S
             missed = np.maximum(-margins / self._scales.get(rule.formula.unit, 1.0), 0.0).sum(axis=1)
             price = self.prices.outside[rule.name] * hours * missed
-            found[rule.name] = np.where(np.isnan(price), np.inf, price)
+            found[rule.name] = np.where(np.isnan(price) | _wild(signals, rule.formula.tags), np.inf, price)
         return found
 
     def _missed(self, signals: Signals, dt_s: float) -> dict[str, Vec]:
@@ -74,7 +74,13 @@ class Pricing:
         production = self.prices.production
         rate = signals[production.throughput]
         short = np.maximum(production.design_rate - rate, 0.0).sum(axis=1) * dt_s / production.per_s
-        found = {PRODUCT: self.prices.product * np.where(np.isnan(short), np.inf, short)}
+        known = np.isfinite(rate).all(axis=1)
+        found = {PRODUCT: np.where(known, self.prices.product * short, np.inf)}
         for name, price in self.outside(signals, dt_s).items():
             found[name] = np.broadcast_to(price, short.shape)
         return found
+
+
+def _wild(signals: Signals, tags: Iterable[str]) -> Flags:
+    """Members in which one of ``tags`` is infinite, shape (members,): no limit is kept by an infinite margin."""
+    return np.asarray(np.logical_or.reduce([np.isinf(signals[tag]).any(axis=1) for tag in tags]))

@@ -13,7 +13,7 @@ class Budget:
     reserve_s: float = 5.0
     """Process time that is kept for the fallback to act [s]."""
     last_s: float = 4.0
-    """Wall-clock time that is kept for the last proposer, which has never failed to answer in less [s]."""
+    """Wall-clock time that is kept for a thorough proposer which is asked after others: it answers in less [s]."""
     diagnosis_s: float = 30.0
     """Longest diagnosis; after it nothing counts as known [s]."""
     arming_s: float = 30.0

@@ -26,29 +26,29 @@ class Deliberation:
         self._scene, self._agents, self._machine, self._pricing = scene, agents, machine, pricing
         self._advice, self._number, self._most = Advice(), 0, most
 
-    async def add_to(self, alternatives: Alternatives, situation: Situation, end: float) -> None:
+    async def add_to(self, alternatives: Alternatives, situation: Situation, end: float, soon: float) -> None:
         """Propose until something is approved, a thorough proposer until nothing cheaper can be found.
 
         The numbers of one that is not thorough are bettered by the search, where that finds cheaper ones on the same
-        path. ``end``: time of the event loop at which thinking ends [s]. NoAdmissiblePlan where nothing was found.
+        path. ``end``: time of the event loop at which thinking ends, ``soon``: at which it does where anything is
+        approved [s]. NoAdmissiblePlan and TimeoutError where nothing was found.
         """
         found = False
         while self._number < self._most:
-            async with asyncio.timeout_at(end):
-                situation = await self._scene.fresh(situation)
-                try:
+            try:
+                async with asyncio.timeout_at(end if alternatives.best is None else min(end, soon)):
+                    situation = await self._scene.fresh(situation)
                     attempt = await self._attempt(self._number + 1, situation)
-                except NoAdmissiblePlan:
-                    if found:
-                        return
-                    raise
-            self._number += 1
-            if not self._take(attempt, alternatives):
-                await self._reprompt(situation, attempt, end)
-                continue
-            found = True
-            if not self.proposer.thorough:
-                return await self._polish(attempt, alternatives, situation, end)
+                    self._number += 1
+                    if not (taken := self._take(attempt, alternatives)):
+                        await self._reprompt(situation, attempt)
+            except (NoAdmissiblePlan, TimeoutError):
+                if found:
+                    return
+                raise
+            found = found or taken
+            if taken and not self.proposer.thorough:
+                return await self._polish(attempt, alternatives, situation, min(end, soon))
         if not found:
             raise NoAdmissiblePlan(f"{self.proposer.name}: no proposal was approved in {self._most} attempts")
 
@@ -76,23 +76,24 @@ class Deliberation:
                 if better.digest == actions.digest:
                     return
                 polished = await self._judged(attempt.number, situation, path, better)
-        except TimeoutError:
+        except (NoAdmissiblePlan, TimeoutError):
             return
         self._take(replace(polished, polished=True), alternatives)
 
     async def refused(self, found: Approved, findings: tuple[Finding, ...], situation: Situation, end: float) -> None:
         """Teach the next attempt what the release check or the guard said of what was ``found``."""
-        path = found.path
-        kept = tuple(states for states in self._advice.refused_paths if states != path.commanded)
-        self._advice = replace(self._advice, refused_paths=kept)
-        attempt = Attempt(self._number, path, found.actions, Revise(findings), cost=found.cost)
-        attempts = tuple(a for a in self._advice.attempts if a.actions != found.actions)
-        self._advice = replace(self._advice, attempts=attempts)
-        await self._reprompt(situation, attempt, end)
-
-    async def _reprompt(self, situation: Situation, attempt: Attempt, end: float) -> None:
+        before, states = self._advice, found.path.commanded
+        attempt = next(a for a in before.attempts if a.actions == found.actions)
+        self._advice = replace(
+            before,
+            refused_paths=tuple(p for p in before.refused_paths if p != states),
+            attempts=tuple(a for a in before.attempts if a is not attempt),
+        )
         async with asyncio.timeout_at(end):
-            after = await self.proposer.reprompting.advise(situation, attempt, self._advice)
+            await self._reprompt(situation, replace(attempt, verdict=Revise(findings)))
+
+    async def _reprompt(self, situation: Situation, attempt: Attempt) -> None:
+        after = await self.proposer.reprompting.advise(situation, attempt, self._advice)
         self._advice = replace(after, attempts=(*self._advice.attempts, attempt))
 
     async def _attempt(self, number: int, situation: Situation) -> Attempt:

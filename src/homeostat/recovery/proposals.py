@@ -1,5 +1,7 @@
 """Proposals: proposers compete within their time, and the cheapest of what was approved is released."""
 
+from collections.abc import Coroutine, Sequence
+
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Agents, NoAdmissiblePlan, Situation
 from homeostat.domain.events.recovery import GaveUp
@@ -19,7 +21,7 @@ class Proposals:
         self._scene, self._agents, self._machine = scene, agents, rules.machine
         self._pricing = Pricing(rules.prices, rules.limits, rules.scales)
         self._releasing = Releasing(scene, check, bounds.budget)
-        self._improvements = bounds.intervention.improvements
+        self._improvements, self._last_s = bounds.intervention.improvements, bounds.budget.last_s
 
     async def ask(self, situation: Situation, alternatives: Alternatives, began: float) -> Taken:
         """Ask the proposers one after the other, and release the cheapest of what was approved.
@@ -43,37 +45,48 @@ class Proposals:
     async def _compete(self, situation: Situation, alternatives: Alternatives, end: float) -> Taken:
         """As :meth:`ask`, of a plant that stays in its state; Overtaken where it does not."""
         every = self._sessions(alternatives)
-        asked, reason = [*every], Exception()
+        asked, reason = every, Exception()
         while True:
-            for session in asked:
-                if alternatives.worth_waiting:
-                    reason = await self._propose(session, alternatives, situation, end) or reason
+            reason = await self._hear(asked, alternatives, situation, end) or reason
             best = alternatives.best
+            self._scene.record(alternatives.event("" if best is None else best.actions.digest))
             if best is None:
-                self._scene.record(alternatives.event(""))
                 if alternatives.leave is not None and not isinstance(reason, TimeoutError):
                     raise NoAdmissiblePlan("nothing costs less than leaving the plant alone")
-                raise reason if asked or every else NoAdmissiblePlan("nobody proposes anything")
-            self._scene.record(alternatives.event(best.actions.digest))
+                raise reason if every else NoAdmissiblePlan("nobody proposes anything")
             try:
                 return await self._releasing.release(best, situation.diagnosis)
             except Refused as refusal:
-                reason = NoAdmissiblePlan(f"{best.proposer}: {refusal}")
                 alternatives.refuse(best, str(refusal))
+                reason = NoAdmissiblePlan(f"{best.proposer}: {refusal}")
                 asked = [s for s in every if s.proposer.name == best.proposer]
-                await asked[0].refused(best, refusal.findings, situation, end)
+                failed = await self._try(asked[0], asked[0].refused(best, refusal.findings, situation, end))
+                if failed is not None:  # whoever does not learn is not asked again
+                    asked, reason = [], failed
 
-    async def _propose(
-        self, session: Deliberation, alternatives: Alternatives, situation: Situation, end: float
+    async def _hear(
+        self, asked: Sequence[Deliberation], alternatives: Alternatives, situation: Situation, end: float
     ) -> Exception | None:
-        """Let one proposer add to the ``alternatives``; why it gave up, None where it did not."""
-        found = alternatives.best is not None
-        name = session.proposer.name
-        if found and alternatives.leave is None:  # what waits gets worse: half of the time is kept to release it in
-            end -= 0.5 * self._scene.wall_s(situation.deadline_s)
+        """Let those who are ``asked`` add to the ``alternatives``; why the last that gave up did, None for nobody.
+
+        Some time is kept for a thorough proposer that is still to be asked. Where the plant may not be left alone, half
+        of the time is kept to release what is found in: what waits gets worse.
+        """
+        reason = None
+        kept_s = 0.5 * self._scene.wall_s(situation.deadline_s) if alternatives.leave is None else 0.0
+        for number, session in enumerate(asked, 1):
+            if alternatives.worth_waiting:
+                until = end - self._last_s if any(s.proposer.thorough for s in asked[number:]) else end
+                work = session.add_to(alternatives, situation, until, end - kept_s)
+                reason = await self._try(session, work) or reason
+        return reason
+
+    async def _try(self, session: Deliberation, work: Coroutine[None, None, None]) -> Exception | None:
+        """Wait for the ``work`` of one proposer; why it gave up, None where it did not."""
         failed: Exception
+        name = session.proposer.name
         try:
-            await session.add_to(alternatives, situation, end)
+            await work
             return None
         except TimeoutError as late:
             failed, text = late, str(late) or f"{name}: no approved proposal in the time that was left for it"

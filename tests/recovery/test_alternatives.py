@@ -1,0 +1,140 @@
+"""Alternatives: the cheapest that is admitted, what was refused and why, and leaving alone among them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from homeostat.agents.roles import Approved
+from homeostat.domain.alternative import Alternative, AlternativeKind
+from homeostat.domain.cost import PRODUCT, Cost, CostItem
+from homeostat.domain.recovery import RecoveryPath
+from homeostat.domain.verdict import Approve
+from homeostat.recovery.alternatives import LITTLE, Alternatives
+from tests.recovery.line import HALF, MACHINE, feed
+
+WORTH = 10.0
+REDUCE = RecoveryPath(MACHINE, tuple(t for t in MACHINE.transitions if t.name == "reduce"))
+
+
+def costs(amount: float) -> Cost:
+    return Cost((CostItem(PRODUCT, amount),), WORTH)
+
+
+def found(amount: float, by: str = "search", rate: float = HALF) -> Approved:
+    actions = feed(rate, "reduced")
+    return Approved(actions, REDUCE, Approve(actions.digest, ()), by, costs(amount))
+
+
+def left(amount: float, refused: str = "") -> Alternative:
+    return Alternative(AlternativeKind.LEAVE, "running", costs(amount), refused)
+
+
+FELL = Alternative(AlternativeKind.FALLBACK, "drain", costs(9.0), "it acts where nothing else may be done")
+
+
+def listed(*proposals: Approved, given: tuple[Alternative, ...] = ()) -> Alternatives:
+    made = Alternatives(given, "EUR")
+    for one in proposals:
+        made.add(one)
+    return made
+
+
+def test_the_cheapest_is_the_best_and_of_equals_the_first() -> None:
+    dear, cheap, as_cheap = found(3.0), found(1.0, "second"), found(1.0, "third")
+    assert listed(dear, cheap, as_cheap).best is cheap
+    assert listed().best is None
+
+
+@pytest.mark.parametrize(("leaving", "wins"), [(0.9, True), (1.0, True), (1.1, False), (math.inf, False)])
+def test_leaving_the_plant_alone_wins_where_it_costs_no_more(leaving: float, wins: bool) -> None:
+    assert (listed(found(1.0), given=(left(leaving),)).best is None) is wins
+
+
+def test_what_may_not_be_left_alone_does_not_win_however_cheap() -> None:
+    hot = left(0.0, "'T <= 313' is violated")
+    made = listed(found(3.0), given=(hot, FELL))
+    assert made.leave is None and made.best is not None
+
+
+def test_a_fallback_is_no_proposal() -> None:
+    cheap = Alternative(AlternativeKind.FALLBACK, "drain", costs(0.0))
+    assert listed(given=(cheap,)).best is None and listed(found(5.0), given=(cheap,)).best is not None
+
+
+def test_what_was_refused_is_followed_by_the_next_best() -> None:
+    cheap, next_best, dear = found(1.0), found(2.0, "second"), found(3.0)
+    made = listed(dear, cheap, next_best)
+    for expected in (cheap, next_best, dear):
+        assert made.best is expected
+        made.refuse(expected, "not now")
+    assert made.best is None
+
+
+def test_only_that_one_is_refused_even_where_another_one_is_equal() -> None:
+    one, same = found(1.0), found(1.0)
+    made = listed(one, same)
+    made.refuse(one, "not now")
+    assert made.best is same
+
+
+def test_what_cannot_be_judged_never_wins_over_leaving_alone() -> None:
+    assert listed(found(math.inf), given=(left(math.inf),)).best is None
+    assert listed(found(math.inf), given=(left(5.0),)).best is None
+
+
+@pytest.mark.parametrize(("share", "worth"), [(LITTLE, False), (math.nextafter(LITTLE, 1.0), True), (-0.1, False)])
+def test_a_better_one_is_waited_for_where_it_may_win_something(share: float, worth: bool) -> None:
+    assert listed(found(share * WORTH)).worth_waiting is worth
+
+
+def test_a_better_one_is_waited_for_where_nothing_can_be_released() -> None:
+    assert listed().worth_waiting
+    assert listed(found(0.01), given=(left(0.005),)).worth_waiting, "it costs more than leaving alone"
+
+
+def test_the_list_begins_anew_with_what_may_be_done_without_a_proposal() -> None:
+    first = listed(found(1.0), given=(left(2.0), FELL))
+    anew = first.anew()
+    assert anew.best is None and anew.leave == left(2.0) and anew.event("").alternatives == (left(2.0), FELL)
+    assert first.best is not None
+
+
+def test_the_event_has_all_of_it_with_reasons_the_cheapest_first() -> None:
+    cheap, dear = found(1.0), found(3.0, "second", HALF / 2)
+    made = listed(dear, cheap, given=(left(2.0, "too hot"), FELL))
+    made.refuse(cheap, "the valve is out of service")
+    event = made.event(dear.actions.digest)
+    assert (event.currency, event.chosen) == ("EUR", dear.actions.digest)
+    assert [(a.kind, a.proposer, a.cost.total, a.refused) for a in event.alternatives] == [
+        (AlternativeKind.RELEASE, "search", 1.0, "the valve is out of service"),
+        (AlternativeKind.LEAVE, "", 2.0, "too hot"),
+        (AlternativeKind.RELEASE, "second", 3.0, ""),
+        (AlternativeKind.FALLBACK, "", 9.0, "it acts where nothing else may be done"),
+    ]
+    assert [a.name for a in event.alternatives] == ["running > reduced", "running", "running > reduced", "drain"]
+    assert event.alternatives[2].digest == dear.actions.digest
+
+
+amounts = st.floats(-5.0, 20.0)
+
+
+@given(st.lists(st.tuples(amounts, st.booleans())), amounts, st.booleans())
+def test_nothing_that_is_admitted_is_ever_cheaper_than_what_is_chosen(
+    proposals: list[tuple[float, bool]], leaving: float, may_be_left: bool
+) -> None:
+    made = Alternatives((left(leaving, "" if may_be_left else "too hot"), FELL), "EUR")
+    for amount, refused in proposals:
+        one = found(amount)
+        made.add(one)
+        if refused:
+            made.refuse(one, "not now")
+    admitted = [amount for amount, refused in proposals if not refused]
+    best = made.best
+    if best is not None:
+        assert best.cost.total == min(admitted) and not (may_be_left and leaving <= best.cost.total)
+    else:
+        assert not admitted or (may_be_left and leaving <= min(admitted))

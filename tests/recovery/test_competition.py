@@ -1,0 +1,199 @@
+"""Proposers compete: who is asked, how long, and that the cheapest of what was approved is released."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import Any
+
+import pytest
+
+from homeostat.agents.roles import NoAdmissiblePlan, Situation
+from homeostat.domain.advice import Advice
+from homeostat.domain.alternative import AlternativeKind
+from homeostat.domain.events.recovery import Attempted, Compared, GaveUp, NoActionTaken
+from homeostat.domain.plant.limits import Limits
+from homeostat.domain.plant.prices import Price, PriceKind
+from homeostat.domain.recovery import ActionSet
+from homeostat.domain.verdict import Approve, Revise
+from homeostat.recovery.bounds import InterventionBounds
+from homeostat.recovery.plant_rules import Bounds
+from tests.agents.scripted import ScriptedAction
+from tests.recovery.desk import FINE, FREE, Recovery, ticks
+from tests.recovery.line import BAD, GOOD, HALF, feed
+from tests.recovery.rivals import (
+    DEARER,
+    GOOD_EUR,
+    HELD,
+    HELD_EUR,
+    LATENCY,
+    NO_OTHER,
+    SAVING,
+    SAVING_EUR,
+    asked,
+    by,
+    doomed,
+    proposer,
+    safe,
+    thorough,
+)
+from tests.safety.world import CALM, HOT, criterion
+
+# --- the list ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("first", "second"), [(SAVING, GOOD), (GOOD, SAVING)])
+def test_the_cheapest_is_released_whoever_found_it(first: ActionSet, second: ActionSet) -> None:
+    done = doomed(first, others=(proposer("second", ScriptedAction(second)),)).run()
+    winner = "scripted" if first == GOOD else "second"
+    assert by(done) == [(winner, GOOD.digest)] and asked(done) == ["scripted", "second"]
+    assert done.released == [10.0] and not done.trace.of(GaveUp)
+
+
+def test_all_that_could_be_done_is_recorded_with_its_cost_and_why_not() -> None:
+    done = doomed(SAVING, others=(proposer("second", ScriptedAction(GOOD)),)).run()
+    (compared,) = done.trace.of(Compared)
+    assert compared.currency == "EUR" and compared.chosen == GOOD.digest
+    leave, good, saving, fall = compared.alternatives
+    assert leave.kind is AlternativeKind.LEAVE and leave.cost.total == pytest.approx(0.0) and "T <= 31" in leave.refused
+    assert [a.kind for a in (good, saving)] == [AlternativeKind.RELEASE] * 2
+    assert (good.proposer, saving.proposer, good.refused) == ("second", "scripted", "")
+    assert [a.cost.total for a in (good, saving)] == pytest.approx([GOOD_EUR, SAVING_EUR])
+    assert (fall.kind, fall.name) == (AlternativeKind.FALLBACK, "drain")
+    assert fall.refused == "it acts where nothing else may be done" and fall.cost.total == pytest.approx(HELD_EUR)
+    order = [k for k in done.kinds if k in ("attempted", "compared", "released")]
+    assert order == ["attempted", "attempted", "compared", "released"]
+
+
+def test_what_an_attempt_costs_is_said() -> None:
+    done = doomed(BAD, GOOD).run()
+    refused, approved = done.trace.of(Attempted)
+    assert not refused.approved and refused.cost is not None, "what it would have cost is known"
+    assert approved.cost is not None and approved.cost.total == pytest.approx(GOOD_EUR)
+
+
+def test_where_nothing_may_be_done_the_list_says_so_before_the_fallback() -> None:
+    done = Recovery(ticks(1, 20, 313.5), action=ScriptedAction(GOOD)).run()
+    (compared,) = done.trace.of(Compared)
+    assert compared.chosen == "" and not any(a.admitted for a in compared.alternatives)
+    assert {a.kind: a.refused for a in compared.alternatives}[AlternativeKind.FALLBACK] == "it does not help"
+    assert done.released == [] and len(done.handed_over) == 1
+
+
+def test_a_plant_that_may_be_left_alone_is_left_alone_where_that_costs_less() -> None:
+    done = safe(SAVING, others=(proposer("second", ScriptedAction(DEARER), "adjust"),)).run()
+    assert done.released == [] and done.when(NoActionTaken) == [10.0] and done.handed_over == []
+    assert asked(done) == ["scripted", "second"]
+    (compared,) = done.trace.of(Compared)
+    assert compared.chosen == "" and compared.alternatives[0].kind is AlternativeKind.LEAVE
+    assert compared.alternatives[0].admitted and compared.alternatives[0].cost.total == pytest.approx(1.53)
+
+
+def test_a_step_that_is_asked_for_is_released_although_leaving_costs_less() -> None:
+    bounds = Bounds(every_step=True)
+    done = Recovery(ticks(1, 6, FINE), action=ScriptedAction(GOOD), bounds=bounds).run()
+    assert done.released == [5.0]
+    leave = done.trace.of(Compared)[0].alternatives[0]
+    assert leave.kind is AlternativeKind.LEAVE and leave.refused == "a step is asked for"
+
+
+# --- who is asked ------------------------------------------------------------------------------------------------
+
+NEARLY = Limits((HOT,), (CALM, criterion("ACC-LESS", "always (F.sp <= 0.0298)", hard=True)))
+CHEAP = (*FREE, Price(PriceKind.RELEASE, "release", 0.0))
+
+
+@pytest.mark.parametrize(("rate", "needed"), [(0.0297, False), (0.0293, True)])
+def test_the_next_one_is_asked_only_where_there_is_something_to_win(rate: float, needed: bool) -> None:
+    """One percent of production is not worth waiting for; 2.3 % are."""
+    unneeded = ScriptedAction(feed(0.0296, "reduced"))
+    done = Recovery(
+        ticks(1, 20, FINE), action=ScriptedAction(feed(rate, "reduced")), limits=NEARLY, rows=CHEAP,
+        others=(proposer("second", unneeded),),
+    ).run()  # fmt: skip
+    assert [name for name, _ in by(done)] == ["second" if needed else "scripted"]
+    assert len(unneeded.asked) == needed
+
+
+def test_an_improvement_gets_so_many_proposals_and_no_more() -> None:
+    bounds = Bounds(intervention=InterventionBounds(improvements=2))
+    answers = [feed(rate, "reduced") for rate in (0.029, 0.028, 0.027)]  # all run through the limit from 308 K
+    done = Recovery(
+        ticks(1, 20, 308.0, "reduced", feed=HALF), action=ScriptedAction(*answers), attempts=3, improves=True,
+        bounds=bounds,
+    ).run()  # fmt: skip
+    assert [a.approved for a in done.trace.of(Attempted)] == [False, False] and done.when(NoActionTaken) == [10.0]
+
+
+# --- a thorough proposer -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("is_thorough", "chosen"), [(True, GOOD), (False, HELD)])
+def test_a_thorough_proposer_goes_on_to_other_paths_and_another_one_stops(is_thorough: bool, chosen: ActionSet) -> None:
+    one = proposer("one", ScriptedAction(HELD, GOOD), "hold", "reduce", NO_OTHER, thorough=is_thorough)
+    done = doomed(NoAdmissiblePlan("first: nothing"), others=(one,)).run()
+    assert by(done) == [("one", chosen.digest)]
+    assert [a.number for a in done.trace.of(Attempted)] == ([1, 2] if is_thorough else [1])
+    assert [g.proposer for g in done.trace.of(GaveUp)] == ["scripted"], "who found something has not given up"
+
+
+def test_a_thorough_proposer_is_told_what_it_has_found() -> None:
+    one = thorough(ScriptedAction(GOOD, HELD), "reduce", "hold", NO_OTHER)
+    done = doomed(NoAdmissiblePlan("first: nothing"), others=(one,)).run()
+    _, then, last = (advice for _, advice in one.planning.asked)  # type: ignore[attr-defined]
+    assert then.refused_paths == (("reduced",),) and last.refused_paths == (("reduced",), ("still",))
+    (found,) = then.attempts
+    assert isinstance(found.verdict, Approve) and found.cost.total == pytest.approx(GOOD_EUR)
+    assert by(done) == [("thorough", GOOD.digest)], "the first one is the cheapest"
+
+
+def test_a_thorough_proposer_has_no_more_attempts_than_another_one() -> None:
+    one = thorough(ScriptedAction(HELD, GOOD), "hold", "reduce", attempts=1)
+    done = doomed(NoAdmissiblePlan("first: nothing"), others=(one,)).run()
+    assert by(done) == [("thorough", HELD.digest)]
+
+
+# --- time --------------------------------------------------------------------------------------------------------
+
+
+class SlowLater(ScriptedAction):
+    """The first answer comes at once, the next ones after a while."""
+
+    def __init__(self, delay_s: float, *answers: ActionSet) -> None:
+        super().__init__(*answers)
+        self._later_s = delay_s
+
+    async def act(self, situation: Situation, path: Any, advice: Advice) -> ActionSet | Revise:
+        if self.asked:
+            await asyncio.sleep(self._later_s)
+        return await super().act(situation, path, advice)
+
+
+def test_half_of_the_time_is_kept_where_the_plant_may_not_be_left_alone() -> None:
+    slow = proposer("slow", ScriptedAction(GOOD, delay_s=1.4))
+    begin = time.monotonic()
+    done = doomed(SAVING, others=(slow,), bounds=LATENCY).run()
+    assert time.monotonic() - begin < 1.4, "it was not waited for"
+    assert by(done) == [("scripted", SAVING.digest)]
+    (late,) = done.trace.of(GaveUp)
+    assert late.proposer == "slow" and "in the time that was left" in late.reason
+
+
+def test_all_of_the_time_is_used_where_the_plant_may_be_left_alone() -> None:
+    more, most = feed(0.7 * 0.03, "reduced"), feed(0.8 * 0.03, "reduced")
+    slow = proposer("slow", ScriptedAction(most, delay_s=1.4), "adjust")
+    done = safe(more, others=(slow,), bounds=LATENCY).run()
+    assert by(done) == [("slow", most.digest)]
+
+
+def test_all_of_the_time_is_used_where_nothing_was_found() -> None:
+    slow = proposer("slow", ScriptedAction(GOOD, delay_s=1.4))
+    assert by(doomed(BAD, others=(slow,), bounds=LATENCY).run()) == [("slow", GOOD.digest)]
+
+
+def test_a_thorough_proposer_keeps_half_of_the_time_as_well_once_it_found_something() -> None:
+    one = thorough(SlowLater(1.4, HELD, GOOD), "hold", "reduce", NO_OTHER)
+    begin = time.monotonic()
+    done = doomed(BAD, others=(one,), bounds=LATENCY).run()
+    assert time.monotonic() - begin < 1.4 and by(done) == [("thorough", HELD.digest)]
+    assert [g.proposer for g in done.trace.of(GaveUp)] == ["scripted"]
