@@ -7,7 +7,7 @@ import math
 import pytest
 
 from homeostat.domain.diagnosis import FaultState
-from homeostat.evaluate.scenario import ScenarioError, scenario
+from homeostat.evaluate.scenario import ScenarioError, repaired, scenario
 from homeostat.plants.plant import load_plant
 from tests.twin.followed import reactor
 
@@ -101,3 +101,19 @@ def test_what_cannot_be_asked_for_is_said_in_one_line(arguments: dict[str, objec
     with pytest.raises(ScenarioError, match=message) as refused:
         scenario(reactor(), **({"fault": "fouling", "seed": 0} | arguments))  # type: ignore[arg-type]
     assert "\n" not in str(refused.value)
+
+
+def test_a_repair_ends_every_fault_and_needs_one_before_it() -> None:
+    made = repaired(scenario(reactor(), "fouling", 0, onset_s=1500.0), 2000.0)
+    assert made.repaired_s == 2000.0 and made.undisturbed.repaired_s is None
+    assert repaired(made, None) is made
+    for fault, at_s, message in (
+        ("none", 2000.0, "needs a fault"),
+        ("fouling", 1500.0, "must come after the onset at 1500 s"),
+        ("fouling", 1499.0, "must come after the onset at 1500 s"),
+        ("fouling", reactor().end_s, "before the end of the run"),
+        ("fouling", math.nan, "must come after the onset"),
+    ):
+        chosen = scenario(reactor(), fault, 0, onset_s=1500.0 if fault != "none" else None)
+        with pytest.raises(ScenarioError, match=message):
+            repaired(chosen, at_s)

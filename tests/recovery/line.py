@@ -167,14 +167,21 @@ class LineTwin:
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[Mapping[str, float], ...]:
         return ({},)
 
+    def sampled(self, hypotheses: Sequence[Hypothesis], count: int, name: str) -> int:
+        return count
+
     def roll_out(
-        self, actions: ActionSet, hypotheses: Sequence[Hypothesis], ended: Interruption | None = None
+        self,
+        actions: ActionSet,
+        hypotheses: Sequence[Hypothesis],
+        ended: Interruption | None = None,
+        members: int | None = None,
     ) -> Rollout:
         assert self.last is not None
         error = self.bug(actions)
         if error is not None:
             raise error
-        weights = (0.5, 0.5)
+        weights: tuple[float, ...] = (0.5, 0.5)
         if self.result(actions) is not RolloutResult.COMPLETED:
             nothing = Trajectory(self.last.at_s, 1.0, {})
             return Rollout(actions.digest, nothing, tuple(hypotheses), (), RolloutResult.BROKE_DOWN, "member 0")
@@ -186,6 +193,9 @@ class LineTwin:
         for member, mismatch in enumerate((0.0, 0.01)):
             rises = [slope(self.heating, feed) + mismatch * self.heating for feed in feeds.tolist()]
             signals["T"][member] = self.last.values["T"] + np.cumsum(rises)
+        if members is not None:
+            signals = {tag: np.resize(values, (members, HORIZON)) for tag, values in signals.items()}
+            weights = (1.0 / members,) * members
         trajectory = Trajectory(self.last.at_s + 1.0, 1.0, signals)
         return Rollout(
             actions.digest, trajectory, tuple(hypotheses), weights, RolloutResult.COMPLETED, bands=self.bands(actions)

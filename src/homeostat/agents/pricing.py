@@ -1,13 +1,13 @@
 """Pricing: what a rollout costs by the tables, member by member.
 
-    production  product x (design rate - throughput), summed over the rollout
+    production  product x what the throughput is short of the design rate, summed over the rollout
     outside     price x scales by which a soft criterion or an envelope is missed, summed over the rollout [h]
     state       price of the dearest state that is commanded x length of the rollout [h]
     release     once, where something is commanded
 
-A soft criterion about one moment is missed at every moment by itself. One that looks ahead is missed as a whole, all
-the time, by its margin at the beginning. Costs are means over the members by their probability; what is hard forbids
-and is not in them.
+What is made beyond the design is worth nothing. A soft criterion about one moment is missed at every moment by itself.
+One that looks ahead is missed as a whole, all the time, by its margin at the beginning. Costs are means over the
+members by their probability; what is hard forbids and is not in them.
 
 Hand check: a reactor that is designed for 0.0333 L/s at 1 EUR/L and fed with 0.0233 L/s for 900 s loses 9 EUR of 30.
 """
@@ -73,7 +73,7 @@ class Pricing:
         """Item -> what each member costs by it; infinite where it cannot be judged."""
         production = self.prices.production
         rate = signals[production.throughput]
-        short = (production.design_rate - rate.mean(axis=1)) * rate.shape[1] * dt_s / production.per_s
+        short = np.maximum(production.design_rate - rate, 0.0).sum(axis=1) * dt_s / production.per_s
         found = {PRODUCT: self.prices.product * np.where(np.isnan(short), np.inf, short)}
         for name, price in self.outside(signals, dt_s).items():
             found[name] = np.broadcast_to(price, short.shape)

@@ -65,6 +65,8 @@ class Approved:
     """Who proposed it."""
     cost: Cost
     """What it is expected to cost."""
+    polished: bool = False
+    """Whether the search bettered the numbers of whoever proposed it."""
     ended: Interruption | None = None
     """What ends it for sure where it is released for a while only, to learn something; None where it is to last."""
 
@@ -103,6 +105,14 @@ class Action(Protocol):
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
         """Commands that take the path, or why the answer has none; NoAdmissiblePlan where nothing is left."""
+        ...
+
+
+class Polishing(Protocol):
+    """Betters the numbers of somebody else's proposal."""
+
+    async def polish(self, situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
+        """The cheapest near ``actions`` on the same ``path``; themselves where nothing is."""
         ...
 
 
@@ -213,3 +223,5 @@ class Agents:
     """Asks the knowledge graph for all of them."""
     probing: Probing | None = None
     """Looks for test moves and waits; None where nothing is done only to learn something."""
+    polishing: Polishing | None = None
+    """Betters the numbers of proposers that are not thorough; None where each stands for itself."""

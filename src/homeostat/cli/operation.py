@@ -14,10 +14,23 @@ from homeostat.evaluate.named_model import NamedModel, NoSuchModel
 from homeostat.evaluate.operation import Operation
 from homeostat.plants.assembly import Language
 from homeostat.record.row import SEARCH
+from homeostat.recovery.bounds import Budget
 from homeostat.service.inbox import Inbox
 
-FOR_A_MODEL = ("local_only", "allow_host", "temperature", "model_seed", "note", "record", "grounding")
+FOR_A_MODEL = (
+    "local_only",
+    "allow_host",
+    "temperature",
+    "model_seed",
+    "note",
+    "record",
+    "grounding",
+    "answer_timeout",
+    "attempts",
+)
 """Values of the options that say nothing to the search."""
+MOST_ATTEMPTS = 100
+"""Most proposals of a model in one recovery."""
 TEMPERATURE = 0.0
 """Temperature of the model where none is given [1]."""
 
@@ -36,7 +49,20 @@ def speaker(options: argparse.Namespace) -> Language | None:
     if options.record is not None:
         options.record.open("a").close()  # OSError where calls could not be added; an empty file where there was none
     grounding = GroundingKind(options.grounding or GroundingKind.GRAPH)
-    return Language(model, tuple(options.note), options.record, grounding)
+    return Language(
+        model, tuple(options.note), options.record, grounding, options.answer_timeout, _attempts(options.attempts)
+    )
+
+
+def _attempts(given: int | None) -> int | None:
+    if given is not None and not 1 <= given <= MOST_ATTEMPTS:
+        raise UsageError(f"--attempts {given} must lie in 1 to {MOST_ATTEMPTS} proposals")
+    return given
+
+
+def budget(options: argparse.Namespace) -> Budget:
+    """How long a recovery may think, as the options say."""
+    return Budget() if options.budget is None else Budget(latency_s=options.budget)
 
 
 def _is_given(value: object) -> bool:

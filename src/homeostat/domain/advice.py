@@ -24,6 +24,8 @@ class Attempt:
     """Members of the rollout; 0 where nothing was rolled out."""
     cost: Cost | None = None
     """What it is expected to cost; None where nothing was rolled out."""
+    polished: bool = False
+    """Whether the search bettered the numbers of whoever proposed it."""
 
 
 @dataclass(frozen=True, slots=True)

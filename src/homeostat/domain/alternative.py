@@ -33,6 +33,8 @@ class Alternative:
     """Who proposed it; empty where nobody had to."""
     digest: str = ""
     """Digest of its action set."""
+    polished: bool = False
+    """Whether the search bettered the numbers of whoever proposed it."""
 
     @property
     def admitted(self) -> bool:

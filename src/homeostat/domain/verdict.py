@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, TypeAlias
 
+from homeostat.domain.certificate import Certificate
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet
@@ -104,6 +105,8 @@ class Approve:
     """Digest of the action set that is approved; the guard releases no other."""
     findings: tuple[Finding, ...]
     """The margins."""
+    certificate: Certificate | None = None
+    """Bound of the probability that a hard limit is violated; None where none was asked for."""
 
     @property
     def min_margin(self) -> float:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from homeostat.evaluate.conditions import Conditions
+from homeostat.journal import Setting
 from homeostat.plants.assembly import Language, Propose, in_operation
 from homeostat.plants.plant import Plant
 from homeostat.recovery.bounds import Budget
@@ -22,3 +23,9 @@ class Proposing:
     """What the agents know of the plant where that is less; None for all of it."""
     budget: Budget = field(default_factory=Budget)
     """How long recovery works."""
+
+    @property
+    def settings(self) -> tuple[Setting, ...]:
+        """As the journal has it, where it is not what is usual."""
+        usual = self.budget.latency_s == Budget().latency_s
+        return () if usual else (Setting("budget_s", self.budget.latency_s),)

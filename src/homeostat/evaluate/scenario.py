@@ -42,6 +42,9 @@ class Scenario:
     mismatch: str = NONE
     """How the true plant is not the model that its twin has: one of the plant's mismatches, or 'none'."""
 
+    repaired_s: float | None = None
+    """Process time at which every fault ends, because somebody repaired it [s]; None where it stays."""
+
     @property
     def fault(self) -> str:
         """Names of the faults joined by '+'; 'none' for a fault-free run."""
@@ -56,7 +59,7 @@ class Scenario:
     @property
     def undisturbed(self) -> Self:
         """The same true plant, to which nothing happens."""
-        return replace(self, faults=(), disturbances=())
+        return replace(self, faults=(), disturbances=(), repaired_s=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,6 +168,22 @@ def departing(plant: Plant, chosen: Scenario, disturbances: Sequence[str] = (), 
                 "choose another begin, end or period"
             )
     return replace(chosen, disturbances=parsed, mismatch=NONE if named is None else named.name)
+
+
+def repaired(chosen: Scenario, repair_s: float | None) -> Scenario:
+    """``chosen``, whose faults end at ``repair_s`` [s]; ScenarioError where none has begun before."""
+    if repair_s is None:
+        return chosen
+    _check_numbers({"repair_s": repair_s}, chosen.seed)
+    if not chosen.faults:
+        raise ScenarioError(f"repair at {repair_s:g} s needs a fault; name one, or leave the repair out")
+    last_s = max(f.onset_s for f in chosen.faults)
+    if not last_s < repair_s < chosen.end_s:
+        raise ScenarioError(
+            f"repair at {repair_s:g} s must come after the onset at {last_s:g} s and before the end of the run at "
+            f"{chosen.end_s:g} s; choose another time, or a later end"
+        )
+    return replace(chosen, repaired_s=repair_s)
 
 
 def _check_numbers(given: Mapping[str, object], seed: object) -> None:

@@ -8,7 +8,7 @@ from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.run import run_started
 from homeostat.evaluate.run import Run
-from homeostat.evaluate.scenario import Fault, ScenarioError, departing, scenario_of
+from homeostat.evaluate.scenario import Fault, ScenarioError, departing, repaired, scenario_of
 from homeostat.journal import MemoryTrace, RunFinished
 from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.llm.model import LanguageModel
@@ -26,6 +26,7 @@ def run(
     end_s: float | None = None,
     disturb: Sequence[str] = (),
     mismatch: str = NONE,
+    repair_s: float | None = None,
     thinking: Thinking | None = None,
     model: LanguageModel | None = None,
 ) -> Run:
@@ -39,6 +40,7 @@ def run(
         disturb: what else happens to the true plant, each as ``homeostat run --disturb`` has it:
             ``"T_coolant + 10 from 1500"``.
         mismatch: how the true plant is not the model that its twin has; one of the plant's, none by default.
+        repair_s: process time at which every fault ends, because somebody repaired it [s]; never where None.
         thinking: how much process time thinking takes: as measured by default, or ``homeostat.declared(1.0)``.
         model: a language model that proposes before the search does.
 
@@ -49,6 +51,7 @@ def run(
     plant = plant if isinstance(plant, Plant) else load_plant(plant)
     texts = (disturb,) if isinstance(disturb, str) else disturb
     chosen = departing(plant, scenario_of(plant, _faults(fault), seed, end_s), texts, mismatch)
+    chosen = repaired(chosen, repair_s)
     trace, archive = MemoryTrace(), MemoryArchive()
     thinking = thinking or Thinking()
     if not isinstance(thinking, Thinking):

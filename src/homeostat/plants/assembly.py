@@ -9,7 +9,7 @@ from homeostat.agents.grounding.context import GroundingKind
 from homeostat.agents.grounding.documents import context_finder
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.proposer import language_proposer, step_proposer
-from homeostat.agents.language.speaker import Briefing
+from homeostat.agents.language.speaker import MOST_S, Briefing
 from homeostat.agents.monitoring.monitoring import TwinMonitoring
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.probing.twin_probing import TwinProbing
@@ -34,6 +34,7 @@ from homeostat.guard.sequence.sequencer import Sequencer, nominal_route, what_fo
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Trace
 from homeostat.journal.beside.archive import Archive, MemoryArchive
+from homeostat.links.clock import WALL_LIMIT_S
 from homeostat.llm.address import KEY_VARIABLES
 from homeostat.llm.model import LanguageModel
 from homeostat.llm.recorded import RecordedModel
@@ -62,6 +63,10 @@ class Language:
     """File that every call is added to; None for none."""
     grounding: GroundingKind = GroundingKind.GRAPH
     """What its prompts show of the plant."""
+    answer_s: float | None = None
+    """Longest time for one answer, wall-clock [s]; None for 20 s, or 600 s where what thinking costs is declared."""
+    attempts: int | None = None
+    """Most proposals in one recovery; None for as many as usual."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,12 +89,18 @@ class Workbench:
     """When proposers are asked, and for how much."""
     language: Language | None
     """The language model of the run; None for none."""
+    hurried: bool = True
+    """Whether thinking costs as much process time as it takes."""
+
+    def search(self) -> SearchAction:
+        """A search of its own."""
+        d = self.plant.description
+        pricing = Pricing(self.plant.prices, d.limits, d.scales)
+        return SearchAction(self.twin, d.limits, d.tags_by_name, pricing, d.scales)
 
     def searching(self) -> Proposer:
         """The deterministic proposer that is always there."""
-        d = self.plant.description
-        pricing = Pricing(self.plant.prices, d.limits, d.scales)
-        action = SearchAction(self.twin, d.limits, d.tags_by_name, pricing, d.scales)
+        d, action = self.plant.description, self.search()
         planning = SearchPlanning(d, self.grounding, action.bounds)
         return Proposer("search", planning, action, MarginReprompting(d.scales), improves=True, thorough=True)
 
@@ -106,8 +117,11 @@ class Workbench:
             context=context_finder(language.grounding, self.grounding, plant.graph, plant.namespace),
             simulation=self.simulation,
             notes=tuple(map(Secrets(secrets).strike, language.notes)),  # before prompts cut them to half a key
+            answer_s=language.answer_s or (MOST_S if self.hurried else WALL_LIMIT_S),
+            hurried=self.hurried,
         )
-        return (step_proposer if self.protocol is AskingProtocol.PER_STEP else language_proposer)(briefing)
+        make = step_proposer if self.protocol is AskingProtocol.PER_STEP else language_proposer
+        return make(briefing, language.attempts)
 
 
 Propose = Callable[[Workbench], tuple[Proposer, ...]]
@@ -186,6 +200,8 @@ class Arrangement:
     """Puts another monitoring in front of the plant's, for studies that take the diagnosis from elsewhere."""
     propose: Propose = in_operation
     """Makes the proposers, for studies that compare them."""
+    hurried: bool = True
+    """Whether thinking costs as much process time as it takes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -240,6 +256,7 @@ def wire(
     """A guard for the plant behind ``lease``, and recovery beside it; ``seed`` seeds the twin's draws, as the run's."""
     mode, key = arrangement.mode, new_key()
     settings = replace(arrangement.guard, lease_within_s=plant.lease_within_s)
+    arrangement = replace(arrangement, hurried=clock.measured)
     rules = guard_rules(plant, arrangement.protocol)
     guard = Guard(rules, Attachment(trace, lease, mode, {ISSUER: key}, arrangement.memory), settings)
 
@@ -270,7 +287,8 @@ def _recovery(
     twin = Twin(plant.model, d, plant.twin, seed)
     grounding = Grounding(plant.graph, plant.namespace, archive)
     simulation = TwinSimulation(twin, tags, d.limits)
-    bench = Workbench(plant, twin, grounding, simulation, trace, archive, arrangement.protocol, arrangement.language)
+    protocol, language = arrangement.protocol, arrangement.language
+    bench = Workbench(plant, twin, grounding, simulation, trace, archive, protocol, language, arrangement.hurried)
     monitoring: Monitoring = TwinMonitoring(twin, grounding, d, plant.baselines, plant.started, plant.monitoring)
     agents = Agents(
         monitoring=arrangement.given(monitoring) if arrangement.given else monitoring,
@@ -279,8 +297,9 @@ def _recovery(
         validation=LimitValidation(d.limits, tags),
         grounding=grounding,
         probing=None if stepwise else TwinProbing(twin, d, grounding, Pricing(plant.prices, d.limits, d.scales)),
+        polishing=bench.search() if arrangement.language is not None else None,
     )
     known = PlantRules(d.machine, d.limits, plant.prices, rules.fallbacks, d.scales, tags)
-    check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration)
+    check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration, plant.risk)
     bounds = Bounds(arrangement.budget, plant.intervention, stepwise)
     return RecoveryLoop(exchange, agents, known, check, bounds, trace)

@@ -31,7 +31,7 @@ from homeostat.process.model import ProcessModel
 from homeostat.process.seeds import Stream, generator
 from homeostat.process.types import Vec
 from homeostat.record.figure.panel import Panel
-from homeostat.recovery.bounds import InterventionBounds
+from homeostat.recovery.bounds import InterventionBounds, RiskBounds
 from homeostat.stl.formula import Formula
 from homeostat.twin.isolation.modes import generated_modes
 from homeostat.twin.settings import TwinSettings
@@ -63,6 +63,8 @@ class Plant:
     """How long monitoring waits before it speaks."""
     intervention: InterventionBounds
     """How eagerly it is improved."""
+    risk: RiskBounds
+    """How sure a release must be that no hard limit is violated."""
     prices: Prices
     """What production is, and what everything that does not forbid costs."""
     delivered: tuple[str, ...]
@@ -146,6 +148,7 @@ def _case(
         twin=settings.twin.settings,
         intervention=settings.intervention.settings,
         monitoring=settings.monitoring.settings,
+        risk=settings.risk.settings,
         prices=_prices(settings, description),
         delivered=tuple(settings.objective.delivered),
         totals=dict(settings.objective.totals),

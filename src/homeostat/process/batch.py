@@ -143,6 +143,8 @@ class BatchRun:
         """Input schedules, shape (K, steps, inputs); those of seconds that are not reached yet may be written."""
         self.parameters = batch.parameters
         """Parameters, shape (M, parameters); what is written holds from the second that is reached."""
+        self.severity, self.onset_s = batch.severity, batch.onset_s
+        """Severities and onsets [s] of the faults, shape (M, faults); as the parameters."""
         self.record = np.empty((len(batch.state), batch.steps // batch.stride, len(batch.record)))
         """As in :class:`BatchResult`, as far as it is reached."""
 

@@ -29,6 +29,8 @@ class Stream(StrEnum):
     """Everything that is only looked at roughly."""
     TWIN_JUDGE = "twin/judge"
     """Rollouts that are judged, and how their margins would change; no search looks at it."""
+    TWIN_CERTIFY = "twin/certify"
+    """Hypotheses and parameters of the last check before a release, one child for each of its batches."""
     TWIN_NOISE = "twin/noise"
     """Disturbances and sensor noise of the twin's rollouts, one child for each of its other streams."""
     RULES_REACH = "rules/reach"

@@ -47,7 +47,7 @@ class Alternatives:
     def add(self, found: Approved) -> None:
         """A proposal was approved."""
         path, digest = " > ".join(found.path.states), found.actions.digest
-        one = Alternative(AlternativeKind.RELEASE, path, found.cost, "", found.proposer, digest)
+        one = Alternative(AlternativeKind.RELEASE, path, found.cost, "", found.proposer, digest, found.polished)
         self._found.append((one, found))
 
     def refuse(self, found: Approved, reason: str) -> None:

@@ -44,3 +44,17 @@ class InterventionBounds:
     """How long one lasts before the plant is looked at again [s]."""
     answer_s: float = 30.0
     """After one that must not go on, the time that thinking is given before a fallback ends it [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class RiskBounds:
+    """How sure the last check before a release must be that no hard limit is violated."""
+
+    required: float = 0.01
+    """Largest probability of a violation that is released, as far as twin and hypotheses are true [1]."""
+    level: float = 0.95
+    """Confidence with which it is to be bounded, shared by all checks since the last release [1]."""
+    most: int = 1024
+    """Most rollouts of one check; what they do not decide is refused."""
+    batch: int = 128
+    """Rollouts after which is looked whether they suffice."""

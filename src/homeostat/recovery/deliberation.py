@@ -9,7 +9,7 @@ from homeostat.agents.roles import Agents, Approved, NoAdmissiblePlan, Proposer,
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.plant.state_machine import StateMachine
-from homeostat.domain.recovery import RecoveryPath
+from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Approve, Finding, Revise
 from homeostat.recovery.alternatives import Alternatives
 from homeostat.recovery.scene import Scene
@@ -24,12 +24,13 @@ class Deliberation:
         """``most``: attempts that it has."""
         self.proposer = proposer
         self._scene, self._agents, self._machine, self._pricing = scene, agents, machine, pricing
-        self._advice, self._number, self._most, self._found = Advice(), 0, most, False
+        self._advice, self._number, self._most = Advice(), 0, most
 
     async def add_to(self, alternatives: Alternatives, situation: Situation, end: float) -> None:
         """Propose until something is approved, a thorough proposer until nothing cheaper can be found.
 
-        ``end``: time of the event loop at which thinking ends [s]. NoAdmissiblePlan where nothing was found.
+        The numbers of one that is not thorough are bettered by the search, where that finds cheaper ones on the same
+        path. ``end``: time of the event loop at which thinking ends [s]. NoAdmissiblePlan where nothing was found.
         """
         found = False
         while self._number < self._most:
@@ -42,19 +43,42 @@ class Deliberation:
                         return
                     raise
             self._number += 1
-            self._scene.record(Attempted.of(self.proposer.name, attempt))
-            if not isinstance(attempt.verdict, Approve):
+            if not self._take(attempt, alternatives):
                 await self._reprompt(situation, attempt, end)
                 continue
-            # Nothing else is approved.
-            assert attempt.path is not None and attempt.actions is not None and attempt.cost is not None
             found = True
-            alternatives.add(Approved(attempt.actions, attempt.path, attempt.verdict, self.proposer.name, attempt.cost))
-            self._note(attempt, (*self._advice.refused_paths, attempt.path.commanded))
             if not self.proposer.thorough:
-                return
+                return await self._polish(attempt, alternatives, situation, end)
         if not found:
             raise NoAdmissiblePlan(f"{self.proposer.name}: no proposal was approved in {self._most} attempts")
+
+    def _take(self, attempt: Attempt, alternatives: Alternatives) -> bool:
+        """Record ``attempt``; whether it is approved, and one of the ``alternatives`` now."""
+        name = self.proposer.name
+        self._scene.record(Attempted.of(name, attempt))
+        if not isinstance(attempt.verdict, Approve):
+            return False
+        # Nothing else is approved.
+        assert attempt.path is not None and attempt.actions is not None and attempt.cost is not None
+        alternatives.add(Approved(attempt.actions, attempt.path, attempt.verdict, name, attempt.cost, attempt.polished))
+        refused = (*self._advice.refused_paths, attempt.path.commanded)
+        self._advice = Advice(refused_paths=refused, attempts=(*self._advice.attempts, attempt))
+        return True
+
+    async def _polish(self, attempt: Attempt, alternatives: Alternatives, situation: Situation, end: float) -> None:
+        """Let the search better the numbers of an approved ``attempt``; where time is over it stands as it is."""
+        polishing, path, actions = self._agents.polishing, attempt.path, attempt.actions
+        if polishing is None or path is None or actions is None:
+            return
+        try:
+            async with asyncio.timeout_at(end):
+                better = await polishing.polish(situation, path, actions)
+                if better.digest == actions.digest:
+                    return
+                polished = await self._judged(attempt.number, situation, path, better)
+        except TimeoutError:
+            return
+        self._take(replace(polished, polished=True), alternatives)
 
     async def refused(self, found: Approved, findings: tuple[Finding, ...], situation: Situation, end: float) -> None:
         """Teach the next attempt what the release check or the guard said of what was ``found``."""
@@ -65,9 +89,6 @@ class Deliberation:
         attempts = tuple(a for a in self._advice.attempts if a.actions != found.actions)
         self._advice = replace(self._advice, attempts=attempts)
         await self._reprompt(situation, attempt, end)
-
-    def _note(self, attempt: Attempt, refused: tuple[tuple[str, ...], ...]) -> None:
-        self._advice = Advice(refused_paths=refused, attempts=(*self._advice.attempts, attempt))
 
     async def _reprompt(self, situation: Situation, attempt: Attempt, end: float) -> None:
         async with asyncio.timeout_at(end):
@@ -92,6 +113,10 @@ class Deliberation:
         situation = await self._scene.fresh(situation)
         if not self._open(path, situation):  # a guard closed while somebody thought about the commands
             return Attempt(number, path, None, Revise((closed_finding(path.states),)))
+        return await self._judged(number, situation, path, actions)
+
+    async def _judged(self, number: int, situation: Situation, path: RecoveryPath, actions: ActionSet) -> Attempt:
+        """``actions`` tried on the twin, judged and priced."""
         rollout = await self._agents.simulation.roll_out(situation.diagnosis, actions)
         verdict = self._agents.validation.judge(actions, rollout, self._machine.state(path.target), path)
         cost = self._pricing.of(rollout, actions.states, releases=1) if rollout.weights else None

@@ -144,7 +144,7 @@ class Probes:
             outcome = NoActionNeeded(scene.seen_s, chosen.verdict.min_margin)
         else:
             cost = self._pricing.of(alone, probe.actions.states, releases=1)
-            found = Approved(probe.actions, probe.path, chosen.verdict, PROPOSER, cost, chosen.ended)
+            found = Approved(probe.actions, probe.path, chosen.verdict, PROPOSER, cost, ended=chosen.ended)
             try:
                 outcome = (await self._releasing.release(found, situation.diagnosis)).outcome
             except (Refused, Overtaken, Withdrawn, TimeoutError) as failed:

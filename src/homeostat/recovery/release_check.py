@@ -5,21 +5,29 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
-from homeostat.agents.checks import judge, judge_passing
+from homeostat.agents.certificates import interval, violated
+from homeostat.agents.checks import judge, judge_passing, rollout_findings
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.roles import Approved
-from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.plant.limits import Limits
+from homeostat.domain.certificate import Certificate
+from homeostat.domain.diagnosis import Diagnosis, Hypothesis
+from homeostat.domain.plant.limits import Limits, Owner
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.request import Request, Seal
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Approve, Rollout, Verdict
+from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, RolloutResult, Verdict
+from homeostat.guard.requests.permissives import refusal
+from homeostat.recovery.bounds import RiskBounds
 from homeostat.twin.twin import Twin
 
+FIRST = 0.8
+"""Share of the error that the first check after a release has; of what is left the next one has as much [1]."""
+RISK = "CHK-RISK"
+"""Name of the refusal of what violates a hard limit too often."""
 UNSEALED = Seal("", 0.0, 0.0, "", "")
 """Stands in a request that was not sealed yet."""
 
@@ -51,12 +59,18 @@ class ReleaseCheck:
     """Implements :class:`Check` over the twin; the only one that can seal."""
 
     def __init__(
-        self, twin: Twin, limits: Limits, tags: Mapping[str, Tag], seal: SealRequest, configuration: str = ""
+        self,
+        twin: Twin,
+        limits: Limits,
+        tags: Mapping[str, Tag],
+        seal: SealRequest,
+        configuration: str = "",
+        risk: RiskBounds | None = None,
     ) -> None:
         """The same twin and limits as simulation and validation use; ``configuration`` is the digest of the plant's."""
         self._twin, self._limits, self._tags = twin, limits, tags
-        self._seal, self._configuration = seal, configuration
-        self._count = 0
+        self._seal, self._configuration, self._risk = seal, configuration, risk or RiskBounds()
+        self._count = self._certified = self._in_vain = 0
 
     def check(self, fresh: Sequence[Snapshot], found: Approved, diagnosis: Diagnosis) -> Checked:
         """Roll ``found`` out again after the ``fresh`` snapshots, the last of which is now; seal it if it holds."""
@@ -64,16 +78,49 @@ class ReleaseCheck:
         for snapshot in fresh:
             twin.observe(snapshot)
         hypotheses = plausible(diagnosis)
+        rollout = twin.roll_out(found.actions, hypotheses, found.ended)
         if found.ended is None:
-            rollout = twin.roll_out(found.actions, hypotheses)
             target = found.path.machine.state(found.path.target)
             verdict = judge(found.actions, rollout, self._limits, target, self._tags, found.path)
         else:  # what is released for a while is judged until it is over for sure
-            rollout = twin.roll_out(found.actions, hypotheses, found.ended)
             verdict = judge_passing(found.actions, rollout, self._limits, self._tags, found.path)
+        if isinstance(verdict, Approve):
+            verdict = self._certify(twin, found, hypotheses, verdict)
         passed = isinstance(verdict, Approve) and verdict.digest == found.approval.digest == found.actions.digest
         request = self._request(found, diagnosis, fresh[-1].at_s) if passed else None
         return Checked(verdict, rollout, request)
+
+    def _certify(
+        self, twin: Twin, found: Approved, hypotheses: tuple[Hypothesis, ...], approval: Approve
+    ) -> Approve | Revise:
+        """The approval with its certificate, on draws that nobody has seen; a refusal where the risk is too large.
+
+        All checks since the last release share one error, the first one most of it: asking again is no second chance.
+        """
+        risk, draws, violations = self._risk, 0, 0
+        self._certified += 1
+        level = 1.0 - (1.0 - risk.level) * FIRST * (1.0 - FIRST) ** self._in_vain
+        findings: tuple[Finding, ...] = ()
+        while draws < risk.most:
+            members = twin.sampled(hypotheses, risk.batch, f"{self._certified}/{draws // risk.batch}")
+            rollout = twin.roll_out(found.actions, hypotheses, found.ended, members)
+            if rollout.result is not RolloutResult.COMPLETED:
+                return Revise((refusal("CHK-ROLLOUT", f"{rollout.result.value} {rollout.note}"),))
+            draws += len(rollout.weights)
+            violations += int(violated(rollout, self._limits.hard).sum())
+            low, high = interval(draws, violations, level, risk.required)
+            if high <= risk.required:
+                self._in_vain = 0
+                return replace(approval, certificate=Certificate(draws, violations, high, level))
+            findings = rollout_findings(rollout, (), self._limits.hard, found.actions)
+            if low > risk.required:
+                break
+        self._in_vain += 1
+        text = f"{violations} of {draws} rollouts violate a hard limit: at most {high:.2g} with {level:.1%} confidence"
+        refused = Finding(
+            RISK, Owner.ACTION, risk.required - high, "1", 0.0, 0, f"{text}; {risk.required:g} is admitted"
+        )
+        return Revise((refused, *(f for f in findings if not f.satisfied)))
 
     def _request(self, found: Approved, diagnosis: Diagnosis, checked_s: float) -> Request:
         self._count += 1

@@ -8,7 +8,7 @@ from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import ReleasedActions, ReleaseRefused
 from homeostat.domain.mode import Mode
 from homeostat.domain.request import RequestStatus
-from homeostat.domain.verdict import Finding, NoActionNeeded, Released, Revise, Rollout
+from homeostat.domain.verdict import Approve, Finding, NoActionNeeded, Released, Revise, Rollout
 from homeostat.recovery.bounds import Budget
 from homeostat.recovery.release_check import Check
 from homeostat.recovery.scene import Scene
@@ -69,7 +69,8 @@ class Releasing:
         within_s = self._budget.person_s if scene.now.mode is Mode.APPROVE else self._budget.answer_s
         answer = await scene.ask(checked.request, within_s)
         if answer.status is RequestStatus.CONFIRMED:  # said before anything else is waited for: it may be overtaken
-            scene.record(ReleasedActions.of(proposer, actions, margin), answer.at_s)
+            certified = checked.verdict.certificate if isinstance(checked.verdict, Approve) else None
+            scene.record(ReleasedActions.of(proposer, actions, margin, certified), answer.at_s)
         await scene.look()
         match answer.status:
             case RequestStatus.CONFIRMED:

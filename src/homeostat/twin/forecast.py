@@ -57,20 +57,23 @@ def synchronise(
     past: Past,
     draws: Table,
     hypotheses: Sequence[Hypothesis],
+    follows: Indices,
     variables: tuple[str, ...],
     noise: np.random.Generator,
 ) -> Ensemble:
-    """Bring every (hypothesis, draw) member to the present and make it agree with the last readings.
+    """Bring every member to the present and make it agree with the last readings.
+
+    The members that follow one hypothesis share its probability.
 
     Args:
-        draws: parameter sets, shape (draws, parameters).
+        draws: parameter set of each member, shape (members, parameters).
+        follows: which hypothesis each member follows, shape (members,).
         variables: readings that the model is corrected by.
         noise: what each member's own noise seed is drawn from.
     """
     window = past.replayed
-    count = len(draws)
-    sets = [h.faults for h in hypotheses for _ in range(count)]
-    parameters = np.tile(draws, (len(hypotheses), 1))
+    sets = [hypotheses[h].faults for h in follows]
+    parameters = draws.copy()
     carried = carrier.carry(sets, window)
     run = replay(model, window, parameters, carried, variables)
     states = run.state
@@ -85,10 +88,10 @@ def synchronise(
     Movers(carried.moves, -np.inf).before(parameters, window.end_s)
     model.resume(states, past.whole.readings, parameters)
     seeds = noise.integers(1, 2**62, size=len(sets), dtype=np.int64)
-    weights = np.repeat([h.probability for h in hypotheses], count) / count
-    return Ensemble(
-        window.end_s, states, parameters, carried, np.repeat(np.arange(len(hypotheses)), count), weights, seeds
-    )
+    weights = (np.array([h.probability for h in hypotheses]) / np.bincount(follows, minlength=len(hypotheses)).clip(1))[
+        follows
+    ]
+    return Ensemble(window.end_s, states, parameters, carried, follows, weights, seeds)
 
 
 def _stuck(moves: Sequence[Move], reading: int) -> bool:

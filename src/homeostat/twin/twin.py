@@ -22,7 +22,7 @@ from homeostat.process.model import ProcessModel, column
 from homeostat.process.schedule import InputRamp
 from homeostat.process.seeds import Stream, generator
 from homeostat.process.sequence import Guard, InputSequence
-from homeostat.process.types import Cube, Flags, Vec
+from homeostat.process.types import Cube, Flags, Indices, Table, Vec
 from homeostat.stl.formula import Formula
 from homeostat.twin.calibration import Posterior, calibrate, prior
 from homeostat.twin.carried import Carrier
@@ -162,11 +162,26 @@ class Twin:
         return self._drawn
 
     def _draw(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose) -> Ensemble:
-        parameters = self._posterior.draws(draws, generator(self._seed, purpose))
-        noise = generator(self._seed, Stream.TWIN_NOISE, purpose)
+        parameters = np.tile(self._posterior.draws(draws, generator(self._seed, purpose)), (len(hypotheses), 1))
+        follows = np.repeat(np.arange(len(hypotheses)), draws)
+        return self._synchronised(parameters, hypotheses, follows, generator(self._seed, Stream.TWIN_NOISE, purpose))
+
+    def sampled(self, hypotheses: Sequence[Hypothesis], count: int, name: str) -> Ensemble:
+        """``count`` members, each with a hypothesis drawn by its probability and parameters of its own.
+
+        ``name`` is that of the draw: another one is independent of it.
+        """
+        chance = generator(self._seed, Stream.TWIN_CERTIFY, name)
+        probability = np.array([h.probability for h in hypotheses])
+        follows = chance.choice(len(hypotheses), size=count, p=probability / probability.sum())
+        return self._synchronised(self._posterior.draws(count, chance), hypotheses, follows, chance)
+
+    def _synchronised(
+        self, parameters: Table, hypotheses: Sequence[Hypothesis], follows: Indices, noise: np.random.Generator
+    ) -> Ensemble:
         window, corrected = self._history.window(self.settings.synchronise_s), self.settings.corrected
         past = Past(window, self._history.whole)
-        return synchronise(self._model, self._carrier, past, parameters, hypotheses, corrected, noise)
+        return synchronise(self._model, self._carrier, past, parameters, hypotheses, follows, corrected, noise)
 
     def schedules(self, sets: Sequence[ActionSet], steps: int) -> Cube:
         """The inputs of the next ``steps`` seconds if each of ``sets`` were released now, (sets, steps, inputs)."""
@@ -208,17 +223,22 @@ class Twin:
         return separation(self._model, ensemble, sequences, self._now(), seconds, accuracy)
 
     def roll_out(
-        self, actions: ActionSet, hypotheses: Sequence[Hypothesis], ended: Interruption | None = None
+        self,
+        actions: ActionSet,
+        hypotheses: Sequence[Hypothesis],
+        ended: Interruption | None = None,
+        members: Ensemble | None = None,
     ) -> Rollout:
         """What ``actions`` would do from the last snapshot on, over the ensemble, with noise.
 
-        ``ended``: what takes their place after a while; none of their later steps is taken until then.
+        ``ended``: what takes their place after a while; none of their later steps is taken until then. ``members``:
+        those that are rolled out, of these ``hypotheses``; the ensemble that is judged where None.
 
         Every action set meets the same draws: what differs between two rollouts is what was commanded, and asking again
         with a slightly different value is no second chance with other luck.
         """
         try:
-            ensemble = self.ensemble(hypotheses, self.settings.judged_draws, Purpose.JUDGE)
+            ensemble = members or self.ensemble(hypotheses, self.settings.judged_draws, Purpose.JUDGE)
             result = self._forecast(ensemble, actions) if ended is None else self._broken_off(ensemble, actions, ended)
         except ProcessError as broke:
             empty = Trajectory(self._history.window(1).end_s, 1.0, {})

@@ -1,5 +1,6 @@
 """True plants that are not their models: neutral to the bit, and by hand where they depart."""
 
+import math
 import re
 
 import numpy as np
@@ -282,3 +283,23 @@ def test_members_of_a_true_plant_are_the_plant_and_leave_the_schedules_as_they_a
     assert np.array_equal(schedules, np.tile(plant.start, (2, 700, 1)), equal_nan=True)
     for member in record:
         assert np.array_equal(plant.model.truth(member[None], schedules[:1])["T1"], process.truth().signals["T1"])
+
+
+@pytest.mark.parametrize("repaired_s", [450.0, 502.5, 699.0, 700.0, math.inf])
+@pytest.mark.parametrize("disturbed", [False, True])
+def test_members_are_repaired_when_the_plant_is(repaired_s: float, disturbed: bool) -> None:
+    plant, truth = true_plant("cstr")
+    disturbances = (Disturbance.parse("XV1.cmd * 0 from 600"),) if disturbed else ()
+    departed = Departed(truth, np.array(truth.departures.neutral()), disturbances) if disturbed else None
+    given = (plant.true_parameters(5), plant.start, (FaultState("temp_bias", 4.0, 440.0),), 1e6, 11, 1.0, departed)
+    configuration = PlantConfiguration(*given, repaired_s=repaired_s)
+    process = TrueProcess(plant.model, plant.description, configuration)
+    readings(process, 700, "T1")
+    members = Members(plant.model, plant.description, configuration)
+    for start_s, steps in ((0, 700), (500, 200)):
+        state = members.start()[None]
+        if start_s:
+            state = members.simulate(state, np.tile(plant.start, (1, start_s, 1)), 0.0, start_s, 1).state
+        schedules = np.tile(plant.start, (1, steps, 1))
+        record = members.simulate(state, schedules, float(start_s), steps, 1).record
+        assert np.array_equal(plant.model.truth(record, schedules)["T1"], process.truth().signals["T1"][:, start_s:])

@@ -47,6 +47,20 @@ def test_injected_faults_act() -> None:
     assert faulty[349]["T1"] - healthy[349]["T1"] == pytest.approx(5.0)
 
 
+def test_a_repaired_fault_acts_no_more_and_what_it_did_stays() -> None:
+    fault = (FaultState("temp_bias", 5.0, 350.0),)
+    parameters, inputs = reactor.parameters(), reactor.inputs()
+    healthy, faulty = (
+        run(TrueProcess(MODEL, reactor.plant(), PlantConfiguration(parameters, inputs, given, 1e6, 3, 0.0)), 500)
+        for given in ((), fault)
+    )
+    configuration = PlantConfiguration(parameters, inputs, fault, 1e6, 3, 0.0, repaired_s=400.0)
+    repaired = run(TrueProcess(MODEL, reactor.plant(), configuration), 500)
+    assert same(repaired[:400], faulty[:400]) and not same(repaired[400:], faulty[400:])
+    assert repaired[400]["T1"] - repaired[399]["T1"] == pytest.approx(-5.0, abs=0.2), "the reading is true again"
+    assert repaired[400]["T1"] < healthy[400]["T1"], "what the wrong reading has cooled is still cold"
+
+
 def test_commands_are_ramped_from_the_next_second_on() -> None:
     subject = process()
     run(subject, 10)

@@ -8,7 +8,7 @@ from homeostat.agents.hypotheses import plausible_faults
 from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in
 from homeostat.agents.language.feedback import feedback_text, idle_text
 from homeostat.agents.language.situation import MOST_FINDINGS, situation_text, worst_first
-from homeostat.agents.language.speaker import Briefing, ask
+from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
 from homeostat.domain.advice import Advice, Sensitivity
@@ -46,7 +46,7 @@ class LanguageAction:
             return ActionSet.along(path, lambda state: design_commands(state, tags))
         slopes = () if advice.sensitivities else await self._slopes(situation, path)
         order = self.order(situation, path, advice, slopes)
-        answer = await ask(self._briefing.model, order.question, order.kind, situation)
+        answer = await self._briefing.ask(order.question, order.kind, situation)
         if isinstance(answer, Unusable):
             return Revise(answer.findings)
         return ActionSet.along(path, lambda state: commands_in(state, answer, tags))

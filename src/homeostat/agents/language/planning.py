@@ -9,7 +9,7 @@ from homeostat.agents.hypotheses import plausible_faults
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, planning_type
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.situation import situation_text
-from homeostat.agents.language.speaker import Briefing, ask
+from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.agents.search.planning import open_paths
 from homeostat.domain.advice import Advice
@@ -50,7 +50,7 @@ class LanguagePlanning:
     async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath | Revise:
         """The path that the model names."""
         choice = self.choice(situation, advice)
-        answer = await ask(self._briefing.model, choice.question, choice.kind, situation)
+        answer = await self._briefing.ask(choice.question, choice.kind, situation)
         if isinstance(answer, Unusable):
             return Revise(answer.findings)
         named: str = answer.model_dump()["path"]

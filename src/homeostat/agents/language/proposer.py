@@ -15,11 +15,11 @@ STEP_ATTEMPTS = 12
 """Most proposals for one step: what may follow a step is tried without asking."""
 
 
-def language_proposer(by: Briefing) -> Proposer:
+def language_proposer(by: Briefing, attempts: int | None = None) -> Proposer:
     """Planning, action and reprompting with the model of a briefing."""
-    return Proposer(NAME, LanguagePlanning(by), LanguageAction(by), TeachingReprompting(by), ATTEMPTS)
+    return Proposer(NAME, LanguagePlanning(by), LanguageAction(by), TeachingReprompting(by), attempts or ATTEMPTS)
 
 
-def step_proposer(by: Briefing) -> Proposer:
+def step_proposer(by: Briefing, attempts: int | None = None) -> Proposer:
     """As :func:`language_proposer`, but asking for one step of the machine at a time."""
-    return Proposer(NAME, StepPlanning(by), StepAction(by), StepReprompting(by), STEP_ATTEMPTS)
+    return Proposer(NAME, StepPlanning(by), StepAction(by), StepReprompting(by), attempts or STEP_ATTEMPTS)

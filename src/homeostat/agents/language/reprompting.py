@@ -13,7 +13,7 @@ from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.prompt_files import PROMPTS
 from homeostat.agents.language.reach import curable
 from homeostat.agents.language.situation import MOST_FINDINGS, nearest, situation_text, worst_first
-from homeostat.agents.language.speaker import Briefing, ask
+from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.plant.limits import Owner
@@ -107,7 +107,7 @@ class TeachingReprompting:
         kind = reprompting_type()
         asked = self._briefing.question("reprompting", situation, "", values, kind, nothing)
         try:
-            answer = await ask(self._briefing.model, asked, kind, situation)
+            answer = await self._briefing.ask(asked, kind, situation)
         except NoAdmissiblePlan:
             return route, ""
         if isinstance(answer, Unusable):

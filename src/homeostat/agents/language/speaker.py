@@ -20,7 +20,7 @@ from homeostat.llm.tokens import estimate
 Find: TypeAlias = Callable[[int], Context]
 """Finds a context of at most so many tokens."""
 MOST_S: Final = 20.0
-"""Longest time for one answer [s]."""
+"""Longest time for one answer where nothing is said, wall-clock [s]."""
 BUDGET: Final = 2000
 """Tokens of a question without its schema, as they are estimated; more only where ``LEAST_GRAPH`` does not fit."""
 OMISSION: Final = 50
@@ -49,6 +49,21 @@ class Briefing:
     """Tells which command moves which margin."""
     notes: tuple[str, ...] = ()
     """What operators wrote."""
+    answer_s: float = MOST_S
+    """Longest time for one answer, wall-clock [s]."""
+    hurried: bool = True
+    """Whether an answer must come in the process time that is left, too: not where what thinking costs is declared."""
+
+    async def ask(self, question: Question, kind: AnswerType, situation: Situation) -> BaseModel | Unusable:
+        """The answer, or what is wrong with it; NoAdmissiblePlan where there is none and asking again is no help."""
+        within_s = min(self.answer_s, situation.deadline_s) if self.hurried else self.answer_s
+        try:
+            reply = await self.model.ask(question, max(within_s, 1.0))
+        except ModelError as error:
+            if error.failure in ANSWERED:
+                return unusable(str(error))
+            raise NoAdmissiblePlan(f"{self.model.name}: {error}") from error
+        return read(kind, reply.answer)
 
     def question(
         self, agent: str, situation: Situation, task: str, values: Mapping[str, str], kind: AnswerType, find: Find
@@ -70,17 +85,6 @@ class Briefing:
         shown = find(room(system, fill(prompt, {**values, "turtle": "", "omission": ""}, by)))
         filled = fill(prompt, {**values, "turtle": shown.text, "omission": shown.omission}, by)
         return Question(agent, situation.snapshot.at_s, system, filled, schema(kind), template_sha256(agent, by))
-
-
-async def ask(model: LanguageModel, question: Question, kind: AnswerType, situation: Situation) -> BaseModel | Unusable:
-    """The answer, or what is wrong with it; NoAdmissiblePlan where there is none and asking again will not help."""
-    try:
-        reply = await model.ask(question, max(min(MOST_S, situation.deadline_s), 1.0))
-    except ModelError as error:
-        if error.failure in ANSWERED:
-            return unusable(str(error))
-        raise NoAdmissiblePlan(f"{model.name}: {error}") from error
-    return read(kind, reply.answer)
 
 
 def room(*texts: str) -> int:

@@ -10,7 +10,7 @@ from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.reprompting import TeachingReprompting, is_inadmissible
 from homeostat.agents.language.situation import situation_text
-from homeostat.agents.language.speaker import Briefing, ask
+from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
 from homeostat.agents.search.planning import open_paths
@@ -75,7 +75,7 @@ class StepAction:
             return self._along(path, situation, said)
         state = path.machine.state(entered(path))
         asked, kind = self.order(situation, state, advice)
-        answer = await ask(self._briefing.model, asked, kind, situation)
+        answer = await self._briefing.ask(asked, kind, situation)
         if isinstance(answer, Unusable):
             return Revise(answer.findings)
         opened = replace(state, setpoints=self._actuators(state))

@@ -103,6 +103,27 @@ class SearchAction:
         space = SearchSpace(path.machine.state(path.target), self._tags)
         return await asyncio.to_thread(self._search, self._twin.frozen(), space, situation, dict(advice.required))
 
+    async def polish(self, situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
+        """The cheapest near ``actions`` on the same ``path``; themselves where nothing is, and along a route."""
+        if path.awaited:
+            return actions
+        space = SearchSpace(path.machine.state(path.target), self._tags)
+        given = {c.tag: c.value for c in actions.commands}
+        if given.keys() != {r.tag for r in space.ranges}:
+            return actions
+        start = tuple(given[r.tag] for r in space.ranges)
+        found = await asyncio.to_thread(self._polish, self._twin.frozen(), space, situation, start)
+        return actions if found == start else space.actions(found)
+
+    def _polish(self, twin: Twin, space: SearchSpace, situation: Situation, start: Point) -> Point:
+        many = twin.ensemble(plausible(situation.diagnosis), twin.settings.draws, Purpose.REFINE)
+        sure: dict[Point, float] = {}
+        self._evaluate(twin, [start], space, many, {}, sure)
+        for fraction in (*self._settings.coarse[1:], *self._settings.fine):
+            (base,) = self._best(sure, space, 1)
+            self._evaluate(twin, space.around(base, fraction), space, many, {}, sure)
+        return self._best(sure, space, 1)[0]
+
     def _search(self, twin: Twin, space: SearchSpace, situation: Situation, required: Mapping[str, float]) -> ActionSet:
         settings = self._settings
         hypotheses = plausible(situation.diagnosis)

@@ -23,6 +23,7 @@ class SearchPlanning:
     def __init__(self, plant: PlantDescription, grounding: Grounding, bounds: Bounds | None = None) -> None:
         """``grounding`` knows what faults take away, ``bounds`` what paths may cost; None for the least risky first."""
         self._plant, self._grounding, self._bounds = plant, grounding, bounds
+        self._known: tuple[tuple[float, str], dict[tuple[str, ...], float]] | None = None
 
     async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath:
         """The path that may cost least of those that were not refused yet; of equals the least risky."""
@@ -31,8 +32,13 @@ class SearchPlanning:
             raise NoAdmissiblePlan(self._exhausted(situation, advice))
         if self._bounds is None:
             return paths[0]
-        costs = await self._bounds(situation, paths)
-        least, path = min(zip(costs, paths, strict=True), key=lambda pair: pair[0])
+        asked = situation.diagnosis.at_s, situation.state
+        if self._known is None or self._known[0] != asked or any(p.commanded not in self._known[1] for p in paths):
+            costs = await self._bounds(situation, paths)
+            self._known = asked, {p.commanded: cost for p, cost in zip(paths, costs, strict=True)}
+        known = self._known[1]
+        path = min(paths, key=lambda p: known[p.commanded])
+        least = known[path.commanded]
         approved = [a.cost.share for a in advice.attempts if isinstance(a.verdict, Approve) and a.cost is not None]
         if approved and least > min(approved) - SAME:
             raise NoAdmissiblePlan("no path that is left can cost less than what is approved")
@@ -50,13 +56,14 @@ def open_paths(
 ) -> Iterator[RecoveryPath]:
     """The paths that guards and likely faults leave open and that were not refused yet, the least risky first."""
     faults = plausible_faults(situation.diagnosis)
-    # A path is refused for the states that it commands: another way to them admits the same commands.
-    refused = set(advice.refused_paths)
+    # Another way to the states that a path commands admits the same commands: it is refused, and offered, with it.
+    passed = set(advice.refused_paths)
     values, lying = situation.snapshot.values, unreliable_tags(plant, faults)
     machine = plant.machine
     for transitions in machine.paths(situation.state, values, machine.recovery_event, blocked=(), unreliable=lying):
         path = RecoveryPath(machine, transitions)
-        if path.commanded not in refused and grounding.allows(path.states, faults):
+        if path.commanded not in passed and grounding.allows(path.states, faults):
+            passed.add(path.commanded)
             yield path
 
 

@@ -13,12 +13,14 @@ from homeostat.cli.run_directory import run_directory
 from homeostat.domain.mode import Mode
 from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation, Thinking
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.plant import recorded_plant_of
 from homeostat.evaluate.recorded.resumption import Past, ResumptionError, told
 from homeostat.journal import read_events
 from homeostat.journal.beside.files import MANIFEST, RESULT
 from homeostat.plants.error import PlantError
 from homeostat.record.directory import RunDirectory, RunDirectoryError
+from homeostat.recovery.bounds import Budget
 from homeostat.service.inbox import INBOX
 
 
@@ -47,7 +49,9 @@ def carry_out(options: argparse.Namespace) -> int:
     conditions = Conditions(label_given=bool(chosen.get("label_given")))
     operation = _operation(past, directory.path, options.pace)
     thinking = _thinking(past, options.pace)
-    going = Going(plant, scenario, directory, thinking, "search", None, conditions, operation)
+    budget = Budget(latency_s=float(chosen["budget_s"])) if "budget_s" in chosen else Budget()
+    proposing = Proposing(None, conditions, budget=budget)
+    going = Going(plant, scenario, directory, thinking, "search", proposing, operation)
     return carry(going, options.json)
 
 

@@ -14,10 +14,10 @@ from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.run import record_run
-from homeostat.evaluate.scenario import Scenario, departing, scenario
+from homeostat.evaluate.scenario import Scenario, departing, repaired, scenario
 from homeostat.journal import Event
 from homeostat.journal.beside.files import RESULT
-from homeostat.plants.assembly import Language, check_protocol
+from homeostat.plants.assembly import check_protocol
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.directory import RunDirectory
 from homeostat.record.story.story import Story
@@ -44,7 +44,7 @@ def carry_out(options: argparse.Namespace) -> int:
     chosen = scenario(
         plant, options.fault, options.seed, options.onset, options.severity, options.end, options.location
     )
-    chosen = departing(plant, chosen, options.disturb, options.mismatch)
+    chosen = repaired(departing(plant, chosen, options.disturb, options.mismatch), options.repair)
     thinking = Thinking(options.thinking_scale if options.pace is None else options.pace, options.thinking_declared)
     conditions = Conditions(AskingProtocol(options.protocol), options.label_given)
     check_protocol(plant, conditions.protocol)  # before a directory is made
@@ -55,7 +55,8 @@ def carry_out(options: argparse.Namespace) -> int:
     if directory.unsigned:
         print(f"homeostat: the run is not signed: {printable(directory.unsigned)}", file=sys.stderr)
     operated = operation.chosen(options, directory.path)
-    going = Going(plant, chosen, directory, thinking, options.proposer, speaker, conditions, operated)
+    proposing = Proposing(speaker, conditions, budget=operation.budget(options))
+    going = Going(plant, chosen, directory, thinking, options.proposer, proposing, operated)
     return carry(going, options.json)
 
 
@@ -67,8 +68,7 @@ class Going(NamedTuple):
     directory: RunDirectory
     thinking: Thinking
     proposer: str
-    speaker: Language | None
-    conditions: Conditions
+    proposing: Proposing
     operation: Operation
 
 
@@ -93,7 +93,7 @@ def carry(going: Going, as_json: bool) -> int:
     try:
         with directory:
             what = (plant, chosen, directory, going.thinking, going.proposer, on_event, on_snapshot)
-            done = record_run(*what, Proposing(going.speaker, going.conditions), going.operation)
+            done = record_run(*what, going.proposing, going.operation)
     finally:
         view.close()
     for trouble in directory.take_troubles():

@@ -5,6 +5,7 @@ from typing import ClassVar, Self
 
 from homeostat.domain.advice import Attempt
 from homeostat.domain.alternative import Alternative
+from homeostat.domain.certificate import Certificate
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom
 from homeostat.domain.recovery import ActionSet, Command
@@ -65,6 +66,8 @@ class Attempted:
     """Members of the rollout; 0 where nothing was rolled out."""
     cost: Cost | None = None
     """What it is expected to cost; None where nothing was rolled out, and in records that are older."""
+    polished: bool = False
+    """Whether the search bettered the numbers of whoever proposed it."""
 
     @classmethod
     def of(cls, proposer: str, attempt: Attempt) -> Self:
@@ -73,7 +76,7 @@ class Attempted:
         states = attempt.path.states if attempt.path else ()
         commands, digest = (actions.commands, actions.digest) if actions else ((), "")
         approved = isinstance(verdict, Approve)
-        judged = approved, verdict.findings, attempt.members, attempt.cost
+        judged = approved, verdict.findings, attempt.members, attempt.cost, attempt.polished
         return cls(attempt.number, proposer, states, commands, digest, *judged)
 
 
@@ -163,12 +166,15 @@ class ReleasedActions:
     """State that its first commands lead to; empty in records that are older than this field."""
     then: tuple[LaterStep, ...] = ()
     """What follows, in order."""
+    certificate: Certificate | None = None
+    """Bound of the probability that a hard limit is violated; None in records that are older than this field."""
 
     @classmethod
-    def of(cls, proposer: str, actions: ActionSet, min_margin: float) -> Self:
+    def of(cls, proposer: str, actions: ActionSet, min_margin: float, certificate: Certificate | None = None) -> Self:
         """The event of one release."""
         steps = tuple(LaterStep(s.transition.name, str(s.transition.guard), s.target, s.commands) for s in actions.then)
-        return cls(proposer, actions.commands, actions.digest, actions.end, min_margin, actions.target, steps)
+        told = actions.end, min_margin, actions.target, steps, certificate
+        return cls(proposer, actions.commands, actions.digest, *told)
 
 
 @dataclass(frozen=True, slots=True)

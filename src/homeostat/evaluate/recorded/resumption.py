@@ -15,7 +15,7 @@ from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import ActionSet, Step
 from homeostat.evaluate.local_control import LocalControl, Told
-from homeostat.evaluate.scenario import Scenario, departing
+from homeostat.evaluate.scenario import Scenario, departing, repaired
 from homeostat.guard.restart.memory import Memory
 from homeostat.journal import Event, Record, RunStarted
 from homeostat.links.retracing import Retracing
@@ -63,7 +63,8 @@ class Past:
             raise ResumptionError(f"the configuration of {plant.name!r} has changed since the run began")
         try:
             whole = Scenario(plant.name, self.record.faults, self.started.seed, float(chosen["end_s"]))
-            return departing(plant, whole, self.started.disturbances, str(chosen.get("mismatch", NONE)))
+            departed = departing(plant, whole, self.started.disturbances, str(chosen.get("mismatch", NONE)))
+            return repaired(departed, None if (at_s := chosen.get("repaired_s")) is None else float(at_s))
         except (KeyError, ValueError) as error:
             raise ResumptionError(f"its first event does not say {error}") from None
 

@@ -60,7 +60,7 @@ def record_run(
     trace.subscribe(subscriber)
     proposing, operation = proposing or Proposing(), operation or Operation()
     conditions, language = proposing.conditions, proposing.language
-    chosen = (*conditions.settings, *operation.settings)
+    chosen = (*conditions.settings, *operation.settings, *proposing.settings)
     started = None if operation.past else run_started(plant, scenario, thinking, proposer, chosen, language)
     try:
         done = run(
@@ -119,6 +119,8 @@ def run_started(
         configuration.append(Setting(f"severity {fault.fault}", fault.severity))
     if scenario.mismatch != NONE:
         configuration.append(Setting("mismatch", scenario.mismatch))
+    if scenario.repaired_s is not None:
+        configuration.append(Setting("repaired_s", scenario.repaired_s))
     configuration += [Setting(f"{DISTURBANCE}{k}", str(d)) for k, d in enumerate(scenario.disturbances, start=1)]
     configuration += [Setting("proposer", proposer), thinking.setting, *chosen]
     if language is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -68,6 +69,7 @@ def true_plant(plant: Plant, scenario: Scenario) -> PlantConfiguration:
         end_s=scenario.end_s,
         noise_seed=noise_seed(scenario.seed, Stream.TRUTH_NOISE),
         departed=_departed(plant, mismatch, scenario.disturbances),
+        repaired_s=math.inf if scenario.repaired_s is None else scenario.repaired_s,
     )
 
 

@@ -30,7 +30,7 @@ def run_cost(
     pricing = Pricing(prices, plant.description.limits, plant.description.scales)
     items = {name: float(each[0]) for name, each in pricing.outside(signals, truth.dt_s).items()}
     possible = made(healthy, plant.delivered, from_s)
-    items[PRODUCT] = prices.product * (possible - made(truth, plant.delivered, from_s))
+    items[PRODUCT] = prices.product * max(possible - made(truth, plant.delivered, from_s), 0.0)
     end_s = float(truth.times_s[-1])
     for (state, entered_s), (_, left_s) in pairwise([*states, ("", end_s)]):
         hours = max(left_s - max(entered_s, from_s), 0.0) / HOUR_S

@@ -86,8 +86,8 @@ def loses_no_more(
 
     Where nothing would have been produced, it is no more if ``run`` makes no less. What is not known is never no more.
     """
-    made, others, possible = (made(each, delivered, from_s) for each in (run, other, healthy))
-    return made >= others - (SAME_LOSS + _EQUAL) * abs(possible)
+    mine, others, possible = (made(each, delivered, from_s) for each in (run, other, healthy))
+    return mine >= others - (SAME_LOSS + _EQUAL) * abs(possible)
 
 
 def outside_after(truth: Trajectory, force: LimitsInForce, from_s: float = -math.inf) -> dict[str, Vec]:

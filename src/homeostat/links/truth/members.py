@@ -1,5 +1,8 @@
 """Many copies of one true plant at once, as an exhaustive search by hindsight needs them."""
 
+import math
+from itertools import pairwise
+
 import numpy as np
 
 from homeostat.domain.plant.description import PlantDescription
@@ -56,12 +59,16 @@ class Members:
             sensor_noise=noise,
         )
         run = BatchRun(self._kernel, batch, self._model.states.__getitem__)
-        for reached in range(0, steps, PIECE_S if self._disturbed else steps):
+        repaired = self._truth.repaired_s - start_s
+        pieces = sorted({*(range(0, steps, PIECE_S) if self._disturbed else (0,)), steps, *_whole(repaired, steps)})
+        for reached, until in pairwise(pieces):
             if self._disturbed is not None:
                 row = self._usual.copy()
                 self._disturbed.act(self._usual, row, start_s + reached)
                 run.parameters[:] = row
-            run.advance(min(reached + PIECE_S, steps) if self._disturbed else steps)
+            if reached >= repaired:
+                run.severity[:], run.onset_s[:] = 0.0, np.inf
+            run.advance(until)
         return BatchResult(run.record, run.state)
 
     def _reaching(self, inputs: Cube, start_s: float, steps: int) -> Cube:
@@ -73,3 +80,8 @@ class Members:
             for second in range(steps):
                 schedule[second] = self._disturbed.inputs(schedule[second], start_s + second)
         return reached
+
+
+def _whole(second: float, steps: int) -> tuple[int, ...]:
+    """``second`` as a whole number, where it lies in the ``steps``."""
+    return (math.ceil(second),) if 0.0 < second < steps else ()

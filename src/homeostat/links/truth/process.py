@@ -50,6 +50,8 @@ class PlantConfiguration:
     """Scale of all noise; 0 for a quiet plant."""
     departed: Departed | None = None
     """How it differs from its process model; None where it is one."""
+    repaired_s: float = math.inf
+    """Process time at which every fault ends [s]."""
 
 
 class TrueProcess:
@@ -80,6 +82,7 @@ class TrueProcess:
             self._disturbed = Disturbed(Targets(model, departed.model.departures, plant), departed.disturbances)
         self._parameters, self._state = np.array(self._usual, dtype=np.float64, ndmin=2), state.reshape(1, -1)
         self._severity, self._onset = fault_tables(model, configuration.faults)
+        self._repaired_s = configuration.repaired_s
         self._ramp = InputRamp(model.inputs, configuration.inputs)
         self._seeds = np.array([configuration.noise_seed], dtype=np.int64)
         self._noise = np.array([configuration.noise], dtype=np.float64)
@@ -118,6 +121,8 @@ class TrueProcess:
         if self._disturbed is not None:
             self.command(self._disturbed.commands(self._accepted, self.now_s))
             self._disturbed.act(self._usual, self._parameters[0], self.now_s)
+        if self.now_s >= self._repaired_s:
+            self._severity[:], self._onset[:] = 0.0, np.inf
         inputs = self._ramp.advance()
         if self._disturbed is not None:
             inputs = self._disturbed.inputs(inputs, self.now_s)

@@ -25,7 +25,7 @@ from homeostat.plants.settings.bounds import (
     within,
 )
 from homeostat.record.row import RESERVED
-from homeostat.recovery.bounds import InterventionBounds
+from homeostat.recovery.bounds import InterventionBounds, RiskBounds
 from homeostat.twin.settings import TwinSettings
 
 MOST_STEPS: Final = 1_000_000
@@ -191,6 +191,20 @@ class InterventionTable(Table):
         return InterventionBounds(**self.given())
 
 
+class RiskTable(Table):
+    """``[risk]``: what the keys mean stands at `RiskBounds`."""
+
+    required: Annotated[float, within(1e-4, 0.5, "(probability)", "10,000 draws show 0.0003 at best")] | None = None
+    level: Annotated[float, within(0.5, 0.9999, "(confidence)", "less is a guess")] | None = None
+    most: Annotated[int, within(16, 100_000, "rollouts", "fewer bound nothing")] | None = None
+    batch: Annotated[int, within(1, 4_096, "rollouts", "they are simulated at once")] | None = None
+
+    @property
+    def settings(self) -> RiskBounds:
+        """As the release check takes them."""
+        return RiskBounds(**self.given())
+
+
 class LinkTable(Table):
     """``[link]``: what the plant's control system needs; the guard waits beside its ticks."""
 
@@ -248,6 +262,8 @@ class Settings(Table):
     """How long monitoring waits before it speaks."""
     intervention: InterventionTable = InterventionTable()
     """How eagerly a plant is improved."""
+    risk: RiskTable = RiskTable()
+    """How sure a release must be that no hard limit is violated."""
     link: LinkTable = LinkTable()
     """What the plant's control system needs."""
     figure: list[FigureTable] = []

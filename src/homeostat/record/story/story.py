@@ -30,7 +30,7 @@ from homeostat.record.run_record import RunRecord
 from homeostat.record.story.folding import ATTEMPT, Folding
 from homeostat.record.story.guard import GuardStory
 from homeostat.record.story.line import Line, Tone
-from homeostat.record.story.wording import commands, compared, probabilities, quantity, worst
+from homeostat.record.story.wording import commands, compared, probabilities, quantity, who, worst
 
 _MOST_DETAIL = 400
 """Longest reason why a model did not answer [characters]."""
@@ -156,7 +156,7 @@ class Story:
 
     def _attempt(self, event: Attempted, at_s: float) -> Line:
         verdict = "approved," if event.approved else "refused because"
-        text = f"{event.number} by {event.proposer}, {' > '.join(event.path)}"
+        text = f"{event.number} by {who(event.proposer, event.polished)}, {' > '.join(event.path)}"
         if self.record.acted_s is None:  # a review's proposal is told in full only where it is released
             text += f": {commands(event.commands, self._plant)}"
         text += f"; {verdict} {worst(event.findings, self._scales)}"

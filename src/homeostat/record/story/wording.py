@@ -56,9 +56,15 @@ def compared(event: Compared) -> str:
 def _alternative(alternative: Alternative, currency: str) -> str:
     what = alternative.kind.value
     if alternative.kind is not AlternativeKind.LEAVE:
-        what = f"{alternative.name.rpartition(' > ')[2]} by {alternative.proposer or 'fallback'}"
+        end = alternative.name.rpartition(" > ")[2]
+        what = f"{end} by {who(alternative.proposer or 'fallback', alternative.polished)}"
     text = f"{what} {alternative.cost.total:.1f} {currency}"
     return text if alternative.admitted else f"{text} (not admitted: {alternative.refused})"
+
+
+def who(proposer: str, polished: bool) -> str:
+    """Who proposed something, and whether the search bettered the numbers."""
+    return f"{proposer} and search" if polished else proposer
 
 
 def worst(findings: Iterable[Finding], scales: Mapping[str, float]) -> str:

@@ -1,0 +1,123 @@
+"""What is released carries a certificate; what violates a limit too often is not, however it was judged before."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+
+from homeostat.agents.roles import Approved
+from homeostat.domain.cost import Cost
+from homeostat.domain.diagnosis import Diagnosis, Hypothesis
+from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.verdict import Approve, Revise, Rollout, RolloutResult
+from homeostat.guard.requests.seal import Sealer
+from homeostat.recovery.bounds import RiskBounds
+from homeostat.recovery.release_check import FIRST, RISK, Checked, ReleaseCheck
+from homeostat.twin.twin import Interruption
+from tests.recovery.line import LIMITS, MACHINE, TAGS, LineTwin, feed
+
+REDUCED = feed(0.01, "reduced")
+PATH = RecoveryPath(MACHINE, (next(t for t in MACHINE.transitions if t.name == "reduce"),))
+NOTHING = Diagnosis(10.0, (), (Hypothesis((), 1.0),))
+
+
+class RiskyTwin(LineTwin):
+    """Every so often a sampled member becomes too hot; what is judged never does."""
+
+    def __init__(self, hot: Sequence[bool]) -> None:
+        super().__init__(heating=0.0)
+        self.hot, self.drawn = list(hot), list[str]()
+        self.breaks = False
+
+    def frozen(self) -> RiskyTwin:
+        return self
+
+    def sampled(self, hypotheses: Sequence[Hypothesis], count: int, name: str) -> int:
+        self.drawn.append(name)
+        return count
+
+    def roll_out(
+        self,
+        actions: ActionSet,
+        hypotheses: Sequence[Hypothesis],
+        ended: Interruption | None = None,
+        members: int | None = None,
+    ) -> Rollout:
+        made = super().roll_out(actions, hypotheses, ended, members)
+        if members is None:
+            return made
+        if self.breaks:
+            return replace(made, result=RolloutResult.BROKE_DOWN, note="member 3", weights=())
+        signals = {tag: values.copy() for tag, values in made.trajectory.signals.items()}
+        for member in range(members):
+            if self.hot and self.hot.pop(0):
+                signals["T"][member, -1] = 400.0
+        return replace(made, trajectory=replace(made.trajectory, signals=signals))
+
+
+def checked(twin: RiskyTwin, check: ReleaseCheck) -> Checked:
+    from homeostat.domain.snapshot import Snapshot
+
+    values = {"T": 300.0, "L": 8.0, "F": 0.01, "T.sp": 300.0, "F.sp": 0.01, "L.sp": 8.0, "V.man": math.nan}
+    approval = Approve(REDUCED.digest, ())
+    found = Approved(REDUCED, PATH, approval, "search", Cost((), 1.0))
+    return check.check((Snapshot(10.0, values),), found, NOTHING)
+
+
+def checking(twin: RiskyTwin, **risk: float) -> ReleaseCheck:
+    bounds = RiskBounds(**{"required": 0.05, "level": 0.95, "most": 512, "batch": 32, **risk})  # type: ignore[arg-type]
+    return ReleaseCheck(twin, LIMITS, TAGS, Sealer("check", b"key").seal, risk=bounds)  # type: ignore[arg-type]
+
+
+def test_what_never_violates_a_limit_is_certified_as_soon_as_the_draws_suffice() -> None:
+    twin = RiskyTwin([])
+    found = checked(twin, checking(twin))
+    assert isinstance(found.verdict, Approve) and found.request is not None
+    certificate = found.verdict.certificate
+    assert certificate is not None and certificate.violations == 0 and certificate.bound <= 0.05
+    assert certificate.draws == 32 * len(twin.drawn) < 512, "it stops before all are drawn"
+    assert certificate.level == pytest.approx(1.0 - 0.05 * FIRST)
+
+
+def test_one_violation_takes_more_draws_and_many_end_them_early() -> None:
+    rare = RiskyTwin([True])
+    verdict = checked(rare, checking(rare)).verdict
+    clean = RiskyTwin([])
+    checked(clean, checking(clean))
+    assert isinstance(verdict, Approve) and verdict.certificate is not None
+    assert verdict.certificate.violations == 1 and len(rare.drawn) > len(clean.drawn)
+    often = RiskyTwin([True, False] * 500)
+    found = checked(often, checking(often))
+    assert isinstance(found.verdict, Revise) and found.request is None and len(often.drawn) == 1
+    names = [f.criterion for f in found.verdict.violated]
+    assert names[0] == RISK and "LIM-HOT" in names, "the limit that is violated goes back to the proposer"
+    assert "16 of 32 rollouts violate a hard limit" in found.verdict.violated[0].message
+
+
+def test_what_the_draws_do_not_decide_is_refused() -> None:
+    twin = RiskyTwin(([True] + [False] * 19) * 100)
+    found = checked(twin, checking(twin))
+    assert isinstance(found.verdict, Revise) and len(twin.drawn) == 512 // 32
+
+
+def test_asking_again_is_no_second_chance_and_a_release_ends_that() -> None:
+    twin = RiskyTwin([True] * 64)
+    check = checking(twin)
+    for _ in range(2):
+        assert isinstance(checked(twin, check).verdict, Revise)
+    twin.hot = []
+    third, fourth = (checked(twin, check).verdict for _ in range(2))
+    assert isinstance(third, Approve) and isinstance(fourth, Approve)
+    levels = [v.certificate.level for v in (third, fourth) if v.certificate is not None]
+    assert levels[0] > levels[1] == pytest.approx(1.0 - 0.05 * FIRST)
+    assert len(set(twin.drawn)) == len(twin.drawn), "every check draws afresh"
+
+
+def test_a_twin_that_leaves_the_physical_world_is_a_refusal() -> None:
+    twin = RiskyTwin([])
+    twin.breaks = True
+    found = checked(twin, checking(twin))
+    assert isinstance(found.verdict, Revise) and "CHK-ROLLOUT" in {f.criterion for f in found.verdict.violated}
