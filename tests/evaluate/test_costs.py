@@ -61,9 +61,9 @@ def test_a_run_in_which_nothing_happens_costs_nothing() -> None:
     assert cost.worth == pytest.approx(200.0)  # 100 L at 2 EUR
 
 
-def test_production_is_what_is_missing_at_its_price_and_more_is_a_gain() -> None:
+def test_production_is_what_is_missing_at_its_price_and_more_is_worth_nothing() -> None:
     assert items(run_cost(plant(), truth(made=0.75), HEALTHY, 1.0)) == pytest.approx({"production": 50.0})
-    assert items(run_cost(plant(), truth(made=1.5), HEALTHY, 1.0)) == pytest.approx({"production": -100.0})
+    assert run_cost(plant(), truth(made=1.5), HEALTHY, 1.0).items == ()
     assert run_cost(plant(), truth(made=0.75), HEALTHY, 1.0).share == pytest.approx(0.25)
 
 
@@ -102,6 +102,12 @@ def test_a_rule_that_looks_ahead_is_missed_as_a_whole_all_the_time() -> None:
     assert price == pytest.approx(0.1 * 2.0 * reactor().production.design_rate * 3600.0)
     found = items(run_cost(with_it, truth(temperature=303.0), HEALTHY, 1.0))
     assert found["AHEAD"] == pytest.approx(price * 1.0 * 100.0 / 3600.0)
+
+
+def test_nothing_is_missed_in_no_time() -> None:
+    """A fault that begins with the last sample, or a run that ends with its first."""
+    cost = run_cost(plant(), truth(made=0.75, temperature=303.0), HEALTHY, float(END), [("holding", 1.0)], releases=1)
+    assert items(cost) == {"release": 0.5} and cost.worth == 0.0
 
 
 @pytest.mark.parametrize("lacking", ["T1", "product"])
