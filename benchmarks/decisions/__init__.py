@@ -1,0 +1,1 @@
+"""What decisions cost against the best constant: ``python -m benchmarks.decisions``."""
