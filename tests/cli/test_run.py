@@ -20,8 +20,8 @@ from tests.equipment.journals import read_parquet, timeless
 KEYS = (
     "schema", "case", "fault", "disturbances", "mismatch", "seed", "outcome", "actor", "onset_s",
     "detected_s", "released_s", "attempts",
-    "hypotheses", "actions", "min_margin", "limit_exposure_s", "production_loss", "state", "complete_s", "nominal_s",
-    "totals", "steps", "probes", "thinking_s", "wall_s", "trace",
+    "hypotheses", "actions", "min_margin", "limit_exposure_s", "production_loss", "cost",
+    "state", "complete_s", "nominal_s", "totals", "steps", "probes", "thinking_s", "wall_s", "trace",
 )  # fmt: skip
 
 
@@ -54,6 +54,11 @@ def test_a_recovery_as_json(recovered_json: Done) -> None:
     for name in ("min_margin", "production_loss", "thinking_s", "wall_s"):
         assert is_number(result[name])
     assert result["min_margin"] >= 0.0 and 0.0 < result["thinking_s"] < result["wall_s"]
+    cost = result["cost"]
+    assert cost["currency"] == "EUR" and cost["total"] == pytest.approx(sum(cost["items"].values()))
+    assert cost["worth"] == pytest.approx(400.0 / 30.0, rel=0.05)  # 400 s of a thirtieth of a litre at 1 EUR
+    assert cost["items"]["production"] == pytest.approx(result["production_loss"] * cost["worth"])
+    assert cost["items"]["release"] == pytest.approx(0.3), "one release"
 
 
 def test_a_run_names_the_configuration_that_it_was_made_with(record: Path) -> None:

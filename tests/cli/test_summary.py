@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from homeostat.domain.cost import Cost, CostItem
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.recovery import Command
@@ -63,3 +64,25 @@ def test_a_fallback_is_told_with_its_own_time(result: Result) -> None:
 def test_a_limit_that_was_not_kept_is_violated(result: Result) -> None:
     outside = replace(result, limit_exposure_s=(Exposure("LIM-T-HIGH", 3.0, 49.0),))
     assert rows(outside)["Limits"] == ("LIM-T-HIGH violated for 49 s, 3 s of them after the fault was detected")
+
+
+def cost(*items: tuple[str, float], worth: float = 30.0) -> Cost:
+    return Cost(tuple(CostItem(name, amount) for name, amount in items), worth)
+
+
+def test_what_it_cost_is_told_with_its_share_and_the_items_that_are_most_of_it(result: Result) -> None:
+    """A gain is in the sum and among no items; of more than four the dearest are named."""
+    items = (("production", 3.02), ("release", 0.3), ("A", 0.1), ("B", 2.0), ("C", 1.5), ("gain", -0.92))
+    told = rows(replace(result, cost=cost(*items), currency="EUR"))["Cost"]
+    assert told == "6.0 EUR (20.0 % of what is made by design): production 3.0, B 2.0, C 1.5, release 0.3"
+    assert rows(replace(result, cost=cost(), currency="EUR"))["Cost"] == (
+        "0.0 EUR (0.0 % of what is made by design): nothing"
+    )
+    assert rows(replace(result, cost=cost(("release", 0.3), worth=0.0), currency="EUR"))["Cost"] == (
+        "0.3 EUR: release 0.3"
+    )
+
+
+def test_a_result_without_a_cost_tells_none(result: Result) -> None:
+    assert result.cost is not None and "Cost" in rows(result)
+    assert "Cost" not in rows(replace(result, cost=None))

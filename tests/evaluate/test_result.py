@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from homeostat.domain.cost import Cost, CostItem
 from homeostat.domain.diagnosis import FaultProbability, FaultState
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import Command
@@ -43,6 +44,8 @@ RESULT_OF_TWO = Result(
         ProbeMade(2005.0, 300.0, "", ("leak", "fouling"), 4.0, 0.3, 0.001, "leak", 0.99, True),
         ProbeMade(2500.0, 300.0, "reduced_load", ("leak", "none"), 2.0, 0.2, 0.01),
     ),
+    cost=Cost((CostItem("production", -0.25), CostItem("release", 0.3), CostItem("ACC-T", 1.7)), 31.5),
+    currency="EUR",
 )
 
 
@@ -60,6 +63,7 @@ def test_read_back_as_written(tmp_path: Path, detected_s: float | None) -> None:
     again = read_result(tmp_path)
     assert again is not None and again.to_json() == result.to_json()
     assert again.probes == result.probes
+    assert (again.cost, again.currency) == (result.cost, "EUR")
     assert (again.actions, again.outcome, again.limit_exposure_s, again.steps) == (
         result.actions, result.outcome, result.limit_exposure_s, result.steps,
     )  # fmt: skip
@@ -72,6 +76,35 @@ def test_read_back_as_written(tmp_path: Path, detected_s: float | None) -> None:
 def test_what_is_no_json_is_never_written(name: str, value: float) -> None:
     with pytest.raises(ValueError, match="Out of range float"):
         replace(RESULT_OF_TWO, **{name: value}).to_json()
+
+
+def test_what_it_cost_is_told_with_its_sum_and_every_item() -> None:
+    assert json.loads(RESULT_OF_TWO.to_json())["cost"] == {
+        "currency": "EUR",
+        "total": pytest.approx(1.75),
+        "worth": 31.5,
+        "items": {"production": -0.25, "release": 0.3, "ACC-T": 1.7},
+    }
+
+
+@pytest.mark.parametrize("older", [True, False])
+def test_a_result_that_knows_no_cost_is_read(tmp_path: Path, older: bool) -> None:
+    """Older than prices, or of a run of which it is not known."""
+    content = json.loads(replace(RESULT_OF_TWO, cost=None).to_json())
+    assert content["cost"] is None
+    if older:
+        del content["cost"]
+    (tmp_path / RESULT).write_text(json.dumps(content))
+    again = read_result(tmp_path)
+    assert again is not None and (again.cost, again.currency) == (None, "")
+
+
+@pytest.mark.parametrize("cost", [[], 3.0, {}, {"currency": "EUR", "worth": "much", "items": {}}])
+def test_a_cost_that_is_none_is_refused(tmp_path: Path, cost: object) -> None:
+    content = json.loads(RESULT_OF_TWO.to_json()) | {"cost": cost}
+    (tmp_path / RESULT).write_text(json.dumps(content))
+    with pytest.raises(ResultError, match=r"result\.json"):
+        read_result(tmp_path)
 
 
 def test_a_run_without_result(tmp_path: Path) -> None:

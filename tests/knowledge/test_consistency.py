@@ -119,7 +119,7 @@ def test_refusing_names_the_first_and_counts_the_rest(plant: PlantDescription) -
 )
 def test_a_criterion_must_fit_into_the_rollout(plant: PlantDescription, formula: str, needs_s: float) -> None:
     rule = replace(plant.limits.criteria[0], formula=parse(formula, {tag.name: tag for tag in plant.tags}))
-    described = replace(plant, limits=Limits(plant.limits.limits, (rule,)))
+    described = replace(plant, limits=Limits(plant.limits.limits, (rule,)), prices=())
     fits, short = (replace(MODEL, horizon_s=horizon) for horizon in (needs_s, math.nextafter(needs_s, -1.0)))
     assert inconsistencies(described, fits) == ()
     assert [item.code for item in inconsistencies(described, short)] == [Code.CRITERION_WINDOW_BEYOND_HORIZON]

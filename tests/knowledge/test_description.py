@@ -113,6 +113,14 @@ def test_limits_and_criteria(plant: PlantDescription) -> None:
     assert all(limit.formula.unit for limit in plant.limits.limits), "formulas are read with the tags, so have a unit"
 
 
+def test_prices(plant: PlantDescription) -> None:
+    rows = table("prices")
+    assert {(str(x.kind), x.subject, x.amount) for x in plant.prices} == {
+        (row["kind"], row["subject"], number(row["price"])) for row in rows
+    }
+    assert len(plant.prices) == len(rows)
+
+
 def test_diagnosis(plant: PlantDescription) -> None:
     assert {
         (

@@ -86,6 +86,17 @@ def test_the_tables_of_the_plants_are_well(plant: str) -> None:
     assert {path.stem for path in (INSTALLED / plant / "engineering").glob("*.csv")} == SCHEMAS.keys()
 
 
+def test_a_plant_may_lack_its_prices_and_no_other_table(tmp_path: Path) -> None:
+    copy = Copy.of("cstr", tmp_path)
+    (copy.folder / "engineering" / "prices.csv").unlink()
+    assert list(mistakes(copy.folder)) == []
+    (copy.folder / "engineering" / "prices.csv").write_bytes(b"")
+    assert ["prices.csv: needs a header" in str(item) for item in mistakes(copy.folder)] == [True]
+    (copy.folder / "engineering" / "prices.csv").unlink()
+    (copy.folder / "engineering" / "criteria.csv").unlink()
+    assert any("criteria.csv: cannot be read" in str(item) for item in mistakes(copy.folder))
+
+
 def test_a_cell_that_is_empty(tables: Path) -> None:
     for name, column in each(tables, lambda n, c: SCHEMAS[n][0].model_fields[c].is_required()):
         said = found(tables, name, {column: ""})
@@ -162,6 +173,11 @@ ABSURD = [
     ("transitions", {"guard": "maybe("}, Code.BAD_FORMULA, "guard: formula 'maybe('"),
     ("limits", {"kind": "trip limt"}, Code.BAD_WORD, "did you mean 'trip limit'"),
     ("criteria", {"owner": "actor"}, Code.BAD_WORD, "did you mean 'action'"),
+    ("prices", {"kind": "limits"}, Code.BAD_WORD, "did you mean 'limit'"),
+    ("prices", {"price": "-1"}, Code.BAD_NUMBER, "price: '-1' is outside 0 to 1e+09"),
+    ("prices", {"price": "inf"}, Code.BAD_NUMBER, "price: 'inf' is "),
+    ("prices", {"price": "nan"}, Code.BAD_NUMBER, "price: 'nan' is "),
+    ("prices", {"subject": ""}, Code.MISSING_VALUE, "subject: the cell is empty; fill it"),
     ("fallbacks", {"step": "0"}, Code.BAD_NUMBER, "its place in the order"),
     ("fallbacks", {"value": "1e12"}, Code.BAD_NUMBER, "nothing in a plant is larger"),
     ("quality", {"stale_s": "1e9"}, Code.BAD_NUMBER, "outside 1 to 60 s"),

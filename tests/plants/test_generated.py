@@ -184,6 +184,70 @@ def test_a_changed_table_takes_effect_at_the_next_load(reactor: Copy) -> None:
     assert (again.remade, again.configuration) == ((), plant.configuration)
 
 
+PRICES = "engineering/prices.csv"
+
+
+def test_a_folder_without_prices_has_every_price_by_default(reactor: Copy) -> None:
+    (reactor.folder / PRICES).unlink()
+    plant = reactor.load()
+    d, hour = plant.description, plant.production.design_rate * 3600.0
+    assert plant.remade == (GRAPH,) and d.prices == ()
+    assert (plant.prices.product, plant.prices.currency) == (1.0, "EUR")
+    assert plant.prices.release == pytest.approx(hour / 400.0)
+    assert plant.prices.states == pytest.approx({s.name: 0.01 * s.risk * hour for s in d.machine.states})
+    assert plant.prices.outside == pytest.approx({rule.name: 0.1 * hour for rule in d.limits.priced})
+    assert plant.prices.violation == pytest.approx({limit.name: hour for limit in d.limits.hard})
+    assert (
+        reactor.load().remade == () and homeostat("graph", "check", str(reactor.folder), cwd=reactor.folder).status == 0
+    )
+
+
+def test_prices_that_are_lost_found_or_changed_are_in_the_next_graph(
+    reactor: Copy, caplog: pytest.LogCaptureFixture
+) -> None:
+    table, graph = reactor.text(PRICES), reactor.text(GRAPH)
+    said = [f"made again cstr/plant.ttl: table '{PRICES}' changed since it was made"]
+    (reactor.folder / PRICES).unlink()
+    without = reactor.load()
+    assert (without.remade, caplog.messages, PRICES in reactor.text(GRAPH)) == ((GRAPH,), said, False)
+    (reactor.folder / PRICES).write_text(table, encoding="utf-8")
+    found = reactor.load()
+    assert (found.remade, caplog.messages) == ((GRAPH,), said * 2)
+    assert reactor.text(GRAPH) == graph and found.configuration != without.configuration
+    reactor.replace(PRICES, "state,holding,6,", "state,holding,60,")
+    changed = reactor.load()
+    assert (changed.remade, caplog.messages) == ((GRAPH,), said * 3)
+    assert changed.prices.states["holding"] == 60.0 and reactor.load().remade == ()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (
+            "state,holding,",
+            "state,holdng,",
+            "there is no state 'holdng'; did you mean 'holding'",
+        ),
+        ("criterion,ACC-T,", "criterion,ACC-T-HIGH,", "there is no soft criterion or envelope 'ACC-T-HIGH'"),
+        ("limit,LIM-T-HIGH,", "limit,LIM-T-LOW,", "there is no hard limit 'LIM-T-LOW'"),
+        ("limit,LIM-T-HIGH,", "lmit,LIM-T-HIGH,", "kind: 'lmit' is none of"),
+        ("state,holding,6", "state,holding,-6", "price: '-6' is outside 0 to 1e+09"),
+        ("state,holding,6", "state,holding,nan", "price: 'nan' is "),
+        (
+            "state,shutdown,",
+            "state,holding,",
+            "prices.csv row 7 ('state holding'): kind and subject are those of row 6",
+        ),
+        ("release,release,", "product,by-product,", "is a second price of product; keep one row"),
+    ],
+)
+def test_a_price_that_cannot_be_is_one_line(reactor: Copy, old: str, new: str, words: str) -> None:
+    reactor.replace(PRICES, f"\n{old}", f"\n{new}")
+    with pytest.raises((GraphError, PlantError)) as caught:
+        reactor.load()
+    assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
 def test_a_folder_that_cannot_be_written_is_loaded_as_its_tables_say(
     module: Copy, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -83,6 +83,14 @@ ABSURD = [
     ("run.onset_s", "-1.0", "onset_s: -1 s"),
     ("run.onset_s", "6000.0", "onset_s = 6000 s must be before end_s = 6000 s"),
     ("objective.design_rate", "0.0", "design_rate: 0"),
+    ("objective.per_s", "0.0", "per_s: 0 s is outside 1 to 604800 s"),
+    ("objective.per_s", "604801.0", "per_s: 604801 s is outside"),
+    ("objective.per_s", "nan", "per_s: nan"),
+    ("objective.per_s", '"600"', "valid number"),
+    ("objective.currency", '""', "currency: "),
+    ("objective.currency", '"E U R"', "currency: "),
+    ("objective.currency", '"thirteen-long"', "currency: "),
+    ("objective.currency", "3", "currency: "),
     ("monitoring.sure", "1.2", "sure: 1.2 (probability) is outside 0.5 to 1"),
     ("monitoring.sure", "nan", "sure: nan"),
     ("monitoring.settle_s", "-1.0", "settle_s: -1 s"),
@@ -244,6 +252,15 @@ def test_the_installed_plants_are_as_their_files_say(name: str) -> None:
         for key, value in content.get(table, {}).items():
             if isinstance(value, int | float):
                 assert getattr(filled, key) == value
+
+
+def test_what_prices_are_in_and_what_time_an_amount_is_made_in() -> None:
+    objective = read(TEXT).objective
+    assert (objective.currency, objective.production.per_s) == ("EUR", 1.0)
+    batch = load_plant("mixing_module")
+    assert (batch.prices.currency, batch.production.per_s) == ("EUR", 600.0)
+    plain_text = "".join(line for line in TEXT.splitlines(keepends=True) if not line.startswith("currency"))
+    assert read(plain_text).objective.currency == "units"
 
 
 @pytest.mark.parametrize("table", ["intervention", "patience"])

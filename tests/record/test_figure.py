@@ -63,8 +63,9 @@ def plant() -> Plant:
 
 
 def leaking(plant: Plant) -> Run:
+    """So much that no proposal keeps the level, and the fallback acts."""
     trace = MemoryTrace()
-    return run(plant, scenario(plant, "leak", 1, 700.0, end_s=900.0), trace, DeclaredClock(1.0))
+    return run(plant, scenario(plant, "leak", 1, 700.0, 0.02, 900.0), trace, DeclaredClock(1.0))
 
 
 def test_moments_in_their_order_and_equal_runs_equal_pictures(plant: Plant) -> None:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
+from homeostat.domain.alternative import Alternative, AlternativeKind
+from homeostat.domain.cost import Cost, CostItem
 from homeostat.domain.events.guard import RequestAnswered
-from homeostat.domain.events.recovery import Deviated, Probed, ProbeEnded, ReleaseRefused
+from homeostat.domain.events.recovery import Compared, Deviated, Probed, ProbeEnded, ReleasedActions, ReleaseRefused
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import Finding
@@ -54,6 +58,41 @@ def test_a_test_move_is_told_with_what_it_is_for_and_what_came_of_it() -> None:
     assert "a wait for 6 s to tell" in str(line)
     (line,) = story.tell(ProbeEnded(apart, FORGED, 0.6, False), 135.0)
     assert str(line).isprintable() and "not told apart: 60 %" in str(line)
+
+
+def alternative(kind: AlternativeKind, name: str, amount: float, refused: str = "", proposer: str = "") -> Alternative:
+    return Alternative(kind, name, Cost((CostItem("production", amount),), 30.0), refused, proposer)
+
+
+REDUCED = alternative(AlternativeKind.RELEASE, "normal > reduced_load", 10.24, "", "search")
+LEAVE = alternative(AlternativeKind.LEAVE, "normal", 10.81, "too hot")
+ISOLATE = alternative(AlternativeKind.FALLBACK, "isolate", 33.0, "it acts where nothing else may be done")
+
+
+def test_what_could_be_done_is_told_with_what_each_costs_and_why_it_may_not_be() -> None:
+    (line,) = Story(load_plant("cstr").description).tell(Compared("EUR", (REDUCED, LEAVE, ISOLATE), "d1"), 930.0)
+    assert str(line) == (
+        "    930 s  compared  reduced_load by search 10.2 EUR; leave alone 10.8 EUR (not admitted: too hot); "
+        "isolate by fallback 33.0 EUR (not admitted: it acts where nothing else may be done)"
+    )
+
+
+@pytest.mark.parametrize("where", ["name", "refused", "proposer"])
+def test_a_comparison_forges_no_line(where: str) -> None:
+    """Names of proposers and reasons of refusals come from anybody."""
+    forged = replace(REDUCED, **{where: FORGED})
+    (line,) = Story(load_plant("cstr").description).tell(Compared(FORGED, (forged,), "d1"), 930.0)
+    assert str(line).isprintable()
+
+
+def test_a_comparison_of_which_nothing_comes_is_told_until_something_was_released() -> None:
+    story = Story(load_plant("cstr").description)
+    nothing = Compared("EUR", (LEAVE,), "")
+    assert len(list(story.tell(nothing, 930.0))) == 1
+    list(story.tell(ReleasedActions("search", (), "d1", "reduced_load", 0.2), 931.0))
+    assert story.record.acted_s == 931.0
+    assert list(story.tell(nothing, 990.0)) == []
+    assert len(list(story.tell(Compared("EUR", (REDUCED, LEAVE), "d1"), 991.0))) == 1
 
 
 def test_a_departure_is_told_with_its_reason() -> None:

@@ -90,7 +90,7 @@ def _try(plant: Plant, members: Members, released_s: float, state: Vec, schedule
     made = sum(truth[v][:, -1] - float(start[v][0, 0]) for v in produced)
     signals = {tag: truth[v] for tag, v in variables.items()}
     pricing = Pricing(plant.prices, plant.description.limits, plant.description.scales)
-    cost = plant.prices.worth(schedules.shape[1]) - plant.prices.product * made
+    cost = np.maximum(plant.prices.worth(schedules.shape[1]) - plant.prices.product * made, 0.0)
     for price in pricing.outside(signals, STRIDE_S).values():
         cost = cost + price
     for limit in plant.description.limits.hard:

@@ -28,7 +28,8 @@ def run_cost(
     late = truth.times_s > from_s
     signals = {tag: values[:, late] for tag, values in truth.signals.items() if tag in plant.description.tags_by_name}
     pricing = Pricing(prices, plant.description.limits, plant.description.scales)
-    items = {name: float(each[0]) for name, each in pricing.outside(signals, truth.dt_s).items()}
+    outside = pricing.outside(signals, truth.dt_s) if late.any() else {}
+    items = {name: float(each[0]) for name, each in outside.items()}
     possible = made(healthy, plant.delivered, from_s)
     items[PRODUCT] = prices.product * max(possible - made(truth, plant.delivered, from_s), 0.0)
     end_s = float(truth.times_s[-1])
