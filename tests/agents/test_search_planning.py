@@ -1,4 +1,4 @@
-"""Planning by enumeration: the path that may cost least comes first, and none that cannot cost less than is approved."""
+"""Planning by enumeration: the path that may cost least comes first, and where none can win, there is no other."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from tests.agents.stuck_valve import grounding, now
 from tests.twin.followed import reactor
 
 FOULING = Hypothesis((FaultState("fouling", 0.5, 1450.0),), 1.0)
+ADVICE = Advice()
 COMPENSATED, REDUCED, HOLDING = ("compensated",), ("reduced_load",), ("holding",)
 
 
@@ -39,7 +40,7 @@ def situation() -> Situation:
     return replace(now(), diagnosis=Diagnosis(0.0, (), (FOULING,)))
 
 
-def plan(bounds: Bounded | None, advice: Advice = Advice()) -> tuple[str, ...]:
+def plan(bounds: Bounded | None, advice: Advice = ADVICE) -> tuple[str, ...]:
     planning = SearchPlanning(reactor().description, grounding(), bounds)
     return asyncio.run(planning.plan(situation(), advice)).commanded
 
