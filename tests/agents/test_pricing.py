@@ -72,8 +72,11 @@ def test_a_plant_by_design_that_is_left_alone_in_a_state_without_a_price_costs_n
     assert items(found) == {} and found.total == pytest.approx(0.0) and found.share == pytest.approx(0.0)
 
 
-def test_what_is_made_beyond_the_design_pays() -> None:
-    assert cost(signals(F=1.1 / 30.0)).total == pytest.approx(-3.0)
+def test_what_is_made_beyond_the_design_is_worth_nothing() -> None:
+    """Nor does it make up for what was missing before: half of the time without feed costs half of it."""
+    assert items(cost(signals(F=1.1 / 30.0))) == {}
+    late = np.where(np.arange(SAMPLES) < SAMPLES // 2, 0.0, 2.0 / 30.0)
+    assert items(cost(signals(F=late))) == {PRODUCT: pytest.approx(15.0)}
 
 
 def test_a_soft_criterion_costs_by_the_hour_and_by_the_scale() -> None:
@@ -149,5 +152,6 @@ def test_everything_adds_up() -> None:
 def test_nobody_gains_by_missing_what_is_soft(temperatures: list[float], feed: float) -> None:
     count = len(temperatures)
     made = pricing().members(signals(count, F=feed), DT_S)
+    assert np.all(made >= 0.0)
     all_of_it = pricing().members(signals(count, F=feed, T=np.array(temperatures)[:, None]), DT_S)
     assert np.all(all_of_it >= made - 1e-9)

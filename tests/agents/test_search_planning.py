@@ -120,3 +120,14 @@ def test_where_nothing_is_left_the_reason_is_that_and_nobody_is_asked_for_bounds
     with pytest.raises(NoAdmissiblePlan, match="no path from 'normal' is open with fouling; targets refused: "):
         plan(bounds, after(tried(COMPENSATED, 0.1), tried(REDUCED, 0.3), tried(HOLDING, 1.0)))
     assert bounds.asked == []
+
+
+def test_bounds_are_computed_once_for_each_diagnosis() -> None:
+    bounds = Bounded({COMPENSATED: 0.1, REDUCED: 0.2, HOLDING: 0.5})
+    planning = SearchPlanning(reactor().description, grounding(), bounds)
+    asked = situation()
+    later = replace(asked, diagnosis=replace(asked.diagnosis, at_s=60.0))
+    for each in (asked, asked, later):
+        assert asyncio.run(planning.plan(each, ADVICE)).commanded == COMPENSATED
+    assert asyncio.run(planning.plan(later, Advice(refused_paths=(COMPENSATED,)))).commanded == REDUCED
+    assert len(bounds.asked) == 2
