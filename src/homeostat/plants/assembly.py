@@ -112,7 +112,7 @@ class Workbench:
         briefing = Briefing(
             model=RecordedModel(language.model, self.trace, self.archive, secrets, language.file),
             plant=plant.description,
-            production=plant.production,
+            prices=plant.prices,
             grounding=self.grounding,
             context=context_finder(language.grounding, self.grounding, plant.graph, plant.namespace),
             simulation=self.simulation,
