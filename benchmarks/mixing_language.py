@@ -23,7 +23,7 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import estimate, exact
-from homeostat.plants.assembly import Language
+from homeostat.plants.assembly import Language, model_alone
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def whole_routes(job: tuple[str, int]) -> LanguageRow:
     """One batch whose fault is drawn as for the search."""
     family, seed = job
     chosen, trace, model = drawn(family, seed), MemoryTrace(), ScriptedModel("reasonable", reasonable)
-    result = run(module(), chosen, trace, DeclaredClock(1.0), Proposing(Language(model)))
+    result = run(module(), chosen, trace, DeclaredClock(1.0), Proposing(Language(model), propose=model_alone))
     mine = [a for a in trace.of(Attempted) if a.proposer == "language"]
     broken = max(result.totals[n] for n in ("overflowed_L", "dry_run_s", "dead_head_s"))
     hard = {limit.name for limit in module().description.limits.hard}
@@ -98,7 +98,7 @@ def step_by_step(job: tuple[str, int, bool]) -> StepRow:
     fault, seed, label_given = job
     chosen, model, trace = published_scenario(fault, seed), ScriptedModel("reasonable", reasonable), MemoryTrace()
     conditions = Conditions(AskingProtocol.PER_STEP, label_given)
-    result = run(module(), chosen, trace, DeclaredClock(1.0), Proposing(Language(model), conditions))
+    result = run(module(), chosen, trace, DeclaredClock(1.0), Proposing(Language(model), conditions, model_alone))
     alone = all(released.proposer == "language" for released in trace.of(ReleasedActions))
     scores = score_steps(module(), chosen, result.transcript)
     assert scores is not None, "every published fault leaves a way"

@@ -30,7 +30,7 @@ from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plants.assembly import Language
+from homeostat.plants.assembly import Language, model_alone
 
 CONDITIONS = Conditions(AskingProtocol.PER_STEP, label_given=True)
 SEED = 3
@@ -104,7 +104,7 @@ def judged(answer: Answer) -> Judgement:
     chosen = scenario(module(), fault, SEED, None if fault == "none" else 0.0, severity, END_S)
     speaker = _Speaker(answer, trace)
     with contextlib.suppress(_Seen):
-        proposing = Proposing(Language(ScriptedModel("recorded", speaker)), CONDITIONS)
+        proposing = Proposing(Language(ScriptedModel("recorded", speaker)), CONDITIONS, model_alone)
         run(module(), chosen, trace, DeclaredClock(1.0), proposing)
     if speaker.before is None:
         return Judgement(False, False, ("schema",), ())

@@ -1,8 +1,9 @@
 """Say the published models' answers again to this project's loop: ``python -m benchmarks.published_answers.measure``.
 
 Every complete run is one run of ours: the mixing module step by step with the label given, the fault there from the
-start; the reactor for whole routes with the default onset. A run succeeds where everything that was released is the
-model's, and the batch is complete or the reactor recovered. About 3 s per batch and 8 s per run of the reactor.
+start; the reactor for whole routes with the default onset. Nobody else proposes anything. A run succeeds where
+everything that was released is the model's, and the batch is complete or the reactor recovered. About 3 s per batch
+and 8 s per run of the reactor.
 
 The published reactor's model was not told the fault: ``--monitoring`` asks when our monitoring reports it. With the
 label given, a fault that does harm only later is told at its onset, when nothing needs to be done, and not again.
@@ -38,7 +39,7 @@ from homeostat.journal.calls import ModelCalled
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Failure
 from homeostat.llm.replay import SUPPLIED, SituatedReplay
-from homeostat.plants.assembly import Language
+from homeostat.plants.assembly import Language, model_alone
 from homeostat.plants.plant import load_plant
 
 LANGUAGE = "language"
@@ -94,9 +95,8 @@ def replayed(published: PublishedRun, label_given: bool = True) -> Replayed:
     )  # fmt: skip
     protocol = AskingProtocol.PER_STEP if batch else AskingProtocol.ROUTE
     trace, model = MemoryTrace(), SituatedReplay(str(published.path), published.calls)
-    result = run(
-        plant, chosen, trace, DeclaredClock(1.0), Proposing(Language(model), Conditions(protocol, label_given))
-    )
+    proposing = Proposing(Language(model), Conditions(protocol, label_given), model_alone)
+    result = run(plant, chosen, trace, DeclaredClock(1.0), proposing)
     return _replayed(published, result, trace)
 
 

@@ -11,6 +11,7 @@ from benchmarks.scale.module_case import TimedStore, module_case
 from benchmarks.scale.plant_graph import KINDS, kind_of
 from benchmarks.scale.prompts import Declining, first_question, left_out, tokens
 from benchmarks.scale.site import Site
+from homeostat.agents.roles import Proposer
 from homeostat.domain.events.recovery import Noticed, ReleasedActions
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.evaluate.reference.unsupervised import open_process
@@ -23,7 +24,7 @@ from homeostat.knowledge.store.store import GraphStore
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plants.assembly import Arrangement, Language, wire
+from homeostat.plants.assembly import Arrangement, Language, Workbench, wire
 from homeostat.plants.plant import Plant
 from homeostat.record.run_record import RunRecord
 
@@ -103,6 +104,11 @@ class Stopwatch:
         return time.perf_counter() - self._site.spent_s, time.process_time() - self._site.spent_cpu_s
 
 
+def _declining_first(bench: Workbench) -> tuple[Proposer, ...]:
+    """The model before the search, so that it is asked however good the search's proposal is: its prompts count."""
+    return (bench.speaking(), bench.searching())
+
+
 def decide(
     cases: Mapping[str, Plant], store: GraphStore, modules: int, module: int, fault: str, seed: int,
     first: str = KINDS[0], end_s: float | None = None,
@@ -124,7 +130,8 @@ def decide(
     process = open_process(replace(plant, model=site.join(plant.model)), chosen)
     link = SimulatedLink(process)
     model = ScriptedModel("scripted:declining", Declining())
-    wire(plant, link, clock, trace, seed, Arrangement(language=Language(model))).run(link.source)
+    arrangement = Arrangement(language=Language(model), propose=_declining_first)
+    wire(plant, link, clock, trace, seed, arrangement).run(link.source)
     truth = process.truth()
     inside = inside_at_end(truth, limits_of(plant, record, truth))
     # On a site no alternative is tried: what was released is taken to be needed.

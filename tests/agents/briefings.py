@@ -19,4 +19,4 @@ def briefing(
 ) -> Briefing:
     """A briefing on ``case``; ``shown`` finds its context, that of the graph where not given."""
     grounding = Grounding(plant.graph, plant.namespace)
-    return Briefing(model, plant.description, plant.production, grounding, shown or grounding, simulation, notes)
+    return Briefing(model, plant.description, plant.prices, grounding, shown or grounding, simulation, notes)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 
 from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.action import SearchAction, SearchSettings
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
@@ -38,4 +39,5 @@ QUICK = SearchSettings(coarse=(0.1,), finalists=3, fine=(0.05,))
 def search(settings: SearchSettings | None = None) -> SearchAction:
     """A search on a twin that has followed the stuck valve up to now."""
     d, plant = reactor().description, reactor()
-    return SearchAction(follow(stuck()[:NOW_S]), d.limits, d.tags_by_name, plant.production, d.scales, settings)
+    pricing = Pricing(plant.prices, d.limits, d.scales)
+    return SearchAction(follow(stuck()[:NOW_S]), d.limits, d.tags_by_name, pricing, d.scales, settings)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from homeostat.agents.pricing import Pricing
 from homeostat.agents.search.action import SearchAction, SearchSettings
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.domain.advice import Advice
@@ -85,7 +86,8 @@ def test_what_was_learned_meanwhile_does_not_reach_a_rollout_either() -> None:
 def search(twin: Twin) -> SearchAction:
     plant = reactor()
     d = plant.description
-    return SearchAction(twin, d.limits, d.tags_by_name, plant.production, d.scales, QUICK)
+    pricing = Pricing(plant.prices, d.limits, d.scales)
+    return SearchAction(twin, d.limits, d.tags_by_name, pricing, d.scales, QUICK)
 
 
 def act(subject: SearchAction) -> ActionSet:

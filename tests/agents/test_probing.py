@@ -10,8 +10,9 @@ from dataclasses import replace
 import pytest
 
 from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.pricing import Pricing
 from homeostat.agents.probing.moves import CHANGE, RISK, STEPS, Move, moves
-from homeostat.agents.probing.twin_probing import TwinProbing
+from homeostat.agents.probing.twin_probing import LEAST, TwinProbing
 from homeostat.agents.roles import Probe, Situation
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.recovery import ActionSet, RecoveryPath
@@ -38,9 +39,9 @@ def situation(*weighted: tuple[FaultState | None, float]) -> Situation:
 
 
 def probes(asked: Situation, seconds: float = 300.0) -> tuple[Probe, ...]:
-    plant = reactor()
+    plant, d = reactor(), reactor().description
     grounding = Grounding(plant.graph, plant.namespace, MemoryArchive())
-    probing = TwinProbing(seen(), plant.description, grounding, plant.production)
+    probing = TwinProbing(seen(), d, grounding, Pricing(plant.prices, d.limits, d.scales))
     return asyncio.run(probing.probes(asked, IDLE, seconds))
 
 
@@ -53,7 +54,7 @@ def test_a_drift_that_time_will_tell_is_waited_for() -> None:
     best = offered()[0]
     assert best.path is None and best.actions == IDLE, "nothing is cheaper than to wait"
     assert best.apart == ("unknown_heat_R1_UA", "T1_drifts_up")
-    assert best.nats > 10.0 and best.value > 0.3 and best.cost < 0.01
+    assert best.nats > 10.0 and best.value - best.cost > LEAST and best.cost == min(p.cost for p in offered())
 
 
 def test_everything_that_is_offered_pays_and_the_best_comes_first() -> None:

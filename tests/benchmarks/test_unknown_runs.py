@@ -124,6 +124,20 @@ def test_what_is_called_harmless_of_the_reactor_violates_nothing() -> None:
         assert violated(plant, scenario_of(plant, Job("cstr", "harmless", cause, 402, "plant"))) == (), cause.id
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "missed"), [
+    ("jacket-recovers", {"LIM-T-HIGH", "ACC-T-HIGH", "ACC-T"}),  # too hot: what is hard and what is soft
+    ("jacket-swings", {"ACC-T"}),  # off its setpoint again and again, and never too hot
+    ("jacket-weakens", {"ACC-DUTY-V2"}),  # no reserve for the next disturbance of the heat
+])  # fmt: skip
+def test_what_misses_something_of_the_reactor_is_not_called_harmless(name: str, missed: set[str]) -> None:
+    """Of what is soft only that counts which the plant misses by more than it does without any cause."""
+    plant = load_plant("cstr")
+    cause = next(c for c in unknown_causes("cstr") if c.id == name)
+    found = set(violated(plant, scenario_of(plant, Job("cstr", "unknown", cause, 402, "plant"))))
+    assert missed <= found and not any(each.startswith("ACC-WEAR-") for each in found)
+
+
 @pytest.mark.parametrize(("name", "count"), [("cstr", 1), (MIXER, 144)])
 def test_a_day_without_a_fault_is_a_day(name: str, count: int) -> None:
     plant = load_plant(name)

@@ -42,13 +42,15 @@ class Situation:
     recent: tuple[Snapshot, ...] = ()
     """The last minutes, the oldest first."""
     idle: tuple[Finding, ...] = ()
-    """Every check on what happens without action."""
+    """Every check on what happens without action: on what forbids."""
     deadline_s: float = 0.0
     """Process time that is left for thinking [s]."""
     rest: RecoveryPath | None = None
     """What follows if nobody interferes; None where the plant stays in its state."""
     under_way: tuple[Command, ...] = ()
     """Commands that were sent and that the readings do not show yet."""
+    idle_cost: Cost | None = None
+    """What it costs to do nothing; None where that is not known."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ class Proposing:
     """Who proposes, how it is asked, and what it knows; by default the search alone, as a plant is operated."""
 
     language: Language | None = None
-    """Proposes before the search does, unless ``propose`` makes other proposers; None for no language model."""
+    """Proposes after the search does, unless ``propose`` makes other proposers; None for no language model."""
     conditions: Conditions = field(default_factory=Conditions)
     """Those of a study."""
     propose: Propose | None = in_operation

@@ -53,7 +53,7 @@ from homeostat.twin.twin import Twin
 
 @dataclass(frozen=True, slots=True)
 class Language:
-    """A language model that proposes before the search does."""
+    """A language model that proposes beside the search."""
 
     model: LanguageModel
     """Who is asked; its calls go to the run's trace."""
@@ -112,7 +112,7 @@ class Workbench:
         briefing = Briefing(
             model=RecordedModel(language.model, self.trace, self.archive, secrets, language.file),
             plant=plant.description,
-            production=plant.production,
+            prices=plant.prices,
             grounding=self.grounding,
             context=context_finder(language.grounding, self.grounding, plant.graph, plant.namespace),
             simulation=self.simulation,
@@ -131,6 +131,11 @@ Propose = Callable[[Workbench], tuple[Proposer, ...]]
 def in_operation(bench: Workbench) -> tuple[Proposer, ...]:
     """As a plant is operated: the search answers first, and the language model, where there is one, may do better."""
     return (bench.searching(),) if bench.language is None else (bench.searching(), bench.speaking())
+
+
+def model_alone(bench: Workbench) -> tuple[Proposer, ...]:
+    """The language model alone, for studies of it: beside a search it wins only where that finds less."""
+    return (bench.speaking(),)
 
 
 def new_sequencer(plant: Plant) -> Sequencer:
@@ -193,7 +198,7 @@ class Arrangement:
     archive: Archive = field(default_factory=MemoryArchive)
     """Keeps what graph and models were asked and answered."""
     language: Language | None = None
-    """Proposes first where it is given."""
+    """Proposes after the search where it is given, and where more than a little may be won."""
     protocol: AskingProtocol = AskingProtocol.ROUTE
     """When proposers are asked."""
     given: Callable[[Monitoring], Monitoring] | None = None

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.roles import Simulation, Situation
+from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.observation import Message, Observation, Trouble
 from homeostat.domain.ports import Desk
@@ -54,10 +55,13 @@ class Scene:
         """Whether the twin has seen enough to predict anything."""
         return len(self._recent) >= FIRST_LOOK
 
-    def situation(self, diagnosis: Diagnosis, idle: tuple[Finding, ...], left_s: float) -> Situation:
-        """What proposers are asked about now; ``idle``: what follows without them, ``left_s``: their time [s]."""
+    def situation(self, diagnosis: Diagnosis, idle: tuple[Finding, ...], left_s: float, cost: Cost | None) -> Situation:
+        """What proposers are asked about now.
+
+        ``idle``: what follows without them, ``left_s``: their time [s], ``cost``: what it costs to do nothing.
+        """
         now, way, moving = self.now, self.now.way, self.now.rest.commands
-        return Situation(self._recent[-1], diagnosis, now.state, self.recent, idle, left_s, way, moving)
+        return Situation(self._recent[-1], diagnosis, now.state, self.recent, idle, left_s, way, moving, cost)
 
     def take(self, observations: Iterable[Observation]) -> None:
         """Take note of those of ``observations`` that are new."""
@@ -80,7 +84,7 @@ class Scene:
         """The same question about the plant as it is now, and the time left now: it ran on while somebody thought."""
         await self.look()
         left_s = situation.deadline_s - (self._recent[-1].at_s - situation.snapshot.at_s)
-        return self.situation(situation.diagnosis, situation.idle, max(left_s, SHORTEST_S))
+        return self.situation(situation.diagnosis, situation.idle, max(left_s, SHORTEST_S), situation.idle_cost)
 
     async def within(self, stage: str, process_s: float, work: Awaitable[T]) -> T:
         """The result of ``work``; TimeoutError naming ``stage`` where it takes longer than ``process_s`` [s]."""

@@ -111,7 +111,7 @@ class RecoveryLoop:
         stance = agenda.stance(self._memory, look, due or probed, deviates, self._policy.worthwhile(look))
         reason = "the batch is over, and what follows violates a limit"
         if stance.asks:
-            situation = scene.situation(diagnosis, verdict.findings, armed.left_s)
+            situation = scene.situation(diagnosis, verdict.findings, armed.left_s, look.cost)
             begun = await self._probes.begin(situation, idle, began)
             if begun is not None:
                 return begun

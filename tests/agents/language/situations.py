@@ -11,6 +11,7 @@ from homeostat.agents.language.action import LanguageAction
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.reprompting import TeachingReprompting
 from homeostat.agents.language.scripts import reasonable, stubborn
+from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
@@ -63,7 +64,9 @@ def situation(fault: str) -> Situation:
     idle = ActionSet((), "normal")
     rollout = asyncio.run(simulation(fault).roll_out(diagnosed(fault), idle))
     verdict = LimitValidation(d.limits, d.tags_by_name).judge(idle, rollout, d.machine.state("normal"))
-    return Situation(snapshots[-1], diagnosed(fault), "normal", snapshots[-RECENT:], verdict.findings, 25.0)
+    cost = Pricing(reactor().prices, d.limits, d.scales).of(rollout, ("normal",))
+    recent = snapshots[-RECENT:]
+    return Situation(snapshots[-1], diagnosed(fault), "normal", recent, verdict.findings, 25.0, idle_cost=cost)
 
 
 @dataclass

@@ -28,7 +28,7 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import exact
-from homeostat.plants.assembly import Language
+from homeostat.plants.assembly import Language, model_alone
 from tests.agents.briefings import briefing
 from tests.agents.language.situations import CURABLE, questions, simulation, situation
 from tests.agents.stuck_valve import grounding
@@ -126,9 +126,11 @@ def test_reprompting_is_told_the_same_rules(kind: GroundingKind) -> None:
 
 @pytest.mark.parametrize("kind", GroundingKind)
 def test_a_run_recovers_under_each_kind(kind: GroundingKind) -> None:
+    """With nobody but the model to propose: beside a search that finds something cheap it would not be asked."""
     model, trace = ScriptedModel("scripted:reasonable", reasonable), MemoryTrace()
     chosen = scenario(reactor(), "pump_degrade", 3, 2000.0, None, 2300.0)
-    result = run(reactor(), chosen, trace, DeclaredClock(1.0), Proposing(Language(model, grounding=kind)))
+    alone = Proposing(Language(model, grounding=kind), propose=model_alone)
+    result = run(reactor(), chosen, trace, DeclaredClock(1.0), alone)
     assert result.good and result.actor == "language" and {q.agent for q in model.asked} >= {"planning", "action"}
     forms = {e.form for e in trace.of(Retrieved)}
     assert forms >= {"SELECT", "ASK"}, "what the agents that calculate ask stays the same"

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from homeostat.agents.language.price_list import price_list
 from homeostat.agents.language.prompt_files import prompt_file, template_sha256
 from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.language.situation import MOST_FINDINGS, NOTE_LIMIT, situation_text, worst_first
@@ -62,11 +63,26 @@ def test_a_prompt_says_everything_that_is_believed(fault: str, agent: str) -> No
 @pytest.mark.parametrize("fault", CURABLE)
 @pytest.mark.parametrize("agent", ["planning", "action"])
 def test_a_prompt_says_what_happens_without_action(fault: str, agent: str) -> None:
+    """What is violated of what forbids, and what it costs; with neither nobody would be asked."""
     now, asked = situation(fault), first(fault, agent)
-    violated = worst_first(now.idle, PLANT.scales)
-    assert violated, "otherwise nobody would be asked"
+    violated, cost = worst_first(now.idle, PLANT.scales), now.idle_cost
+    assert cost is not None and (violated or cost.total > reactor().prices.release)
     for finding in violated[:MOST_FINDINGS]:
         assert f"{finding.criterion} {finding.margin:+.3g}" in asked.prompt and finding.margin < 0.0
+    assert violated or "Without action: every criterion holds." in asked.prompt
+    (line,) = (x for x in asked.prompt.splitlines() if x.startswith("Without action it costs "))
+    assert f"{cost.total:.3g} EUR ({100.0 * cost.share:.3g} % of design production)" in line
+    dearest = max(cost.items, key=lambda item: item.amount)
+    assert f"): {dearest.name} {dearest.amount:.3g}" in line
+
+
+@pytest.mark.parametrize("agent", ["planning", "action"])
+def test_a_prompt_says_what_is_to_be_kept_and_what_costs_how_much(agent: str) -> None:
+    """What is soft is told with its price, in the plant's currency, and not as something that must hold."""
+    asked = first("cool_stuck_closed", agent)
+    assert price_list(reactor().prices, PLANT.limits, PLANT.scales) in asked.system
+    for finding in situation("cool_stuck_closed").idle:
+        assert finding.criterion not in {rule.name for rule in PLANT.limits.priced}
 
 
 @pytest.mark.parametrize("agent", ["planning", "action"])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from homeostat.agents.hypotheses import plausible_faults
 from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in
 from homeostat.agents.language.feedback import feedback_text, idle_text
-from homeostat.agents.language.situation import MOST_FINDINGS, situation_text, worst_first
+from homeostat.agents.language.situation import MOST_FINDINGS, worst_first
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
@@ -60,7 +60,7 @@ class LanguageAction:
         hard = [limit.name for limit in self._plant.limits.hard]
         told = (feedback_text(advice, self._plant), idle_text(situation.idle, slopes, self._plant) if slopes else "")
         values = {
-            "situation": situation_text(situation, self._plant, self._briefing.notes, idle=not slopes),
+            "situation": self._briefing.told(situation, idle=not slopes),
             "where": _where(path, chosen),
             "commands": "\n".join(self._describe(r, situation) for r in choices),
             "feedback": "\n".join(told),

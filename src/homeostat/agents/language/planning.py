@@ -8,7 +8,6 @@ from typing import Final
 from homeostat.agents.hypotheses import plausible_faults
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, planning_type
 from homeostat.agents.language.feedback import feedback_text
-from homeostat.agents.language.situation import situation_text
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.agents.search.planning import open_paths
@@ -67,7 +66,7 @@ class LanguagePlanning:
                 f"no further path from {situation.state!r} is open with {', '.join(faults) or 'no fault'}"
             )
         values = {
-            "situation": situation_text(situation, self._plant, self._briefing.notes),
+            "situation": self._briefing.told(situation),
             "paths": "\n".join(
                 f"- {name}: {self._describe(p)}{SAME if p == situation.rest else ''}" for name, p in paths.items()
             ),

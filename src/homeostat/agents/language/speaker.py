@@ -9,10 +9,12 @@ from pydantic import BaseModel
 from homeostat.agents.grounding.context import ContextFinder
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, read, schema, unusable
+from homeostat.agents.language.price_list import cost_text, price_list
 from homeostat.agents.language.prompt_files import fill, prompt_file, template_sha256
+from homeostat.agents.language.situation import situation_text
 from homeostat.agents.roles import NoAdmissiblePlan, Simulation, Situation
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.domain.plant.production import Production
+from homeostat.domain.plant.prices import Prices
 from homeostat.knowledge.context.context import Context
 from homeostat.llm.model import ANSWERED, LanguageModel, ModelError, Question
 from homeostat.llm.tokens import estimate
@@ -39,8 +41,8 @@ class Briefing:
     """Who is asked."""
     plant: PlantDescription
     """The plant as its graph has it."""
-    production: Production
-    """What there should be more of."""
+    prices: Prices
+    """What production is worth, and what everything costs that does not forbid."""
     grounding: Grounding
     """Knows what faults take away."""
     context: ContextFinder
@@ -65,6 +67,11 @@ class Briefing:
             raise NoAdmissiblePlan(f"{self.model.name}: {error}") from error
         return read(kind, reply.answer)
 
+    def told(self, situation: Situation, idle: bool = True) -> str:
+        """``situation`` in words, operators' notes, and what doing nothing costs; ``idle``: and violates."""
+        text = situation_text(situation, self.plant, self.notes, idle)
+        return "\n".join(line for line in (text, cost_text(situation.idle_cost, self.prices.currency)) if line)
+
     def question(
         self, agent: str, situation: Situation, task: str, values: Mapping[str, str], kind: AnswerType, find: Find
     ) -> Question:
@@ -79,7 +86,7 @@ class Briefing:
             "rules": prompt_file("rules", by),
             "guide": prompt_file("guide", by),
             "none": NONE,
-            "throughput": self.production.throughput,
+            "prices": price_list(self.prices, self.plant.limits, self.plant.scales),
         }
         system, prompt = fill(f"{agent}.system", role, by), f"{agent}.prompt"
         shown = find(room(system, fill(prompt, {**values, "turtle": "", "omission": ""}, by)))

@@ -9,7 +9,6 @@ from homeostat.agents.language.answers import AnswerType, Unusable, action_type,
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.reprompting import TeachingReprompting, is_inadmissible
-from homeostat.agents.language.situation import situation_text
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
@@ -85,7 +84,7 @@ class StepAction:
         """What the model is asked about ``state``, and the type of its answers."""
         actuators, faults = self._actuators(state), plausible_faults(situation.diagnosis)
         values = {
-            "situation": situation_text(situation, self._plant, self._briefing.notes),
+            "situation": self._briefing.told(situation),
             "where": f"in state {state.name} ({quote(state.label, 60)})",
             "commands": "\n".join(self._tell(r, situation) for r in actuators),
             "feedback": feedback_text(advice, self._plant),

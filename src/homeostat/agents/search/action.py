@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,8 @@ from homeostat.process.types import Table
 from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Purpose, Twin
 
+Key: TypeAlias = tuple[str, tuple[Command, ...]]
+"""State and commands of an action set, or the digest of one that goes on."""
 HOPELESS = 5.0
 """A search whose cost stays above this cannot be cured by refinement [production]."""
 CHANGE = 0.002
@@ -62,22 +65,22 @@ class SearchAction:
         self._tags = tags
         self._settings = settings or SearchSettings()
         self._cost = Cost(limits, pricing, scales, self._settings.slack)
-        self._judged: list[tuple[Ensemble, dict[tuple[str, tuple[Command, ...]], NDArray[np.float64]]]] = []
+        self._judged: list[tuple[Ensemble, dict[Key, NDArray[np.float64]]]] = []
 
-    def _judged_on(self, ensemble: Ensemble) -> dict[tuple[str, tuple[Command, ...]], NDArray[np.float64]]:
+    def _judged_on(self, ensemble: Ensemble) -> dict[Key, NDArray[np.float64]]:
         """(State, commands) -> what they came to on ``ensemble``: attempts differ in what they require only."""
         before = self._judged
         for known, judged in before:
             if known is ensemble:
                 return judged
-        mine: dict[tuple[str, tuple[Command, ...]], NDArray[np.float64]] = {}
+        mine: dict[Key, NDArray[np.float64]] = {}
         self._judged = [*((e, j) for e, j in before if e.start_s == ensemble.start_s), (ensemble, mine)]
         return mine
 
     async def bounds(self, situation: Situation, paths: Sequence[RecoveryPath]) -> list[float]:
         """What each of ``paths`` costs at best, if nothing forbade, as a share of the design production [1].
 
-        Of a state that admits a choice it is the cheapest of the points that its search looks at first.
+        It is the cheapest of the points that a search looks at first; of a route, of all the ways that it tries.
         """
         return await asyncio.to_thread(self._bounds, self._twin.frozen(), situation, paths)
 
@@ -87,12 +90,11 @@ class SearchAction:
         found = []
         for path in paths:
             if path.awaited:
-                found.append(routes.bound(path, few))
-                continue
-            space = SearchSpace(path.machine.state(path.target), self._tags)
-            first = space.first(present_point(space.state, situation.snapshot.values))
-            rows = self._judge(twin, [space.actions(p) for p in first], few)
-            found.append(float(rows[:, 0].min()))
+                ways = routes.ways(path)
+            else:
+                space = SearchSpace(path.machine.state(path.target), self._tags)
+                ways = [space.actions(p) for p in space.first(present_point(space.state, situation.snapshot.values))]
+            found.append(float(self._judge(twin, ways, few)[:, 0].min()))
         return found
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet:
@@ -178,9 +180,17 @@ class SearchAction:
     def _judge(self, twin: Twin, actions: Sequence[ActionSet], ensemble: Ensemble) -> Table:
         """What each of ``actions`` comes to on ``ensemble``, whoever asked first: shape (actions, 1 + criteria)."""
         judged = self._judged_on(ensemble)
-        untried = [a for a in actions if (a.target, a.commands) not in judged]
+        untried = [a for a in actions if _key(a) not in judged]
         if untried:
-            schedules = twin.schedules(untried, twin.settings.horizon_s)
-            rows = self._cost.judge(*twin.try_many(ensemble, schedules), ensemble.weights, untried)
-            judged.update(zip(((a.target, a.commands) for a in untried), rows, strict=True))
-        return np.stack([judged[a.target, a.commands] for a in actions])
+            if untried[0].then:
+                tried = twin.follow_many(ensemble, untried)
+            else:
+                tried = twin.try_many(ensemble, twin.schedules(untried, twin.settings.horizon_s))
+            rows = self._cost.judge(*tried, ensemble.weights, untried)
+            judged.update(zip(map(_key, untried), rows, strict=True))
+        return np.stack([judged[_key(a)] for a in actions])
+
+
+def _key(actions: ActionSet) -> Key:
+    """What tells ``actions`` apart; the digest takes longer to make, and says what follows as well."""
+    return (actions.digest, ()) if actions.then else (actions.target, actions.commands)

@@ -12,7 +12,6 @@ from homeostat.agents.search.cost import Cost
 from homeostat.domain.plant.state_machine import State
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, open_setpoints
-from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Purpose, Twin
 
 LEVELS = 3
@@ -32,8 +31,7 @@ class RouteSearch:
 
     def best(self, path: RecoveryPath, situation: Situation, required: Mapping[str, float]) -> ActionSet:
         """The cheapest way to take ``path``; validation says whether it will do."""
-        choices = self._choices(path)
-        routes = [ActionSet.along(path, partial(self._commands, chosen)) for chosen in choices]
+        choices, routes = self._choices(path), self.ways(path)
         if len(routes) == 1:
             return routes[0]
         hypotheses = plausible(situation.diagnosis)
@@ -43,10 +41,9 @@ class RouteSearch:
         far = [sum(abs(v - design[tag]) for tag, v in c.items()) for c in choices]
         return routes[int(np.argmin(cost + CHANGE * np.array(far)))]
 
-    def bound(self, path: RecoveryPath, ensemble: Ensemble) -> float:
-        """What ``path`` costs with everything as by design, if nothing forbade, in design production [1]."""
-        route = ActionSet.along(path, partial(self._commands, self._design(path)))
-        return float(self._cost.judge(*self._twin.follow_many(ensemble, [route]), ensemble.weights, [route])[0, 0])
+    def ways(self, path: RecoveryPath) -> list[ActionSet]:
+        """Every way to take ``path`` that is tried; that with everything as by design first."""
+        return [ActionSet.along(path, partial(self._commands, chosen)) for chosen in self._choices(path)]
 
     def _choices(self, path: RecoveryPath) -> list[dict[str, float]]:
         """Tag -> value of everything that is open on the way; the design first."""

@@ -12,7 +12,7 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import estimate, exact
-from homeostat.plants.assembly import Language
+from homeostat.plants.assembly import Language, model_alone
 from homeostat.plants.plant import load_plant
 
 NOT_ASKED = 1
@@ -46,7 +46,7 @@ def carry_out(options: argparse.Namespace) -> int:
 
     language = Language(ScriptedModel("shown", answer), tuple(options.note))
     with contextlib.suppress(_Asked):
-        run(plant, chosen, clock=DeclaredClock(), proposing=Proposing(language), watcher=watcher)
+        run(plant, chosen, clock=DeclaredClock(), proposing=Proposing(language, propose=model_alone), watcher=watcher)
     if len(asked) >= options.number:
         _show(asked[options.number - 1])
         return 0

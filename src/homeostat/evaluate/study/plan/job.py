@@ -15,7 +15,7 @@ from homeostat.evaluate.named_model import NamedModel
 from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.study.plan.constant import constant_proposer
-from homeostat.plants.assembly import Language, Propose, in_operation
+from homeostat.plants.assembly import Language, Propose, in_operation, model_alone
 from homeostat.record.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, SEARCH, WHOLE
 
 
@@ -87,7 +87,7 @@ class StudyArm:
             return lambda bench: ()
         if self.who == CONSTANT:
             return lambda bench: (constant_proposer(bench, self.values),)
-        return in_operation if self.model is None or self.then_search else lambda bench: (bench.speaking(),)
+        return in_operation if self.model is None or self.then_search else model_alone
 
 
 @dataclass(frozen=True, slots=True)

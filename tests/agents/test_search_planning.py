@@ -1,0 +1,133 @@
+"""Planning by enumeration: the path that may cost least comes first, and where none can win, there is no other."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+
+from homeostat.agents.roles import NoAdmissiblePlan, Situation
+from homeostat.agents.search.planning import SAME, SearchPlanning, open_paths
+from homeostat.domain.advice import Advice, Attempt
+from homeostat.domain.cost import Cost, CostItem
+from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
+from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.verdict import Approve, Revise
+from tests.agents.stuck_valve import grounding, now
+from tests.twin.followed import reactor
+
+FOULING = Hypothesis((FaultState("fouling", 0.5, 1450.0),), 1.0)
+ADVICE = Advice()
+COMPENSATED, REDUCED, HOLDING = ("compensated",), ("reduced_load",), ("holding",)
+
+
+class Bounded:
+    """What paths cost at best, by the states that they command; who was asked about what."""
+
+    def __init__(self, costs: dict[tuple[str, ...], float]) -> None:
+        self._costs = costs
+        self.asked: list[list[tuple[str, ...]]] = []
+
+    async def __call__(self, situation: Situation, paths: Sequence[RecoveryPath]) -> Sequence[float]:
+        self.asked.append([path.commanded for path in paths])
+        return [self._costs[path.commanded] for path in paths]
+
+
+def situation() -> Situation:
+    """A jacket that fouls: three states may be commanded."""
+    return replace(now(), diagnosis=Diagnosis(0.0, (), (FOULING,)))
+
+
+def plan(bounds: Bounded | None, advice: Advice = ADVICE) -> tuple[str, ...]:
+    planning = SearchPlanning(reactor().description, grounding(), bounds)
+    return asyncio.run(planning.plan(situation(), advice)).commanded
+
+
+def tried(path: tuple[str, ...], share: float, approved: bool = True) -> Attempt:
+    """An attempt on a path, which would cost ``share`` of what is made by design."""
+    found = next(p for p in every() if p.commanded == path)
+    verdict = Approve("", ()) if approved else Revise(())
+    return Attempt(
+        1, found, ActionSet((), found.target), verdict, 1, Cost((CostItem("production", 30.0 * share),), 30.0)
+    )
+
+
+def every() -> list[RecoveryPath]:
+    return list(open_paths(reactor().description, grounding(), situation(), Advice()))
+
+
+def after(*attempts: Attempt) -> Advice:
+    """The advice after these, whose paths are not to be taken again."""
+    return Advice(refused_paths=tuple(a.path.commanded for a in attempts if a.path), attempts=attempts)
+
+
+def test_three_states_may_be_commanded() -> None:
+    assert {p.commanded for p in every()} == {COMPENSATED, REDUCED, HOLDING}
+
+
+@pytest.mark.parametrize("cheapest", [COMPENSATED, REDUCED, HOLDING])
+def test_the_path_that_may_cost_least_comes_first(cheapest: tuple[str, ...]) -> None:
+    costs = dict.fromkeys((COMPENSATED, REDUCED, HOLDING), 0.5) | {cheapest: 0.1}
+    assert plan(Bounded(costs)) == cheapest
+
+
+def test_without_bounds_the_least_risky_comes_first() -> None:
+    refused, found = Advice(), []
+    for _ in range(3):
+        found.append(plan(None, refused))
+        refused = Advice(refused_paths=tuple(found))
+    risks = [max(reactor().description.machine.state(s).risk for s in path) for path in found]
+    assert risks == sorted(risks) and set(found) == {COMPENSATED, REDUCED, HOLDING}
+
+
+def test_of_equals_the_least_risky_comes_first() -> None:
+    assert plan(Bounded(dict.fromkeys((COMPENSATED, REDUCED, HOLDING), 0.3))) == plan(None)
+
+
+def test_what_was_refused_is_not_asked_about() -> None:
+    bounds = Bounded({COMPENSATED: 0.0, REDUCED: 0.4, HOLDING: 0.2})
+    assert plan(bounds, Advice(refused_paths=(COMPENSATED,))) == HOLDING
+    assert COMPENSATED not in bounds.asked[0]
+
+
+def test_another_path_is_tried_as_long_as_it_may_cost_less_than_what_is_approved() -> None:
+    bounds = Bounded({COMPENSATED: 0.1, REDUCED: 0.2, HOLDING: 1.0})
+    assert plan(bounds, after(tried(COMPENSATED, 0.25))) == REDUCED
+
+
+@pytest.mark.parametrize("approved", [0.2, 0.15, 0.2 + 0.9 * SAME])
+def test_planning_ends_where_nothing_that_is_left_can_cost_less(approved: float) -> None:
+    bounds = Bounded({COMPENSATED: 0.1, REDUCED: 0.2, HOLDING: 1.0})
+    with pytest.raises(NoAdmissiblePlan, match="no path that is left can cost less than what is approved"):
+        plan(bounds, after(tried(COMPENSATED, approved)))
+
+
+def test_the_cheapest_approval_counts() -> None:
+    bounds = Bounded({COMPENSATED: 0.1, REDUCED: 0.2, HOLDING: 0.5})
+    with pytest.raises(NoAdmissiblePlan, match="can cost less"):
+        plan(bounds, after(tried(COMPENSATED, 0.9), tried(REDUCED, 0.3)))
+
+
+def test_what_was_refused_is_no_reason_to_stop_however_cheap_it_was() -> None:
+    bounds = Bounded({COMPENSATED: 0.1, REDUCED: 0.2, HOLDING: 0.5})
+    assert plan(bounds, after(tried(COMPENSATED, 0.0, approved=False))) == REDUCED
+
+
+def test_where_nothing_is_left_the_reason_is_that_and_nobody_is_asked_for_bounds() -> None:
+    bounds = Bounded({})
+    with pytest.raises(NoAdmissiblePlan, match="no path from 'normal' is open with fouling; targets refused: "):
+        plan(bounds, after(tried(COMPENSATED, 0.1), tried(REDUCED, 0.3), tried(HOLDING, 1.0)))
+    assert bounds.asked == []
+
+
+def test_bounds_are_computed_once_for_each_diagnosis() -> None:
+    bounds = Bounded({COMPENSATED: 0.1, REDUCED: 0.2, HOLDING: 0.5})
+    planning = SearchPlanning(reactor().description, grounding(), bounds)
+    asked = situation()
+    later = replace(asked, diagnosis=replace(asked.diagnosis, at_s=60.0))
+    for each in (asked, asked, later):
+        assert asyncio.run(planning.plan(each, ADVICE)).commanded == COMPENSATED
+    assert asyncio.run(planning.plan(later, Advice(refused_paths=(COMPENSATED,)))).commanded == REDUCED
+    assert len(bounds.asked) == 2
