@@ -22,7 +22,8 @@ def run_cost(
     """What ``truth`` cost from ``from_s`` to its end, against the fault-free run ``healthy``.
 
     ``states`` were entered in this order, each at its process time [s]; so many ``releases`` were made. Product is that
-    which is delivered, or still in the plant. What cannot be known costs NaN.
+    which is delivered, or still in the plant; a hard limit that is violated costs what one violation costs. What cannot
+    be known costs NaN.
     """
     prices = plant.prices
     late = truth.times_s > from_s
@@ -37,6 +38,9 @@ def run_cost(
         hours = max(left_s - max(entered_s, from_s), 0.0) / HOUR_S
         items[state] = items.get(state, 0.0) + prices.states[state] * hours
     items[RELEASE] = releases * prices.release
+    for limit in plant.description.limits.hard if late.any() else ():
+        kept = limit.formula.margins(signals, truth.dt_s).min() >= 0.0
+        items[limit.name] = 0.0 if kept else prices.violation[limit.name]
     return Cost(
         tuple(CostItem(name, amount) for name, amount in items.items() if amount != 0.0), prices.product * possible
     )
