@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from homeostat.cli.commands.run import STATUS, Going, carry
-from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation, Thinking
+from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.scenario import scenario
 from homeostat.plants.plant import load_plant
 from homeostat.record.directory import RunDirectory
@@ -64,9 +64,7 @@ def test_a_result_that_cannot_be_stored_is_printed_and_has_a_status_of_its_own(
     plant, directory = load_plant("cstr"), RunDirectory(tmp_path / "run")
     (tmp_path / "run" / "result.json").mkdir()  # no file finds room here
     chosen = scenario(plant, "none", 1, None, None, 30.0)
-    status = carry(
-        Going(plant, chosen, directory, Thinking(declared_s=1.0), "search", None, Conditions(), Operation()), False
-    )
+    status = carry(Going(plant, chosen, directory, Thinking(declared_s=1.0), "search", Proposing(), Operation()), False)
     said = capsys.readouterr()
     assert status == 1 and "No action" in said.out
     assert said.err.count("\n") == 1 and "is incomplete: result.json: " in said.err

@@ -7,8 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from homeostat.domain.alternative import AlternativeKind
+from homeostat.domain.events.recovery import Compared
+from homeostat.journal import read_events
 from homeostat.llm.calls import read_calls
 from homeostat.llm.model import Failure
+from homeostat.record.run_record import RunRecord
 from tests.cli.command import Done, homeostat, refused
 from tests.llm.test_calls_file import CALL
 
@@ -86,10 +90,15 @@ def asked(tmp_path_factory: pytest.TempPathFactory) -> Done:
     return homeostat(*RUN, *arguments, "--json", cwd=tmp_path_factory.mktemp("asked"))
 
 
-def test_a_script_recovers_the_plant(asked: Done) -> None:
+def test_a_script_competes_with_the_search_and_the_cheapest_is_released(asked: Done) -> None:
     result = json.loads(asked.out)
-    assert (asked.status, asked.err) == (0, "")
-    assert (result["outcome"], result["actor"]) == ("recovered", "language")
+    assert (asked.status, asked.err, result["outcome"]) == (0, "", "recovered")
+    record = RunRecord.of(tuple(read_events(asked.cwd / "run")))
+    found = next(c for c in record.of_kind(Compared) if c.chosen)
+    released = [a for a in found.alternatives if a.kind is AlternativeKind.RELEASE]
+    assert {a.proposer for a in released} == {"search", "language"}
+    cheapest = min((a for a in released if a.admitted), key=lambda a: a.cost.total)
+    assert cheapest.digest == found.chosen
 
 
 def test_every_call_is_recorded_in_the_file_and_in_the_trace(asked: Done) -> None:
@@ -109,7 +118,7 @@ def test_what_was_recorded_replays_to_the_same_actions(asked: Done, tmp_path: Pa
     replay = ("--proposer", "replay:calls.jsonl", "--record", "again.jsonl", "--out", "run", "--note", "Pump: new")
     done = homeostat(*RUN, *replay, "--json", cwd=tmp_path)
     first, again = json.loads(asked.out), json.loads(done.out)
-    assert (done.status, again["actor"], again["actions"]) == (0, "language", first["actions"])
+    assert (done.status, again["actor"], again["actions"]) == (0, first["actor"], first["actions"])
     before, after = read_calls(asked.cwd / "calls.jsonl"), read_calls(tmp_path / "again.jsonl")
     assert [(c.prompt, c.answer) for c in after] == [(c.prompt, c.answer) for c in before]
 

@@ -139,7 +139,7 @@ def test_the_lines_of_a_run(recovered: Done) -> None:
     assert "worst margin +" in lines and "L/s" in lines
     assert summary.startswith("Recovered") and "run/figure.png" in summary
     assert [line.split()[0] for line in summary.splitlines()[1:]] == [
-        "Fault", "Detected", "Done", "Limits", "Production", "Thinking", "Trace", "Figure",
+        "Fault", "Detected", "Done", "Limits", "Production", "Cost", "Thinking", "Trace", "Figure",
     ]  # fmt: skip
 
 

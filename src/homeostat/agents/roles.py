@@ -204,7 +204,7 @@ class Proposer:
     attempts: int = 12
     """Most proposals in one recovery."""
     improves: bool = False
-    """Whether it is asked as well where the plant may be left alone, but might do better."""
+    """Whether it is asked as well where the plant does what is asked of it by itself, but might do better."""
     thorough: bool = False
     """Whether it goes on to other paths once something of it is approved, as long as they may cost less."""
 

@@ -89,7 +89,7 @@ class Agenda:
             return Stance.LEAVE
         if self.finished(look.state):
             return Stance.ACCEPT if look.fine or look.harmless else Stance.GIVE_UP
-        if not (look.fine or (memory.recovered and look.harmless)):
+        if not look.harmless:
             return Stance.ACT
         news = due or deviates or memory.in_vain is None or is_news(look, memory.in_vain)
         if not news:

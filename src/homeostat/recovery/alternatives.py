@@ -14,9 +14,9 @@ LITTLE = 0.02
 class Alternatives:
     """The one list of a recovery."""
 
-    def __init__(self, given: tuple[Alternative, ...], currency: str) -> None:
-        """``given``: what may be done without a proposal."""
-        self._given, self._currency = given, currency
+    def __init__(self, given: tuple[Alternative, ...], currency: str, well: bool = False) -> None:
+        """``given``: what may be done without a proposal; ``well``: left alone, the plant does what is asked of it."""
+        self._given, self._currency, self.well = given, currency, well
         self._found: list[tuple[Alternative, Approved]] = []
 
     @property
@@ -32,7 +32,7 @@ class Alternatives:
 
     def anew(self) -> Self:
         """The list without what was proposed."""
-        return type(self)(self._given, self._currency)
+        return type(self)(self._given, self._currency, self.well)
 
     @property
     def best(self) -> Approved | None:

@@ -110,5 +110,5 @@ class Proposals:
                 min(p.attempts, self._improvements) if leave else p.attempts,
             )
             for p in self._agents.proposers
-            if not leave or p.improves
+            if not alternatives.well or p.improves
         ]

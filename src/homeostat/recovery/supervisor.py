@@ -150,4 +150,4 @@ class RecoveryLoop:
                 "it acts where nothing else may be done" if isinstance(first.verdict, Approve) else "it does not help"
             )
             given.append(Alternative(AlternativeKind.FALLBACK, first.strategy.name, cost, reason))
-        return Alternatives(tuple(given), self._pricing.prices.currency)
+        return Alternatives(tuple(given), self._pricing.prices.currency, stance is Stance.IMPROVE and look.fine)

@@ -104,7 +104,8 @@ class Story:
                 text = f"{event.proposer}: the release check, because {printable(event.reason)}"
                 yield Line(at_s, "refused", text, Tone.WARNING)
             case NoActionTaken():
-                yield Line(at_s, "no action", f"needed in {event.state!r}", Tone.MUTED)
+                needed = "needed" if event.min_margin >= 0.0 else "would cost less"
+                yield Line(at_s, "no action", f"{needed} in {event.state!r}", Tone.MUTED)
             case Probed():
                 yield _probe(event, at_s)
             case ProbeEnded():
