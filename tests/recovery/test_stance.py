@@ -58,10 +58,10 @@ def test_what_forbids_is_acted_upon_whatever_it_costs_and_however_recent_the_rel
     for remembered in ({}, {"released_s": 99.0}):
         for worthwhile in (False, True):
             assert stance(HARMFUL, worthwhile=worthwhile, **remembered) is Stance.ACT
+    assert stance(HARMLESS) is Stance.ACT, "it was never recovered"
 
 
-def test_a_plant_that_is_harmless_may_be_left_alone_if_nothing_costs_less() -> None:
-    assert stance(HARMLESS) is Stance.IMPROVE, "whether or not it was recovered before"
+def test_a_recovered_plant_that_is_harmless_may_be_left_alone() -> None:
     for worthwhile in (False, True):
         assert stance(HARMLESS, worthwhile=worthwhile, **RECOVERED) is Stance.IMPROVE
 

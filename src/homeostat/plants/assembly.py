@@ -129,8 +129,14 @@ Propose = Callable[[Workbench], tuple[Proposer, ...]]
 
 
 def in_operation(bench: Workbench) -> tuple[Proposer, ...]:
-    """As a plant is operated: the search answers first, and the language model, where there is one, may do better."""
-    return (bench.searching(),) if bench.language is None else (bench.searching(), bench.speaking())
+    """As a plant is operated: the search answers first, and the language model, where there is one, may do better.
+
+    Where every step is asked for, as in published studies, the language model is asked first.
+    """
+    if bench.language is None:
+        return (bench.searching(),)
+    both = bench.searching(), bench.speaking()
+    return both[::-1] if bench.protocol is AskingProtocol.PER_STEP else both
 
 
 def model_alone(bench: Workbench) -> tuple[Proposer, ...]:

@@ -89,8 +89,10 @@ class Agenda:
             return Stance.LEAVE
         if self.finished(look.state):
             return Stance.ACCEPT if look.fine or look.harmless else Stance.GIVE_UP
-        if not look.harmless:
+        if not (look.fine or (memory.recovered and look.harmless)):
             return Stance.ACT
+        if self._every_step and look.fine and not due:
+            return Stance.LEAVE  # proposers are asked when a step is due
         news = due or deviates or memory.in_vain is None or is_news(look, memory.in_vain)
         if not news:
             return Stance.LEAVE

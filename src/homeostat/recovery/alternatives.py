@@ -14,9 +14,12 @@ LITTLE = 0.02
 class Alternatives:
     """The one list of a recovery."""
 
-    def __init__(self, given: tuple[Alternative, ...], currency: str, well: bool = False) -> None:
-        """``given``: what may be done without a proposal; ``well``: left alone, the plant does what is asked of it."""
-        self._given, self._currency, self.well = given, currency, well
+    def __init__(self, given: tuple[Alternative, ...], currency: str, well: bool = False, first: bool = False) -> None:
+        """``given``: what may be done without a proposal; ``well``: left alone, the plant does what is asked of it.
+
+        ``first``: the first that is approved will do, as where every step is asked for.
+        """
+        self._given, self._currency, self.well, self._first = given, currency, well, first
         self._found: list[tuple[Alternative, Approved]] = []
 
     @property
@@ -28,11 +31,11 @@ class Alternatives:
     def worth_waiting(self) -> bool:
         """Whether one more proposal may win enough to wait for it."""
         best = self.best
-        return best is None or best.cost.share > LITTLE
+        return best is None or (not self._first and best.cost.share > LITTLE)
 
     def anew(self) -> Self:
         """The list without what was proposed."""
-        return type(self)(self._given, self._currency, self.well)
+        return type(self)(self._given, self._currency, self.well, self._first)
 
     @property
     def best(self) -> Approved | None:

@@ -17,8 +17,6 @@ def take_no_action(scene: Scene, verdict: Verdict, armed: TimeLeft) -> NoActionN
     """Say by which margin the plant does without help."""
     worst = min(verdict.findings, key=lambda f: f.margin)
     scene.record(NoActionTaken(scene.now.state, worst.margin))
-    if not worst.satisfied:  # it protects nothing, but somebody must know
-        scene.alarm("left", f"{worst.message}; nothing that may be done costs less than leaving the plant alone")
     stand_down(scene, armed)
     return NoActionNeeded(scene.seen_s, worst.margin)
 

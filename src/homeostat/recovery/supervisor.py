@@ -35,7 +35,7 @@ class RecoveryLoop:
         self, desk: Desk, agents: Agents, rules: PlantRules, check: Check, bounds: Bounds, trace: Trace
     ) -> None:
         """Wire the parts together; nothing happens before :meth:`supervise`."""
-        self._desk, self._diagnosis_s = desk, bounds.budget.diagnosis_s
+        self._desk, self._diagnosis_s, self._every_step = desk, bounds.budget.diagnosis_s, bounds.every_step
         self._pricing = pricing = Pricing(rules.prices, rules.limits, rules.scales)
         self._policy = InterventionPolicy(rules.limits, pricing, rules.scales)
         self._scene = scene = Scene(desk, agents.simulation, agents.grounding, trace)
@@ -150,4 +150,5 @@ class RecoveryLoop:
                 "it acts where nothing else may be done" if isinstance(first.verdict, Approve) else "it does not help"
             )
             given.append(Alternative(AlternativeKind.FALLBACK, first.strategy.name, cost, reason))
-        return Alternatives(tuple(given), self._pricing.prices.currency, stance is Stance.IMPROVE and look.fine)
+        well, currency = stance is Stance.IMPROVE and look.fine, self._pricing.prices.currency
+        return Alternatives(tuple(given), currency, well, self._every_step)

@@ -50,8 +50,8 @@ def test_who_proposes_in_which_order_and_who_improves() -> None:
         (CONSTANT, False): [("constant", False)],
         (FALLBACK_ONLY, False): [],
         (script, False): [("language", False)],
-        (script, True): [("language", False), ("search", True)],
-    }, "only the search improves a plant that may be left alone"
+        (script, True): [("search", True), ("language", False)],
+    }, "only the search improves a plant that does what is asked of it"
 
 
 def test_nobody_acts_where_nothing_is_to_be_done() -> None:
