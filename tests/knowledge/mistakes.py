@@ -196,7 +196,7 @@ BROKEN: list[tuple[str, str, Change, Code]] = [
     ("prices", "description missing", cell("description", ""), Code.BAD_SHAPE),
     ("prices", "same subject twice", again(price="2"), Code.DUPLICATE_ID),
     ("prices", "two products", again(subject="by-product"), Code.DUPLICATE_ID),
-    ("prices", "two prices of a release", lambda rows: [*rows, {**rows[1], "subject": "every one"}], Code.DUPLICATE_ID),
+    ("prices", "two prices of a release", lambda rows: [*rows, {**rows[1], "item": "every one"}], Code.DUPLICATE_ID),
     ("fallbacks", "tag unknown", cell("tag", "T99"), Code.UNKNOWN_TAG),
     ("fallbacks", "a measured tag", cell("tag", "T1"), Code.FALLBACK_TAG_NOT_COMMANDABLE),
     ("fallbacks", "a tag that a loop writes", cell("tag", "V2.cmd"), Code.FALLBACK_TAG_NOT_COMMANDABLE),

@@ -116,7 +116,7 @@ def test_limits_and_criteria(plant: PlantDescription) -> None:
 def test_prices(plant: PlantDescription) -> None:
     rows = table("prices")
     assert {(str(x.kind), x.subject, x.amount) for x in plant.prices} == {
-        (row["kind"], row["subject"], number(row["price"])) for row in rows
+        (row["kind"], row["item"], number(row["price"])) for row in rows
     }
     assert len(plant.prices) == len(rows)
 

@@ -177,7 +177,7 @@ ABSURD = [
     ("prices", {"price": "-1"}, Code.BAD_NUMBER, "price: '-1' is outside 0 to 1e+09"),
     ("prices", {"price": "inf"}, Code.BAD_NUMBER, "price: 'inf' is "),
     ("prices", {"price": "nan"}, Code.BAD_NUMBER, "price: 'nan' is "),
-    ("prices", {"subject": ""}, Code.MISSING_VALUE, "subject: the cell is empty; fill it"),
+    ("prices", {"item": ""}, Code.MISSING_VALUE, "item: the cell is empty; fill it"),
     ("fallbacks", {"step": "0"}, Code.BAD_NUMBER, "its place in the order"),
     ("fallbacks", {"value": "1e12"}, Code.BAD_NUMBER, "nothing in a plant is larger"),
     ("quality", {"stale_s": "1e9"}, Code.BAD_NUMBER, "outside 1 to 60 s"),

@@ -99,7 +99,7 @@ class Price(cells.TableRow):
     """What something costs, in the plant's currency."""
 
     kind: Annotated[str, cells.words_of(PriceKind)]
-    subject: cells.Name
+    item: cells.Name
     price: cells.Size
     description: cells.Text
 

@@ -96,7 +96,7 @@ SCHEMAS: Final[Mapping[str, tuple[type[TableRow], tuple[str, ...]]]] = {
     "transitions": (behaviour.Transition, ("id",)),
     "limits": (behaviour.Limit, ("id",)),
     "criteria": (behaviour.Criterion, ("id",)),
-    "prices": (behaviour.Price, ("kind", "subject")),
+    "prices": (behaviour.Price, ("kind", "item")),
     "fallbacks": (behaviour.FallbackStep, ("strategy", "step")),
     "fallback_waivers": (behaviour.Waiver, ("strategy", "permissive")),
     "fallback_limits": (behaviour.FallbackLimit, ("strategy", "limit")),
