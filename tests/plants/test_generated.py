@@ -236,7 +236,7 @@ def test_prices_that_are_lost_found_or_changed_are_in_the_next_graph(
         (
             "state,shutdown,",
             "state,holding,",
-            "prices.csv row 7 ('state holding'): kind and subject are those of row 6",
+            "prices.csv row 7 ('state holding'): kind and item are those of row 6",
         ),
         ("release,release,", "product,by-product,", "is a second price of product; keep one row"),
     ],
