@@ -74,8 +74,14 @@ def test_a_soft_rule_costs_by_how_far_and_how_long_it_is_missed() -> None:
     assert run_cost(plant(), truth(temperature=303.0), HEALTHY, 51.0).total == pytest.approx(10.0), "only what is later"
 
 
-def test_what_is_hard_forbids_and_has_no_item() -> None:
-    assert run_cost(plant(), truth(temperature=330.0), HEALTHY, 1.0).items == ()
+def test_a_hard_limit_that_is_violated_costs_one_violation_however_long_it_lasts() -> None:
+    once = run_cost(plant(), truth(temperature=330.0), HEALTHY, 1.0)
+    assert {item.name: item.amount for item in once.items} == {
+        limit.name: plant().prices.violation[limit.name]
+        for limit in plant().description.limits.hard
+        if not limit.formula.holds({tag: float(v[0, -1]) for tag, v in truth(temperature=330.0).signals.items()})
+    }
+    assert once.items
 
 
 def test_states_cost_by_the_hour_from_the_onset_to_the_end_and_releases_by_the_piece() -> None:

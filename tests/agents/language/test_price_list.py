@@ -64,9 +64,9 @@ def test_a_plant_s_list_leaves_room_for_the_plant(name: str) -> None:
 def test_what_doing_nothing_costs_is_told_with_its_dearest_items() -> None:
     cost = Cost((CostItem(PRODUCT, 1.0), CostItem("WARM", 5.25)), 30.0)
     assert cost_text(cost, "EUR") == (
-        "Without action it costs 6.25 EUR (20.8 % of design production): WARM 5.25, production 1."
+        "Without action it costs 6.25 EUR (20.8 % of full production): WARM 5.25, production 1."
     )
-    assert cost_text(Cost((), 30.0), "EUR") == "Without action it costs 0 EUR (0 % of design production)."
+    assert cost_text(Cost((), 30.0), "EUR") == "Without action it costs 0 EUR (0 % of full production)."
     assert cost_text(None, "EUR") == ""
     many = Cost(tuple(CostItem(f"C-{k}", float(k)) for k in range(30)), 30.0)
     assert cost_text(many, "EUR").count("C-") == MOST_ITEMS and "C-29 29, C-28 28" in cost_text(many, "EUR")

@@ -71,7 +71,7 @@ def test_a_prompt_says_what_happens_without_action(fault: str, agent: str) -> No
         assert f"{finding.criterion} {finding.margin:+.3g}" in asked.prompt and finding.margin < 0.0
     assert violated or "Without action: every criterion holds." in asked.prompt
     (line,) = (x for x in asked.prompt.splitlines() if x.startswith("Without action it costs "))
-    assert f"{cost.total:.3g} EUR ({100.0 * cost.share:.3g} % of design production)" in line
+    assert f"{cost.total:.3g} EUR ({100.0 * cost.share:.3g} % of full production)" in line
     dearest = max(cost.items, key=lambda item: item.amount)
     assert f"): {dearest.name} {dearest.amount:.3g}" in line
 

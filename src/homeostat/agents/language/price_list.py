@@ -39,7 +39,7 @@ def cost_text(cost: Cost | None, currency: str) -> str:
         return ""
     dearest = sorted(cost.items, key=lambda item: -item.amount)[:MOST_ITEMS]
     told = ", ".join(f"{item.name} {item.amount:.3g}" for item in dearest if item.amount > 0.0)
-    share = f"{100.0 * cost.share:.3g} % of design production"
+    share = f"{100.0 * cost.share:.3g} % of full production"
     return f"Without action it costs {cost.total:.3g} {currency} ({share}){': ' if told else ''}{told}."
 
 
