@@ -40,4 +40,4 @@ def search(settings: SearchSettings | None = None) -> SearchAction:
     """A search on a twin that has followed the stuck valve up to now."""
     d, plant = reactor().description, reactor()
     pricing = Pricing(plant.prices, d.limits, d.scales)
-    return SearchAction(follow(stuck()[:NOW_S]), d.limits, d.tags_by_name, pricing, d.scales, settings)
+    return SearchAction(follow(stuck()[:NOW_S]), d, pricing, settings)

@@ -87,7 +87,7 @@ def search(twin: Twin) -> SearchAction:
     plant = reactor()
     d = plant.description
     pricing = Pricing(plant.prices, d.limits, d.scales)
-    return SearchAction(twin, d.limits, d.tags_by_name, pricing, d.scales, QUICK)
+    return SearchAction(twin, d, pricing, QUICK)
 
 
 def act(subject: SearchAction) -> ActionSet:

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import pytest
 
+from homeostat.agents.monitoring.clearing import LOOKS_S
 from homeostat.agents.monitoring.monitoring import TwinMonitoring
 from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.domain.diagnosis import Direction, FaultState, Feature, Hypothesis, SymptomRule
@@ -17,6 +18,7 @@ from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released
 from homeostat.stl.formula import parse, parse_expression
+from homeostat.twin.isolation.ended import Ended
 from tests.agents.scripted import NoGraph
 from tests.twin.followed import reactor
 
@@ -38,6 +40,8 @@ class ScriptedTwin:
     asked: list[tuple[tuple[str, ...], tuple[FaultState, ...]]] = field(default_factory=list)
     learned: list[tuple[float, int]] = field(default_factory=list)
     sharpened: list[tuple[float, int, tuple[FaultState, ...]]] = field(default_factory=list)
+    over: Ended | None = None
+    checked: list[float] = field(default_factory=list)
 
     def observe(self, snapshot: Snapshot) -> None:
         self.at_s = snapshot.at_s
@@ -52,10 +56,15 @@ class ScriptedTwin:
         dense: bool = False,
         since_s: float = 0.0,
         before: tuple[Hypothesis, ...] = (),
-        sure: bool = True,
+        news: bool = True,
+        from_s: float = 0.0,
     ) -> tuple[Hypothesis, ...]:
         self.asked.append((tuple(candidates), tuple(known)))
         return self.answer(self.at_s)
+
+    def ended(self, known: Sequence[tuple[FaultState, ...]], from_s: float) -> Ended | None:
+        self.checked.append(self.at_s)
+        return self.over
 
     def calibrate(self, seconds: int) -> None:
         self.learned.append((self.at_s, seconds))
@@ -265,20 +274,28 @@ def test_the_transient_after_a_release_is_expected() -> None:
 
 def test_a_release_is_reviewed_even_if_all_is_quiet() -> None:
     scene, released_s = recovered()
-    assert scene.watch(650) == [released_s + SETTINGS.review_s * k for k in (1, 2, 3)]
+    reviews = [released_s + SETTINGS.review_s * k for k in (1, 2, 3)]
+    cleared_s = released_s + SETTINGS.transient_s
+    assert scene.watch(650) == sorted([*reviews, *(cleared_s + after_s for after_s in LOOKS_S)])
+
+
+def reviewed() -> tuple[Scene, float]:
+    """A recovered plant that shows nothing any more, when it is reviewed."""
+    scene, released_s = recovered()
+    while scene.at_s < released_s + SETTINGS.review_s:
+        assert scene.until_attention(250) is not None
+    return scene, released_s
 
 
 def test_a_review_asks_about_what_was_believed() -> None:
-    scene, _ = recovered()
-    scene.until_attention(250)
+    scene, _ = reviewed()
     diagnosis = scene.monitoring.diagnose()
     assert scene.twin.asked[-1] == (("hot",), SURE[0].faults)
     assert diagnosis.faulty and [s.rule for s in diagnosis.symptoms] == ["S-X"], "the last symptoms are remembered"
 
 
 def test_a_review_sharpens_the_twin_only_where_one_explanation_is_left() -> None:
-    scene, released_s = recovered()
-    scene.until_attention(250)
+    scene, released_s = reviewed()
     scene.monitoring.diagnose()
     minute = 60
     learned = int(SETTINGS.review_s) - minute
@@ -335,3 +352,55 @@ def test_a_picture_that_repeats_to_the_last_digit_says_nothing_and_one_reading_t
         monitoring.notices(Snapshot(at_s, {"x": x, "y": y, "on": 1.0}))
         seen.append(scene.twin.at_s)
     assert seen == [1.0, 2.0, 2.0, 2.0, 5.0]
+
+
+# --- what is over ---------------------------------------------------------------------------------------------------
+
+
+def cleared() -> Scene:
+    """A plant whose fault was found, when it is looked at because its symptom has gone."""
+    scene = healthy()
+    scene.until_attention(10, x=2.0)
+    scene.monitoring.diagnose()
+    assert scene.until_attention(100) is not None
+    return scene
+
+
+def test_after_a_symptom_has_gone_it_is_only_seen_whether_its_cause_is_over() -> None:
+    scene = cleared()
+    asked = len(scene.twin.asked)
+    found = scene.monitoring.diagnose()
+    assert found.hypotheses == SURE and not found.news and found.ended_s is None
+    assert len(scene.twin.asked) == asked and scene.twin.checked == [scene.at_s]
+
+
+def test_what_is_over_is_said_once_and_forgotten() -> None:
+    scene = cleared()
+    scene.twin.over = Ended(scene.at_s - 5.0, fits=True)
+    found = scene.monitoring.diagnose()
+    assert not found.faulty and found.ended == SURE[0].faults and found.ended_s == scene.at_s - 5.0
+    assert scene.watch(1000) == [], "there is nothing to review"
+    assert scene.until_attention(10, x=2.0) is not None
+    scene.monitoring.diagnose()
+    assert scene.twin.asked[-1] == (("hot", "wet"), ()), "what comes then is new"
+
+
+def test_where_something_else_is_wrong_then_it_is_looked_for() -> None:
+    scene = healthy()
+    scene.until_attention(10, x=2.0)
+    scene.monitoring.diagnose()
+    scene.twin.over = Ended(40.0, fits=False)
+    assert scene.until_attention(100, y=2.0) is not None
+    found = scene.monitoring.diagnose()
+    assert found.faulty and scene.twin.asked[-1] == (("wet",), ())
+
+
+def test_nothing_as_the_best_explanation_ends_what_was_known() -> None:
+    answers = iter([SURE, NOTHING])
+    scene = Scene(lambda at_s: next(answers))
+    scene.watch(30)
+    scene.until_attention(10, x=2.0)
+    scene.monitoring.diagnose()
+    assert scene.until_attention(10, x=2.0, y=2.0) is not None
+    found = scene.monitoring.diagnose()
+    assert found.ended == SURE[0].faults and found.ended_s == scene.at_s and not found.symptoms

@@ -33,7 +33,7 @@ ROUNDING = 1e-9
 
 def search(plant: Plant, twin: Twin) -> SearchAction:
     d = plant.description
-    return SearchAction(twin, d.limits, d.tags_by_name, Pricing(plant.prices, d.limits, d.scales), d.scales)
+    return SearchAction(twin, d, Pricing(plant.prices, d.limits, d.scales))
 
 
 def opened(plant: Plant, asked: Situation) -> list[RecoveryPath]:

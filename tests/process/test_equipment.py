@@ -57,6 +57,9 @@ HAND = [
     ("pid_output", (0.2, 0.3, 10.0, 0.0, 1.0), 1.0),
     ("pid_output", (-0.2, 0.3, 10.0, 0.0, 1.0), 0.0),
     ("pid_output", (-0.2, 0.3, 10.0, -1.0, 1.0), -1.0),
+    # Behind an output of 0.6 and 0.2 off its setpoint, the integral is what the gain leaves of it.
+    ("pid_tracking", (0.2, 0.6, 0.5), 0.5),
+    ("pid_tracking", (-2.0, 0.6, 0.5), 1.6),
     # The integral grows by Ki e dt, but not further out of a limit.
     ("pid_integral", (0.02, 0.3, 10.0, 5.0, 0.0, 1.0, 1.0), 0.4),
     ("pid_integral", (0.02, 0.3, 10.0, 5.0, 0.0, 1.0, 2.0), 0.5),

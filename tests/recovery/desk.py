@@ -19,6 +19,7 @@ from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Arm, FallBack, Message, Observation, Trouble
 from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.plant.prices import Price, PriceKind
+from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.recovery import ActionSet, RecoveryPath, Step
 from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.snapshot import Snapshot
@@ -140,8 +141,8 @@ class PlanningByState(ScriptedPlanning):
     """The one way out of each state that the line is run by."""
 
     async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath | Revise:
-        name = "reduce" if situation.state == "running" else "adjust"
-        return RecoveryPath(COOLING, tuple(t for t in COOLING.transitions if t.name == name))
+        name = {"running": "reduce", "still": "resume"}.get(situation.state, "adjust")
+        return RecoveryPath(self._machine, tuple(t for t in self._machine.transitions if t.name == name))
 
 
 class NotingSimulation(TwinSimulation):
@@ -187,13 +188,14 @@ class Recovery:
     rows: tuple[Price, ...] = ()
     others: tuple[Proposer, ...] = ()
     polishing: Polishing | None = None
+    machine: StateMachine = COOLING
 
     def __post_init__(self) -> None:
         self.desk = ScriptedDesk(self.ticks, self.thinking, self.overtaking_s)
         self.twin, self.trace = LineTwin(self.heating), MemoryTrace()
         self.twin.bands = lambda actions: () if self.band is None else (self.band,) * len(actions.then)
         proposer = Proposer(
-            "scripted", PlanningByState(COOLING), self.action, ScriptedReprompting(), self.attempts, self.improves
+            "scripted", PlanningByState(self.machine), self.action, ScriptedReprompting(), self.attempts, self.improves
         )
         self.simulation = NotingSimulation(self.twin, self.limits)
         validation = LimitValidation(self.limits, TAGS)
@@ -208,7 +210,7 @@ class Recovery:
             self.polishing,  # type: ignore[arg-type]
         )
         rules = PlantRules(
-            COOLING, self.limits, priced(self.limits, COOLING, *self.rows), (DRAIN, VENT), {"K": 2.0}, TAGS
+            self.machine, self.limits, priced(self.limits, self.machine, *self.rows), (DRAIN, VENT), {"K": 2.0}, TAGS
         )
         check = ReleaseCheck(self.twin, self.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
         self.loop = RecoveryLoop(self.desk, agents, rules, check, self.bounds, self.trace)

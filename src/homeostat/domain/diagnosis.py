@@ -172,6 +172,12 @@ class Diagnosis:
     """What was seen."""
     hypotheses: tuple[Hypothesis, ...]
     """Explanations, most probable first; several of one fault span the uncertainty of its severity."""
+    ended: tuple[FaultState, ...] = ()
+    """What was wrong before and is over."""
+    ended_s: float | None = None
+    """Process time from which it is over, at the latest [s]; None where nothing is."""
+    news: bool = True
+    """Whether it was worked out anew; False where it was only seen that what was said before is not over."""
 
     @property
     def faulty(self) -> bool:

@@ -96,7 +96,7 @@ class Workbench:
         """A search of its own."""
         d = self.plant.description
         pricing = Pricing(self.plant.prices, d.limits, d.scales)
-        return SearchAction(self.twin, d.limits, d.tags_by_name, pricing, d.scales)
+        return SearchAction(self.twin, d, pricing)
 
     def searching(self) -> Proposer:
         """The deterministic proposer that is always there."""

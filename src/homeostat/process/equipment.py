@@ -86,6 +86,15 @@ def pid_output(error: float, integral: float, gain: float, low: float, high: flo
 
 
 @compiled
+def pid_tracking(error: float, output: float, gain: float) -> float:
+    """Integral term of a PI controller behind a manual ``output``, output - Kp e.
+
+    Handed back to automatic the controller goes on from where the output stands (bumpless transfer).
+    """
+    return output - gain * error
+
+
+@compiled
 def pid_integral(error: float, integral: float, gain: float, reset: float, low: float, high: float, dt: float) -> float:
     """Integral term after ``dt`` [s] with conditional integration (anti-windup).
 

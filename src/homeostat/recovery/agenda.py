@@ -24,6 +24,8 @@ class RecoveryMemory:
     """When something was last released because of a fault or a deviation [s]."""
     accepted: frozenset[str] = frozenset()
     """Symptoms with which a batch that is over was found to be safe."""
+    back_s: float | None = None
+    """When the way back to ordinary operation is asked for next [s]; None where a fault is in the way, or nothing."""
     in_vain: Look | None = None
     """The look after which proposers found nothing, and the plant was left as it is; None where they were not asked."""
 
@@ -39,7 +41,7 @@ class Stance(Enum):
     LEAVE = "It is left as it is: all is well, or proposers have found nothing before and nothing is new."
     ACCEPT = "It is left as it is for good: the batch is over, and safe with these symptoms."
     IMPROVE = "It is left as it is unless something costs less."
-    PREFER = "It is left as it is unless something is approved: a step is asked for."
+    PREFER = "It is left as it is unless something is approved: a step is asked for, or the way back."
     ACT = "Something must be approved, or the fallback is to act."
     GIVE_UP = "The fallback is to act: the batch is over, and nobody can propose anything."
 
@@ -60,6 +62,7 @@ class Agenda:
     def __init__(self, machine: StateMachine, bounds: Bounds) -> None:
         """``machine`` says when a batch is complete."""
         self._machine, self._every_step, self._intervention = machine, bounds.every_step, bounds.intervention
+        self._ordinary = machine.ordinary
 
     def finished(self, state: str) -> bool:
         """Whether nothing but the fallback leads out of ``state``: a batch that is complete."""
@@ -79,6 +82,21 @@ class Agenda:
         state, at_s = memory.asked
         in_vain = now.way is None and now.now_s - at_s >= self._intervention.repeat_s
         return now.state != state or in_vain
+
+    def way_back_is_due(self, memory: RecoveryMemory, scene: Scene) -> bool:
+        """Whether nothing is wrong any more, and the plant is to go back to ordinary operation now."""
+        return memory.back_s is not None and scene.seen_s >= memory.back_s
+
+    def after_diagnosis(self, memory: RecoveryMemory, diagnosis: Diagnosis, scene: Scene) -> RecoveryMemory:
+        """What is remembered after a diagnosis: where all is over, a plant that was moved is to go back."""
+        away = memory.recovered and scene.now.state not in self._ordinary and not self.finished(scene.now.state)
+        if diagnosis.faulty or not away:
+            return replace(memory, back_s=None)
+        return memory if diagnosis.ended_s is None else replace(memory, back_s=scene.seen_s)
+
+    def after_asking_back(self, memory: RecoveryMemory, scene: Scene) -> RecoveryMemory:
+        """What is remembered once the way back is asked for: where it is not open yet, it is asked for again."""
+        return replace(memory, back_s=scene.seen_s + self._intervention.back_s)
 
     def stance(self, memory: RecoveryMemory, look: Look, due: bool, deviates: bool, worthwhile: bool = True) -> Stance:
         """What is to be done after ``look``; ``due``: this state is to be asked about, ``deviates``: the batch does.

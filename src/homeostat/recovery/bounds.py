@@ -38,6 +38,8 @@ class InterventionBounds:
     """A step this far outside the times that were predicted for it calls for attention; infinite for none [s]."""
     repeat_s: float = 20.0
     """Between two such calls [s]."""
+    back_s: float = 60.0
+    """After the way back to ordinary operation was asked for in vain, when it is asked for again [s]."""
     probes: int = 2
     """Most test moves and waits before nothing is wrong any more; 0 for none."""
     probe_s: float = 300.0

@@ -7,7 +7,7 @@ from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Agents, NoAdmissiblePlan
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.recovery import Deviated, Diagnosed, Noticed
+from homeostat.domain.events.recovery import Deviated, Diagnosed, FaultsEnded, Noticed
 from homeostat.domain.ports import Desk
 from homeostat.domain.verdict import Approve, Deviation, FallbackNeeded, NoActionNeeded, Released, Resolution, Verdict
 from homeostat.journal.events import Trace
@@ -62,7 +62,7 @@ class RecoveryLoop:
             if self._desk.behind:  # what passed while somebody thought is watched first
                 continue
             deviation = await self._prospect.deviation(seen)
-            due = self._agenda.step_is_due(self._memory, self._scene) or self._probes.due(seen.now_s)
+            due = self._is_due() or self._probes.due(seen.now_s)
             if self._memory.unanswered or deviation is not None or due:
                 self._memory = replace(self._memory, unanswered=True)
                 done = await self._desk.think(self.attend(deviation))
@@ -80,10 +80,15 @@ class RecoveryLoop:
             except TimeoutError:
                 self._probes.drop()
                 return nothing_is_known(scene, self._diagnosis_s)
+            if not (diagnosis.news or deviates or scene.now.act_by_s is not None):
+                return None
             if diagnosis.faulty:
                 scene.record(Diagnosed.of(diagnosis), diagnosis.at_s)
             probed = self._probes.end(diagnosis)
-            due = probed or self._agenda.step_is_due(self._memory, scene)
+            if diagnosis.ended_s is not None:
+                scene.record(FaultsEnded(diagnosis.ended, diagnosis.ended_s))
+            self._memory = self._agenda.after_diagnosis(self._memory, diagnosis, scene)
+            due = probed or diagnosis.ended_s is not None or self._is_due()
             if diagnosis.symptoms or diagnosis.faulty or deviates or due or scene.now.act_by_s is not None:
                 outcome = await self.recover(diagnosis, deviates, probed)
                 if isinstance(outcome, FallbackNeeded):
@@ -92,6 +97,11 @@ class RecoveryLoop:
                     self._watch.follow(outcome)
         finally:
             scene.flush()
+
+    def _is_due(self) -> bool:
+        """Whether proposers are to be asked although nothing new was seen: for a step, or for the way back."""
+        memory, scene = self._memory, self._scene
+        return self._agenda.step_is_due(memory, scene) or self._agenda.way_back_is_due(memory, scene)
 
     async def recover(self, diagnosis: Diagnosis, deviates: bool, probed: bool = False) -> Resolution:
         """Release a validated action set within the time that physics leaves, leave the plant alone, or fall back.
@@ -108,7 +118,9 @@ class RecoveryLoop:
         look = self._policy.look(scene.now, diagnosis, idle, verdict)
         if due := agenda.step_is_due(self._memory, scene):
             self._memory = replace(self._memory, asked=(look.state, scene.seen_s))
-        stance = agenda.stance(self._memory, look, due or probed, deviates, self._policy.worthwhile(look))
+        if back := agenda.way_back_is_due(self._memory, scene):
+            self._memory = agenda.after_asking_back(self._memory, scene)
+        stance = agenda.stance(self._memory, look, due or back or probed, deviates, self._policy.worthwhile(look))
         reason = "the batch is over, and what follows violates a limit"
         if stance.asks:
             situation = scene.situation(diagnosis, verdict.findings, armed.left_s, look.cost)
@@ -139,7 +151,7 @@ class RecoveryLoop:
         """What may be done without a proposal: leaving the plant alone, and the fallback that acts first."""
         given = []
         if look.cost is not None:
-            reason = "" if stance is Stance.IMPROVE else "a step is asked for"
+            reason = "" if stance is Stance.IMPROVE else "a step is asked for, or the way back"
             if stance is Stance.ACT:
                 reason = min(verdict.findings, key=lambda f: f.margin).message
             given.append(Alternative(AlternativeKind.LEAVE, look.state, look.cost, reason))

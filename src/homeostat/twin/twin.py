@@ -28,6 +28,7 @@ from homeostat.twin.calibration import Posterior, calibrate, prior
 from homeostat.twin.carried import Carrier
 from homeostat.twin.forecast import Ensemble, Forecast, Past, after, follow, forecast, synchronise
 from homeostat.twin.history import History
+from homeostat.twin.isolation.ended import STRETCHES_S, Ended
 from homeostat.twin.isolation.evidence import Accuracy
 from homeostat.twin.isolation.isolation import FaultIsolation, Question
 from homeostat.twin.separation import separation
@@ -119,18 +120,30 @@ class Twin:
         since_s: float = np.inf,
         before: tuple[Hypothesis, ...] = (),
         news: bool = False,
+        from_s: float = -np.inf,
     ) -> tuple[Hypothesis, ...]:
         """What explains the last readings: one of ``candidates``, something that no table names, or nothing.
 
         ``known`` is what was probable before. ``dense``: onsets are tried more closely, for what may have gone
         unnoticed for a while. ``since_s``: when the first symptom of it was seen [s]; now where it is infinite.
         ``before``: what was said last; if it was certain and holds, and there is no ``news`` since, it is said again.
+        ``from_s``: what was read before is not looked at; something was wrong then that is over [s].
         """
         settings, end_s = self.settings, self._history.window(1).end_s
         seconds = int(np.clip(end_s - min(since_s, end_s) + settings.lead_s, settings.lead_s, settings.replay_s))
+        seconds = int(min(seconds, max(end_s - from_s + 1.0, 1.0)))
         window, recent = self._history.window(seconds), self._history.window(min(settings.recent_s, seconds))
         question = Question(candidates, tuple(known), dense, since_s, before, news)
         return self._isolation.explain(question, window, recent, self._posterior)
+
+    def ended(self, known: Sequence[tuple[FaultState, ...]], from_s: float = -np.inf) -> Ended | None:
+        """That all that was ``known`` is over, where it is; None where it is not, or nobody can tell.
+
+        What was read before ``from_s`` is not looked at [s].
+        """
+        longest = min(self._history.length, self._history.window(1).end_s - from_s + 1.0)
+        windows = (self._history.window(seconds) for seconds in STRETCHES_S if seconds <= longest)
+        return self._isolation.ended(known, windows, self._posterior)
 
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[dict[str, float], ...]:
         """What each hypothesis says the instruments show beyond the truth: tag -> error in the tag's unit."""

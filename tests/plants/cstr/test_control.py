@@ -77,16 +77,23 @@ MANUAL = {"V1": "flow_integral", "P1": "level_integral", "V2": "temperature_inte
 
 @pytest.mark.parametrize("actuator", MANUAL)
 @pytest.mark.parametrize("phase", ["startup", "normal", "shutdown"])
-def test_a_manual_output_overrides_every_phase_and_freezes_its_integral(actuator: str, phase: str) -> None:
+def test_a_manual_output_overrides_every_phase(actuator: str, phase: str) -> None:
     x = None if phase == "startup" else run(batch(1500)).state[0]
     p = parameters(t_shutdown=0.0 if phase == "shutdown" else 1e6)
     start = 0.0 if x is None else 1500.0
     result = run(batch(60, x=x, start_s=start, p=p, u=inputs(**{f"{actuator}_man": 0.37})))
     assert (result.of(f"{actuator}_cmd") == 0.37).all()
     assert result.of(f"{actuator}_pos")[-1] == pytest.approx(0.37, abs=1e-12)
-    integral = result.of(MANUAL[actuator])
-    assert (integral == integral[0]).all()
-    assert integral[0] == (0.0 if x is None else x[S._fields.index(MANUAL[actuator])])
+
+
+@pytest.mark.parametrize("actuator", MANUAL)
+@pytest.mark.parametrize("given", [0.3, 0.6])
+def test_back_on_automatic_a_controller_goes_on_from_where_the_manual_output_stood(actuator: str, given: float) -> None:
+    """However long it was on manual, and however far off its setpoint the plant is by then (bumpless transfer)."""
+    p = parameters(Kp_flow=0.5, Ki_flow=0.2)
+    manual = run(batch(400, x=run(batch(1500, p=p)).state[0], p=p, u=inputs(**{f"{actuator}_man": given})))
+    automatic = run(batch(1, x=manual.state[0], p=p))
+    assert automatic.of(f"{actuator}_cmd")[0] == pytest.approx(given, abs=0.02)
 
 
 @pytest.mark.parametrize(("asked", "given"), [(1.7, 1.0), (-0.3, 0.0)])

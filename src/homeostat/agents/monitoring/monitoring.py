@@ -5,10 +5,11 @@ from collections.abc import Mapping
 
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.hypotheses import probabilities
+from homeostat.agents.monitoring.clearing import Clearing
 from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.agents.monitoring.symptoms import SymptomWatch
-from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
+from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom, by_fault_set
 from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.snapshot import Snapshot
@@ -56,6 +57,8 @@ class TwinMonitoring:
         self._unexplained_s = self._settings.repeat_s
         self._said: tuple[Hypothesis, ...] = ()
         self._told: frozenset[str] = frozenset()
+        self._clearing, self._checks = Clearing(), False
+        self._from_s = -math.inf
         self._at_s = -math.inf
         self._symptoms: tuple[Symptom, ...] = ()
 
@@ -89,19 +92,45 @@ class TwinMonitoring:
 
         That the batch ``deviates`` from its prediction is evidence enough: each fault is tried, and none is waited for.
         """
+        ended, fits = self._ended()
+        if ended is not None and (fits or not self._symptoms):
+            return ended
+        checks, self._checks = self._checks, False
+        if checks and self._said and not deviates:
+            return Diagnosis(self._at_s, self._last, self._said, news=False)
         hypotheses = self._explain(self._symptoms, deviates)
         nothing = Diagnosis(self._at_s, (), ())
         if not hypotheses or (not deviates and self._unsure(hypotheses) and self._waiting(self._at_s)):
             return nothing
         if sum(h.probability for h in hypotheses if not h.faults) > 0.5:
+            if (ended or self._known) and not deviates:
+                return ended or self._over(self._at_s)
             return nothing if deviates else self._unexplained()
         faulty = [h.faults for h in hypotheses if h.faults and h.faults[0].fault != UNLISTED]
         self._known, self._unexplained_s = next(iter(faulty), ()), self._settings.repeat_s
         self._said, self._told = hypotheses, self._told | {s.rule for s in self._symptoms}
         self._last = self._symptoms or self._last
+        self._clearing.explained([s.rule for s in self._symptoms])
         self._acknowledged.update({s.rule: self._at_s + self._settings.review_s for s in self._symptoms})
         self._sharpen(hypotheses)
         return Diagnosis(self._at_s, self._last, hypotheses)
+
+    def _ended(self) -> tuple[Diagnosis | None, bool]:
+        """That all that was known to be wrong is over, where it is, and whether nothing else is wrong since then."""
+        known = [h.faults for h in by_fault_set(self._said) if h.faults and h.faults[0].fault != UNLISTED]
+        ended = self._twin.frozen().ended(known, self._from_s) if self._known else None
+        if ended is None:
+            return None, True
+        self._from_s = ended.since_s
+        return self._over(ended.since_s), ended.fits
+
+    def _over(self, since_s: float) -> Diagnosis:
+        """That what was known is over since ``since_s`` [s]: none of it is remembered, and its transient is awaited."""
+        over, self._known, self._said, self._last, self._told = self._known, (), (), (), frozenset()
+        self._review_at_s = self._first_s = None
+        self._clearing.over()
+        self._acknowledged.update({s.rule: self._at_s + self._settings.transient_s for s in self._symptoms})
+        return Diagnosis(self._at_s, (), (), over, since_s)
 
     def _unexplained(self) -> Diagnosis:
         """Symptoms of which nothing is the best explanation; they are looked at again after longer and longer times."""
@@ -163,8 +192,12 @@ class TwinMonitoring:
         if self._review_at_s is not None and at_s >= self._review_at_s:
             self._review_at_s = at_s + self._settings.review_s
             return True
+        active = {s.rule for s in self._symptoms}
+        clears = at_s >= self._quiet_until_s and self._clearing.due(active, at_s)
         fresh = {s.rule for s in self._symptoms if self._acknowledged.get(s.rule, 0.0) <= at_s}
-        return bool(fresh) and at_s >= self._quiet_until_s
+        found = bool(fresh) and at_s >= self._quiet_until_s
+        self._checks = clears and not found
+        return found or clears
 
     def _explain(self, symptoms: tuple[Symptom, ...], deviates: bool) -> tuple[Hypothesis, ...]:
         """Candidate faults from the graph and the last diagnosis, explained by the twin; all where ``deviates``."""
@@ -176,7 +209,7 @@ class TwinMonitoring:
             return ()
         since_s = min((*(s.at_s for s in symptoms), *(f.onset_s for f in self._known)), default=self._at_s)
         news = deviates or any(rule not in self._told for rule in indicated)
-        return self._twin.frozen().explain(ordered, self._known, deviates, since_s, self._said, news)
+        return self._twin.frozen().explain(ordered, self._known, deviates, since_s, self._said, news, self._from_s)
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
         """Where one fault of one size explains everything since the release, learn the parameters from that time."""

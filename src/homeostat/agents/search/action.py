@@ -13,10 +13,11 @@ from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import Point, SearchSpace, present_point
 from homeostat.agents.search.cost import Cost
+from homeostat.agents.search.gently import RAMPS_S, excess, gentlest, leads_back, ramped
 from homeostat.agents.search.routes import RouteSearch
+from homeostat.agents.search.tracking import held, search_space, tracking
 from homeostat.domain.advice import Advice
-from homeostat.domain.plant.limits import Limits
-from homeostat.domain.plant.tag import Tag
+from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.process.types import Table
 from homeostat.twin.forecast import Ensemble
@@ -54,17 +55,14 @@ class SearchAction:
     def __init__(
         self,
         twin: Twin,
-        limits: Limits,
-        tags: Mapping[str, Tag],
+        plant: PlantDescription,
         pricing: Pricing,
-        scales: Mapping[str, float],
         settings: SearchSettings | None = None,
     ) -> None:
-        """``scales``: unit -> what counts as one unit of margin in it."""
-        self._twin = twin
-        self._tags = tags
+        """``twin`` is that of ``plant``; ``pricing`` goes by its prices."""
+        self._twin, self._plant, self._tags = twin, plant, plant.tags_by_name
         self._settings = settings or SearchSettings()
-        self._cost = Cost(limits, pricing, scales, self._settings.slack)
+        self._cost = Cost(plant.limits, pricing, plant.scales, self._settings.slack)
         self._judged: list[tuple[Ensemble, dict[Key, NDArray[np.float64]]]] = []
 
     def _judged_on(self, ensemble: Ensemble) -> dict[Key, NDArray[np.float64]]:
@@ -87,12 +85,12 @@ class SearchAction:
     def _bounds(self, twin: Twin, situation: Situation, paths: Sequence[RecoveryPath]) -> list[float]:
         few = twin.ensemble(plausible(situation.diagnosis), twin.settings.search_draws)
         routes = RouteSearch(twin, self._cost, self._tags)
-        found = []
+        found, fixed = [], held(self._plant, situation)
         for path in paths:
             if path.awaited:
                 ways = routes.ways(path)
             else:
-                space = SearchSpace(path.machine.state(path.target), self._tags)
+                space = search_space(self._plant, path.machine.state(path.target), fixed)
                 ways = [space.actions(p) for p in space.first(present_point(space.state, situation.snapshot.values))]
             found.append(float(self._judge(twin, ways, few)[:, 0].min()))
         return found
@@ -102,8 +100,13 @@ class SearchAction:
         if path.awaited:
             routes = RouteSearch(self._twin.frozen(), self._cost, self._tags)
             return await asyncio.to_thread(routes.best, path, situation, dict(advice.required))
-        space = SearchSpace(path.machine.state(path.target), self._tags)
-        return await asyncio.to_thread(self._search, self._twin.frozen(), space, situation, dict(advice.required))
+        stuck = held(self._plant, situation)
+        space = search_space(self._plant, path.machine.state(path.target), stuck)
+        twin = self._twin.frozen()
+        if leads_back(self._plant, situation, path):
+            return await asyncio.to_thread(self._gently, twin, space, situation)
+        found = await asyncio.to_thread(self._search, twin, space, situation, dict(advice.required))
+        return await asyncio.to_thread(tracking, self._plant, twin, found, stuck)
 
     async def polish(self, situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
         """The cheapest near ``actions`` on the same ``path``; themselves where nothing is, and along a route."""
@@ -125,6 +128,16 @@ class SearchAction:
             (base,) = self._best(sure, space, 1)
             self._evaluate(twin, space.around(base, fraction), space, many, {}, sure)
         return self._best(sure, space, 1)[0]
+
+    def _gently(self, twin: Twin, space: SearchSpace, situation: Situation) -> ActionSet:
+        """The design of an ordinary state, as fast as controlled variables stay near their setpoints."""
+        design, values = space.actions(space.design), situation.snapshot.values
+        ways = list(dict.fromkeys(ramped(design, values, seconds) for seconds in RAMPS_S))
+        ensemble = twin.ensemble(plausible(situation.diagnosis), twin.settings.draws, Purpose.REFINE)
+        signals, dt_s = twin.try_many(ensemble, twin.schedules(ways, twin.settings.horizon_s))
+        judged = self._cost.judge(signals, dt_s, ensemble.weights, ways)
+        admitted = self._cost.total(judged, {}) <= judged[:, 0]
+        return gentlest(ways, excess(self._plant, signals, len(ways)), admitted.tolist())
 
     def _search(self, twin: Twin, space: SearchSpace, situation: Situation, required: Mapping[str, float]) -> ActionSet:
         settings = self._settings

@@ -60,6 +60,8 @@ class SearchSpace:
         points = [self.design, present]
         for k, r in enumerate(self.ranges):
             values = [r.low + (r.high - r.low) * i / (levels - 1) for i in range(levels)]
+            if r.high <= r.low:
+                continue
             if r.design is None:
                 values = [r.low + (r.high - r.low) * f for f in (0.5, 0.75, 1.0)]
             for base in {self.design, present}:
@@ -102,7 +104,7 @@ def present_point(state: State, values: Mapping[str, float]) -> Point:
     point: list[float | None] = []
     for r in state.setpoints:
         value = values.get(r.tag, math.nan)
-        if math.isnan(value):
+        if math.isnan(value) or r.high <= r.low:
             point.append(r.design)
         else:
             point.append(min(max(value, r.low), r.high))

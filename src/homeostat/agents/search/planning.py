@@ -54,14 +54,23 @@ class SearchPlanning:
 def open_paths(
     plant: PlantDescription, grounding: Grounding, situation: Situation, advice: Advice
 ) -> Iterator[RecoveryPath]:
-    """The paths that guards and likely faults leave open and that were not refused yet, the least risky first."""
+    """The paths that guards and likely faults leave open and that were not refused yet, the least risky first.
+
+    Where nothing is wrong, and the plant could stay where it is outside of ordinary operation, only those that lead
+    back to it.
+    """
     faults = plausible_faults(situation.diagnosis)
     # Another way to the states that a path commands admits the same commands: it is refused, and offered, with it.
     passed = set(advice.refused_paths)
     values, lying = situation.snapshot.values, unreliable_tags(plant, faults)
     machine = plant.machine
+    home = machine.ordinary
+    may_stay = not situation.diagnosis.faulty and all(f.satisfied for f in situation.idle)
+    back = may_stay and situation.state not in home
     for transitions in machine.paths(situation.state, values, machine.recovery_event, blocked=(), unreliable=lying):
         path = RecoveryPath(machine, transitions)
+        if back and path.target not in home:
+            continue
         if path.commanded not in passed and grounding.allows(path.states, faults):
             passed.add(path.commanded)
             yield path

@@ -7,7 +7,7 @@ from homeostat.domain.advice import Attempt
 from homeostat.domain.alternative import Alternative
 from homeostat.domain.certificate import Certificate
 from homeostat.domain.cost import Cost
-from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom
+from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.verdict import Approve, Deviation, Finding
 
@@ -26,6 +26,17 @@ class Diagnosed:
     def of(cls, diagnosis: Diagnosis) -> Self:
         """The event of one diagnosis."""
         return cls(diagnosis.symptoms, diagnosis.hypotheses)
+
+
+@dataclass(frozen=True, slots=True)
+class FaultsEnded:
+    """What was wrong is over: readings of the last minutes need no explanation."""
+
+    kind: ClassVar[str] = "faults-ended"
+    faults: tuple[FaultState, ...]
+    """What was wrong, as it was known last."""
+    since_s: float
+    """Process time from which it is over, at the latest [s]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -186,6 +186,20 @@ class PlantDescription:
         return {signal.variable: driven[signal.component] for signal in manual if signal.component in driven}
 
     @property
+    def overridden(self) -> dict[str, str]:
+        """Manual output -> the command that it overrides, as tags."""
+        driven = {s.component: s.tag.name for s in self.signals if s.relation is Relation.DRIVES}
+        manual = [s for s in self.signals if s.relation is Relation.OVERRIDES]
+        return {s.tag.name: driven[s.component] for s in manual if s.component in driven}
+
+    @property
+    def positions(self) -> dict[str, str]:
+        """Actuator -> tag that shows where it stands: what a sensor measures that is a part of it."""
+        within = {c.name: c.part_of for c in self.components}
+        shown = {within.get(s.component): s.tag.name for s in self.signals if s.relation is Relation.MEASURES}
+        return {s.component: shown[s.component] for s in self.signals if s.component in shown}
+
+    @property
     def scales(self) -> dict[str, float]:
         """Unit -> what counts as one unit of margin in it: the smallest scale of its tags; 1 for mixed formulas."""
         found: dict[str, float] = {}

@@ -119,6 +119,14 @@ class StateMachine:
         decisions = [t for t in self.transitions if t.on_decision and t.target in ends]
         return min(decisions, key=lambda t: self.state(t.target).risk).event if decisions else ""
 
+    @property
+    def ordinary(self) -> frozenset[str]:
+        """States that the plant comes through by itself from its start: nobody has to decide on them."""
+        found, ways = {self.initial.name}, [t for t in self.transitions if not t.on_decision]
+        while further := {t.target for t in ways if t.source in found} - found:
+            found |= further
+        return frozenset(found)
+
     def state(self, name: str) -> State:
         """The state called ``name``; ValueError where there is none."""
         for s in self.states:

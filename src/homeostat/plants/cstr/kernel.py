@@ -29,6 +29,7 @@ from homeostat.process.equipment import (
     overflow,
     pid_integral,
     pid_output,
+    pid_tracking,
     pump_flow,
 )
 from homeostat.process.kernel import Columns, kernel
@@ -101,13 +102,14 @@ def advance_phase(x: Vec, p: Vec, u: Vec, t: float) -> None:
 
 @compiled
 def control_feed(x: Vec, p: Vec, u: Vec, dt: float) -> None:
-    """Flow loop: V1 holds F1 at F1.sp; closed in SHUTDOWN; a manual output freezes the integral."""
+    """Flow loop: V1 holds F1 at F1.sp; closed in SHUTDOWN; the integral follows a manual output."""
+    error = u[U.F1_sp] - x[S.F1]
     if not math.isnan(u[U.V1_man]):
         x[S.V1_cmd] = clip(u[U.V1_man], 0.0, 1.0)
+        x[S.flow_integral] = pid_tracking(error, x[S.V1_cmd], p[P.Kp_flow])
     elif x[S.phase] == SHUTDOWN:
         x[S.V1_cmd] = 0.0
     else:
-        error = u[U.F1_sp] - x[S.F1]
         x[S.V1_cmd] = pid_output(error, x[S.flow_integral], p[P.Kp_flow], 0.0, 1.0)
         x[S.flow_integral] = pid_integral(error, x[S.flow_integral], p[P.Kp_flow], p[P.Ki_flow], 0.0, 1.0, dt)
 
@@ -115,8 +117,11 @@ def control_feed(x: Vec, p: Vec, u: Vec, dt: float) -> None:
 @compiled
 def control_level(x: Vec, p: Vec, u: Vec, dt: float) -> None:
     """Level loop: P1 follows the measured feed and a PI trim; the trim may only add where ``trim_low`` is 0."""
+    forward = clip(x[S.F1] / p[P.feedforward_P1], 0.0, 1.0)
     if not math.isnan(u[U.P1_man]):
         x[S.P1_cmd] = clip(u[U.P1_man], 0.0, 1.0)
+        trim, error = x[S.P1_cmd] - forward, x[S.L1] - u[U.L1_sp]
+        x[S.level_integral] = pid_tracking(error, trim, p[P.Kp_level])
         return
     if x[S.phase] == STARTUP:
         x[S.P1_cmd] = 0.0
@@ -128,7 +133,7 @@ def control_level(x: Vec, p: Vec, u: Vec, dt: float) -> None:
     error = x[S.L1] - goal
     trim = pid_output(error, x[S.level_integral], p[P.Kp_level], p[P.trim_low], 1.0)
     x[S.level_integral] = pid_integral(error, x[S.level_integral], p[P.Kp_level], p[P.Ki_level], p[P.trim_low], 1.0, dt)
-    x[S.P1_cmd] = clip(clip(x[S.F1] / p[P.feedforward_P1], 0.0, 1.0) + trim, 0.0, 1.0)
+    x[S.P1_cmd] = clip(forward + trim, 0.0, 1.0)
     if x[S.phase] == SHUTDOWN:
         x[S.P1_cmd] = max(x[S.P1_cmd], 0.05)
 
@@ -136,13 +141,14 @@ def control_level(x: Vec, p: Vec, u: Vec, dt: float) -> None:
 @compiled
 def control_temperature(x: Vec, p: Vec, u: Vec, dt: float) -> None:
     """Temperature loop: more coolant when hot; off in SHUTDOWN once the tank is empty."""
+    error = x[S.T1] - u[U.T1_sp]
     if not math.isnan(u[U.V2_man]):
         x[S.V2_cmd] = clip(u[U.V2_man], 0.0, 1.0)
+        x[S.temperature_integral] = pid_tracking(error, x[S.V2_cmd], p[P.Kp_temperature])
         return
     if x[S.phase] == SHUTDOWN and x[S.V] <= 0.1:
         x[S.V2_cmd] = 0.0
         return
-    error = x[S.T1] - u[U.T1_sp]
     x[S.V2_cmd] = pid_output(error, x[S.temperature_integral], p[P.Kp_temperature], 0.0, 1.0)
     x[S.temperature_integral] = pid_integral(
         error, x[S.temperature_integral], p[P.Kp_temperature], p[P.Ki_temperature], 0.0, 1.0, dt

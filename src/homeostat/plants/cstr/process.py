@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from homeostat.plants.cstr.kernel import NORMAL, advance, measure
 from homeostat.plants.cstr.layout import FaultSlot, Input, P, Parameter, S, StateSlot, U
 from homeostat.process.batch import Kernel
-from homeostat.process.equipment import pid_integral
+from homeostat.process.equipment import pid_integral, pid_tracking
 from homeostat.process.types import Cube, Table, Vec
 
 _AT = S._asdict()
@@ -149,16 +149,17 @@ def _follow_integral(
 ) -> float:
     """The integral term after the last row; ``tuning`` is Kp, Ki and the lower limit of Kp e + I (the upper is 1).
 
-    It is followed from the last row in which the output told it: where the loop was free and on automatic.
+    It is followed from the last row in which the output told it: where the loop was free, or on manual.
     """
     gain, reset, low = tuning
-    automatic = np.isnan(manual)
-    told = np.flatnonzero(known & automatic)
+    by_hand = ~np.isnan(manual)
+    told = np.flatnonzero(known | by_hand)
     first = int(told[-1]) if told.size else 0
-    integral = float(output[first] - gain * error[first])
+    integral = float(pid_tracking(float(error[first]), float(output[first]), gain))
+    if by_hand[-1]:
+        return integral
     if not told.size:
         integral = min(max(integral, low), 1.0)
-    for e, free in zip(error[first:].tolist(), automatic[first:].tolist(), strict=True):
-        if free:
-            integral = float(pid_integral(e, integral, gain, reset, low, 1.0, 1.0))
+    for e in error[first + int(by_hand[first]) :].tolist():
+        integral = float(pid_integral(e, integral, gain, reset, low, 1.0, 1.0))
     return min(max(integral, low), 1.0)

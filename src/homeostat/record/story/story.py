@@ -12,6 +12,7 @@ from homeostat.domain.events.recovery import (
     Deviated,
     Diagnosed,
     FallbackArmed,
+    FaultsEnded,
     GaveUp,
     NoActionTaken,
     Noticed,
@@ -30,7 +31,7 @@ from homeostat.record.run_record import RunRecord
 from homeostat.record.story.folding import ATTEMPT, Folding
 from homeostat.record.story.guard import GuardStory
 from homeostat.record.story.line import Line, Tone
-from homeostat.record.story.wording import commands, compared, probabilities, quantity, who, worst
+from homeostat.record.story.wording import commands, compared, named, probabilities, quantity, who, worst
 
 _MOST_DETAIL = 400
 """Longest reason why a model did not answer [characters]."""
@@ -88,6 +89,9 @@ class Story:
                 yield Line(at_s, "deviates", f"from the prediction in {event.state!r}: {event.reason}", Tone.WARNING)
             case Diagnosed():
                 yield from self._report(event, at_s)
+            case FaultsEnded():
+                text = f"{named(event.faults, self._plant)}: nothing of it is to be seen since {event.since_s:.0f} s"
+                yield Line(at_s, "over", text, Tone.GOOD)
             case FallbackArmed() if not event.approved or self._reports == 1:
                 yield self._arm(event, at_s)
             case ModelCalled():

@@ -21,7 +21,12 @@ def quantity(value: float, unit: str) -> str:
 
 def severities(fault_set: FaultProbability, plant: PlantDescription) -> str:
     """The faults of a set with their sizes; what is unknown by where it is, with a sign."""
-    return " + ".join(_sized(f, plant.fault_mode(f.fault)) for f in fault_set.faults) or "nothing is wrong"
+    return named(fault_set.faults, plant) or "nothing is wrong"
+
+
+def named(faults: Iterable[FaultState], plant: PlantDescription) -> str:
+    """Faults with their sizes."""
+    return " + ".join(_sized(f, plant.fault_mode(f.fault)) for f in faults)
 
 
 def _sized(state: FaultState, mode: FaultMode) -> str:

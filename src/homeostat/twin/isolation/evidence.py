@@ -26,10 +26,18 @@ TEMPER = 3.0
 """Evidence is divided by this: the model's errors are neither quite constant nor quite white."""
 BOUND = 12.0
 """What is left of one reading counts as this many standard deviations at most."""
+WILD = 9.0
+"""Square of what is left of a single reading, which counts as no more than this or its neighbours [1]."""
 SETTLED = 15
 """Readings that say where a variable started from."""
 USUAL_BLOCK = 3.5
 """Mean square over half a minute of one variable that noise alone does not exceed, correlated as it may be [1]."""
+MEAN_SQUARE = 1.5
+"""What is left of an explanation that fits has a smaller mean square [1]."""
+WORST_BLOCK = 20.0
+"""The same for the worst half minute of one variable [1]."""
+STRAINED_MEAN_SQUARE, STRAINED_BLOCK = 1.25, 5.0
+"""Where more is left, further changes are looked for; a right explanation leaves 1.1 and 4, on any plant [1]."""
 BLOCK_S = 30
 """Stretch whose mean square says whether an explanation fits everywhere [s]."""
 
@@ -56,6 +64,16 @@ class Fit:
     """The same over the worst half minute of one variable [1]."""
     unexplained: float
     """What half minutes that are worse than noise make of it come to [nats]."""
+
+    @property
+    def good(self) -> bool:
+        """Whether the explanation fits."""
+        return self.mean_square <= MEAN_SQUARE and self.worst_block <= WORST_BLOCK
+
+    @property
+    def strained(self) -> bool:
+        """Whether more is left than of a right one."""
+        return self.mean_square > STRAINED_MEAN_SQUARE or self.worst_block > STRAINED_BLOCK
 
 
 class Evidence:
@@ -127,11 +145,14 @@ class Evidence:
         return np.asarray(-0.5 * loss / TEMPER)
 
     def fit(self, left: Vec) -> Fit:
-        """How well an explanation fits of which ``left`` is left, shape (readings,)."""
+        """How well an explanation fits of which ``left`` is left, shape (readings,).
+
+        A single wild reading is no reason to doubt it.
+        """
         seconds, variables = self.shape
         length = min(BLOCK_S, seconds)
         count = seconds // length
-        squares = np.square(left.reshape(seconds, variables))
+        squares = _without_wild(np.square(left.reshape(seconds, variables)))
         blocks = squares[: count * length].reshape(count, length, variables).mean(axis=1)
         excess = np.maximum(blocks - USUAL_BLOCK, 0.0).sum() * length
         return Fit(float(squares.mean()), float(blocks.max()), float(0.5 * excess / TEMPER))
@@ -158,3 +179,9 @@ class Evidence:
         if accuracy.lag_s > 0.0 and seconds > max(LATE_S):
             every.append(self.whiten(late_inputs(*what, accuracy.lag_s)))
         return np.vstack(every).T.copy()
+
+
+def _without_wild(squares: Table) -> Table:
+    """``squares``, shape (seconds, variables), of which none is much larger than both its neighbours."""
+    around = np.pad(squares, ((1, 1), (0, 0)))
+    return np.minimum(squares, np.maximum(np.maximum(around[:-2], around[2:]), WILD))

@@ -6,7 +6,7 @@ where one does not explain everything. The best of each competes with the others
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.history import Window
 from homeostat.twin.isolation.alike import with_doubt
 from homeostat.twin.isolation.classes import SPREAD_NATS, hypotheses
+from homeostat.twin.isolation.ended import CHANGED_S, OVER_NATS, Ended, lead_of_nothing, nothing_fits, stretch
 from homeostat.twin.isolation.estimate import Estimate, Estimation
 from homeostat.twin.isolation.evidence import Accuracy, Evidence, Fit
 from homeostat.twin.isolation.memory import Memory, remembered
@@ -41,12 +42,6 @@ CHANGE_NATS = 2.0
 """What each of these changes costs, besides its size: an unknown cause has any course [nats]."""
 SELF_EVIDENT_NATS = 3.5
 """What speaks for an instrument or a controller being wrong that readings alone show to be [nats]."""
-MEAN_SQUARE = 1.5
-"""What is left of an explanation that fits has a smaller mean square [1]."""
-WORST_BLOCK = 20.0
-"""The same for the worst half minute of one variable [1]."""
-STRAINED_MEAN_SQUARE, STRAINED_BLOCK = 1.25, 5.0
-"""Where more is left, further changes are looked for; a right explanation leaves 1.1 and 4, on any plant [1]."""
 DOUBT = 1.3
 """By how much every difference of explanations is made smaller: what fits may still be wrong [1]."""
 UNEXPLAINED_NATS = 4.0
@@ -84,6 +79,7 @@ class FaultIsolation:
 
     def __init__(self, model: ProcessModel, plant: PlantDescription, carrier: Carrier, settings: TwinSettings) -> None:
         self._model, self._plant, self._carrier, self._settings = model, plant, carrier, settings
+        self._accuracy = Accuracy(settings.errors, settings.gain_error, settings.lag_error_s)
         sensors = {s.component: s.variable for s in plant.signals if s.relation is Relation.MEASURES}
         self._calibrated = {p.symbol: sensors[p.component] for p in plant.parameters if p.component in sensors}
 
@@ -113,11 +109,11 @@ class FaultIsolation:
         again = [near for faults in dict.fromkeys((question.known, *memory.old)) for near in search.variations(faults)]
         scored, none = memory.told([*named, *unknown, *again]), nothing.score
         best, fit = _best(scored, evidence, none)
-        if best.faults and (_strained(fit) or not _keeps(best, question.known)):  # what changed is likelier than two
-            for each in (unknown, again[:1]) if _strained(fit) else (again[:1],):
+        if best.faults and (fit.strained or not _keeps(best, question.known)):  # what changed is likelier than two
+            for each in (unknown, again[:1]) if fit.strained else (again[:1],):
                 scored += memory.told(self._courses(evidence, search, each))
             best, fit = _best(scored, evidence, none)
-        if best.faults and (not _fits(fit) or (question.news and _strained(fit))):
+        if best.faults and (not fit.good or (question.news and fit.strained)):
             scored += memory.told(search.joined(question.known, named))
             scored += self._beside(evidence, search, question.known, said[0].old)
             if len(question.known) <= 1:
@@ -125,7 +121,7 @@ class FaultIsolation:
             best, fit = _best(scored, evidence, none)
         modes = self._carrier.modes
         scored, none = _spread(with_doubt(scored, evidence, modes, self._settings.gain_error), none, best, fit)
-        return hypotheses(scored, none, modes, _fits(fit), min(question.since_s, window.end_s))
+        return hypotheses(scored, none, modes, fit.good, min(question.since_s, window.end_s))
 
     def _named(self, search: Search, question: Question, window: Window) -> list[Scored]:
         """Single faults of the tables."""
@@ -151,7 +147,28 @@ class FaultIsolation:
         if np.isinf(nats[0]):  # with what was said the model leaves the physical world now
             return False
         fit = _fit(evidence, Scored(faults, float(nats[0])))
-        return not _strained(fit) and bool(np.all(nats[1:] <= nats[0] + 1.0))
+        return not fit.strained and bool(np.all(nats[1:] <= nats[0] + 1.0))
+
+    def ended(self, known: Sequence[FaultSet], windows: Iterable[Window], posterior: Posterior) -> Ended | None:
+        """That all that was ``known`` is over, where it is; None where it is not, or nobody can tell.
+
+        ``windows`` end now, the shortest first.
+        """
+        found = None
+        for window in windows:
+            try:
+                evidence = Evidence(self._model, self._carrier, stretch(window), posterior, self._accuracy)
+                fits = nothing_fits(evidence)
+            except ProcessError:  # without what was known the model leaves the physical world
+                break
+            lead = lead_of_nothing(evidence, known)
+            if fits and lead >= OVER_NATS:
+                found = Ended(window.start_s, fits=True)
+            elif lead >= OVER_NATS and window.length >= CHANGED_S:
+                return found or Ended(window.end_s - window.length // 2, fits=False)
+            elif found or (lead <= 0.0 and not fits):
+                break
+        return found
 
     def _accused(self, window: Window, question: Question) -> list[FaultState]:
         """Instruments and controllers that are wrong by their own evidence, as generated fault modes."""
@@ -178,8 +195,7 @@ class FaultIsolation:
         return hypotheses(scored, max(s.score for s in scored) - SELF_EVIDENT_NATS, modes)
 
     def _on(self, window: Window, posterior: Posterior, known: FaultSet) -> tuple[Evidence, Search]:
-        accuracy = Accuracy(self._settings.errors, self._settings.gain_error, self._settings.lag_error_s)
-        evidence = Evidence(self._model, self._carrier, window, posterior, accuracy, known)
+        evidence = Evidence(self._model, self._carrier, window, posterior, self._accuracy, known)
         prior = Prior(self._plant.faults, window, evidence.variables, self._calibrated)
         return evidence, Search(evidence, self._carrier.modes, prior, known)
 
@@ -268,14 +284,6 @@ def _best(scored: Sequence[Scored], evidence: Evidence, none: float) -> tuple[Sc
 
 def _keeps(scored: Scored, known: FaultSet) -> bool:
     return {f.fault for f in known} <= {f.fault for f in scored.faults}
-
-
-def _fits(fit: Fit) -> bool:
-    return fit.mean_square <= MEAN_SQUARE and fit.worst_block <= WORST_BLOCK
-
-
-def _strained(fit: Fit) -> bool:
-    return fit.mean_square > STRAINED_MEAN_SQUARE or fit.worst_block > STRAINED_BLOCK
 
 
 def _spread(scored: Sequence[Scored], none: float, best: Scored, fit: Fit) -> tuple[list[Scored], float]:

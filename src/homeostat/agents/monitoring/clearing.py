@@ -1,0 +1,32 @@
+"""Clearing: after symptoms that were explained have gone, what explained them may be over, and is looked at again."""
+
+from collections.abc import Collection
+
+LOOKS_S = (8.0, 24.0, 60.0, 150.0)
+"""After a symptom has gone, when is looked: readings of some time are needed to tell [s]."""
+
+
+class Clearing:
+    """Knows which symptoms a diagnosis explained, and says when to look because some of them have gone."""
+
+    def __init__(self) -> None:
+        self._explained: frozenset[str] = frozenset()
+        self._looks: tuple[float, ...] = ()
+
+    def explained(self, rules: Collection[str]) -> None:
+        """A diagnosis explains the symptoms called ``rules``, which are there."""
+        self._explained |= frozenset(rules)
+
+    def over(self) -> None:
+        """Nothing is wrong any more: nothing is looked at because of what was explained."""
+        self._explained, self._looks = frozenset(), ()
+
+    def due(self, active: Collection[str], at_s: float) -> bool:
+        """Whether to look at ``at_s`` [s]; ``active`` are the symptoms that are there."""
+        gone = self._explained.difference(active)
+        if gone:
+            self._explained -= gone
+            self._looks = tuple(at_s + after_s for after_s in LOOKS_S)
+        passed = [look for look in self._looks if look <= at_s]
+        self._looks = self._looks[len(passed) :]
+        return bool(passed)

@@ -1,0 +1,61 @@
+"""Gently: the way back to ordinary operation, as fast as controlled variables stay near their setpoints.
+
+What ordinary operation is commanded is fixed; what is chosen is how long the setpoints take to come there.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from homeostat.agents.roles import Situation
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from homeostat.process.types import Cube, Vec
+
+RAMPS_S = (0.0, 60.0, 180.0, 420.0, 700.0, 1000.0, 1500.0)
+"""How long setpoints may take; 0 for as fast as their tags may change [s]."""
+SAME = 0.1
+"""Excess that is as good as none, in scales [1]."""
+
+
+def leads_back(plant: PlantDescription, situation: Situation, path: RecoveryPath) -> bool:
+    """Whether ``path`` is that of a plant in which nothing is wrong any more, and no step of it is awaited."""
+    ordinary = plant.machine.ordinary
+    healthy = not situation.diagnosis.faulty
+    return healthy and situation.state not in ordinary and path.target in ordinary and not path.awaited
+
+
+def ramped(actions: ActionSet, values: Mapping[str, float], seconds: float) -> ActionSet:
+    """``actions`` whose setpoints take ``seconds`` from their present ``values``, or longer where they must [s]."""
+    return replace(actions, commands=tuple(_ramped(c, values.get(c.tag), seconds) for c in actions.commands))
+
+
+def _ramped(command: Command, present: float | None, seconds: float) -> Command:
+    if command.value is None or command.rate is None or present is None or not seconds:
+        return command
+    way = abs(command.value - present)
+    return replace(command, rate=min(way / seconds, command.rate)) if way > 0.0 else command
+
+
+def excess(plant: PlantDescription, signals: Mapping[str, Cube], count: int) -> Vec:
+    """By how much controlled variables leave their setpoints by more than their scales, summed over the loops.
+
+    ``signals``: tag -> values, shape (count * members, times). Mean over members at their worst times, in scales, shape
+    (count,).
+    """
+    total = np.zeros(count)
+    for loop in plant.loops:
+        scale = plant.tag(loop.process_variable).scale
+        off = np.abs(signals[loop.process_variable] - signals[loop.setpoint]) / scale
+        total += np.maximum(off - 1.0, 0.0).max(axis=1).reshape(count, -1).mean(axis=1)
+    return total
+
+
+def gentlest(ways: Sequence[ActionSet], excesses: Vec, admitted: Sequence[bool]) -> ActionSet:
+    """The first of ``ways``, the fastest first, that is ``admitted`` and as good as the best; else the fastest."""
+    open_ways = [(way, off) for way, off, fine in zip(ways, excesses.tolist(), admitted, strict=True) if fine]
+    if not open_ways:
+        return ways[0]
+    least = min(off for _, off in open_ways)
+    return next(way for way, off in open_ways if off <= least + SAME)

@@ -1,0 +1,59 @@
+"""Ended: whether what was known to be wrong is over, told by the last readings alone.
+
+A replay of minutes in which a fault was there cannot say that it has gone: nothing explains their beginning. So
+stretches at the end of the readings are looked at by themselves. A fault is over where nothing explains such a stretch
+clearly better than whatever was known does. One that cannot be seen, as fouling without feed, explains as much as
+nothing does, and is not forgotten.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from homeostat.twin.carried import FaultSet
+from homeostat.twin.history import Window
+from homeostat.twin.isolation.evidence import Evidence
+
+STRETCHES_S = (10, 24, 40, 80, 160, 320)
+"""Stretches that are looked at [s]."""
+SETTLE = 8
+"""The first of so many parts of a stretch says what state it begins in."""
+OVER_NATS = 8.0
+"""By how much nothing must explain one better than anything that was known [nats]."""
+CHANGED_S = 80
+"""Where nothing is better than what was known, and does not fit either, so long a stretch says that it is over [s]."""
+SIZES = (0.97, 1.0, 1.03)
+"""Multiples of its size with which each of these is tried: nobody knew it exactly [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """That what was known is over."""
+
+    since_s: float
+    """Process time from which it is, at the latest [s]."""
+    fits: bool
+    """Whether nothing is wrong since then; otherwise something else may be."""
+
+
+def stretch(window: Window) -> Window:
+    """``window`` as it is looked at by itself."""
+    return replace(window, settle_rows=max(window.length // SETTLE, 3))
+
+
+def nothing_fits(evidence: Evidence) -> bool:
+    """Whether the readings need no explanation; ProcessError where the model leaves the physical world."""
+    return not evidence.fit(evidence.losses(evidence.residuals([()]))[1][0]).strained
+
+
+def lead_of_nothing(evidence: Evidence, known: Sequence[FaultSet]) -> float:
+    """By how much nothing explains the readings better than the best set of what was ``known`` [nats]."""
+    nats = evidence.likelihoods([(), *_sized(known)])
+    return float(nats[0] - nats[1:].max(initial=-np.inf)) if np.isfinite(nats[0]) else -np.inf
+
+
+def _sized(known: Sequence[FaultSet]) -> Iterator[FaultSet]:
+    """Each set of ``known``, smaller and larger."""
+    for faults in known:
+        yield from (tuple(replace(f, severity=size * f.severity) for f in faults) for size in SIZES)

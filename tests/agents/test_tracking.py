@@ -1,0 +1,97 @@
+"""Tracking: a stuck actuator is held by hand near where it stands, and no other is."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import replace
+
+import pytest
+
+from homeostat.agents.roles import Situation
+from homeostat.agents.search.candidates import SearchSpace
+from homeostat.agents.search.tracking import BESIDE, held, search_space, tracking
+from homeostat.domain.advice import Advice
+from homeostat.domain.diagnosis import FaultState, Hypothesis
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from tests.agents.stuck_valve import DIAGNOSIS, NOW_S, QUICK, STUCK, now, search, stuck
+from tests.twin.followed import follow, reactor
+
+PLANT = reactor().description
+
+
+def thought(*hypotheses: Hypothesis) -> Situation:
+    return replace(now(), diagnosis=replace(DIAGNOSIS, hypotheses=hypotheses))
+
+
+SURE = (Hypothesis((STUCK,), 1.0),)
+
+
+def test_positions_follow_from_the_structure() -> None:
+    assert PLANT.positions == {"V1": "V1.pos", "P1": "P1.pos", "V2": "V2.pos"}
+
+
+def test_where_a_stuck_valve_stands_is_read_since_it_is_stuck() -> None:
+    assert held(PLANT, thought(*SURE)) == {"V2.man": pytest.approx(0.3, abs=0.01)}
+
+
+@pytest.mark.parametrize(
+    "hypotheses",
+    [
+        (Hypothesis((), 1.0),),
+        (Hypothesis((FaultState("fouling", 0.5, 1450.0),), 1.0),),
+        (Hypothesis((STUCK,), 0.6), Hypothesis((FaultState("fouling", 0.5, 1450.0),), 0.4)),
+    ],
+)
+def test_one_that_may_still_move_is_left_to_its_controller(hypotheses: tuple[Hypothesis, ...]) -> None:
+    assert held(PLANT, thought(*hypotheses)) == {}
+
+
+def test_where_nothing_shows_its_position_nothing_is_held() -> None:
+    bad = frozenset({"V2.pos"})
+    blind = tuple(replace(s, bad=bad) for s in now().recent)
+    assert held(PLANT, replace(thought(*SURE), recent=blind)) == {}
+
+
+def test_what_is_held_is_no_choice() -> None:
+    state = PLANT.machine.state("reduced_load")
+    space = search_space(PLANT, state, {"V2.man": 0.36})
+    column = [r.tag for r in state.setpoints].index("V2.man")
+    assert {point[column] for point in space.first(space.design)} == {0.36}
+    free = SearchSpace(state, PLANT.tags_by_name)
+    assert search_space(PLANT, state, {}).ranges == free.ranges
+
+
+def commanded(position: float, f1: float) -> float:
+    """Where V2 is commanded to stand, stuck at ``position``, with a feed of ``f1`` [L/s] at 310 K."""
+    orders = (Command("F1.sp", f1, 0.005), Command("T1.sp", 310.0, 0.5), Command("V2.man", position, 0.2))
+    actions = ActionSet((*orders, Command("L1.sp", 10.0, 0.1), Command("XV1.cmd", 1.0, 0.05)), "reduced_load")
+    found = tracking(PLANT, follow(stuck()[:NOW_S]), actions, {"V2.man": position}).command("V2.man")
+    assert found is not None and found.value is not None
+    return found.value
+
+
+def test_it_is_commanded_to_where_its_controller_would_have_it() -> None:
+    """Full feed needs half of the cooling water (0.51 by the hand check of the reactor's equations)."""
+    assert commanded(0.2, 1.0 / 30.0) == pytest.approx(0.51, abs=0.05)
+
+
+@pytest.mark.parametrize("position", [0.49, 0.53])
+def test_where_that_is_where_it_is_stuck_it_stands_beside(position: float) -> None:
+    assert abs(commanded(position, 1.0 / 30.0) - position) >= BESIDE - 0.005
+
+
+@pytest.mark.parametrize("position", [0.0, 1.0])
+@pytest.mark.parametrize("f1", [0.002, 1.0 / 30.0])
+def test_it_stays_inside_its_range(position: float, f1: float) -> None:
+    assert 0.0 <= commanded(position, f1) <= 1.0
+
+
+def test_nothing_else_is_changed() -> None:
+    actions = ActionSet((Command("F1.sp", 0.02, 0.005),), "reduced_load")
+    assert tracking(PLANT, follow(stuck()[:NOW_S]), actions, {"V2.man": 0.3}) is actions
+
+
+def test_the_search_commands_it() -> None:
+    path = RecoveryPath(PLANT.machine, (next(t for t in PLANT.machine.transitions if t.name == "t_reduce"),))
+    order = asyncio.run(search(QUICK).act(thought(*SURE), path, Advice())).command("V2.man")
+    assert order is not None and order.value is not None and abs(order.value - 0.3) >= BESIDE - 0.005

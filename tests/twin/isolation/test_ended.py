@@ -1,0 +1,73 @@
+"""Ended: a fault that was repaired is given up within seconds, one that cannot be seen is not."""
+
+from __future__ import annotations
+
+import functools
+
+import pytest
+
+from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.snapshot import Snapshot
+from homeostat.evaluate.reference.unsupervised import open_process
+from homeostat.evaluate.scenario import departing, repaired, scenario
+from homeostat.links.simulated import SimulatedLink
+from homeostat.twin.twin import Twin
+from tests.twin.followed import follow, reactor
+from tests.twin.test_remembering import FOULED, held
+
+ONSET_S, REPAIRED_S = 1500.0, 1560.0
+STUCK = FaultState("cool_stuck_closed", 0.6, ONSET_S)
+
+
+@functools.cache
+def mended(fault: str, severity: float, seed: int, mismatch: str, until_s: float) -> tuple[Snapshot, ...]:
+    """A reactor with a fault from 1500 s to 1560 s, which nobody touches."""
+    plant = reactor()
+    told = scenario(plant, fault, seed, ONSET_S, severity, until_s)
+    told = repaired(departing(plant, told, (), mismatch), REPAIRED_S)
+    link = SimulatedLink(open_process(plant, told))
+    return tuple(link.advance() for _ in range(int(until_s)))
+
+
+def looked(fault: str, severity: float, after_s: float, seed: int = 3, mismatch: str = "none") -> Twin:
+    """A twin that has seen the plant until ``after_s`` after the repair."""
+    return follow(mended(fault, severity, seed, mismatch, 1640.0)[: int(REPAIRED_S + after_s)], seed)
+
+
+@pytest.mark.parametrize("mismatch", ["none", "plant"])
+@pytest.mark.parametrize(
+    ("fault", "severity"),
+    [("cool_stuck_closed", 0.6), ("outlet_block", 0.8), ("pump_degrade", 0.6), ("inlet_stuck_open", 0.8)],
+)
+def test_a_repaired_fault_is_over_within_seconds(fault: str, severity: float, mismatch: str) -> None:
+    known = ((FaultState(fault, severity, ONSET_S),),)
+    ended = looked(fault, severity, 20.0, mismatch=mismatch).ended(known)
+    assert ended is not None and ended.fits
+    assert REPAIRED_S - 3.0 <= ended.since_s <= REPAIRED_S + 12.0
+
+
+@pytest.mark.parametrize("after_s", [-5.0, -20.0, 1.0])
+def test_a_fault_that_is_there_is_not_over(after_s: float) -> None:
+    assert looked("cool_stuck_closed", 0.6, after_s).ended(((STUCK,),)) is None
+
+
+@pytest.mark.parametrize("size", [0.55, 0.7])
+def test_a_fault_whose_size_was_not_known_exactly_is_not_over(size: float) -> None:
+    assert looked("cool_stuck_closed", 0.6, -5.0).ended(((FaultState(STUCK.fault, size, ONSET_S),),)) is None
+
+
+def test_what_cannot_be_seen_is_not_over() -> None:
+    """Fouling without feed: whether the jacket is fouled makes no difference."""
+    assert follow(held(2), 2).ended(((FOULED,),)) is None
+
+
+def test_one_of_two_faults_that_stays_keeps_both() -> None:
+    other = FaultState("level_bias", 1.0, ONSET_S)
+    twin = looked("cool_stuck_closed", 0.6, -10.0)
+    assert twin.ended(((STUCK, other), (STUCK,))) is None
+
+
+def test_what_was_read_before_is_not_looked_at() -> None:
+    twin = looked("cool_stuck_closed", 0.6, 20.0)
+    assert twin.ended(((STUCK,),), from_s=REPAIRED_S + 15.0) is None, "no stretch is as short"
+    assert twin.explain(["cool_stuck_closed"], (), from_s=REPAIRED_S + 2.0)[0].name == "none"
