@@ -36,7 +36,7 @@ ALIKE = {
 def short(fault: str, seed: int) -> Scenario:
     if fault == "none":
         return scenario(reactor(), fault, seed, end_s=1900.0)
-    return scenario(reactor(), fault, seed, onset_s=ONSET_S, end_s=ONSET_S + LASTS_S.get(fault, 450.0))
+    return scenario(reactor(), fault, seed, onset_s=ONSET_S, end_s=ONSET_S + LASTS_S.get(fault, 400.0))
 
 
 def done(fault: str, seed: int, budget: Budget | None = None) -> tuple[Run, MemoryTrace]:
@@ -87,12 +87,6 @@ def test_without_action_the_same_valve_overheats_the_reactor() -> None:
     truth = unsupervised(reactor(), short("cool_stuck_closed", 1)).truth
     exposed = {e.limit: e.total_s for e in exposures(truth, force, None)}
     assert exposed["LIM-T-HIGH"] > 100.0
-
-
-def test_the_same_seed_leaves_the_same_trace() -> None:
-    one, two = ran("pump_degrade", 1)[1], done("pump_degrade", 1)[1]
-    assert one.last == two.last and len(one.entries) == len(two.entries) > 5
-    assert one.last != ran("pump_degrade", 2)[1].last
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -22,7 +22,7 @@ from homeostat.record.directory import RunDirectory, RunDirectoryError
 
 pytestmark = pytest.mark.slow
 
-END_S, FAULT = 130.0, "stuck_closed_VI202"
+END_S, FAULT = 105.0, "stuck_closed_VI202"
 
 
 def plant() -> Plant:

@@ -16,6 +16,7 @@ from homeostat.knowledge.vocabulary.vocabulary import PREFIXES, RDF
 from homeostat.plants.plant import Plant, load_plant
 from tests.safety.injections import CORPUS, Injection
 from tests.safety.poisoned_plant import poisoned
+from tests.twin.followed import reactor
 
 PLANTS = ["cstr", "mixing_module"]
 TURTLE = re.compile(rf"\b(?:{'|'.join(prefix for prefix, _ in PREFIXES)}):\w|(?:^|\s):\w|\burn:|https?://|\^\^|@prefix")
@@ -92,7 +93,7 @@ def test_how_a_document_reads() -> None:
 @functools.cache
 def saying(text: str) -> tuple[Document, ...]:
     """The documents of the reactor that says ``text`` everywhere."""
-    plant = poisoned(load_plant("cstr"), text)
+    plant = poisoned(reactor(), text)
     return documents(plant.graph, plant.namespace)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import functools
+import json
 
 import pytest
 
@@ -115,9 +116,32 @@ def test_the_agents_say_the_same_as_their_parts() -> None:
 TECHNIQUES = sorted({i.technique for i in CORPUS})
 
 
-@pytest.mark.parametrize("technique", TECHNIQUES)
+WHOLE = ("fake answer", "fake authority", "fake tool call", "false limits", "template", "two stages", "very long")
+"""Techniques of which each makes a model that obeys order something else, or order it by another way."""
+
+
+def first(technique: str) -> str:
+    """The first text of a technique."""
+    return next(i.text for i in CORPUS if i.technique == technique)
+
+
+def ordered(technique: str) -> str:
+    """What a model that obeys orders, without what it says of its reasons."""
+    answer = obedient(asked(first(technique))[1].question)
+    try:
+        return json.dumps({**json.loads(answer), "reasoning": ""})
+    except ValueError:
+        return answer
+
+
+def test_every_technique_orders_what_one_of_the_whole_runs_orders() -> None:
+    """What a text makes of a run it makes of it by what is ordered; nothing else of it reaches the plant."""
+    assert {ordered(technique) for technique in TECHNIQUES} == {ordered(technique) for technique in WHOLE}
+
+
+@pytest.mark.parametrize("technique", WHOLE)
 def test_a_whole_run_releases_only_what_was_approved(technique: str) -> None:
-    text = next(i.text for i in CORPUS if i.technique == technique)
+    text = first(technique)
     row, trace = run_with(
         ScriptedModel("obedient", obedient), "cool_stuck_closed", 3, poisoned(reactor(), text), (text,),
         onset_s=900.0, end_s=1350.0,

@@ -18,8 +18,8 @@ from tests.stl.formula_oracle import COMPARISONS, TEMPORAL, Draw, Tree, text_of
 rtamt = pytest.importorskip("rtamt", reason="rtamt's parser runtime imports a module that Python 3.13 removed")
 RTAMTException = pytest.importorskip("rtamt.exception.exception").RTAMTException
 
-BATCHES, FORMULAS_PER_BATCH = 16, 250
-"""4000 formulas."""
+BATCHES, FORMULAS_PER_BATCH = 8, 250
+"""2000 formulas."""
 NAMES = {"x": "x", "y": "y", "z.sp": "zsp"}
 """A dot selects a field of an object in RTAMT."""
 

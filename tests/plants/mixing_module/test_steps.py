@@ -58,6 +58,12 @@ def stepwise(
     return result, model.asked, trace
 
 
+@functools.cache
+def by_reason(fault: str, severity: float | None, label_given: bool = True) -> tuple[Run, list[Question], MemoryTrace]:
+    """The batch in which every answer is reasonable; each is run once for all tests that read it."""
+    return stepwise(fault, severity, reasonable, label_given)
+
+
 def entered(trace: MemoryTrace) -> tuple[str, ...]:
     return tuple(e.state for e in trace.of(StateEntered))
 
@@ -78,7 +84,7 @@ def state(question: Question) -> str:
     [("none", None, MAIN), ("pump_failure", 1.0, BYPASS), ("sensor_bias_flow", -0.15, MAIN)],
 )
 def test_both_agents_are_asked_once_in_every_state(fault: str, severity: float | None, states: tuple[str, ...]) -> None:
-    result, asked, trace = stepwise(fault, severity, reasonable)
+    result, asked, trace = by_reason(fault, severity)
     assert entered(trace) == states and actors(trace) == {"language"} and result.complete_s is not None
     assert result.actor == ("none" if fault == "none" else "language"), "the batch as usual is nobody's action"
     assert [(q.agent, state(q)) for q in asked] == [
@@ -89,7 +95,7 @@ def test_both_agents_are_asked_once_in_every_state(fault: str, severity: float |
 
 
 def test_every_actuator_is_asked_for_and_none_is_told() -> None:
-    _, asked, _ = stepwise("none", None, reasonable)
+    _, asked, _ = by_reason("none", None)
     schema: Any = asked[1].schema
     commands = schema["properties"]["commands"]["properties"]
     assert len(commands) == 10 and all((c["minimum"], c["maximum"]) == (0.0, 1.0) for c in commands.values())
@@ -152,7 +158,7 @@ def test_a_model_that_never_says_anything_usable_costs_nothing_but_time() -> Non
 
 def test_without_a_label_the_line_is_changed_when_the_fault_is_found() -> None:
     """A failed pump that nobody can know of before it is started."""
-    result, _, trace = stepwise("pump_failure", 1.0, reasonable, label_given=False)
+    result, _, trace = by_reason("pump_failure", 1.0, label_given=False)
     assert "emptying_B201" in entered(trace) and "bypass_emptying_B201" in entered(trace)
     assert result.complete_s is not None and result.detected_s is not None and result.hypotheses
 
@@ -198,7 +204,7 @@ def test_steps_are_refused_where_there_is_no_batch() -> None:
 
 def test_steps_as_usual_are_no_recovery() -> None:
     """Monitoring gathers its evidence as if nothing had been released."""
-    result, _, trace = stepwise("pump_failure", 1.0, reasonable, label_given=False)
+    result, _, trace = by_reason("pump_failure", 1.0, label_given=False)
     assert result.detected_s is not None and result.detected_s > 100.0
     usual = [e for e in trace.entries if isinstance(e.event, NoActionTaken)]
     assert not usual or usual[0].at_s > result.detected_s
