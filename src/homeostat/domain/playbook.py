@@ -88,13 +88,13 @@ class Answer:
 class Ending(StrEnum):
     """What ended the time for which a release was watched."""
 
-    HELD = "held"
+    HELD = "held for"
     """It was over, and nothing had to be done."""
-    REPLACED = "replaced"
+    REPLACED = "replaced after"
     """Something else was released."""
-    FELL_BACK = "fell back"
+    FELL_BACK = "fell back after"
     """A limit tripped, or the fallback acted."""
-    CUT_SHORT = "run over"
+    CUT_SHORT = "run over after"
     """The run ended before."""
 
 
@@ -136,6 +136,8 @@ class Entry:
     """Why nothing was done; empty where something was."""
     aftermath: Aftermath | None = None
     """What came of it; None where it was released on no plant that anybody watched."""
+    needed: bool = True
+    """Whether anything had to be done; where there is no answer although it had, the fallback acts."""
 
     @property
     def usable(self) -> bool:

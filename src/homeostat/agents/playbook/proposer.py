@@ -24,8 +24,7 @@ class Remembering:
         """The path of the nearest entry that was not tried yet."""
         left = self._left(situation, advice)
         if not left:
-            tried = "; what is was tried" if advice.attempts else ""
-            raise NoAdmissiblePlan(f"{NAME}: no entry is nearer than {FAR:g}{tried}")
+            raise NoAdmissiblePlan(f"no {'other ' * bool(advice.attempts)}entry is near: within a distance of {FAR:g}")
         return left[0].path
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet:
@@ -33,7 +32,7 @@ class Remembering:
         for known in self._left(situation, advice):
             if known.path == path:
                 return known.actions
-        raise NoAdmissiblePlan(f"{NAME}: nothing that takes {' > '.join(path.states)} is near any more")
+        raise NoAdmissiblePlan(f"nothing that takes {' > '.join(path.states)} is near any more")
 
     async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
         """Go on to the next entry, whatever was wrong with this one."""
