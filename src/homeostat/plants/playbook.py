@@ -18,15 +18,15 @@ def open_playbook(path: Path, plant: Plant) -> tuple[Book, Content]:
     What is no entry, is of another configuration or does not fit the plant is left out, and logged as a warning.
     Raises PlaybookError where it is no file, OSError where it cannot be read.
     """
-    content = read_playbook(path)
-    own = [entry for entry in content.entries if entry.configuration == plant.configuration]
+    content, configuration = read_playbook(path), plant.configuration
+    own = [entry for entry in content.entries if entry.configuration == configuration]
     book = Book(own, plant.description, content.sha256)
     foreign = len(content.entries) - len(own)
     told = list(content.troubles)
     if foreign:
         told.append(
             f"playbook {path.name!r}: {foreign} of {len(content.entries)} entries are of another configuration than "
-            f"{plant.name} has now ({plant.configuration[:12]}); they are not used: build it again"
+            f"{plant.name} has now ({configuration[:12]}); they are not used: build it again"
         )
     for line in (*told, *_few([f"playbook {path.name!r}: {each}" for each in book.troubles])):
         logging.getLogger(__name__).warning("%s", line)

@@ -19,7 +19,7 @@ from homeostat.record.decode import made_of
 
 FORMAT: Final = 1
 """Version of a line's content, under the key of the same name."""
-MOST_BYTES: Final = 16 * 2**20
+MOST_BYTES: Final = 8 * 2**20
 """Largest file that is read and written [byte]: some thousand entries."""
 LONGEST: Final = 64 * 2**10
 """Longest line [byte]."""

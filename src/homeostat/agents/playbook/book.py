@@ -1,17 +1,18 @@
 """A playbook in memory: read once, fitted to a plant, asked for what is near."""
 
-from collections.abc import Sequence
+from collections.abc import Container, Hashable, Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, pairwise
 
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.playbook.distance import FAR, Measure, Point, distance
 from homeostat.agents.roles import Situation
-from homeostat.domain.events.recovery import LaterStep
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.domain.plant.state_machine import StateMachine, Transition
 from homeostat.domain.playbook import Answer, Entry, Occasion
 from homeostat.domain.recovery import ActionSet, RecoveryPath, Step
+
+STARTS = 8
+"""Entries that a search begins with at most: it looks around each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +37,13 @@ class Book:
         self.troubles: tuple[str, ...] = ()
         """What does not fit the plant, a sentence each."""
         self._measure = Measure(plant)
+        fitting = _Fitting(plant)
         self._known: dict[tuple[str, str], list[tuple[Point, Known]]] = {}
         for entry in entries:
             if entry.answer is None or not entry.usable:
                 continue
             try:
-                point, known = self._measure.point(entry.occasion), _known(entry, entry.answer, plant)
+                point, known = self._measure.point(entry.occasion), fitting.known(entry, entry.answer)
             except ValueError as misfit:
                 self.troubles += (f"the entry from {entry.source!r} does not fit the plant: {misfit}",)
                 continue
@@ -64,33 +66,37 @@ class Book:
 
     def starts(self, situation: Situation, target: str) -> list[ActionSet]:
         """Commands that helped near ``situation`` and lead to ``target`` at once, for a search to begin with."""
-        near = dict.fromkeys(known.actions for _, known in self.near(situation))
-        return [actions for actions in near if actions.target == target and not actions.then]
+        near = (known.actions for _, known in self.near(situation))
+        there = (actions for actions in near if actions.target == target and not actions.then)
+        return list(dict.fromkeys(islice(there, STARTS)))
 
 
-def _known(entry: Entry, answer: Answer, plant: PlantDescription) -> Known:
-    """ValueError where the plant does not have the answer's path or tags."""
-    machine = plant.machine
-    for command in (*answer.commands, *(c for step in answer.then for c in step.commands)):
-        plant.tag(command.tag)
-    by_name = {t.name: t for t in machine.transitions}
-    if unknown := [step.transition for step in answer.then if step.transition not in by_name]:
-        raise ValueError(f"state machine {machine.name!r} has no transition {unknown[0]!r}")
-    awaited = [by_name[step.transition] for step in answer.then]
-    states = answer.path[: len(answer.path) - len(awaited)]
-    decided = [_decision(machine, *ends) for ends in pairwise(states)]
-    path = RecoveryPath(machine, (*decided, *awaited))
-    if (path.states, path.now) != (answer.path, answer.target) or path.states[0] != entry.occasion.state:
-        raise ValueError(f"its steps do not take the path {' > '.join(answer.path)}")
-    return Known(entry, path, ActionSet(answer.commands, answer.target, tuple(map(_step, answer.then, awaited))))
+class _Fitting:
+    """Makes of an entry what the plant's tables still have all the words for."""
 
+    def __init__(self, plant: PlantDescription) -> None:
+        self._plant, self._tags = plant, frozenset(tag.name for tag in plant.tags)
+        event = plant.machine.recovery_event
+        self._by_name = {t.name: t for t in plant.machine.transitions}
+        self._decided = {
+            (t.source, t.target): t for t in plant.machine.transitions if t.on_decision and t.event == event
+        }
 
-def _decision(machine: StateMachine, source: str, target: str) -> Transition:
-    for t in machine.transitions:
-        if t.on_decision and (t.source, t.target, t.event) == (source, target, machine.recovery_event):
-            return t
-    raise ValueError(f"state machine {machine.name!r} does not lead from {source!r} to {target!r} by decision")
+    def known(self, entry: Entry, answer: Answer) -> Known:
+        """ValueError where the plant does not have the answer's path or tags."""
+        commands = [*answer.commands, *(c for step in answer.then for c in step.commands)]
+        self._check("tag", (c.tag for c in commands), self._tags)
+        self._check("transition", (step.transition for step in answer.then), self._by_name)
+        awaited = [self._by_name[step.transition] for step in answer.then]
+        ends = list(pairwise(answer.path[: len(answer.path) - len(awaited)]))
+        self._check("decision from one to the other of the states", ends, self._decided)
+        path = RecoveryPath(self._plant.machine, (*(self._decided[each] for each in ends), *awaited))
+        if (path.states, path.now) != (answer.path, answer.target) or path.states[0] != entry.occasion.state:
+            raise ValueError(f"its steps do not take the path {' > '.join(answer.path)}")
+        steps = tuple(Step(transition, told.commands) for told, transition in zip(answer.then, awaited, strict=True))
+        return Known(entry, path, ActionSet(answer.commands, answer.target, steps))
 
-
-def _step(told: LaterStep, transition: Transition) -> Step:
-    return Step(transition, told.commands)
+    def _check(self, what: str, named: Iterable[Hashable], there: Container[Hashable]) -> None:
+        for name in named:
+            if name not in there:
+                raise ValueError(f"plant {self._plant.name!r} has no {what} {name!r}")

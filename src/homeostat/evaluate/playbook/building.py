@@ -61,11 +61,8 @@ class Hands:
 
 def left_of(plant: Plant, asked: Sequence[Question], path: Path) -> list[Question]:
     """Those of ``asked`` that the playbook at ``path`` has no entry for, of this configuration and version."""
-    there = {
-        entry.source
-        for entry in read_playbook(path).entries
-        if (entry.configuration, entry.version) == (plant.configuration, __version__)
-    }
+    present = plant.configuration, __version__
+    there = {e.source for e in read_playbook(path).entries if (e.configuration, e.version) == present}
     return [question for question in asked if question.source not in there]
 
 
