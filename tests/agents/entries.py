@@ -54,5 +54,5 @@ def book(*entries: Entry) -> Book:
 
 def situation(*hypotheses: Hypothesis, state: str = "normal") -> Situation:
     """A reactor by design in ``state``, of which that is held to be wrong."""
-    values = {tag: math.nan if value is None else value for tag, value in STANDS.items()}
+    values = {tag: math.nan if value is None else value for tag, value in STANDS.items()} | {"T1": 310.0, "L1": 10.0}
     return Situation(Snapshot(1000.0, values), Diagnosis(1000.0, (), hypotheses or (stuck(),)), state)

@@ -18,7 +18,6 @@ from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.events.recovery import LaterStep
 from homeostat.domain.playbook import Aftermath, Ending, Margin, Setpoint
 from homeostat.journal.chain import digest
-from homeostat.journal.encode import canonical
 from homeostat.record import playbook
 from homeostat.record.playbook import PlaybookError, add_to_playbook, line_of, read_playbook
 from tests.agents.entries import ANSWER, entry, stuck

@@ -53,12 +53,14 @@ class Content:
 def read_playbook(path: Path) -> Content:
     """What the file at ``path`` holds; nothing where there is none yet.
 
-    At most :data:`MOST_BYTES` are read. PlaybookError where it is no file, OSError where it cannot be read.
+    At most :data:`MOST_BYTES` are read. PlaybookError where it is no file, or has no folder, OSError where it cannot be read.
     """
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # a pipe nobody writes to would be waited for
     except FileNotFoundError:
-        return Content((), (), b"")
+        if path.parent.is_dir():
+            return Content((), (), b"")
+        raise PlaybookError(f"playbook {str(path)!r} cannot be made: there is no such folder; make it first") from None
     try:
         _check_regular(descriptor, path)
         with os.fdopen(descriptor, "rb", closefd=False) as file:

@@ -93,6 +93,8 @@ class _Fitting:
         path = RecoveryPath(self._plant.machine, (*(self._decided[each] for each in ends), *awaited))
         if (path.states, path.now) != (answer.path, answer.target) or path.states[0] != entry.occasion.state:
             raise ValueError(f"its steps do not take the path {' > '.join(answer.path)}")
+        if not self._plant.machine.state(path.target).recovery_target:
+            raise ValueError(f"no recovery may end in {path.target!r}")
         steps = tuple(Step(transition, told.commands) for told, transition in zip(answer.then, awaited, strict=True))
         return Known(entry, path, ActionSet(answer.commands, answer.target, steps))
 

@@ -39,8 +39,16 @@ class Remembering:
         return Advice(() if isinstance(attempt.verdict, Approve) else attempt.verdict.violated)
 
     def _left(self, situation: Situation, advice: Advice) -> list[Known]:
+        """What is near, open now, and neither tried nor refused, the nearest first."""
         tried = {a.actions.digest for a in advice.attempts if a.actions is not None}
-        return [known for _, known in self._book.near(situation) if known.actions.digest not in tried]
+        values = situation.snapshot.values
+        return [
+            known
+            for _, known in self._book.near(situation)
+            if known.actions.digest not in tried
+            and known.path.commanded not in advice.refused_paths
+            and all(t.guard.holds(values) for t in known.path.decisions)
+        ]
 
 
 def remembering(book: Book) -> Proposer:

@@ -107,7 +107,7 @@ def _outcome(entry: Entry) -> str:
         return f"never released; {entry.source}"
     worst = None if entry.answer is None else entry.answer.worst
     read = "" if after.kept is None or worst is None else f", {after.kept:+.3g} {_unit(worst.unit)}read"
-    return f"{after.ending.value} for {after.seconds:.0f} s{read}; {entry.source}"
+    return f"{after.ending.value} {after.seconds:.0f} s{read}; {entry.source}"
 
 
 def _unit(unit: str) -> str:
