@@ -151,6 +151,8 @@ def test_a_run_that_was_killed_goes_on_with_the_playbook_that_it_began_with(tmp_
     until = next(n for n, each in enumerate(lines) if b'"event":"noticed"' in each)
     (run / "events.jsonl").write_bytes(b"".join(lines[:until]))
     altered = homeostat("resume", "run", "--out", "copy", cwd=tmp_path)
-    assert "1 by playbook" in altered.out and "added to" not in altered.err
+    assert (
+        "1 by playbook" in altered.out and "nothing is added to it" in altered.err and "entry added" not in altered.err
+    )
     (run / "playbook.jsonl").write_bytes(b"")
     refused(homeostat("resume", "run", "--out", "other", cwd=tmp_path), "is not the playbook that it began with")

@@ -53,7 +53,8 @@ class Content:
 def read_playbook(path: Path) -> Content:
     """What the file at ``path`` holds; nothing where there is none yet.
 
-    At most :data:`MOST_BYTES` are read. PlaybookError where it is no file, or has no folder, OSError where it cannot be read.
+    At most :data:`MOST_BYTES` are read. PlaybookError where it is no file or has no folder, OSError where it cannot be
+    read.
     """
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # a pipe nobody writes to would be waited for
