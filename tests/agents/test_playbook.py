@@ -17,6 +17,7 @@ from homeostat.agents.playbook.book import STARTS
 from homeostat.agents.playbook.distance import FAR, Measure, Point, distance
 from homeostat.agents.playbook.proposer import remembering
 from homeostat.agents.roles import Action, NoAdmissiblePlan, Planning, Situation
+from homeostat.agents.search.candidates import SearchSpace
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.events.recovery import LaterStep
@@ -156,6 +157,31 @@ def test_what_the_plant_has_no_words_for_is_told_and_left_out(misfit: object, wh
 
 def test_huge_numbers_are_far_away() -> None:
     assert book(entry(stuck(1e308))).near(situation()) == []
+
+
+@pytest.mark.parametrize(
+    "unheard",
+    [
+        Hypothesis((FaultState("rust", 1.0, 0.0),), 1.0),
+        Hypothesis((FaultState("leak", math.nan, 0.0),), 1.0),
+        Hypothesis((FaultState("leak", 0.01, 0.0),), math.nan),
+        Hypothesis((FaultState("leak", 0.01, 0.0),), 0.0),
+    ],
+)
+def test_a_situation_without_words_is_near_nothing_and_breaks_nobody(unheard: Hypothesis) -> None:
+    made = book(entry(), entry(LEAKS))
+    assert made.near(situation(unheard)) == [] and made.starts(situation(unheard), "reduced_load") == []
+
+
+def test_a_search_does_not_begin_where_the_state_forbids_it() -> None:
+    d = reactor().description
+    space = SearchSpace(d.machine.state("reduced_load"), d.tags_by_name)
+    points = {rate: space.point(ActionSet(moved(rate).commands, "reduced_load")) for rate in (0.02, 0.5)}
+    assert [rate for rate, point in points.items() if point is not None and space.admits(point)] == [0.02]
+    automatic = (replace(COMMANDS[0], value=None), *COMMANDS[1:])
+    left = space.point(ActionSet(automatic, "reduced_load"))
+    assert left is not None and not space.admits(left), "a setpoint has no automatic"
+    assert space.point(ActionSet(COMMANDS[1:], "reduced_load")) is None
 
 
 def test_a_thousand_entries_are_looked_up_within_fifty_milliseconds() -> None:

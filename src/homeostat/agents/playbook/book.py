@@ -54,8 +54,14 @@ class Book:
         return sum(map(len, self._known.values()))
 
     def near(self, situation: Situation) -> list[tuple[float, Known]]:
-        """What is near ``situation``, each after its distance [1]; the nearest first, of equals the latest."""
-        here = self._measure.point(self.occasion(situation))
+        """What is near ``situation``, each after its distance [1]; the nearest first, of equals the latest.
+
+        Nothing is near a situation that the tables have no words for: whoever asks goes on without.
+        """
+        try:
+            here = self._measure.point(self.occasion(situation))
+        except ValueError:
+            return []
         found = [(distance(here, point), known) for point, known in reversed(self._known.get(here.kind, ()))]
         return sorted(((d, known) for d, known in found if d <= FAR), key=lambda pair: pair[0])
 

@@ -135,8 +135,9 @@ class SearchAction:
         few = twin.ensemble(hypotheses, twin.settings.search_draws)
         tried: dict[Point, float] = {}
         present = present_point(space.state, situation.snapshot.values)
-        known = filter(None, map(space.point, settings.known(situation, space.state.name)))
-        self._evaluate(twin, [*space.first(present), *known], space, few, required, tried)
+        known = map(space.point, settings.known(situation, space.state.name))
+        admitted = [point for point in known if point is not None and space.admits(point)]
+        self._evaluate(twin, [*space.first(present), *admitted], space, few, required, tried)
         for fraction in settings.coarse:
             bases = self._apart(tried, space, settings.bases)
             before = tried[bases[0]]
