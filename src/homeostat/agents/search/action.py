@@ -49,7 +49,7 @@ class SearchSettings:
     fine: tuple[float, ...] = (0.02, 0.008)
     """Step of each refinement on those."""
     known: Known = lambda situation, target: ()
-    """What the first look takes in besides, as from a playbook."""
+    """What the first look and the finalists take in besides, as from a playbook."""
 
 
 class SearchAction:
@@ -146,7 +146,11 @@ class SearchAction:
                 return space.actions(self._best(tried, space, 1)[0])
         many = twin.ensemble(hypotheses, twin.settings.draws, Purpose.REFINE)
         sure: dict[Point, float] = {}
-        self._evaluate(twin, self._best(tried, space, settings.finalists), space, many, required, sure)
+        finalists = [
+            *self._best(tried, space, settings.finalists),
+            *admitted,
+        ]  # few members may wrong what helped before
+        self._evaluate(twin, finalists, space, many, required, sure)
         for fraction in settings.fine:
             (base,) = self._best(sure, space, 1)
             self._evaluate(twin, space.around(base, fraction), space, many, required, sure)
