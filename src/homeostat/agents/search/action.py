@@ -146,10 +146,8 @@ class SearchAction:
                 return space.actions(self._best(tried, space, 1)[0])
         many = twin.ensemble(hypotheses, twin.settings.draws, Purpose.REFINE)
         sure: dict[Point, float] = {}
-        finalists = [
-            *self._best(tried, space, settings.finalists),
-            *admitted,
-        ]  # few members may wrong what helped before
+        # Few members may wrong what helped before.
+        finalists = [*self._best(tried, space, settings.finalists), *admitted]
         self._evaluate(twin, finalists, space, many, required, sure)
         for fraction in settings.fine:
             (base,) = self._best(sure, space, 1)
