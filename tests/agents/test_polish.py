@@ -10,11 +10,13 @@ import pytest
 from homeostat.agents.checks import command_findings
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.pricing import Pricing
+from homeostat.agents.roles import Situation
 from homeostat.agents.search.cost import Cost
+from homeostat.domain.advice import Advice
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.plants.plant import load_plant
 from homeostat.twin.twin import Purpose
-from tests.agents.stuck_valve import DIAGNOSIS, NOW_S, now, search, stuck
+from tests.agents.stuck_valve import DIAGNOSIS, NOW_S, QUICK, now, search, stuck
 from tests.twin.followed import follow, reactor
 
 D = reactor().description
@@ -56,6 +58,21 @@ def test_what_is_bettered_already_stays_near_as_cheap() -> None:
     once = polished(proposed(0.01))
     twice = polished(once)
     assert total(twice) <= total(once) + 0.002
+
+
+def test_a_search_begins_with_what_is_known_and_ends_no_worse() -> None:
+    """With hardly any time for a look around, it keeps what was found before with all the time that it takes."""
+    before = asyncio.run(search().act(now(), PATH, Advice()))
+    asked: list[str] = []
+
+    def known(situation: Situation, target: str) -> list[ActionSet]:
+        asked.append(target)
+        return [before]
+
+    hasty = replace(QUICK, coarse=(), finalists=1, fine=())
+    without = asyncio.run(search(hasty).act(now(), PATH, Advice()))
+    found = asyncio.run(search(replace(hasty, known=known)).act(now(), PATH, Advice()))
+    assert asked == [STATE.name] and total(found) <= total(before) + 1e-9 < total(without)
 
 
 def test_what_does_not_say_everything_is_left_as_it_is() -> None:

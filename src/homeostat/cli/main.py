@@ -82,11 +82,12 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.plants.error import PlantError
     from homeostat.record.decode import DecodeError
     from homeostat.record.directory import RunDirectoryError
+    from homeostat.record.playbook import PlaybookError
     from homeostat.record.result import ResultError
     from homeostat.service.order import OrderError
 
     of_runs = (BrokenChain, KeyTrouble, OrderError, DecodeError, ResultError, ResumptionError, RunDirectoryError)
-    return *of_runs, StudyError, PlantError, GraphError, ScenarioError, StoreError
+    return *of_runs, PlaybookError, StudyError, PlantError, GraphError, ScenarioError, StoreError
 
 
 @contextlib.contextmanager

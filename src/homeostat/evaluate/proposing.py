@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from homeostat.agents.playbook.book import Book
 from homeostat.evaluate.conditions import Conditions
 from homeostat.journal import Setting
 from homeostat.plants.assembly import Language, Propose, in_operation
@@ -23,9 +24,12 @@ class Proposing:
     """What the agents know of the plant where that is less; None for all of it."""
     budget: Budget = field(default_factory=Budget)
     """How long recovery works."""
+    playbook: Book | None = None
+    """What was released before; None where nobody is to know."""
 
     @property
     def settings(self) -> tuple[Setting, ...]:
         """As the journal has it, where it is not what is usual."""
         usual = self.budget.latency_s == Budget().latency_s
-        return () if usual else (Setting("budget_s", self.budget.latency_s),)
+        budget = () if usual else (Setting("budget_s", self.budget.latency_s),)
+        return budget if self.playbook is None else (*budget, Setting("playbook", self.playbook.sha256))

@@ -130,6 +130,7 @@ def run(
             protocol=conditions.protocol,
             given=_informed(plant, scenario, conditions),
             propose=_once(propose, conditions),
+            playbook=proposing.playbook,
         )
         link, local = _attach(plant, process, operation)
         lease = link if operation.mode.writes else None

@@ -11,10 +11,12 @@ from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.proposer import language_proposer, step_proposer
 from homeostat.agents.language.speaker import MOST_S, Briefing
 from homeostat.agents.monitoring.monitoring import TwinMonitoring
+from homeostat.agents.playbook.book import Book
+from homeostat.agents.playbook.proposer import remembering
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.probing.twin_probing import TwinProbing
 from homeostat.agents.roles import Agents, AskingProtocol, Monitoring, Proposer, Simulation
-from homeostat.agents.search.action import SearchAction
+from homeostat.agents.search.action import SearchAction, SearchSettings
 from homeostat.agents.search.candidates import design_commands
 from homeostat.agents.search.planning import SearchPlanning
 from homeostat.agents.search.reprompting import MarginReprompting
@@ -91,12 +93,19 @@ class Workbench:
     """The language model of the run; None for none."""
     hurried: bool = True
     """Whether thinking costs as much process time as it takes."""
+    playbook: Book | None = None
+    """What was released before; None where nobody is to know."""
 
     def search(self) -> SearchAction:
-        """A search of its own."""
+        """A search of its own, which begins with what the playbook has, too."""
         d = self.plant.description
         pricing = Pricing(self.plant.prices, d.limits, d.scales)
-        return SearchAction(self.twin, d, pricing)
+        settings = None if self.playbook is None else SearchSettings(known=self.playbook.starts)
+        return SearchAction(self.twin, d, pricing, settings)
+
+    def remembering(self) -> tuple[Proposer, ...]:
+        """The playbook's proposer; none in a run without one."""
+        return () if self.playbook is None else (remembering(self.playbook),)
 
     def searching(self) -> Proposer:
         """The deterministic proposer that is always there."""
@@ -129,14 +138,15 @@ Propose = Callable[[Workbench], tuple[Proposer, ...]]
 
 
 def in_operation(bench: Workbench) -> tuple[Proposer, ...]:
-    """As a plant is operated: the search answers first, and the language model, where there is one, may do better.
+    """As a plant is operated: the playbook answers first, then the search; a language model may do better than both.
 
     Where every step is asked for, as in published studies, the language model is asked first.
     """
+    first = bench.remembering()
     if bench.language is None:
-        return (bench.searching(),)
+        return (*first, bench.searching())
     both = bench.searching(), bench.speaking()
-    return both[::-1] if bench.protocol is AskingProtocol.PER_STEP else both
+    return (*first, *(both[::-1] if bench.protocol is AskingProtocol.PER_STEP else both))
 
 
 def model_alone(bench: Workbench) -> tuple[Proposer, ...]:
@@ -213,6 +223,8 @@ class Arrangement:
     """Makes the proposers, for studies that compare them."""
     hurried: bool = True
     """Whether thinking costs as much process time as it takes."""
+    playbook: Book | None = None
+    """What was released before, read already; None for a run that depends on nothing but its inputs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -298,8 +310,18 @@ def _recovery(
     twin = Twin(plant.model, d, plant.twin, seed)
     grounding = Grounding(plant.graph, plant.namespace, archive)
     simulation = TwinSimulation(twin, tags, d.limits)
-    protocol, language = arrangement.protocol, arrangement.language
-    bench = Workbench(plant, twin, grounding, simulation, trace, archive, protocol, language, arrangement.hurried)
+    bench = Workbench(
+        plant,
+        twin,
+        grounding,
+        simulation,
+        trace,
+        archive,
+        arrangement.protocol,
+        arrangement.language,
+        arrangement.hurried,
+        arrangement.playbook,
+    )
     monitoring: Monitoring = TwinMonitoring(twin, grounding, d, plant.baselines, plant.started, plant.monitoring)
     agents = Agents(
         monitoring=arrangement.given(monitoring) if arrangement.given else monitoring,
@@ -308,7 +330,7 @@ def _recovery(
         validation=LimitValidation(d.limits, tags),
         grounding=grounding,
         probing=None if stepwise else TwinProbing(twin, d, grounding, Pricing(plant.prices, d.limits, d.scales)),
-        polishing=bench.search() if arrangement.language is not None else None,
+        polishing=bench.search() if arrangement.language or arrangement.playbook is not None else None,
     )
     known = PlantRules(d.machine, d.limits, plant.prices, rules.fallbacks, d.scales, tags)
     check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration, plant.risk)

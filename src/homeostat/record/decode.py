@@ -22,7 +22,7 @@ def decode(record: Record) -> Event | None:
     if kind is None:
         return None
     try:
-        event: Event = _made(kind, dict(record.fields))
+        event: Event = made_of(kind, dict(record.fields))
     except (LookupError, TypeError, ValueError, ArithmeticError, RecursionError) as error:
         raise DecodeError(
             f"event {record.seq} ({record.kind!r}) cannot be read: {error!r}; use the version that recorded it"
@@ -30,17 +30,17 @@ def decode(record: Record) -> Event | None:
     return event
 
 
-def _made(kind: Any, value: Any) -> Any:
-    """``value``, in JSON form, as the type ``kind``."""
+def made_of(kind: Any, value: Any) -> Any:
+    """``value``, in JSON form, as the type ``kind``; LookupError, TypeError or ValueError where it is none."""
     if get_origin(kind) is tuple:
-        return tuple(_made(get_args(kind)[0], item) for item in value)
+        return tuple(made_of(get_args(kind)[0], item) for item in value)
     if get_origin(kind) in (Union, UnionType):
         options = [option for option in get_args(kind) if option is not type(None)]
-        return value if value is None or len(options) > 1 else _made(options[0], value)
+        return value if value is None or len(options) > 1 else made_of(options[0], value)
     if isinstance(kind, type) and dataclasses.is_dataclass(kind):
         types = _types(kind)
         given = [field for field in dataclasses.fields(kind) if field.name in value or _is_required(field)]
-        made = {field.name: _made(types[field.name], value[field.name]) for field in given}
+        made = {field.name: made_of(types[field.name], value[field.name]) for field in given}
         return kind(**made)
     if isinstance(kind, type) and issubclass(kind, Enum):
         return kind[value]

@@ -1,7 +1,7 @@
 """Action by search: least cost subject to the margin of everything that forbids, over the ensemble."""
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -25,6 +25,8 @@ from homeostat.twin.twin import Purpose, Twin
 
 Key: TypeAlias = tuple[str, tuple[Command, ...]]
 """State and commands of an action set, or the digest of one that goes on."""
+Known: TypeAlias = Callable[[Situation, str], Sequence[ActionSet]]
+"""Gives what helped before in a situation like this one, and leads to the state that is named."""
 HOPELESS = 5.0
 """A search whose cost stays above this cannot be cured by refinement [production]."""
 CHANGE = 0.002
@@ -47,6 +49,8 @@ class SearchSettings:
     """Points that are tried again on as many members as validation uses."""
     fine: tuple[float, ...] = (0.02, 0.008)
     """Step of each refinement on those."""
+    known: Known = lambda situation, target: ()
+    """What the first look and the finalists take in besides, as from a playbook."""
 
 
 class SearchAction:
@@ -113,10 +117,9 @@ class SearchAction:
         if path.awaited:
             return actions
         space = SearchSpace(path.machine.state(path.target), self._tags)
-        given = {c.tag: c.value for c in actions.commands}
-        if given.keys() != {r.tag for r in space.ranges}:
+        start = space.point(actions)
+        if start is None:
             return actions
-        start = tuple(given[r.tag] for r in space.ranges)
         found = await asyncio.to_thread(self._polish, self._twin.frozen(), space, situation, start)
         return actions if found == start else space.actions(found)
 
@@ -145,7 +148,9 @@ class SearchAction:
         few = twin.ensemble(hypotheses, twin.settings.search_draws)
         tried: dict[Point, float] = {}
         present = present_point(space.state, situation.snapshot.values)
-        self._evaluate(twin, space.first(present), space, few, required, tried)
+        known = map(space.point, settings.known(situation, space.state.name))
+        admitted = [point for point in known if point is not None and space.admits(point)]
+        self._evaluate(twin, [*space.first(present), *admitted], space, few, required, tried)
         for fraction in settings.coarse:
             bases = self._apart(tried, space, settings.bases)
             before = tried[bases[0]]
@@ -154,7 +159,9 @@ class SearchAction:
                 return space.actions(self._best(tried, space, 1)[0])
         many = twin.ensemble(hypotheses, twin.settings.draws, Purpose.REFINE)
         sure: dict[Point, float] = {}
-        self._evaluate(twin, self._best(tried, space, settings.finalists), space, many, required, sure)
+        # Few members may wrong what helped before.
+        finalists = [*self._best(tried, space, settings.finalists), *admitted]
+        self._evaluate(twin, finalists, space, many, required, sure)
         for fraction in settings.fine:
             (base,) = self._best(sure, space, 1)
             self._evaluate(twin, space.around(base, fraction), space, many, required, sure)

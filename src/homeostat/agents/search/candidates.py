@@ -41,6 +41,18 @@ class SearchSpace:
             self.state.name,
         )
 
+    def point(self, actions: ActionSet) -> Point | None:
+        """What ``actions`` command at once, as a point; None where they do not say all of it, or say more."""
+        given = {c.tag: c.value for c in actions.commands}
+        if given.keys() != {r.tag for r in self.ranges}:
+            return None
+        return tuple(given[r.tag] for r in self.ranges)
+
+    def admits(self, point: Point) -> bool:
+        """Whether ``point`` lies in the ranges; nothing but a manual output may be left on automatic."""
+        pairs = zip(self.ranges, point, strict=True)
+        return all(r.design is None if v is None else r.low <= v <= r.high for r, v in pairs)
+
     def distance(self, point: Point) -> float:
         """How far ``point`` is from the design: setpoints in their ranges, summed; a manual output counts as two."""
         return self.gap(point, self.design)

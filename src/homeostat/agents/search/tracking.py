@@ -18,6 +18,7 @@ from homeostat.domain.plant.description import PlantDescription, Relation
 from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, Command
+from homeostat.process.batch import ProcessError
 from homeostat.twin.twin import Twin
 
 STUCK = 0.9
@@ -46,14 +47,18 @@ def held(plant: PlantDescription, situation: Situation) -> dict[str, float]:
 def tracking(plant: PlantDescription, twin: Twin, actions: ActionSet, stuck: Mapping[str, float]) -> ActionSet:
     """``actions`` with the manual outputs of ``stuck`` actuators where their controllers would come to if they moved.
 
-    Raises ProcessError where the healthy plant leaves the physical world.
+    Where a healthy plant would leave the physical world with them, they stay as they are.
     """
     outputs = [c.tag for c in actions.commands if c.tag in stuck]
     if not outputs:
         return actions
     free = tuple(Command(c.tag, None, None) if c.tag in outputs else c for c in actions.commands)
     healthy = twin.ensemble((Hypothesis((), 1.0),), twin.settings.search_draws)
-    signals, dt_s = twin.try_many(healthy, twin.schedules([replace(actions, commands=free)], twin.settings.horizon_s))
+    try:
+        schedules = twin.schedules([replace(actions, commands=free)], twin.settings.horizon_s)
+        signals, dt_s = twin.try_many(healthy, schedules)
+    except ProcessError:
+        return actions
     last, commands = math.ceil(LAST_S / dt_s), []
     for c in actions.commands:
         if c.tag in outputs:

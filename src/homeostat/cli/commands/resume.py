@@ -5,6 +5,7 @@ import shutil
 import sys
 from pathlib import Path
 
+from homeostat.agents.playbook.book import Book
 from homeostat.agents.roles import AskingProtocol
 from homeostat.cli.arguments import UsageError
 from homeostat.cli.commands.run import Going, carry
@@ -19,6 +20,9 @@ from homeostat.evaluate.recorded.resumption import Past, ResumptionError, told
 from homeostat.journal import read_events
 from homeostat.journal.beside.files import MANIFEST, RESULT
 from homeostat.plants.error import PlantError
+from homeostat.plants.plant import Plant
+from homeostat.plants.playbook import NAME as PLAYBOOK
+from homeostat.plants.playbook import open_playbook
 from homeostat.record.directory import RunDirectory, RunDirectoryError
 from homeostat.recovery.bounds import Budget
 from homeostat.service.inbox import INBOX
@@ -36,6 +40,7 @@ def carry_out(options: argparse.Namespace) -> int:
         chosen = past.started.settings
         if options.pace is not None and "pace" not in chosen:
             raise ResumptionError("it is not paced; leave --pace out")
+        book = _playbook(past, run_dir, plant)
         if chosen.get("protocol") != AskingProtocol.ROUTE.value:
             raise ResumptionError("it was asked for step by step, and what was asked is not in its journal")
     except (PlantError, ResumptionError) as reason:
@@ -46,11 +51,13 @@ def carry_out(options: argparse.Namespace) -> int:
         print(f"homeostat: {line}", file=sys.stderr)
     if chosen["proposer"] != "search":
         print(f"homeostat: it goes on with the search alone, without {chosen['proposer']!r}", file=sys.stderr)
+    if book is not None:
+        print("homeostat: it goes on with the playbook that it began with; nothing is added to it", file=sys.stderr)
     conditions = Conditions(label_given=bool(chosen.get("label_given")))
     operation = _operation(past, directory.path, options.pace)
     thinking = _thinking(past, options.pace)
     budget = Budget(latency_s=float(chosen["budget_s"])) if "budget_s" in chosen else Budget()
-    proposing = Proposing(None, conditions, budget=budget)
+    proposing = Proposing(None, conditions, budget=budget, playbook=book)
     going = Going(plant, scenario, directory, thinking, "search", proposing, operation)
     return carry(going, options.json)
 
@@ -61,6 +68,16 @@ def _copied(run_dir: Path, out: Path) -> Path:
         raise RunDirectoryError(f"{str(out)!r} exists; choose another directory or remove it first")
     shutil.copytree(run_dir, out, ignore=shutil.ignore_patterns(INBOX))
     return out
+
+
+def _playbook(past: Past, run_dir: Path, plant: Plant) -> Book | None:
+    """The playbook that the run began with, of which it has kept a copy; where its own file is, nobody knows."""
+    if (began := past.started.settings.get("playbook")) is None:
+        return None
+    book, content = open_playbook(run_dir / PLAYBOOK, plant)
+    if content.sha256 != began:
+        raise ResumptionError(f"{PLAYBOOK!r} in it is not the playbook that it began with; restore it")
+    return book
 
 
 def _thinking(past: Past, pace: float | None) -> Thinking:

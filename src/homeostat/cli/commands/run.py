@@ -5,21 +5,27 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
+from homeostat.agents.playbook.book import Book
 from homeostat.agents.roles import AskingProtocol
 from homeostat.cli import operation
+from homeostat.cli.arguments import UsageError
 from homeostat.cli.views import PlainView, View
 from homeostat.domain.quotation import printable
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation, Thinking
+from homeostat.evaluate.playbook.recoveries import entries_of
 from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.run import record_run
+from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Scenario, departing, repaired, scenario
 from homeostat.journal import Event
 from homeostat.journal.beside.files import RESULT
 from homeostat.plants.assembly import check_protocol
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.playbook import NAME, open_playbook
 from homeostat.record.directory import RunDirectory
+from homeostat.record.playbook import PlaybookError, add_to_playbook
 from homeostat.record.story.story import Story
 from homeostat.record.story.summary import summary
 
@@ -41,6 +47,7 @@ def carry_out(options: argparse.Namespace) -> int:
     speaker = operation.speaker(options)
     operation.check(options)
     plant = load_plant(options.case)
+    playbook = _playbook(options, plant)
     chosen = scenario(
         plant, options.fault, options.seed, options.onset, options.severity, options.end, options.location
     )
@@ -55,9 +62,42 @@ def carry_out(options: argparse.Namespace) -> int:
     if directory.unsigned:
         print(f"homeostat: the run is not signed: {printable(directory.unsigned)}", file=sys.stderr)
     operated = operation.chosen(options, directory.path)
-    proposing = Proposing(speaker, conditions, budget=operation.budget(options))
-    going = Going(plant, chosen, directory, thinking, options.proposer, proposing, operated)
+    proposing = Proposing(speaker, conditions, budget=operation.budget(options), playbook=playbook and playbook.book)
+    going = Going(plant, chosen, directory, thinking, options.proposer, proposing, operated, playbook)
     return carry(going, options.json)
+
+
+class Playbook(NamedTuple):
+    """A playbook that a run begins with, and adds to."""
+
+    path: Path
+    book: Book
+    raw: bytes
+
+    def keep(self, directory: RunDirectory) -> None:
+        """Keep what it was in the run's own directory: the run can be repeated, and its manifest has the digest."""
+        with directory.spared(NAME):
+            directory.store_whole(NAME, self.raw)
+
+    def add(self, done: Run) -> None:
+        """Add what was recovered; a file that does not take it is told, and the run is what it was."""
+        try:
+            number = add_to_playbook(self.path, entries_of(done))
+        except (OSError, PlaybookError) as error:
+            print(f"homeostat: the playbook was not added to: {printable(str(error))}", file=sys.stderr)
+        else:
+            entries = "entry" if number == 1 else "entries"
+            print(f"homeostat: {number} {entries} added to {printable(str(self.path))}", file=sys.stderr)
+
+
+def _playbook(options: argparse.Namespace, plant: Plant) -> Playbook | None:
+    """The playbook that the options name, read once: what becomes of the file later is nothing to the run."""
+    if options.playbook is None:
+        return None
+    if options.protocol != AskingProtocol.ROUTE.value:
+        raise UsageError("a playbook has whole recoveries and no single steps; leave --playbook or --protocol out")
+    book, content = open_playbook(options.playbook, plant)
+    return Playbook(options.playbook, book, content.raw)
 
 
 class Going(NamedTuple):
@@ -70,6 +110,7 @@ class Going(NamedTuple):
     proposer: str
     proposing: Proposing
     operation: Operation
+    playbook: Playbook | None = None
 
 
 def carry(going: Going, as_json: bool) -> int:
@@ -92,12 +133,16 @@ def carry(going: Going, as_json: bool) -> int:
 
     try:
         with directory:
+            if going.playbook is not None:
+                going.playbook.keep(directory)
             what = (plant, chosen, directory, going.thinking, going.proposer, on_event, on_snapshot)
             done = record_run(*what, going.proposing, going.operation)
     finally:
         view.close()
     for trouble in directory.take_troubles():
         print(f"homeostat: {printable(trouble)}", file=sys.stderr)
+    if going.playbook is not None:
+        going.playbook.add(done)
     result = done.result(directory.path)
     if as_json:
         print(result.to_json())

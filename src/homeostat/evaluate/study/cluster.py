@@ -2,10 +2,10 @@
 
 import logging
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import Any, TypeVar
 
 import distributed
 from dask import config
@@ -15,6 +15,7 @@ from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.measurement import KeptRuns
 from homeostat.evaluate.study.plan.job import Job, code_digest
 
+T = TypeVar("T")
 _dask: Any = distributed  # its types are there in part only
 WAIT_S = 30
 """How long a scheduler, and its first worker, are waited for [s]."""
@@ -84,12 +85,22 @@ def carry_out_on(client: Any, jobs: Sequence[Job], kept: KeptRuns) -> Iterator[D
     """
     by_key = {f"{job.name}-{job.fingerprint}": job for job in jobs}
     package = code_digest()
-    futures = [client.submit(measured_alike, job, kept, package, key=key, pure=False) for key, job in by_key.items()]
+    for key, found in results(client, measured_alike, {key: (job, kept, package) for key, job in by_key.items()}):
+        yield failed(by_key[key], found) if isinstance(found, BaseException) else found
+
+
+def results(
+    client: Any, work: Callable[..., T], tasks: Mapping[str, tuple[Any, ...]]
+) -> Iterator[tuple[str, T | BaseException]]:
+    """What ``work`` gives for every task, each after its key, as it ends; what it raises stands for what it gives.
+
+    Raises StudyError where the scheduler is lost.
+    """
+    futures = [client.submit(work, *given, key=key, pure=False) for key, given in tasks.items()]
     for future in _dask.as_completed(futures):
         if future.cancelled():
             raise StudyError("the scheduler was lost; start it and the same command again, which goes on from here")
-        broke = future.exception()
-        yield failed(by_key[future.key], broke) if broke else future.result()
+        yield future.key, future.exception() or future.result()
         future.release()
 
 
