@@ -11,6 +11,7 @@ from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis, Symptom
 from homeostat.domain.plant.state_machine import State
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from homeostat.domain.remark import Remark
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve, Finding, Resolution, Revise, Rollout, Verdict
 from homeostat.twin.twin import Interruption
@@ -189,6 +190,14 @@ class Reprompting(Protocol):
         ...
 
 
+class Remarks(Protocol):
+    """Keeps what is said besides proposals until recovery asks for it."""
+
+    def drain(self) -> tuple[Remark, ...]:
+        """What was said since it was asked last, in order."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Proposer:
     """Someone who proposes; interchangeable, asked in a fixed order."""
@@ -207,6 +216,8 @@ class Proposer:
     """Whether it is asked as well where the plant does what is asked of it by itself, but might do better."""
     thorough: bool = False
     """Whether it goes on to other paths once something of it is approved, as long as they may cost less."""
+    remarks: Remarks | None = None
+    """What it says besides; None where it says nothing."""
 
 
 @dataclass(frozen=True, slots=True)

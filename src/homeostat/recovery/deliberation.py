@@ -7,9 +7,11 @@ from homeostat.agents.checks import closed_finding, repetition_finding
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Agents, Approved, NoAdmissiblePlan, Proposer, Situation
 from homeostat.domain.advice import Advice, Attempt
-from homeostat.domain.events.recovery import Attempted
+from homeostat.domain.events.recovery import Attempted, Remarked
 from homeostat.domain.plant.state_machine import StateMachine
+from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.remark import RemarkKind
 from homeostat.domain.verdict import Approve, Finding, Revise
 from homeostat.recovery.alternatives import Alternatives
 from homeostat.recovery.scene import Scene
@@ -38,7 +40,10 @@ class Deliberation:
             try:
                 async with asyncio.timeout_at(end if alternatives.best is None else min(end, soon)):
                     situation = await self._scene.fresh(situation)
-                    attempt = await self._attempt(self._number + 1, situation)
+                    try:
+                        attempt = await self._attempt(self._number + 1, situation)
+                    finally:
+                        self._tell()
                     self._number += 1
                     if not (taken := self._take(attempt, alternatives)):
                         await self._reprompt(situation, attempt)
@@ -51,6 +56,14 @@ class Deliberation:
                 return await self._polish(attempt, alternatives, situation, min(end, soon))
         if not found:
             raise NoAdmissiblePlan(f"{self.proposer.name}: no proposal was approved in {self._most} attempts")
+
+    def _tell(self) -> None:
+        """Record what the proposer said besides; a cause that no table lists is for a person, who is called."""
+        for remark in () if self.proposer.remarks is None else self.proposer.remarks.drain():
+            self._scene.record(Remarked.of(self.proposer.name, remark))
+            if remark.kind is RemarkKind.UNLISTED_CAUSE:
+                said = f"{self.proposer.name} suspects {remark.about}: {quote(remark.text, 200)}"
+                self._scene.alarm("unlisted-cause", f"{said}; nothing was decided by it, look at {remark.about}")
 
     def _take(self, attempt: Attempt, alternatives: Alternatives) -> bool:
         """Record ``attempt``; whether it is approved, and one of the ``alternatives`` now."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from homeostat.agents.hypotheses import plausible_faults
-from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in
+from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in, no_value
 from homeostat.agents.language.feedback import feedback_text, idle_text
 from homeostat.agents.language.situation import MOST_FINDINGS, worst_first
 from homeostat.agents.language.speaker import Briefing
@@ -49,6 +49,8 @@ class LanguageAction:
         answer = await self._briefing.ask(order.question, order.kind, situation)
         if isinstance(answer, Unusable):
             return Revise(answer.findings)
+        if (none := no_value(answer)) is not None:
+            return Revise((none,))
         return ActionSet.along(path, lambda state: commands_in(state, answer, tags))
 
     def order(

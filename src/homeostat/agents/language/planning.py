@@ -8,10 +8,12 @@ from typing import Final
 from homeostat.agents.hypotheses import plausible_faults
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, planning_type
 from homeostat.agents.language.feedback import feedback_text
+from homeostat.agents.language.situation import MOST_FINDINGS, ranked
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.agents.search.planning import open_paths
 from homeostat.domain.advice import Advice
+from homeostat.domain.plant.limits import LimitKind
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.verdict import Revise
@@ -72,7 +74,7 @@ class LanguagePlanning:
             ),
             "feedback": feedback_text(advice, self._plant),
         }
-        kind, event = planning_type(tuple(paths)), self._plant.machine.recovery_event
+        kind, event = planning_type(tuple(paths), self._doubted(situation)), self._plant.machine.recovery_event
         ahead = sorted({name for path in paths.values() for name in path.states})
 
         def find(budget: int) -> Context:
@@ -80,6 +82,12 @@ class LanguagePlanning:
 
         asked = self._briefing.question("planning", situation, self.TASK, values, kind, find)
         return Choice(asked, kind, paths)
+
+    def _doubted(self, situation: Situation) -> tuple[str, ...]:
+        """Names of what may be doubted: the hypotheses that are told, and every permissive."""
+        told = [group[0].name for group in ranked(situation.diagnosis.hypotheses)[:MOST_FINDINGS]]
+        needed = [x.name for x in self._plant.limits.limits if x.kind is LimitKind.PERMISSIVE]
+        return tuple(dict.fromkeys((*told, *needed)))
 
     def _offered(self, paths: Iterator[RecoveryPath]) -> dict[str, RecoveryPath]:
         """The paths by how they are named."""

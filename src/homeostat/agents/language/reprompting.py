@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Final
 
 from homeostat.agents.grounding.context import nothing
-from homeostat.agents.language.answers import Unusable, reprompting_type
+from homeostat.agents.language.answers import ANSWER, Unusable, reprompting_type
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.prompt_files import PROMPTS
 from homeostat.agents.language.reach import curable
@@ -117,10 +117,11 @@ class TeachingReprompting:
 
 
 def _placed(attempt: Attempt, before: Advice, found: Advice) -> Advice:
-    """``found`` with the path of ``attempt`` kept for another try, or refused."""
+    """``found`` with the path of ``attempt`` kept for another try, or refused; an answer that was none refuses none."""
     if found.route is Owner.ACTION and attempt.path is not None:
         return replace(found, keep_path=attempt.path, tries=before.tries + 1, refused_paths=before.refused_paths)
-    refused = () if attempt.path is None else (attempt.path.commanded,)
+    unread = any(f.criterion == ANSWER for f in attempt.verdict.findings)
+    refused = () if attempt.path is None or unread else (attempt.path.commanded,)
     return Advice(found.findings, Owner.PLANNING, refused_paths=(*before.refused_paths, *refused), hint=found.hint)
 
 

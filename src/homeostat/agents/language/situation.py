@@ -61,6 +61,14 @@ def margin_text(finding: Finding) -> str:
     return f"{finding.criterion} {finding.margin:+.3g}{unit} at {finding.at_s:.0f} s"
 
 
+def ranked(hypotheses: Sequence[Hypothesis]) -> list[list[Hypothesis]]:
+    """The hypotheses of all sizes by the combination of faults that they name, the most probable combination first."""
+    by_name: dict[str, list[Hypothesis]] = {}
+    for hypothesis in hypotheses:
+        by_name.setdefault(hypothesis.name, []).append(hypothesis)
+    return sorted(by_name.values(), key=lambda group: -sum(h.probability for h in group))
+
+
 def _symptoms(situation: Situation, plant: PlantDescription) -> str:
     words = {rule.name: rule.description for rule in plant.symptom_rules}
     seen = sorted(situation.diagnosis.symptoms, key=lambda s: -s.severity)[:MOST_FINDINGS]
@@ -70,12 +78,8 @@ def _symptoms(situation: Situation, plant: PlantDescription) -> str:
 
 def _hypotheses(hypotheses: Sequence[Hypothesis], plant: PlantDescription) -> list[str]:
     """One line per combination of faults, with the range of its sizes."""
-    by_name: dict[str, list[Hypothesis]] = {}
-    for hypothesis in hypotheses:
-        by_name.setdefault(hypothesis.name, []).append(hypothesis)
-    ranked = sorted(by_name.values(), key=lambda group: -sum(h.probability for h in group))
     lines = []
-    for group in ranked[:MOST_FINDINGS]:
+    for group in ranked(hypotheses)[:MOST_FINDINGS]:
         told = []
         for k, first in enumerate(group[0].faults):
             fault = plant.fault_mode(first.fault)

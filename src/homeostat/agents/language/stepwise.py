@@ -5,7 +5,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from homeostat.agents.hypotheses import plausible_faults
-from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in, open_range
+from homeostat.agents.language.answers import (
+    AnswerType,
+    Unusable,
+    action_type,
+    bounds,
+    commands_in,
+    no_value,
+    open_range,
+)
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.reprompting import TeachingReprompting, is_inadmissible
@@ -77,6 +85,8 @@ class StepAction:
         answer = await self._briefing.ask(asked, kind, situation)
         if isinstance(answer, Unusable):
             return Revise(answer.findings)
+        if (none := no_value(answer)) is not None:
+            return Revise((none,))
         opened = replace(state, setpoints=self._actuators(state))
         return self._along(path, situation, commands_in(opened, answer, self._plant.tags_by_name))
 

@@ -9,6 +9,7 @@ from homeostat.domain.certificate import Certificate
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom
 from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.remark import Remark, RemarkKind
 from homeostat.domain.verdict import Approve, Deviation, Finding
 
 
@@ -102,6 +103,28 @@ class GaveUp:
     """Who gave up."""
     reason: str
     """Why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Remarked:
+    """A proposer said something besides its proposal; people read it, and nothing is decided by it."""
+
+    kind: ClassVar[str] = "remarked"
+    proposer: str
+    """Who said it."""
+    agent: str
+    """Which of its agents: ``planning`` or ``action``."""
+    remark: RemarkKind
+    """What it is."""
+    about: str
+    """Component, hypothesis or permissive that it is about, by its name; empty where it is about none."""
+    text: str
+    """What was said."""
+
+    @classmethod
+    def of(cls, proposer: str, remark: Remark) -> Self:
+        """The event of one remark."""
+        return cls(proposer, remark.agent, remark.kind, remark.about, remark.text)
 
 
 @dataclass(frozen=True, slots=True)

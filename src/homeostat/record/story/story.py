@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Final
 
 from homeostat.domain.diagnosis import FaultState, by_fault_set
 from homeostat.domain.disturbance import Disturbance
@@ -19,11 +20,13 @@ from homeostat.domain.events.recovery import (
     ProbeEnded,
     ReleasedActions,
     ReleaseRefused,
+    Remarked,
     Retrieved,
 )
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.domain.quotation import printable, quoted
+from homeostat.domain.quotation import printable, quote, quoted
+from homeostat.domain.remark import RemarkKind
 from homeostat.journal import Event, RunFinished, RunStarted
 from homeostat.journal.calls import ModelCalled
 from homeostat.record.run_record import RunRecord
@@ -94,6 +97,8 @@ class Story:
                 yield _call(event, at_s)
             case Attempted():
                 yield self._attempt(event, at_s)
+            case Remarked():
+                yield _remark(event, at_s)
             case Compared() if event.chosen or self.record.acted_s is None:
                 yield Line(at_s, "compared", compared(event), Tone.MUTED)
             case GaveUp() if self.record.acted_s is None:
@@ -169,6 +174,23 @@ def _probe(event: Probed, at_s: float) -> Line:
     what = f"{event.state or 'a wait'} for {event.seconds:g} s to tell {event.apart[0]} from {event.apart[1]}"
     worth = f"{event.nats:.1f} nats expected, worth {event.value:.3f}, costs {event.cost:.3f}"
     return Line(at_s, "probe", f"{what}; {worth}")
+
+
+_REMARKS: Final = {
+    RemarkKind.REASONING: ("reasoning", Tone.MUTED),
+    RemarkKind.NOTE: ("note", Tone.PLAIN),
+    RemarkKind.MAINTENANCE: ("request", Tone.WARNING),
+    RemarkKind.DOUBT: ("doubt", Tone.WARNING),
+    RemarkKind.UNLISTED_CAUSE: ("suspects", Tone.WARNING),
+}
+"""Label of the line of a remark, and what it is to the operator."""
+
+
+def _remark(event: Remarked, at_s: float) -> Line:
+    """What a proposer said besides its proposal, quoted: nothing was decided by it."""
+    label, tone = _REMARKS[event.remark]
+    about = f" about {quoted(event.about)}" if event.about else ""
+    return Line(at_s, label, f"{event.proposer}, {event.agent}{about}: {quote(event.text, _MOST_DETAIL)}", tone)
 
 
 def _call(event: ModelCalled, at_s: float) -> Line:
