@@ -14,7 +14,7 @@ from homeostat.domain.recovery import ActionSet, open_setpoints
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.verdict import Finding, Rollout, RolloutResult
 from homeostat.process.batch import ProcessError
-from homeostat.twin.twin import Purpose, Twin
+from homeostat.twin.twin import Interruption, Purpose, Twin
 
 STEP = 0.02
 """Step of a finite difference as a fraction of the command's range [1]."""
@@ -40,9 +40,9 @@ class TwinSimulation:
         found = self._twin.instrument_errors(plausible(diagnosis))
         return tuple({t: e for t, e in errors.items() if abs(e) >= scale[t]} for errors in found)
 
-    async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet) -> Rollout:
-        """What ``actions`` would do; runs beside the event loop, so that deadlines are kept."""
-        return await asyncio.to_thread(self._twin.frozen().roll_out, actions, plausible(diagnosis))
+    async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet, ended: Interruption | None = None) -> Rollout:
+        """What ``actions`` would do until they are ``ended``; beside the event loop, so that deadlines are kept."""
+        return await asyncio.to_thread(self._twin.frozen().roll_out, actions, plausible(diagnosis), ended)
 
     async def sensitivities(
         self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]

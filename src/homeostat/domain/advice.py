@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.cost import Cost
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, RecoveryPath
@@ -26,6 +27,10 @@ class Attempt:
     """What it is expected to cost; None where nothing was rolled out."""
     polished: bool = False
     """Whether the search bettered the numbers of whoever proposed it."""
+    kind: AlternativeKind = AlternativeKind.RELEASE
+    """Whether it is to last, or a wait, a hold or a test. A wait has no path, and what goes on anyway for commands."""
+    seconds: float = 0.0
+    """How long it lasts before the plant is looked at again [s]; 0 for what is to last."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,3 +67,5 @@ class Advice:
     """How the violated margins change with each command."""
     hint: str = ""
     """What to change, in one or two sentences; data, not an order."""
+    keep_s: float = 0.0
+    """How long what is proposed on that path is to be held [s]; 0 where it is to last."""

@@ -7,7 +7,7 @@ from typing import Self, TypeVar
 
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.events.guard import StartUpBegan, StartUpEnded, StateEntered
-from homeostat.domain.events.recovery import Attempted, Diagnosed, Remarked
+from homeostat.domain.events.recovery import Attempted, Diagnosed, Remarked, Waited
 from homeostat.domain.events.trips import FallbackActivated, Tripped
 from homeostat.domain.events.writes import WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.recovery import Command
@@ -152,6 +152,11 @@ class RunRecord:
         """What proposers said besides proposals and their reasoning, each once, in order."""
         said = (event for event in self.of_kind(Remarked) if event.remark is not RemarkKind.REASONING)
         return tuple(dict.fromkeys(said))
+
+    @property
+    def waits(self) -> list[tuple[float, Waited]]:
+        """Every time that it was waited instead of releasing anything, after its process time [s]."""
+        return self._timed(Waited)
 
     @property
     def fallbacks(self) -> list[tuple[float, FallbackActivated]]:

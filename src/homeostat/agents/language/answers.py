@@ -24,6 +24,10 @@ MOST_REASONING: Final = 400
 """Longest reasoning [characters]."""
 MOST_TEXT: Final = 200
 """Longest note, doubt, cause, request, or reason why no value helps [characters]."""
+LEAST_S: Final = 10.0
+"""Shortest wait or hold that is asked for [s]."""
+MOST_S: Final = 600.0
+"""Longest one [s]."""
 MOST_NAME: Final = 60
 """Longest name of a component in an answer [characters]."""
 NO_VALUE: Final = "no_value_because"
@@ -40,6 +44,7 @@ _STRICT: Final = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 _Reasoning: TypeAlias = Annotated[str, Field(max_length=MOST_REASONING)]
 _Text: TypeAlias = Annotated[str, Field(max_length=MOST_TEXT)]
 _Name: TypeAlias = Annotated[str, Field(max_length=MOST_NAME)]
+_Seconds: TypeAlias = Annotated[float, Field(ge=LEAST_S, le=MOST_S)]
 _ABOUT: Final = create_model("About", __config__=_STRICT, component=(_Name, ...), text=(_Text, ...))
 _REMARKS: Final[dict[str, Any]] = {
     "note": (_Text | None, None),
@@ -57,13 +62,22 @@ class Unusable:
     """What is wrong with it."""
 
 
-def planning_type(paths: Sequence[str], doubted: Sequence[str] = ()) -> AnswerType:
+def planning_type(
+    paths: Sequence[str], doubted: Sequence[str] = (), tests: Sequence[str] = (), lasting: bool = False
+) -> AnswerType:
     """The answers that name one of ``paths``, or that none of them can help.
 
-    ``doubted``: names of the hypotheses and permissives of which an answer may say that they are wrong.
+    ``doubted``: names of the hypotheses and permissives of which an answer may say that they are wrong; ``tests``: of
+    the test moves on offer. ``lasting``: that names one for good; otherwise it may be held for a stated time, or
+    nothing is done for one.
     """
     options: Any = Literal[(*paths, NONE)]
     fields: dict[str, Any] = {"reasoning": (_Reasoning, ...), "path": (options, ...), **_REMARKS}
+    if not lasting:
+        fields |= {"wait_s": (_Seconds | None, None), "hold_s": (_Seconds | None, None)}
+    if tests:
+        named: Any = Literal[(*tests,)]
+        fields["test"] = (named | None, None)
     if doubted:
         about: Any = Literal[(*doubted,)]
         doubt = create_model("Doubt", __config__=_STRICT, about=(about, ...), text=(_Text, ...))

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from homeostat.agents.language.prompt_files import fill
 from homeostat.agents.language.situation import MOST_FINDINGS, margin_text, nearest, worst_first
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
+from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import Criterion, Limit, Limits
 from homeostat.domain.quotation import quote
@@ -60,6 +61,8 @@ def idle_text(findings: Sequence[Finding], slopes: Sequence[Sensitivity], plant:
 
 def command_text(attempt: Attempt) -> str:
     """What was chosen in an attempt: ``T1.sp=310 F1.sp=0.0255``."""
+    if attempt.kind is AlternativeKind.WAIT:
+        return "nothing released"
     if attempt.actions is None or attempt.path is None:
         return "no usable commands"
     chosen = attempt.actions.choices(attempt.path.commanded_states)
@@ -69,6 +72,10 @@ def command_text(attempt: Attempt) -> str:
 
 def _attempt(attempt: Attempt, scales: Mapping[str, float]) -> str:
     path = " > ".join(attempt.path.states) if attempt.path else "no usable path"
+    if attempt.kind is AlternativeKind.WAIT:
+        path = f"wait {attempt.seconds:g} s"
+    elif attempt.kind is not AlternativeKind.RELEASE:
+        path = f"{attempt.kind.value} {path} for {attempt.seconds:g} s"
     worst = "; ".join(margin_text(f) for f in worst_first(attempt.verdict.findings, scales)[:3])
     return f"{attempt.number}. {path}: {command_text(attempt)}: {worst}"
 

@@ -16,6 +16,7 @@ from homeostat.agents.language.situation import MOST_FINDINGS, nearest, situatio
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
+from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import open_setpoints
 from homeostat.domain.verdict import REPEATED, Approve, Finding
@@ -24,6 +25,8 @@ TRIES: Final = 4
 """Attempts on one path before another one is asked for."""
 PROGRESS: Final = 0.9
 """A path is given up when the worst violation is not reduced to this share of what it was before [1]."""
+_WAITED: Final = "Until then, or with what follows, too much is violated: name a shorter time, or a path."
+"""What is said to a wait that nothing but limits refuses."""
 MOST_REPEATS: Final = 2
 """A model that says again what was refused this often has nothing more to say."""
 
@@ -43,6 +46,10 @@ class TeachingReprompting:
         if any(f.criterion == REPEATED for f in violated):
             return self._repeated(attempt, before)
         hint = known_hint(violated)
+        if attempt.kind in (AlternativeKind.WAIT, AlternativeKind.TEST):
+            # It refuses no path; what was learnt of the commands on the one that was kept is still what is known.
+            refused = before.refused_paths
+            return Advice(violated, Owner.PLANNING, refused_paths=refused, hint=hint or _WAITED)
         if attempt.actions is None and before.keep_path is not None:
             # An answer that was none says nothing about the commands: what was learnt of them before still holds.
             route = self._route(attempt, violated, (), before)
@@ -119,7 +126,8 @@ class TeachingReprompting:
 def _placed(attempt: Attempt, before: Advice, found: Advice) -> Advice:
     """``found`` with the path of ``attempt`` kept for another try, or refused; an answer that was none refuses none."""
     if found.route is Owner.ACTION and attempt.path is not None:
-        return replace(found, keep_path=attempt.path, tries=before.tries + 1, refused_paths=before.refused_paths)
+        kept = replace(found, keep_path=attempt.path, keep_s=attempt.seconds, tries=before.tries + 1)
+        return replace(kept, refused_paths=before.refused_paths)
     unread = any(f.criterion == ANSWER for f in attempt.verdict.findings)
     refused = () if attempt.path is None or unread else (attempt.path.commanded,)
     return Advice(found.findings, Owner.PLANNING, refused_paths=(*before.refused_paths, *refused), hint=found.hint)

@@ -18,7 +18,7 @@ from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.reprompting import TeachingReprompting, is_inadmissible
 from homeostat.agents.language.speaker import Briefing
-from homeostat.agents.roles import Situation
+from homeostat.agents.roles import Plan, Situation
 from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
 from homeostat.agents.search.planning import open_paths
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
@@ -46,8 +46,9 @@ class StepPlanning(LanguagePlanning):
     """Asks for the state that is entered next; what may follow it is looked for, and tried before it is asked again."""
 
     TASK = "planning.step"
+    LASTING = True
 
-    async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath | Revise:
+    async def plan(self, situation: Situation, advice: Advice) -> Plan | Revise:
         """A path whose first step is the one that the model names."""
         paths = _steps(open_paths(self._plant, self._grounding, situation, advice))
         further = next((path for path in paths if went_on(path, advice)), None)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from homeostat.domain.advice import Attempt
-from homeostat.domain.alternative import Alternative
+from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.certificate import Certificate
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis, Symptom
@@ -69,6 +69,10 @@ class Attempted:
     """What it is expected to cost; None where nothing was rolled out, and in records that are older."""
     polished: bool = False
     """Whether the search bettered the numbers of whoever proposed it."""
+    what: AlternativeKind = AlternativeKind.RELEASE
+    """Whether it is to last, or a wait, a hold or a test."""
+    seconds: float = 0.0
+    """How long it lasts before the plant is looked at again [s]; 0 for what is to last."""
 
     @classmethod
     def of(cls, proposer: str, attempt: Attempt) -> Self:
@@ -77,7 +81,15 @@ class Attempted:
         states = attempt.path.states if attempt.path else ()
         commands, digest = (actions.commands, actions.digest) if actions else ((), "")
         approved = isinstance(verdict, Approve)
-        judged = approved, verdict.findings, attempt.members, attempt.cost, attempt.polished
+        judged = (
+            approved,
+            verdict.findings,
+            attempt.members,
+            attempt.cost,
+            attempt.polished,
+            attempt.kind,
+            attempt.seconds,
+        )
         return cls(attempt.number, proposer, states, commands, digest, *judged)
 
 
@@ -91,7 +103,7 @@ class Compared:
     alternatives: tuple[Alternative, ...]
     """All of it, the cheapest first."""
     chosen: str
-    """Digest of the action set that is to be released; empty where nothing is."""
+    """Digest of what is to be done; empty where the plant is left alone or a fallback acts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,6 +169,21 @@ class NoActionTaken:
 
 
 @dataclass(frozen=True, slots=True)
+class Waited:
+    """Nothing is released now, because it costs less to wait for a stated time and to look again."""
+
+    kind: ClassVar[str] = "waited"
+    proposer: str
+    """Who proposed it."""
+    seconds: float
+    """How long [s]."""
+    follows: str
+    """What is expected to follow: the path of a proposal, or the name of a fallback."""
+    nuisance: tuple[str, ...] = ()
+    """Permissives and guards that refuse what follows now and will not then; empty where there is another reason."""
+
+
+@dataclass(frozen=True, slots=True)
 class LaterStep:
     """What is sent once the plant has come so far, as the journal has it."""
 
@@ -191,12 +218,21 @@ class ReleasedActions:
     """What follows, in order."""
     certificate: Certificate | None = None
     """Bound of the probability that a hard limit is violated; None in records that are older than this field."""
+    for_s: float = 0.0
+    """How long it is held before the plant is looked at again [s]; 0 where it is to last."""
 
     @classmethod
-    def of(cls, proposer: str, actions: ActionSet, min_margin: float, certificate: Certificate | None = None) -> Self:
+    def of(
+        cls,
+        proposer: str,
+        actions: ActionSet,
+        min_margin: float,
+        certificate: Certificate | None = None,
+        for_s: float = 0.0,
+    ) -> Self:
         """The event of one release."""
         steps = tuple(LaterStep(s.transition.name, str(s.transition.guard), s.target, s.commands) for s in actions.then)
-        told = actions.end, min_margin, actions.target, steps, certificate
+        told = actions.end, min_margin, actions.target, steps, certificate, for_s
         return cls(proposer, actions.commands, actions.digest, *told)
 
 
@@ -250,6 +286,8 @@ class Probed:
     """Production that knowing more is expected to win, as a fraction of the design rate [1]."""
     cost: float
     """Production that is expected to be lost meanwhile, and what moving costs [1]."""
+    proposer: str = "search"
+    """Who proposed it."""
 
 
 @dataclass(frozen=True, slots=True)

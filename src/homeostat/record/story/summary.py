@@ -6,7 +6,7 @@ from typing import Final
 
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import FaultState
-from homeostat.domain.events.recovery import Remarked
+from homeostat.domain.events.recovery import Remarked, Waited
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import printable, quote, quoted
@@ -38,6 +38,8 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
     yield _row("Detected", _detected(result, plant))
     for probe in result.probes:
         yield _row("Probed", _probed(probe))
+    for waited in story.record.waits:
+        yield _row("Waited", _waited(*waited))
     yield _row("Done", _done(result, story.record.acted_s, plant))
     if reason := story.record.reason:
         yield _row("Why", reason)
@@ -84,6 +86,12 @@ def _probed(probe: ProbeMade) -> str:
     ended = "and nobody looked" if probe.likeliest is None else f"after which {probe.likeliest} was the likeliest"
     sure = "" if probe.probability is None else f" with {100 * probe.probability:.0f} %"
     return f"{what} at {probe.at_s:.0f} s to tell {' from '.join(probe.apart)}, {ended}{sure}"
+
+
+def _waited(at_s: float, wait: Waited) -> str:
+    """A wait, and the permissives and guards that were a nuisance."""
+    named = f"; a nuisance: {', '.join(wait.nuisance)}" if wait.nuisance else ""
+    return f"{wait.seconds:g} s at {at_s:.0f} s, by {wait.proposer}{named}"
 
 
 def _remarked(said: Remarked) -> str:
