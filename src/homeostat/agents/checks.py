@@ -87,7 +87,7 @@ def judge_parts(
 ) -> Verdict:
     """Judge all that forbids throughout a ``rollout`` of ``first`` for ``after_s`` [s] and of what comes ``then``.
 
-    Permissives hold when each part is written, guards when its path begins; ``target``: the state to be reached in the
+    Permissives hold when each part is written, guards when the later path begins; ``target``: the state to be reached in the
     end, None where safety is all that counts. The approval is that of the first part.
     """
     criteria, needed = limits.forbidding
@@ -105,7 +105,7 @@ def judge_parts(
         if part.path is not None:
             end = part.path.machine.state(part.path.target)
             found += _commands_by_step(part.actions, end, tags, part.path)
-            found += _guard_findings(part.path, rollout, at)
+            found += _guard_findings(part.path, rollout, at) if at else []  # now, readings say whether it is open
         if part.needs:
             found += [_needed(x, rollout, part.actions, at) for x in permissives]
     if target is not None:

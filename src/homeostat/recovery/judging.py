@@ -1,7 +1,7 @@
 """Judging: proposals, holds, waits and tests tried on the twin, judged by all that forbids, and priced."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from homeostat.agents.checks import Part, judge_parts
 from homeostat.agents.pricing import Pricing
@@ -81,7 +81,7 @@ class Judging:
     ) -> Judged:
         """``actions`` for so many ``seconds``, and then the design of the state that the plant is in now."""
         state = self._rules.machine.state(situation.state)
-        back = ActionSet(design_commands(state, self._rules.tags), state.name)
+        back = self._way_back(state, situation, actions)
         if path.awaited:
             text = "a route with later steps cannot be held for a while; propose it for good"
             return Judged(Attempt(number, path, None, Revise((refusal(WAIT, text),))), None)
@@ -97,6 +97,16 @@ class Judging:
         if not isinstance(verdict, Approve) or cost is None:
             return Judged(attempt, None)
         return Judged(attempt, Approved(actions, path, verdict, by, cost, ended=ended, for_s=seconds))
+
+    def _way_back(self, state: State, situation: Situation, held: ActionSet) -> ActionSet:
+        """The design of the ``state`` that the plant came from; what that leaves open is put back to what it was."""
+        by_design = design_commands(state, self._rules.tags)
+        named, values = {c.tag for c in by_design}, situation.snapshot.values
+        others = [c for c in held.commands if c.tag not in named]
+        put_back = tuple(
+            replace(c, value=value if math.isfinite(value := values.get(c.tag, math.nan)) else None) for c in others
+        )
+        return ActionSet((*by_design, *put_back), state.name)
 
     async def wait(
         self, by: str, number: int, situation: Situation, seconds: float, follow: Follow | None,
