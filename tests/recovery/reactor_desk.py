@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 from homeostat.agents.grounding.grounding import Grounding
@@ -43,35 +43,43 @@ def graph() -> Grounding:
 
 @dataclass
 class ReactorRecovery:
-    """Recovery is asked at the last of ``snapshots``; ``model`` proposes after the search."""
+    """Recovery is asked at the last of ``snapshots``; ``model`` proposes after the search.
+
+    ``dear``: price of a state with changed setpoints, in EUR an hour, where it is not that of the tables.
+    """
 
     snapshots: tuple[Snapshot, ...]
     hypotheses: tuple[Hypothesis, ...]
     model: ScriptedModel | None = None
     state: str = "normal"
-    bounds: Bounds = Bounds()
+    bounds: Bounds = field(default_factory=Bounds)
     probes: bool = False
+    dear: float | None = None
 
     def __post_init__(self) -> None:
         plant, d, seen = reactor(), reactor().description, self.snapshots[-TICKS:]
         twin, self.trace, now_s = follow(self.snapshots[:-TICKS]), MemoryTrace(), seen[-1].at_s
+        prices = plant.prices
+        if self.dear is not None:
+            dear = dict.fromkeys(("compensated", "reduced_load"), self.dear)
+            prices = replace(prices, states={**prices.states, **dear})
         rest = ActionSet((), self.state)
-        told = (Observation(s.at_s, s, self.state, rest, None, None, (), None, Mode.CLOSED_LOOP, (), s) for s in seen)
-        self.desk = ScriptedDesk(told)
+        ticks = (Observation(s.at_s, s, self.state, rest, None, None, (), None, Mode.CLOSED_LOOP, (), s) for s in seen)
+        self.desk = ScriptedDesk(ticks)
         simulation = TwinSimulation(twin, d.tags_by_name, d.limits)
-        bench = Workbench(
-            plant, twin, graph(), simulation, self.trace, MemoryArchive(), AskingProtocol.ROUTE, None
-        )
+        priced = replace(plant, prices=prices)
+        bench = Workbench(priced, twin, graph(), simulation, self.trace, MemoryArchive(), AskingProtocol.ROUTE, None)
         proposers = [bench.searching()]
         if self.model is not None:
-            proposers.append(language_proposer(briefing(self.model, plant, simulation, shown=graph())))
+            told = replace(briefing(self.model, plant, simulation, shown=graph()), prices=prices)
+            proposers.append(language_proposer(told))
         probing: Probing | None = None
         if self.probes:
             probing = TwinProbing(twin, d, graph(), Pricing(plant.prices, d.limits, d.scales))
         monitoring = Watching(now_s, answer=lambda at_s: Diagnosis(at_s, (), self.hypotheses))
         validation = LimitValidation(d.limits, d.tags_by_name)
         agents = Agents(monitoring, tuple(proposers), simulation, validation, graph(), probing, bench.search())
-        rules = PlantRules(d.machine, d.limits, plant.prices, fallbacks(plant), d.scales, d.tags_by_name)
+        rules = PlantRules(d.machine, d.limits, prices, fallbacks(plant), d.scales, d.tags_by_name)
         check = ReleaseCheck(twin, d.limits, d.tags_by_name, Sealer("check", KEY).seal, risk=plant.risk)
         self.loop = RecoveryLoop(self.desk, agents, rules, check, self.bounds, self.trace)
 

@@ -87,8 +87,8 @@ def judge_parts(
 ) -> Verdict:
     """Judge all that forbids throughout a ``rollout`` of ``first`` for ``after_s`` [s] and of what comes ``then``.
 
-    Permissives hold when each part is written, guards when the later path begins; ``target``: the state to be reached in the
-    end, None where safety is all that counts. The approval is that of the first part.
+    Permissives hold when each part is written, guards when the later path begins; ``target``: the state to be reached
+    in the end, None where safety is all that counts. The approval is that of the first part.
     """
     criteria, needed = limits.forbidding
     if target is None:

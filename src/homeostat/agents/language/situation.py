@@ -37,6 +37,7 @@ def situation_text(situation: Situation, plant: PlantDescription, notes: Sequenc
         *_hypotheses(situation.diagnosis.hypotheses, plant),
         f"Now (change per minute): {_tags(situation, plant)}.",
         f"Without action: {_idle(situation.idle, plant.scales)}." if idle else "",
+        _acts(situation),
     ]
     lines += [f"Operator's note: {quote(note, NOTE_LIMIT)}" for note in notes[:3]]
     return "\n".join(line for line in lines if line)
@@ -67,6 +68,14 @@ def ranked(hypotheses: Sequence[Hypothesis]) -> list[list[Hypothesis]]:
     for hypothesis in hypotheses:
         by_name.setdefault(hypothesis.name, []).append(hypothesis)
     return sorted(by_name.values(), key=lambda group: -sum(h.probability for h in group))
+
+
+def _acts(situation: Situation) -> str:
+    """When a fallback acts; empty where none need."""
+    if situation.act_by_s is None:
+        return ""
+    left_s = max(situation.act_by_s - situation.snapshot.at_s, 0.0)
+    return f"A fallback acts in {left_s:.0f} s unless something is released."
 
 
 def _symptoms(situation: Situation, plant: PlantDescription) -> str:
