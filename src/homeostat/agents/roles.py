@@ -76,6 +76,8 @@ class Situation:
     """What acts where nothing else may be done; None where that is not known."""
     tests: tuple[Probe, ...] = ()
     """Test moves that are on offer, the best first."""
+    earlier: tuple[str, ...] = ()
+    """What was decided before in the same run, one line each, the oldest first."""
 
 
 @dataclass(frozen=True, slots=True)

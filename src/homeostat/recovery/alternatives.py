@@ -73,6 +73,13 @@ def digest_of(found: Choice | None) -> str:
     return "" if found is None else _alternative(found).digest
 
 
+def told(found: Choice) -> str:
+    """A choice in words: ``hold normal > holding for 60 s by language``."""
+    one = _alternative(found)
+    lasting = f" for {one.seconds:g} s" if one.seconds else ""
+    return f"{one.kind.value} {one.name}{lasting} by {one.proposer}"
+
+
 def _alternative(found: Choice) -> Alternative:
     """The line of one choice in the list."""
     match found:

@@ -121,7 +121,8 @@ class Deliberation:
             attempts=tuple(a for a in before.attempts if a is not attempt),
         )
         async with asyncio.timeout_at(end):
-            await self._reprompt(situation, replace(attempt, verdict=Revise(findings)))
+            # The members of a check are others than those of the attempt: what they follow is not known.
+            await self._reprompt(situation, replace(attempt, verdict=Revise(findings), hypotheses=()))
 
     async def _reprompt(self, situation: Situation, attempt: Attempt) -> None:
         after = await self.proposer.reprompting.advise(situation, attempt, self._advice)

@@ -71,7 +71,7 @@ class Judging:
         rollout = await self._agents.simulation.roll_out(situation.diagnosis, actions)
         verdict = self._agents.validation.judge(actions, rollout, path.machine.state(path.target), path)
         cost = self._pricing.of(rollout, actions.states, releases=1) if rollout.weights else None
-        attempt = Attempt(number, path, actions, verdict, len(rollout.weights), cost)
+        attempt = Attempt(number, path, actions, verdict, len(rollout.weights), cost, hypotheses=rollout.hypotheses)
         if not isinstance(verdict, Approve) or cost is None:
             return Judged(attempt, None)
         return Judged(attempt, Approved(actions, path, verdict, by, cost))

@@ -1,10 +1,11 @@
 """Proposals: proposers compete within their time, and the cheapest of what was approved is released."""
 
 from collections.abc import Coroutine, Sequence
+from dataclasses import replace
 
 from homeostat.agents.roles import Agents, Approved, NoAdmissiblePlan, Situation
 from homeostat.domain.events.recovery import GaveUp
-from homeostat.recovery.alternatives import Alternatives, digest_of
+from homeostat.recovery.alternatives import Alternatives, digest_of, told
 from homeostat.recovery.deliberation import Deliberation
 from homeostat.recovery.judging import Judging
 from homeostat.recovery.nuisances import Nuisances
@@ -12,6 +13,9 @@ from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.releasing import Overtaken, Refused, Taken
 from homeostat.recovery.scene import Scene
 from homeostat.recovery.taking import Taking
+
+MOST_EARLIER = 4
+"""Most earlier decisions that proposers are told."""
 
 
 class Proposals:
@@ -26,6 +30,7 @@ class Proposals:
         self._nuisances = Nuisances(scene, agents, rules, judging)
         self._improvements, self._last_s = bounds.intervention.improvements, bounds.budget.last_s
         self._every_step = bounds.every_step
+        self._decided: list[str] = []
 
     async def ask(self, situation: Situation, alternatives: Alternatives, began: float) -> Taken:
         """Ask the proposers one after the other, and release the cheapest of what was approved.
@@ -39,6 +44,7 @@ class Proposals:
             Withdrawn: what was asked for last was given up.
         """
         end = self._scene.end(began, situation.deadline_s)
+        situation = replace(situation, earlier=tuple(self._decided[-MOST_EARLIER:]))
         while True:
             try:
                 return await self._compete(situation, alternatives, end)
@@ -62,7 +68,9 @@ class Proposals:
                     raise NoAdmissiblePlan("nothing costs less than leaving the plant alone")
                 raise reason if every else NoAdmissiblePlan("nobody proposes anything")
             try:
-                return await self._taking.take(best, situation)
+                taken = await self._taking.take(best, situation)
+                self._decided.append(f"at {self._scene.seen_s:.0f} s {told(best)}")
+                return taken
             except Refused as refusal:
                 alternatives.refuse(best, str(refusal))
                 reason = NoAdmissiblePlan(f"{best.proposer}: {refusal}")

@@ -80,7 +80,7 @@ class LanguagePlanning:
                 f"- {name}: {self._describe(p)}{SAME if p == situation.rest else ''}" for name, p in paths.items()
             ),
             "tests": _tests_text(tests),
-            "feedback": feedback_text(advice, self._plant),
+            "feedback": feedback_text(advice, self._plant, self._briefing.prices.currency),
         }
         kind = planning_type(tuple(paths), self._doubted(situation), tuple(tests), self.LASTING)
         event = self._plant.machine.recovery_event

@@ -15,7 +15,7 @@ from homeostat.agents.language.reach import curable
 from homeostat.agents.language.situation import MOST_FINDINGS, nearest, situation_text, worst_first
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
-from homeostat.domain.advice import Advice, Attempt, Sensitivity
+from homeostat.domain.advice import COST, Advice, Attempt, Sensitivity
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import open_setpoints
@@ -57,7 +57,7 @@ class TeachingReprompting:
             return _placed(attempt, before, Advice(found, route, sensitivities=before.sensitivities, hint=hint))
         slopes = await self._slopes(situation, attempt, violated)
         route = self._route(attempt, violated, slopes, before)
-        if not hint and not any(s.slope for s in slopes):
+        if not hint and not any(s.slope for s in slopes if s.criterion != COST):
             route, hint = await self._asked(situation, attempt, before, violated, route)
         return _placed(attempt, before, Advice(violated, route, sensitivities=slopes, hint=hint))
 
@@ -76,7 +76,7 @@ class TeachingReprompting:
             return ()
         scales = self._plant.scales
         near = nearest(attempt.verdict.findings, scales)
-        names = [f.criterion for f in (*worst_first(violated, scales)[:MOST_FINDINGS], *near)]
+        names = [*(f.criterion for f in (*worst_first(violated, scales)[:MOST_FINDINGS], *near)), COST]
         return await self._briefing.simulation.sensitivities(
             situation.diagnosis, attempt.actions, attempt.path.commanded_states, names
         )

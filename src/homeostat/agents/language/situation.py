@@ -9,7 +9,7 @@ import numpy as np
 from homeostat.agents.roles import Situation
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.plant.description import PlantDescription, Relation
-from homeostat.domain.quotation import quote
+from homeostat.domain.quotation import quote, quoted
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding
 
@@ -38,6 +38,7 @@ def situation_text(situation: Situation, plant: PlantDescription, notes: Sequenc
         f"Now (change per minute): {_tags(situation, plant)}.",
         f"Without action: {_idle(situation.idle, plant.scales)}." if idle else "",
         _acts(situation),
+        f"Decided before: {'; '.join(quoted(line, 120) for line in situation.earlier)}." if situation.earlier else "",
     ]
     lines += [f"Operator's note: {quote(note, NOTE_LIMIT)}" for note in notes[:3]]
     return "\n".join(line for line in lines if line)

@@ -130,7 +130,8 @@ class StepAction:
         tag = self._plant.tag(actuator.tag)
         low, high = bounds(actuator, tag)
         now = situation.snapshot.values.get(tag.name, math.nan)
-        present = "not known" if math.isnan(now) else f"{now:.6g}"
+        unset = "automatic" if actuator.design is None else "not known"
+        present = unset if math.isnan(now) else f"{now:.6g}"
         return f"- {tag.name} {quote(tag.description, 60)}: {low:g} to {high:g}; now {present}"
 
 
