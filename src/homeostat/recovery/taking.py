@@ -4,7 +4,7 @@ from homeostat.agents.roles import Approved, Situation
 from homeostat.domain.verdict import Released
 from homeostat.recovery.choices import Choice, Testing, Waiting
 from homeostat.recovery.probing import Probes
-from homeostat.recovery.releasing import Refused, Releasing, Taken
+from homeostat.recovery.releasing import Overtaken, Refused, Releasing, Taken
 from homeostat.recovery.scene import Scene
 from homeostat.recovery.waits import Waits
 
@@ -21,6 +21,8 @@ class Taking:
         match chosen:
             case Waiting():
                 await self._scene.look()
+                if self._scene.now.state != situation.state:
+                    raise Overtaken(f"the plant went on to {self._scene.now.state!r} before it was waited")
                 return Taken(self._waits.wait(chosen), None, waiting=True)
             case Testing():
                 begun = await self._probes.take(chosen.admitted, situation, chosen.proposer)
