@@ -113,11 +113,11 @@ def test_what_was_said_is_handed_over_once() -> None:
     assert [r.text for r in kept.drain()] == ["so", "read me"] and kept.drain() == ()
 
 
-def test_a_component_that_the_plant_does_not_have_is_a_finding_that_says_so() -> None:
+def test_a_component_that_the_plant_does_not_have_makes_a_note_of_it_and_costs_no_proposal() -> None:
     agents = Agents(model({"unlisted_cause": {"component": "V99", "text": "leaks"}}), "fouling")
-    answer = asyncio.run(agents.planning.plan(situation("fouling"), Advice()))
-    assert isinstance(answer, Revise) and "V99" in answer.findings[0].message
-    assert agents.briefing.said.drain() == (), "nothing of an unusable answer is taken"
+    assert isinstance(asyncio.run(agents.planning.plan(situation("fouling"), Advice())), RecoveryPath)
+    _, note = agents.briefing.said.drain()
+    assert note.kind is RemarkKind.NOTE and "V99, which the plant does not have: leaks" in note.text
 
 
 def reduced() -> RecoveryPath:

@@ -6,8 +6,8 @@ from typing import Any, Final
 
 from pydantic import BaseModel
 
-from homeostat.agents.language.answers import MOST_REASONING, MOST_TEXT, Unusable, unusable
-from homeostat.domain.quotation import quote, quoted
+from homeostat.agents.language.answers import MOST_REASONING, MOST_TEXT
+from homeostat.domain.quotation import quoted
 from homeostat.domain.remark import Remark, RemarkKind
 
 _KINDS: Final = {
@@ -28,9 +28,10 @@ class Said:
 
     _kept: list[Remark] = field(default_factory=list)
 
-    def take(self, agent: str, answer: BaseModel) -> None:
-        """Keep what an ``answer`` of ``agent`` says besides its proposal."""
-        self._kept = [*self._kept, *remarks_in(agent, answer)][-MOST_KEPT:]
+    def take(self, agent: str, answer: BaseModel, components: Collection[str]) -> None:
+        """Keep what an ``answer`` of ``agent`` says besides its proposal; ``components`` are those of the plant."""
+        said = (_placed(remark, components) for remark in remarks_in(agent, answer))
+        self._kept = [*self._kept, *said][-MOST_KEPT:]
 
     def drain(self) -> tuple[Remark, ...]:
         """What was said since somebody asked last."""
@@ -53,12 +54,12 @@ def remarks_in(agent: str, answer: BaseModel) -> tuple[Remark, ...]:
     return tuple(found)
 
 
-def astray(answer: BaseModel, components: Collection[str]) -> Unusable | None:
-    """Why an answer is unusable that speaks of a component which the plant does not have; None where none does."""
-    given: dict[str, Any] = answer.model_dump()
-    for name in ("maintenance_request", "unlisted_cause"):
-        said = given.get(name)
-        if said is not None and said["component"] not in components:
-            text = f"{name}.component: {quote(said['component'], 40)} is no component of the plant"
-            return unusable(f"{text}; name one as the graph has it, or answer null")
-    return None
+def _placed(remark: Remark, components: Collection[str]) -> Remark:
+    """``remark``, or a note in its place where it speaks of a component that the plant does not have.
+
+    A wrong name in what people read costs no proposal, and calls nobody to a place that does not exist.
+    """
+    if remark.kind not in (RemarkKind.MAINTENANCE, RemarkKind.UNLISTED_CAUSE) or remark.about in components:
+        return remark
+    text = f"{remark.kind.value} about {quoted(remark.about, 40)}, which the plant does not have: {remark.text}"
+    return Remark(RemarkKind.NOTE, remark.agent, "", quoted(text, MOST_REASONING))

@@ -12,7 +12,7 @@ from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, read, schema, unusable
 from homeostat.agents.language.price_list import cost_text, price_list
 from homeostat.agents.language.prompt_files import fill, prompt_file, template_sha256
-from homeostat.agents.language.remarks import Said, astray
+from homeostat.agents.language.remarks import Said
 from homeostat.agents.language.situation import situation_text
 from homeostat.agents.roles import NoAdmissiblePlan, Simulation, Situation
 from homeostat.domain.plant.description import PlantDescription
@@ -72,9 +72,7 @@ class Briefing:
         answer = read(kind, reply.answer)
         if isinstance(answer, Unusable):
             return answer
-        if (wrong := astray(answer, {component.name for component in self.plant.components})) is not None:
-            return wrong
-        self.said.take(question.agent, answer)
+        self.said.take(question.agent, answer, {component.name for component in self.plant.components})
         return answer
 
     def told(self, situation: Situation, idle: bool = True) -> str:
