@@ -73,7 +73,7 @@ def run_with(
     onset_s: float = 2000.0, end_s: float = 3000.0, clock: ThinkingClock | DeclaredClock | None = None,
     budget: Budget | None = None,
 ) -> tuple[LanguageRun, MemoryTrace]:  # fmt: skip
-    """One run in which ``model`` proposes before the search does, with its trace."""
+    """One run in which ``model`` proposes after the search, where that leaves something to win; with its trace."""
     plant, trace = plant or reactor(), MemoryTrace()
     chosen = scenario(plant, fault, seed, onset_s, None, end_s)
     proposing = Proposing(Language(model, notes), budget=budget or Budget())

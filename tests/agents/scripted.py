@@ -6,7 +6,7 @@ import asyncio
 import threading
 from collections.abc import Callable, Mapping, Sequence
 
-from homeostat.agents.roles import NoAdmissiblePlan, Situation
+from homeostat.agents.roles import Hold, NoAdmissiblePlan, Plan, Probe, Situation, Wait
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
 from homeostat.domain.events.recovery import Retrieved
@@ -14,6 +14,7 @@ from homeostat.domain.plant.state_machine import State, StateMachine
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Resolution, Revise, Rollout, Verdict
+from homeostat.twin.twin import Interruption
 
 SYMPTOM = Symptom("S-HOT", 0.0, 2.0, 1.0, 2.0)
 
@@ -63,7 +64,7 @@ class ScriptedPlanning:
     """Implements `homeostat.agents.roles.Planning`: one path after the other, the last one for ever."""
 
     def __init__(
-        self, machine: StateMachine, *paths: Sequence[str] | Revise | BaseException, delay_s: float = 0.0
+        self, machine: StateMachine, *paths: Sequence[str] | Plan | Revise | BaseException, delay_s: float = 0.0
     ) -> None:
         """``paths``: names of transitions, or what to raise; `NoAdmissiblePlan` where there is none."""
         self._machine = machine
@@ -71,7 +72,7 @@ class ScriptedPlanning:
         self._delay_s = delay_s
         self.asked: list[tuple[Situation, Advice]] = []
 
-    async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath | Revise:
+    async def plan(self, situation: Situation, advice: Advice) -> Plan | Revise:
         self.asked.append((situation, advice))
         await asyncio.sleep(self._delay_s)
         if not self._paths:
@@ -79,9 +80,10 @@ class ScriptedPlanning:
         answer = self._paths[min(len(self.asked), len(self._paths)) - 1]
         if isinstance(answer, BaseException):
             raise answer
-        if isinstance(answer, Revise):
+        if isinstance(answer, Revise | Wait | Hold | Probe):
             return answer
         by_name = {t.name: t for t in self._machine.transitions}
+        assert not isinstance(answer, RecoveryPath)
         return RecoveryPath(self._machine, tuple(by_name[name] for name in answer))
 
 
@@ -128,7 +130,7 @@ class ScriptedSimulation:
     def instrument_errors(self, diagnosis: Diagnosis) -> tuple[Mapping[str, float], ...]:
         return self._errors
 
-    async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet) -> Rollout:
+    async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet, ended: Interruption | None = None) -> Rollout:
         self.tried.append(actions)
         return self._answer(actions)
 

@@ -12,11 +12,12 @@ import pytest
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.probing.moves import CHANGE, RISK, STEPS, Move, moves
-from homeostat.agents.probing.twin_probing import LEAST, TwinProbing
+from homeostat.agents.probing.twin_probing import TwinProbing
 from homeostat.agents.roles import Probe, Situation
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.journal.beside.archive import MemoryArchive
+from homeostat.recovery.probing import LEAST
 from homeostat.twin.twin import Twin
 from tests.twin.followed import disturbed, follow, reactor
 

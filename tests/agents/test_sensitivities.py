@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,16 +13,17 @@ import pytest
 
 from homeostat.agents.checks import target_name
 from homeostat.agents.hypotheses import PLAUSIBLE
+from homeostat.agents.pricing import Pricing
 from homeostat.agents.simulation import STEP, TwinSimulation
-from homeostat.domain.advice import Sensitivity
+from homeostat.domain.advice import COST, Sensitivity
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.plant.limits import LimitKind, Limits
-from homeostat.domain.plant.state_machine import SetpointRange, State
+from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.process.batch import ProcessError
 from homeostat.stl.formula import parse
 from tests.agents.scripted import diagnosis
-from tests.recovery.line import FULL, HALF, slope
+from tests.recovery.line import FULL, HALF, priced, slope
 from tests.safety.world import CALM, COLD, HOT, TAGS, criterion, rule
 
 HORIZON = 100
@@ -114,6 +115,17 @@ def test_slopes_are_what_can_be_worked_out_in_the_head() -> None:
         assert found[name, "F.sp"] == pytest.approx(expected, rel=1e-6)
         assert found[name, "T.sp"] == 0.0, "this plant does not look at its setpoint"
     assert found["LIM-COLD", "F.sp"] == pytest.approx(0.0, abs=1e-6), "while it rises the lowest value is the first"
+
+
+def test_what_a_litre_of_feed_costs_is_a_slope_with_the_range_that_it_was_taken_from() -> None:
+    """Over 100 s every L/s of feed that is missing loses 100 L at 1 EUR; twice 2 % of the range lie between."""
+    pricing = Pricing(priced(LIMITS, StateMachine("line", (replace(RUNNING, initial=True),), ())), LIMITS, {"K": 2.0})
+    simulation = TwinSimulation(Line(), TAGS, LIMITS, pricing)  # type: ignore[arg-type]
+    found = asyncio.run(simulation.sensitivities(diagnosis(50.0), feeding(HALF), (RUNNING,), [COST]))
+    (feed,) = [s for s in found if s.tag == "F.sp"]
+    assert feed.criterion == COST and feed.slope == pytest.approx(-100.0)
+    assert (feed.low, feed.high) == pytest.approx((HALF - STEP * 0.05, HALF + STEP * 0.05))
+    assert differences(Line(), [COST]) == {}, "who knows no prices tells no cost"
 
 
 def test_a_limit_below_is_moved_the_other_way_where_it_cools() -> None:

@@ -38,7 +38,11 @@ def test_the_first_question_to_action(action: Done) -> None:
     assert system.startswith("You are the Action agent") and prompt_file("rules").strip() in system
     assert prompt.startswith("# Situation\nState normal") and "# Refused so far" not in prompt
     assert "cool_stuck_closed" in prompt and "# Commands in state reduced_load" in prompt and "# Plant" in prompt
-    assert schema["additionalProperties"] is False and schema["required"] == ["reasoning", "commands"]
+    assert schema["additionalProperties"] is False and schema["required"] == [
+        "reasoning",
+        "commands",
+        "no_value_because",
+    ]
     assert 100 < int(tokens[1]) < 600 and 500 < int(tokens[2]) < 3000 and 50 < int(tokens[3]) < 1000
     assert template_sha256("action").startswith(tokens[4])
 

@@ -271,12 +271,14 @@ def forwarding(url: str) -> Callable[[dict[str, Any]], tuple[int, bytes]]:
 def test_a_model_that_decodes_along_the_schema_gives_answers_of_the_type(random_weights: str, output: str) -> None:
     planning, action = questions("cool_stuck_closed")[:2]
     options: Any = planning.schema["properties"]["path"]["enum"]  # type: ignore[index]
+    doubt: Any = planning.schema["properties"]["doubt"]["anyOf"][0]  # type: ignore[index]
+    doubted = doubt["properties"]["about"]["enum"]
     choices = next(s for s in STATES if s.name == "reduced_load").open_setpoints
     with replying(respond=forwarding(random_weights)) as server:
         url = random_weights if output == NATIVE else f"{server.url}/v1"
         asked = ProviderModel(parse_address(f"{url}#random-weights"), LOCAL, Sampling(1.0))
         for _ in range(3):
-            for about, kind in ((planning, planning_type(options[:-1])), (action, action_type(choices, TAGS))):
+            for about, kind in ((planning, planning_type(options[:-1], doubted)), (action, action_type(choices, TAGS))):
                 reply = ask(RetryingModel(asked), 20.0, about).reply
                 assert reply is not None and reply.served == "random-weights" and reply.usage.input_tokens > 1000
                 assert not isinstance(read(kind, reply.answer), Unusable), reply.answer

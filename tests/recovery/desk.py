@@ -9,7 +9,7 @@ from collections.abc import Callable, Coroutine, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from homeostat.agents.roles import Agents, Polishing, Probing, Proposer, Situation
+from homeostat.agents.roles import Agents, Plan, Polishing, Probing, Proposer, Situation
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.domain.advice import Advice
@@ -31,6 +31,7 @@ from homeostat.recovery.exchange.beside import DaemonExecutor
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import ReleaseCheck
 from homeostat.recovery.supervisor import RecoveryLoop
+from homeostat.twin.twin import Interruption
 from tests.agents.scripted import (
     NoGraph,
     ScriptedAction,
@@ -140,7 +141,7 @@ class Watching(ScriptedMonitoring):
 class PlanningByState(ScriptedPlanning):
     """The one way out of each state that the line is run by."""
 
-    async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath | Revise:
+    async def plan(self, situation: Situation, advice: Advice) -> Plan | Revise:
         name = {"running": "reduce", "still": "resume"}.get(situation.state, "adjust")
         return RecoveryPath(self._machine, tuple(t for t in self._machine.transitions if t.name == name))
 
@@ -152,9 +153,9 @@ class NotingSimulation(TwinSimulation):
         super().__init__(twin, TAGS, limits)  # type: ignore[arg-type]
         self.tried: list[tuple[Diagnosis, ActionSet]] = []
 
-    async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet) -> Rollout:
+    async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet, ended: Interruption | None = None) -> Rollout:
         self.tried.append((diagnosis, actions))
-        return await super().roll_out(diagnosis, actions)
+        return await super().roll_out(diagnosis, actions, ended)
 
 
 class Graph(NoGraph):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from homeostat.agents.roles import NoAdmissiblePlan, Proposer
+from homeostat.agents.roles import NoAdmissiblePlan, Plan, Proposer
 from homeostat.domain.events.recovery import Attempted, ReleasedActions
 from homeostat.domain.recovery import ActionSet
 from homeostat.recovery.bounds import Budget
@@ -26,7 +26,7 @@ DEARER = feed(0.7 * HALF, "reduced")
 
 
 def proposer(
-    name: str, action: ScriptedAction, *paths: str | BaseException, thorough: bool = False, **more: Any
+    name: str, action: ScriptedAction, *paths: str | Plan | BaseException, thorough: bool = False, **more: Any
 ) -> Proposer:
     """One that knows ``paths`` as names of transitions, the last one for ever; by default the way to reduced."""
     ways = [(p,) if isinstance(p, str) else p for p in paths or ("reduce",)]

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -69,6 +70,68 @@ def judge_passing(
     return Approve(actions.digest, findings) if all(f.satisfied for f in findings) else Revise(findings)
 
 
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One of two action sets that follow each other."""
+
+    actions: ActionSet
+    """What is commanded."""
+    path: RecoveryPath | None = None
+    """The path that it takes; None where the tables say what is commanded."""
+    needs: bool = True
+    """Whether permissives must hold when it is written: not where nothing is, and not for a fallback."""
+
+
+def judge_parts(
+    first: Part, then: Part, rollout: Rollout, after_s: float, limits: Limits, tags: Tags, target: State | None = None
+) -> Verdict:
+    """Judge all that forbids throughout a ``rollout`` of ``first`` for ``after_s`` [s] and of what comes ``then``.
+
+    Permissives hold when each part is written, guards when the later path begins; ``target``: the state to be reached
+    in the end, None where safety is all that counts. The approval is that of the first part.
+    """
+    criteria, needed = limits.forbidding
+    if target is None:
+        needed = limits.hard
+    reached = set() if target is None else set(target.settled_when.tags)
+    unfit = _unfit(first.actions, rollout, reached | _read(criteria) | _read(needed))
+    if unfit is not None:
+        return Revise((unfit,))
+    row = math.ceil(after_s) - 1
+    permissives = [x for x in needed if x.kind is LimitKind.PERMISSIVE]
+    throughout = [x for x in needed if x.kind is not LimitKind.PERMISSIVE]
+    found = [*rollout_findings(rollout, criteria, throughout, first.actions)]
+    for part, at in ((first, 0), (then, row)):
+        if part.path is not None:
+            end = part.path.machine.state(part.path.target)
+            found += _commands_by_step(part.actions, end, tags, part.path)
+            found += _guard_findings(part.path, rollout, at) if at else []  # now, readings say whether it is open
+        if part.needs:
+            found += [_needed(x, rollout, part.actions, at) for x in permissives]
+    if target is not None:
+        found.append(target_finding(rollout, target))
+    return Approve(first.actions.digest, tuple(found)) if all(f.satisfied for f in found) else Revise(tuple(found))
+
+
+def _guard_findings(path: RecoveryPath, rollout: Rollout, row: int) -> list[Finding]:
+    """Whether the guards of what is decided on ``path`` hold in every member when it begins."""
+    values = {tag: each[:, row : row + 1] for tag, each in rollout.trajectory.signals.items()}
+    found = []
+    for t in path.decisions[:1]:
+        margins = np.atleast_2d(t.guard.margins(values, 1.0))
+        member = _worst(margins[:, 0])
+        rule = Criterion(f"GUARD-{t.name}", Owner.PLANNING, t.guard, True, "", f"Guard of {t.name!r}")
+        found.append(finding(rule, float(margins[member, 0]), float(row), member))
+    return found
+
+
+def _needed(limit: Limit, rollout: Rollout, actions: ActionSet, row: int) -> Finding:
+    """A permissive when ``actions`` are written, in the worst member."""
+    margins = _permissive_margins(limit, rollout.trajectory.signals, actions, row)
+    member = _worst(margins[:, 0])
+    return finding(limit, float(margins[member, 0]), float(row) * rollout.trajectory.dt_s, member)
+
+
 def judge_safety(actions: ActionSet, rollout: Rollout, limits: Limits) -> Verdict:
     """Judge a fallback: only what protects the plant counts."""
     criteria, _ = limits.forbidding
@@ -101,14 +164,14 @@ def rollout_findings(
 
 
 def _permissive_margins(
-    limit: Limit, signals: Mapping[str, NDArray[np.float64]], actions: ActionSet
+    limit: Limit, signals: Mapping[str, NDArray[np.float64]], actions: ActionSet, row: int = 0
 ) -> NDArray[np.float64]:
-    """Least margin of a permissive over the steps of ``actions``, shape (members, 1)."""
+    """Least margin of a permissive over the steps of ``actions`` that are written at ``row``, shape (members, 1)."""
     commanded: dict[str, NDArray[np.float64]] = {}
     found = []
     for commands in (actions.commands, *(s.commands for s in actions.then)):
         commanded.update({c.tag: np.asarray(c.value) for c in commands if c.value is not None})
-        values = {tag: commanded.get(tag, first[:, :1]) for tag, first in signals.items()}
+        values = {tag: commanded.get(tag, each[:, row : row + 1]) for tag, each in signals.items()}
         found.append(np.atleast_2d(limit.formula.margins(values, 1.0)))
     return np.asarray(np.minimum.reduce(np.broadcast_arrays(*found)))
 

@@ -12,7 +12,7 @@ members by their probability; what is hard forbids and is not in them.
 Hand check: a reactor that is designed for 0.0333 L/s at 1 EUR/L and fed with 0.0233 L/s for 900 s loses 9 EUR of 30.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -45,6 +45,16 @@ class Pricing:
         found |= self.of_states(states, length_s) | {RELEASE: releases * self.prices.release}
         items = tuple(CostItem(name, amount) for name, amount in found.items() if amount != 0.0)
         return Cost(items, self.prices.worth(length_s))
+
+    def of_parts(self, rollout: Rollout, parts: Sequence[tuple[Iterable[str], float]], releases: int) -> Cost:
+        """What ``rollout`` costs whose ``parts`` command so many states for so many seconds, one after the other."""
+        whole = self.of(rollout, (), releases)
+        held: dict[str, float] = {}
+        for states, seconds in parts:
+            for name, amount in self.of_states(states, seconds).items():
+                held[name] = held.get(name, 0.0) + amount
+        items = (*whole.items, *(CostItem(name, amount) for name, amount in held.items() if amount != 0.0))
+        return Cost(items, whole.worth)
 
     def members(self, signals: Signals, dt_s: float) -> Vec:
         """What each member costs but for states and releases, in the plant's currency, shape (members,)."""

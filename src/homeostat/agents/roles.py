@@ -3,14 +3,15 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis, Symptom
 from homeostat.domain.plant.state_machine import State
-from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, RecoveryPath
+from homeostat.domain.remark import Remark
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve, Finding, Resolution, Revise, Rollout, Verdict
 from homeostat.twin.twin import Interruption
@@ -27,6 +28,24 @@ class AskingProtocol(StrEnum):
 
 class NoAdmissiblePlan(Exception):
     """Nothing is left to propose; the message says what was tried."""
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """A test move or a wait: what it should tell apart, what that is worth and what it costs."""
+
+    actions: ActionSet
+    """What is commanded; what follows anyway where it is a wait."""
+    path: RecoveryPath | None
+    """The path that it takes; None for a wait."""
+    apart: tuple[str, str]
+    """The two explanations between which most is at stake, the likelier one first."""
+    nats: float
+    """Expected evidence between these two [nats]."""
+    value: float
+    """Production that is expected to be won by knowing more, as a fraction of the design rate [1]."""
+    cost: float
+    """Production that is expected to be lost meanwhile, and what moving costs [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +70,36 @@ class Situation:
     """Commands that were sent and that the readings do not show yet."""
     idle_cost: Cost | None = None
     """What it costs to do nothing; None where that is not known."""
+    act_by_s: float | None = None
+    """Process time by which something must be done; None where no limit is violated without it [s]."""
+    fallback: FallbackStrategy | None = None
+    """What acts where nothing else may be done; None where that is not known."""
+    tests: tuple[Probe, ...] = ()
+    """Test moves that are on offer, the best first."""
+    earlier: tuple[str, ...] = ()
+    """What was decided before in the same run, one line each, the oldest first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """Nothing is to be released now; the plant is looked at again after a while."""
+
+    seconds: float
+    """How long [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """A path is to be taken for a while only."""
+
+    path: RecoveryPath
+    """The path."""
+    seconds: float
+    """How long [s]."""
+
+
+Plan: TypeAlias = RecoveryPath | Hold | Wait | Probe
+"""What planning may propose: a path for good or for a while, a wait, one of the tests that are on offer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +119,9 @@ class Approved:
     polished: bool = False
     """Whether the search bettered the numbers of whoever proposed it."""
     ended: Interruption | None = None
-    """What ends it for sure where it is released for a while only, to learn something; None where it is to last."""
+    """What ends it where it is released for a while only; None where it is to last."""
+    for_s: float = 0.0
+    """How long it is held before the plant is looked at again [s]; 0 where it is to last."""
 
 
 class Monitoring(Protocol):
@@ -97,8 +148,8 @@ class Monitoring(Protocol):
 class Planning(Protocol):
     """Proposes a path through the state machine."""
 
-    async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath | Revise:
-        """A path to try, or why the answer is none; NoAdmissiblePlan where nothing is left."""
+    async def plan(self, situation: Situation, advice: Advice) -> Plan | Revise:
+        """What to try, or why the answer is nothing; NoAdmissiblePlan where nothing is left."""
         ...
 
 
@@ -129,8 +180,8 @@ class Simulation(Protocol):
         """Tag -> reading minus truth under each likely hypothesis; small calibration errors are left out."""
         ...
 
-    async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet) -> Rollout:
-        """What ``actions`` would do from the present on, under every plausible hypothesis."""
+    async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet, ended: Interruption | None = None) -> Rollout:
+        """What ``actions`` would do from the present on, until they are ``ended``, under every plausible hypothesis."""
         ...
 
     async def sensitivities(
@@ -140,29 +191,11 @@ class Simulation(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
-class Probe:
-    """A test move or a wait: what it should tell apart, what that is worth and what it costs."""
-
-    actions: ActionSet
-    """What is commanded; what follows anyway where it is a wait."""
-    path: RecoveryPath | None
-    """The path that it takes; None for a wait."""
-    apart: tuple[str, str]
-    """The two explanations between which most is at stake, the likelier one first."""
-    nats: float
-    """Expected evidence between these two [nats]."""
-    value: float
-    """Production that is expected to be won by knowing more, as a fraction of the design rate [1]."""
-    cost: float
-    """Production that is expected to be lost meanwhile, and what moving costs [1]."""
-
-
 class Probing(Protocol):
     """Looks for what would tell explanations apart that call for different answers."""
 
     async def probes(self, situation: Situation, idle: ActionSet, seconds: float) -> tuple[Probe, ...]:
-        """Probes of so many ``seconds`` that are clearly worth more than they cost, the best first.
+        """Probes of so many ``seconds`` that are worth more than they cost, the best first.
 
         ``idle`` is what follows if nobody interferes.
         """
@@ -189,6 +222,14 @@ class Reprompting(Protocol):
         ...
 
 
+class Remarks(Protocol):
+    """Keeps what is said besides proposals until recovery asks for it."""
+
+    def drain(self) -> tuple[Remark, ...]:
+        """What was said since it was asked last, in order."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Proposer:
     """Someone who proposes; interchangeable, asked in a fixed order."""
@@ -207,6 +248,8 @@ class Proposer:
     """Whether it is asked as well where the plant does what is asked of it by itself, but might do better."""
     thorough: bool = False
     """Whether it goes on to other paths once something of it is approved, as long as they may cost less."""
+    remarks: Remarks | None = None
+    """What it says besides; None where it says nothing."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 
 from homeostat.agents.checks import rollout_findings, target_finding, target_name
 from homeostat.agents.hypotheses import plausible
-from homeostat.domain.advice import Sensitivity
+from homeostat.agents.pricing import Pricing
+from homeostat.domain.advice import COST, Sensitivity
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.state_machine import SetpointRange, State
@@ -14,7 +15,7 @@ from homeostat.domain.recovery import ActionSet, open_setpoints
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.verdict import Finding, Rollout, RolloutResult
 from homeostat.process.batch import ProcessError
-from homeostat.twin.twin import Purpose, Twin
+from homeostat.twin.twin import Interruption, Purpose, Twin
 
 STEP = 0.02
 """Step of a finite difference as a fraction of the command's range [1]."""
@@ -23,8 +24,9 @@ STEP = 0.02
 class TwinSimulation:
     """Implements :class:`homeostat.agents.roles.Simulation` over the twin."""
 
-    def __init__(self, twin: Twin, tags: Mapping[str, Tag], limits: Limits) -> None:
-        """``twin`` is shared with monitoring, which keeps it up to date."""
+    def __init__(self, twin: Twin, tags: Mapping[str, Tag], limits: Limits, pricing: Pricing | None = None) -> None:
+        """``twin`` is shared with monitoring, which keeps it up to date; without ``pricing`` no cost is told."""
+        self._pricing = pricing
         self._twin = twin
         self._limits = limits
         self._scales = {name: tag.scale for name, tag in tags.items()}
@@ -40,9 +42,9 @@ class TwinSimulation:
         found = self._twin.instrument_errors(plausible(diagnosis))
         return tuple({t: e for t, e in errors.items() if abs(e) >= scale[t]} for errors in found)
 
-    async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet) -> Rollout:
-        """What ``actions`` would do; runs beside the event loop, so that deadlines are kept."""
-        return await asyncio.to_thread(self._twin.frozen().roll_out, actions, plausible(diagnosis))
+    async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet, ended: Interruption | None = None) -> Rollout:
+        """What ``actions`` would do until they are ``ended``; beside the event loop, so that deadlines are kept."""
+        return await asyncio.to_thread(self._twin.frozen().roll_out, actions, plausible(diagnosis), ended)
 
     async def sensitivities(
         self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]
@@ -70,7 +72,7 @@ class TwinSimulation:
         except ProcessError:
             return ()
         return tuple(
-            Sensitivity(name, r.tag, (above[name] - below[name]) / (high - low))
+            Sensitivity(name, r.tag, (above[name] - below[name]) / (high - low), low, high)
             for name in judged[0]
             for (r, low, high), below, above in zip(pairs, judged[::2], judged[1::2], strict=True)
         )
@@ -82,7 +84,10 @@ class TwinSimulation:
         found: list[Finding] = [*rollout_findings(rollout, criteria, limits, actions)]
         if target_name(target) in wanted and not actions.then:  # whether every step is taken is no matter of degree
             found.append(target_finding(rollout, target))
-        return {f.criterion: f.margin for f in found}
+        margins = {f.criterion: f.margin for f in found}
+        if COST in wanted and self._pricing is not None:
+            margins[COST] = self._pricing.of(rollout, actions.states, releases=1).total
+        return margins
 
 
 def _neighbours(value: float, admitted: SetpointRange) -> tuple[float, float]:

@@ -13,6 +13,12 @@ class AlternativeKind(StrEnum):
     """Nothing; what goes on goes on."""
     RELEASE = "release"
     """A proposal is written."""
+    WAIT = "wait"
+    """Nothing for a while; then the plant is looked at again."""
+    HOLD = "hold"
+    """A proposal is written for a while; then the plant is looked at again, with the way back in mind."""
+    TEST = "test"
+    """A test move is written for a while, to tell explanations apart."""
     FALLBACK = "fall back"
     """A fallback of the tables acts."""
 
@@ -24,7 +30,7 @@ class Alternative:
     kind: AlternativeKind
     """What is done."""
     name: str
-    """The path of a proposal, the strategy of a fallback, the state in which the plant is left."""
+    """The path of a proposal, the strategy of a fallback, the state in which the plant is left, what follows a wait."""
     cost: Cost
     """What it is expected to cost."""
     refused: str = ""
@@ -32,9 +38,11 @@ class Alternative:
     proposer: str = ""
     """Who proposed it; empty where nobody had to."""
     digest: str = ""
-    """Digest of its action set."""
+    """Digest of its action set; that of a wait is made of its length and of what is to follow."""
     polished: bool = False
     """Whether the search bettered the numbers of whoever proposed it."""
+    seconds: float = 0.0
+    """How long a wait, a hold or a test lasts before the plant is looked at again [s]; 0 for what is to last."""
 
     @property
     def admitted(self) -> bool:

@@ -6,6 +6,8 @@ PRODUCT = "production"
 """Name of the item for product that is not made."""
 RELEASE = "release"
 """Name of the item for a set of commands that is released."""
+KNOWING = "knowing"
+"""Name of the item for what knowing more is expected to win, which is less than nothing."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -309,7 +309,8 @@ def _recovery(
     stepwise = arrangement.protocol is AskingProtocol.PER_STEP
     twin = Twin(plant.model, d, plant.twin, seed)
     grounding = Grounding(plant.graph, plant.namespace, archive)
-    simulation = TwinSimulation(twin, tags, d.limits)
+    pricing = Pricing(plant.prices, d.limits, d.scales)
+    simulation = TwinSimulation(twin, tags, d.limits, pricing)
     bench = Workbench(
         plant,
         twin,
@@ -329,7 +330,7 @@ def _recovery(
         simulation=simulation,
         validation=LimitValidation(d.limits, tags),
         grounding=grounding,
-        probing=None if stepwise else TwinProbing(twin, d, grounding, Pricing(plant.prices, d.limits, d.scales)),
+        probing=None if stepwise else TwinProbing(twin, d, grounding, pricing),
         polishing=bench.search() if arrangement.language or arrangement.playbook is not None else None,
     )
     known = PlantRules(d.machine, d.limits, plant.prices, rules.fallbacks, d.scales, tags)

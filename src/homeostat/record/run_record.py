@@ -7,10 +7,11 @@ from typing import Self, TypeVar
 
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.events.guard import StartUpBegan, StartUpEnded, StateEntered
-from homeostat.domain.events.recovery import Attempted, Diagnosed
+from homeostat.domain.events.recovery import Attempted, Diagnosed, Remarked, Waited
 from homeostat.domain.events.trips import FallbackActivated, Tripped
 from homeostat.domain.events.writes import WriteEnded, WriteIntended, WriteResult
 from homeostat.domain.recovery import Command
+from homeostat.domain.remark import RemarkKind
 from homeostat.journal.events import Event, RunFinished, RunStarted
 from homeostat.journal.memory import Entry
 from homeostat.journal.reading import Record
@@ -145,6 +146,17 @@ class RunRecord:
     def attempts(self) -> tuple[Attempted, ...]:
         """Proposals that were judged."""
         return self.of_kind(Attempted)
+
+    @property
+    def remarks(self) -> tuple[Remarked, ...]:
+        """What proposers said besides proposals and their reasoning, each once, in order."""
+        said = (event for event in self.of_kind(Remarked) if event.remark is not RemarkKind.REASONING)
+        return tuple(dict.fromkeys(said))
+
+    @property
+    def waits(self) -> list[tuple[float, Waited]]:
+        """Every time that it was waited instead of releasing anything, after its process time [s]."""
+        return self._timed(Waited)
 
     @property
     def fallbacks(self) -> list[tuple[float, FallbackActivated]]:

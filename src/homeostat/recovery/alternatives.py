@@ -6,6 +6,7 @@ from typing import Self
 from homeostat.agents.roles import Approved
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.events.recovery import Compared
+from homeostat.recovery.choices import Choice, Testing, Waiting
 
 LITTLE = 0.02
 """A better proposal is not waited for where the best costs no more than this share of the design production [1]."""
@@ -20,7 +21,7 @@ class Alternatives:
         ``first``: the first that is approved will do, as where every step is asked for.
         """
         self._given, self._currency, self.well, self._first = given, currency, well, first
-        self._found: list[tuple[Alternative, Approved]] = []
+        self._found: list[tuple[Alternative, Choice]] = []
 
     @property
     def leave(self) -> Alternative | None:
@@ -38,8 +39,14 @@ class Alternatives:
         return type(self)(self._given, self._currency, self.well, self._first)
 
     @property
-    def best(self) -> Approved | None:
-        """The cheapest approved proposal that is cheaper than leaving the plant alone; of equals the first."""
+    def lasting(self) -> Approved | None:
+        """The cheapest approved proposal that is to last; of equals the first."""
+        admitted = [found for a, found in self._found if a.admitted and isinstance(found, Approved) and not found.for_s]
+        return min(admitted, key=lambda found: found.cost.total, default=None)
+
+    @property
+    def best(self) -> Choice | None:
+        """The cheapest approved choice that is cheaper than leaving the plant alone; of equals the first."""
         admitted = [(a, found) for a, found in self._found if a.admitted]
         if not admitted:
             return None
@@ -47,17 +54,44 @@ class Alternatives:
         leave = self.leave
         return found if leave is None or best.cost.total < leave.cost.total else None
 
-    def add(self, found: Approved) -> None:
-        """A proposal was approved."""
-        path, digest = " > ".join(found.path.states), found.actions.digest
-        one = Alternative(AlternativeKind.RELEASE, path, found.cost, "", found.proposer, digest, found.polished)
-        self._found.append((one, found))
+    def add(self, found: Choice) -> None:
+        """A proposal, a wait or a test was approved."""
+        self._found.append((_alternative(found), found))
 
-    def refuse(self, found: Approved, reason: str) -> None:
+    def refuse(self, found: Choice, reason: str) -> None:
         """The release check or the guard refused what was ``found``, for this ``reason``."""
         self._found = [(replace(a, refused=reason) if other is found else a, other) for a, other in self._found]
 
     def event(self, chosen: str) -> Compared:
-        """The list, the cheapest first; ``chosen`` is the digest of what is released, empty where nothing is."""
+        """The list, the cheapest first; ``chosen`` is the digest of what is done, empty where nothing is."""
         every = sorted((*self._given, *(a for a, _ in self._found)), key=lambda a: a.cost.total)
         return Compared(self._currency, tuple(every), chosen)
+
+
+def digest_of(found: Choice | None) -> str:
+    """What stands for a choice in the event; empty for none."""
+    return "" if found is None else _alternative(found).digest
+
+
+def told(found: Choice) -> str:
+    """A choice in words: ``hold normal > holding for 60 s by language``."""
+    one = _alternative(found)
+    lasting = f" for {one.seconds:g} s" if one.seconds else ""
+    return f"{one.kind.value} {one.name}{lasting} by {one.proposer}"
+
+
+def _alternative(found: Choice) -> Alternative:
+    """The line of one choice in the list."""
+    match found:
+        case Waiting():
+            told = found.follows, found.cost, "", found.proposer, found.digest, False, found.seconds
+            return Alternative(AlternativeKind.WAIT, *told)
+        case Testing():
+            probe = found.admitted.probe
+            name = probe.actions.target if probe.path is None else " > ".join(probe.path.states)
+            digest = probe.actions.digest
+            return Alternative(AlternativeKind.TEST, name, found.cost, "", found.proposer, digest, False, found.seconds)
+        case Approved():
+            kind = AlternativeKind.HOLD if found.for_s else AlternativeKind.RELEASE
+            path, digest = " > ".join(found.path.states), found.actions.digest
+            return Alternative(kind, path, found.cost, "", found.proposer, digest, found.polished, found.for_s)

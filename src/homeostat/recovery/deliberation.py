@@ -4,14 +4,27 @@ import asyncio
 from dataclasses import replace
 
 from homeostat.agents.checks import closed_finding, repetition_finding
-from homeostat.agents.pricing import Pricing
-from homeostat.agents.roles import Agents, Approved, NoAdmissiblePlan, Proposer, Situation
+from homeostat.agents.roles import (
+    Agents,
+    Approved,
+    Hold,
+    NoAdmissiblePlan,
+    Plan,
+    Probe,
+    Proposer,
+    Situation,
+    Wait,
+)
 from homeostat.domain.advice import Advice, Attempt
-from homeostat.domain.events.recovery import Attempted
+from homeostat.domain.alternative import AlternativeKind
+from homeostat.domain.events.recovery import Attempted, Remarked
 from homeostat.domain.plant.state_machine import StateMachine
+from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import ActionSet, RecoveryPath
-from homeostat.domain.verdict import Approve, Finding, Revise
+from homeostat.domain.remark import RemarkKind
+from homeostat.domain.verdict import Finding, Revise
 from homeostat.recovery.alternatives import Alternatives
+from homeostat.recovery.judging import Follow, Judged, Judging
 from homeostat.recovery.scene import Scene
 
 
@@ -19,11 +32,11 @@ class Deliberation:
     """One proposer's attempts in one recovery."""
 
     def __init__(
-        self, proposer: Proposer, scene: Scene, agents: Agents, machine: StateMachine, pricing: Pricing, most: int
+        self, proposer: Proposer, scene: Scene, agents: Agents, machine: StateMachine, judging: Judging, most: int
     ) -> None:
         """``most``: attempts that it has."""
         self.proposer = proposer
-        self._scene, self._agents, self._machine, self._pricing = scene, agents, machine, pricing
+        self._scene, self._agents, self._machine, self._judging = scene, agents, machine, judging
         self._advice, self._number, self._most = Advice(), 0, most
 
     async def add_to(self, alternatives: Alternatives, situation: Situation, end: float, soon: float) -> None:
@@ -38,47 +51,65 @@ class Deliberation:
             try:
                 async with asyncio.timeout_at(end if alternatives.best is None else min(end, soon)):
                     situation = await self._scene.fresh(situation)
-                    attempt = await self._attempt(self._number + 1, situation)
+                    try:
+                        judged = await self._attempt(self._number + 1, situation, alternatives)
+                    finally:
+                        self._tell()
                     self._number += 1
-                    if not (taken := self._take(attempt, alternatives)):
-                        await self._reprompt(situation, attempt)
+                    if not (taken := self._take(judged, alternatives)):
+                        await self._reprompt(situation, judged.attempt)
             except (NoAdmissiblePlan, TimeoutError):
                 if found:
                     return
                 raise
             found = found or taken
             if taken and not self.proposer.thorough:
-                return await self._polish(attempt, alternatives, situation, min(end, soon))
+                return await self._polish(judged.attempt, alternatives, situation, min(end, soon))
         if not found:
             raise NoAdmissiblePlan(f"{self.proposer.name}: no proposal was approved in {self._most} attempts")
 
-    def _take(self, attempt: Attempt, alternatives: Alternatives) -> bool:
-        """Record ``attempt``; whether it is approved, and one of the ``alternatives`` now."""
-        name = self.proposer.name
-        self._scene.record(Attempted.of(name, attempt))
-        if not isinstance(attempt.verdict, Approve):
+    def _tell(self) -> None:
+        """Record what the proposer said besides; a cause that no table lists is for a person, who is called."""
+        for remark in () if self.proposer.remarks is None else self.proposer.remarks.drain():
+            self._scene.record(Remarked.of(self.proposer.name, remark))
+            if remark.kind is RemarkKind.UNLISTED_CAUSE:
+                said = f"{self.proposer.name} suspects {remark.about}: {quote(remark.text, 200)}"
+                self._scene.alarm("unlisted-cause", f"{said}; nothing was decided by it, look at {remark.about}")
+
+    @property
+    def attempts(self) -> tuple[Attempt, ...]:
+        """What it has proposed so far."""
+        return self._advice.attempts
+
+    def _take(self, judged: Judged, alternatives: Alternatives) -> bool:
+        """Record an attempt; whether it is approved, and one of the ``alternatives`` now."""
+        attempt = judged.attempt
+        self._scene.record(Attempted.of(self.proposer.name, attempt))
+        if judged.found is None:
             return False
-        # Nothing else is approved.
-        assert attempt.path is not None and attempt.actions is not None and attempt.cost is not None
-        alternatives.add(Approved(attempt.actions, attempt.path, attempt.verdict, name, attempt.cost, attempt.polished))
-        refused = (*self._advice.refused_paths, attempt.path.commanded)
+        alternatives.add(judged.found)
+        took = () if attempt.path is None else (attempt.path.commanded,)
+        refused = (*self._advice.refused_paths, *took)
         self._advice = Advice(refused_paths=refused, attempts=(*self._advice.attempts, attempt))
         return True
 
     async def _polish(self, attempt: Attempt, alternatives: Alternatives, situation: Situation, end: float) -> None:
         """Let the search better the numbers of an approved ``attempt``; where time is over it stands as it is."""
         polishing, path, actions = self._agents.polishing, attempt.path, attempt.actions
-        if polishing is None or path is None or actions is None:
+        if polishing is None or path is None or actions is None or attempt.kind is not AlternativeKind.RELEASE:
             return
         try:
             async with asyncio.timeout_at(end):
                 better = await polishing.polish(situation, path, actions)
                 if better.digest == actions.digest:
                     return
-                polished = await self._judged(attempt.number, situation, path, better)
+                name = self.proposer.name
+                polished = await self._judging.proposal(name, attempt.number, situation, path, better)
         except (NoAdmissiblePlan, TimeoutError):
             return
-        self._take(replace(polished, polished=True), alternatives)
+        found = polished.found
+        bettered = replace(found, polished=True) if isinstance(found, Approved) else None
+        self._take(Judged(replace(polished.attempt, polished=True), bettered), alternatives)
 
     async def refused(self, found: Approved, findings: tuple[Finding, ...], situation: Situation, end: float) -> None:
         """Teach the next attempt what the release check or the guard said of what was ``found``."""
@@ -90,38 +121,59 @@ class Deliberation:
             attempts=tuple(a for a in before.attempts if a is not attempt),
         )
         async with asyncio.timeout_at(end):
-            await self._reprompt(situation, replace(attempt, verdict=Revise(findings)))
+            # The members of a check are others than those of the attempt: what they follow is not known.
+            await self._reprompt(situation, replace(attempt, verdict=Revise(findings), hypotheses=()))
 
     async def _reprompt(self, situation: Situation, attempt: Attempt) -> None:
         after = await self.proposer.reprompting.advise(situation, attempt, self._advice)
         self._advice = replace(after, attempts=(*self._advice.attempts, attempt))
 
-    async def _attempt(self, number: int, situation: Situation) -> Attempt:
+    async def _attempt(self, number: int, situation: Situation, alternatives: Alternatives) -> Judged:
         """One proposal as far as it gets."""
-        proposer, advice = self.proposer, self._advice
+        proposer, advice, judging, name = self.proposer, self._advice, self._judging, self.proposer.name
         kept = advice.keep_path
-        path = kept if kept and self._open(kept, situation) else await proposer.planning.plan(situation, advice)
-        if isinstance(path, Revise):
-            return Attempt(number, None, None, path)
+        if kept is not None and self._open(kept, situation):
+            plan: Plan | Revise = Hold(kept, advice.keep_s) if advice.keep_s else kept
+        else:
+            plan = await proposer.planning.plan(situation, advice)
+        match plan:
+            case Revise():
+                return Judged(Attempt(number, None, None, plan), None)
+            case Wait(seconds=seconds):
+                if (again := _said_before(advice, AlternativeKind.WAIT, seconds, "")) is not None:
+                    told = Attempt(number, None, self._scene.now.rest, Revise((repetition_finding(again),)))
+                    return Judged(replace(told, kind=AlternativeKind.WAIT, seconds=seconds), None)
+                situation = await self._scene.fresh(situation)
+                return await judging.wait(name, number, situation, seconds, _follow(alternatives))
+            case Probe():
+                return await judging.test(name, number, situation, plan, _follow(alternatives))
+            case Hold(path=path, seconds=seconds):
+                pass
+            case RecoveryPath() as path:
+                seconds = 0.0
+        return await self._acted(number, situation, path, seconds)
+
+    async def _acted(self, number: int, situation: Situation, path: RecoveryPath, seconds: float) -> Judged:
+        """The commands on a ``path`` that is to be taken for so many ``seconds``; for good where they are none."""
+        proposer, advice, judging = self.proposer, self._advice, self._judging
+        kind = AlternativeKind.HOLD if seconds else AlternativeKind.RELEASE
+
+        def refused(verdict: Revise, actions: ActionSet | None = None) -> Judged:
+            return Judged(Attempt(number, path, actions, verdict, kind=kind, seconds=seconds), None)
+
         if not self._open(path, situation):
             raise NoAdmissiblePlan(f"{proposer.name}: {' > '.join(path.states)} is not open now")
         actions = await proposer.action.act(situation, path, advice)
         if isinstance(actions, Revise):
-            return Attempt(number, path, None, actions)
-        for before in advice.attempts:
-            if before.actions is not None and before.actions.digest == actions.digest:
-                return Attempt(number, path, actions, Revise((repetition_finding(before.number),)))
+            return refused(actions)
+        if (again := _said_before(advice, kind, seconds, actions.digest)) is not None:
+            return refused(Revise((repetition_finding(again),)), actions)
         situation = await self._scene.fresh(situation)
         if not self._open(path, situation):  # a guard closed while somebody thought about the commands
-            return Attempt(number, path, None, Revise((closed_finding(path.states),)))
-        return await self._judged(number, situation, path, actions)
-
-    async def _judged(self, number: int, situation: Situation, path: RecoveryPath, actions: ActionSet) -> Attempt:
-        """``actions`` tried on the twin, judged and priced."""
-        rollout = await self._agents.simulation.roll_out(situation.diagnosis, actions)
-        verdict = self._agents.validation.judge(actions, rollout, self._machine.state(path.target), path)
-        cost = self._pricing.of(rollout, actions.states, releases=1) if rollout.weights else None
-        return Attempt(number, path, actions, verdict, len(rollout.weights), cost)
+            return refused(Revise((closed_finding(path.states),)))
+        if seconds:
+            return await judging.hold(proposer.name, number, situation, path, actions, seconds)
+        return await judging.proposal(proposer.name, number, situation, path, actions)
 
     def _open(self, path: RecoveryPath, situation: Situation) -> bool:
         """Whether the machine lets the plant take ``path`` now, which no proposer is trusted with."""
@@ -132,3 +184,18 @@ class Deliberation:
             and self._machine.state(path.target).recovery_target
             and all(t.guard.holds(values) for t in path.decisions)
         )
+
+
+def _said_before(advice: Advice, kind: AlternativeKind, seconds: float, digest: str) -> int | None:
+    """Number of the attempt that was the same; None where none was. ``digest``: of its commands, none for a wait."""
+    for a in advice.attempts:
+        same = not digest or (a.actions is not None and a.actions.digest == digest)
+        if a.kind is kind and a.seconds == seconds and same:
+            return a.number
+    return None
+
+
+def _follow(alternatives: Alternatives) -> Follow | None:
+    """The best approved proposal so far."""
+    best = alternatives.lasting
+    return None if best is None else Follow.of(best.actions, best.path)

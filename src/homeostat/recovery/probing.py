@@ -15,34 +15,24 @@ from homeostat.domain.diagnosis import Diagnosis, by_fault_set
 from homeostat.domain.events.recovery import Attempted, GaveUp, Probed, ProbeEnded
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Arm
-from homeostat.domain.recovery import FallbackStrategy
 from homeostat.domain.verdict import Approve, NoActionNeeded, Released, Resolution, Rollout
+from homeostat.recovery.choices import Admitted
 from homeostat.recovery.deadline import first_violated_s
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.progress import ProgressMonitor
 from homeostat.recovery.release_check import Check
-from homeostat.recovery.releasing import Overtaken, Refused, Releasing, Withdrawn
+from homeostat.recovery.releasing import Overtaken, Refused, Releasing, Taken, Withdrawn
 from homeostat.recovery.scene import Scene
 from homeostat.twin.twin import Interruption
 
 PROPOSER = "search"
 """Who proposes probes."""
 TRIED = 3
-"""Most probes that are validated in one look."""
+"""Most probes that are validated in one look, and most that are offered to proposers."""
+LEAST = 0.02
+"""Production that a probe is expected to win at least, beyond what it costs, where nobody else proposes it [1]."""
 WRITING_S = 2.0
 """What it may take until a test move is written and read back [s]."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Admitted:
-    """A probe that is safe."""
-
-    probe: Probe
-    retreat: FallbackStrategy
-    """What ends it if nobody answers."""
-    ended: Interruption
-    """When, and how."""
-    verdict: Approve
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +62,8 @@ class Probes:
         self._pricing = Pricing(rules.prices, rules.limits, rules.scales)
         self._under_way: _UnderWay | None = None
         self._begun: list[tuple[str, tuple[str, str]]] = []
+        self.offered: tuple[Probe, ...] = ()
+        """Test moves that proposers may name since the last look: they pay, and were not begun yet."""
 
     def due(self, now_s: float) -> bool:
         """Whether a probe is over and was not looked at."""
@@ -100,7 +92,7 @@ class Probes:
         release that was begun is ended.
         """
         probing, scene, bounds = self._agents.probing, self._scene, self._bounds
-        needed_s = bounds.probe_s + bounds.answer_s + self._budget.reserve_s
+        needed_s, self.offered = bounds.probe_s + bounds.answer_s + self._budget.reserve_s, ()
         near = first_violated_s(idle, self._rules.limits) <= needed_s
         if probing is None or near or len(self._begun) >= bounds.probes or scene.now.mode is not Mode.CLOSED_LOOP:
             return None
@@ -108,15 +100,27 @@ class Probes:
             async with asyncio.timeout_at(scene.end(began, situation.deadline_s)):
                 found = await probing.probes(situation, scene.now.rest, bounds.probe_s)
                 fresh = [p for p in found if (p.actions.digest, p.apart) not in self._begun]
-                chosen = await self._admitted(probing, situation, fresh[:TRIED])
-                if chosen is None:
-                    return None
-                alone = await self._agents.simulation.roll_out(situation.diagnosis, chosen.probe.actions)
+                self.offered = tuple(p for p in fresh if p.path is not None)[:TRIED]
+                worth = [p for p in fresh if p.value - p.cost >= LEAST]
+                chosen = await self._first_admitted(probing, situation, worth[:TRIED])
         except TimeoutError:
             return None  # the proposers are late as well, and say so
-        return await self._do(chosen, alone, situation)
+        if chosen is None:
+            return None
+        if chosen.probe.path is not None:
+            attempt = Attempt(1, chosen.probe.path, chosen.probe.actions, chosen.verdict)
+            self._scene.record(Attempted.of(PROPOSER, attempt))
+        begun = await self.take(chosen, situation, PROPOSER)
+        return None if begun is None else begun.outcome
 
-    async def _admitted(self, probing: Probing, situation: Situation, probes: Sequence[Probe]) -> _Admitted | None:
+    async def admitted(self, situation: Situation, probe: Probe) -> Admitted | None:
+        """``probe`` with the fallback that ends it safely; None where it is not on offer, or none does."""
+        probing = self._agents.probing
+        if probing is None or probe not in self.offered:
+            return None
+        return await self._first_admitted(probing, situation, (probe,))
+
+    async def _first_admitted(self, probing: Probing, situation: Situation, probes: Sequence[Probe]) -> Admitted | None:
         """The first of ``probes`` that some fallback ends safely under every plausible explanation."""
         after_s = self._bounds.probe_s + self._bounds.answer_s + WRITING_S
         for probe in probes:
@@ -125,34 +129,32 @@ class Probes:
                 rollout = await probing.try_out(probe, situation.diagnosis, ended)
                 verdict = judge_passing(probe.actions, rollout, self._rules.limits, self._rules.tags, probe.path)
                 if isinstance(verdict, Approve):
-                    if probe.path is not None:
-                        attempt = Attempt(1, probe.path, probe.actions, verdict, len(rollout.weights))
-                        self._scene.record(Attempted.of(PROPOSER, attempt))
-                    return _Admitted(probe, retreat, ended, verdict)
+                    return Admitted(probe, retreat, ended, verdict)
         return None
 
-    async def _do(self, chosen: _Admitted, alone: Rollout, situation: Situation) -> Resolution | None:
-        """Begin it; ``alone`` is what it does if nothing ends it."""
+    async def take(self, chosen: Admitted, situation: Situation, proposer: str) -> Taken | None:
+        """Begin what ``proposer`` proposed; None where it was refused."""
         probe, scene = chosen.probe, self._scene
+        alone = await self._agents.simulation.roll_out(situation.diagnosis, probe.actions)
         outcome: Released | NoActionNeeded
         self._begun.append((probe.actions.digest, probe.apart))
         state, commands = ("", ()) if probe.path is None else (probe.actions.target, probe.actions.commands)
         worth = (probe.nats, probe.value, probe.cost)
-        scene.record(Probed(probe.apart, state, commands, self._bounds.probe_s, *worth))
+        scene.record(Probed(probe.apart, state, commands, self._bounds.probe_s, *worth, proposer))
         if probe.path is None:
             await scene.look()
             outcome = NoActionNeeded(scene.seen_s, chosen.verdict.min_margin)
         else:
             cost = self._pricing.of(alone, probe.actions.states, releases=1)
-            found = Approved(probe.actions, probe.path, chosen.verdict, PROPOSER, cost, ended=chosen.ended)
+            found = Approved(probe.actions, probe.path, chosen.verdict, proposer, cost, ended=chosen.ended)
             try:
                 outcome = (await self._releasing.release(found, situation.diagnosis)).outcome
             except (Refused, Overtaken, Withdrawn, TimeoutError) as failed:
-                scene.record(GaveUp(PROPOSER, str(failed)))
+                scene.record(GaveUp(proposer, str(failed)))
                 return None
             self._progress.expect(probe.actions.then, alone, outcome.at_s)
         until_s = outcome.at_s + self._bounds.probe_s
         self._under_way = _UnderWay(probe, until_s)
         if not isinstance(judge_safety(probe.actions, alone, self._rules.limits), Approve):
             scene.send(Arm((chosen.retreat.name,), until_s + self._bounds.answer_s))
-        return outcome
+        return Taken(outcome, alone)

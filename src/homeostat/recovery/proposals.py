@@ -1,27 +1,36 @@
 """Proposals: proposers compete within their time, and the cheapest of what was approved is released."""
 
 from collections.abc import Coroutine, Sequence
+from dataclasses import replace
 
-from homeostat.agents.pricing import Pricing
-from homeostat.agents.roles import Agents, NoAdmissiblePlan, Situation
+from homeostat.agents.roles import Agents, Approved, NoAdmissiblePlan, Situation
 from homeostat.domain.events.recovery import GaveUp
-from homeostat.recovery.alternatives import Alternatives
+from homeostat.recovery.alternatives import Alternatives, digest_of, told
 from homeostat.recovery.deliberation import Deliberation
+from homeostat.recovery.judging import Judging
+from homeostat.recovery.nuisances import Nuisances
 from homeostat.recovery.plant_rules import Bounds, PlantRules
-from homeostat.recovery.release_check import Check
-from homeostat.recovery.releasing import Overtaken, Refused, Releasing, Taken
+from homeostat.recovery.releasing import Overtaken, Refused, Taken
 from homeostat.recovery.scene import Scene
+from homeostat.recovery.taking import Taking
+
+MOST_EARLIER = 4
+"""Most earlier decisions that proposers are told."""
 
 
 class Proposals:
     """Asks the proposers, and has the best of what they found released."""
 
-    def __init__(self, scene: Scene, agents: Agents, rules: PlantRules, check: Check, bounds: Bounds) -> None:
-        """``check`` seals what is released."""
+    def __init__(
+        self, scene: Scene, agents: Agents, rules: PlantRules, judging: Judging, taking: Taking, bounds: Bounds
+    ) -> None:
+        """``judging`` says what may be done, ``taking`` does it."""
         self._scene, self._agents, self._machine = scene, agents, rules.machine
-        self._pricing = Pricing(rules.prices, rules.limits, rules.scales)
-        self._releasing = Releasing(scene, check, bounds.budget)
+        self._judging, self._taking = judging, taking
+        self._nuisances = Nuisances(scene, agents, rules, judging)
         self._improvements, self._last_s = bounds.intervention.improvements, bounds.budget.last_s
+        self._every_step = bounds.every_step
+        self._decided: list[str] = []
 
     async def ask(self, situation: Situation, alternatives: Alternatives, began: float) -> Taken:
         """Ask the proposers one after the other, and release the cheapest of what was approved.
@@ -35,6 +44,7 @@ class Proposals:
             Withdrawn: what was asked for last was given up.
         """
         end = self._scene.end(began, situation.deadline_s)
+        situation = replace(situation, earlier=tuple(self._decided[-MOST_EARLIER:]))
         while True:
             try:
                 return await self._compete(situation, alternatives, end)
@@ -48,17 +58,25 @@ class Proposals:
         asked, reason = every, Exception()
         while True:
             reason = await self._hear(asked, alternatives, situation, end) or reason
+            if alternatives.worth_waiting and not self._every_step:
+                tried = [attempt for session in every for attempt in session.attempts]
+                await self._nuisances.add_to(alternatives, situation, tried, end)
             best = alternatives.best
-            self._scene.record(alternatives.event("" if best is None else best.actions.digest))
+            self._scene.record(alternatives.event(digest_of(best)))
             if best is None:
                 if alternatives.leave is not None and not isinstance(reason, TimeoutError):
                     raise NoAdmissiblePlan("nothing costs less than leaving the plant alone")
                 raise reason if every else NoAdmissiblePlan("nobody proposes anything")
             try:
-                return await self._releasing.release(best, situation.diagnosis)
+                taken = await self._taking.take(best, situation)
+                self._decided.append(f"at {self._scene.seen_s:.0f} s {told(best)}")
+                return taken
             except Refused as refusal:
                 alternatives.refuse(best, str(refusal))
                 reason = NoAdmissiblePlan(f"{best.proposer}: {refusal}")
+                asked = []
+                if not isinstance(best, Approved):
+                    continue
                 asked = [s for s in every if s.proposer.name == best.proposer]
                 failed = await self._try(asked[0], asked[0].refused(best, refusal.findings, situation, end))
                 if failed is not None:  # whoever does not learn is not asked again
@@ -106,7 +124,7 @@ class Proposals:
                 self._scene,
                 self._agents,
                 self._machine,
-                self._pricing,
+                self._judging,
                 min(p.attempts, self._improvements) if leave else p.attempts,
             )
             for p in self._agents.proposers

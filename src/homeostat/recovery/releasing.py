@@ -37,8 +37,10 @@ class Taken:
 
     outcome: Released | NoActionNeeded
     """Released where it was written; NoActionNeeded where nobody writes in this mode."""
-    rollout: Rollout
-    """What the plant does with it, from the release check."""
+    rollout: Rollout | None
+    """What the plant does with it, from the release check; what was judged where it is only waited."""
+    waiting: bool = False
+    """Whether it is only waited: the time to act by stands."""
 
 
 class Releasing:
@@ -70,7 +72,7 @@ class Releasing:
         answer = await scene.ask(checked.request, within_s)
         if answer.status is RequestStatus.CONFIRMED:  # said before anything else is waited for: it may be overtaken
             certified = checked.verdict.certificate if isinstance(checked.verdict, Approve) else None
-            scene.record(ReleasedActions.of(proposer, actions, margin, certified), answer.at_s)
+            scene.record(ReleasedActions.of(proposer, actions, margin, certified, found.for_s), answer.at_s)
         await scene.look()
         match answer.status:
             case RequestStatus.CONFIRMED:

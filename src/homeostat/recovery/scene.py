@@ -3,6 +3,7 @@
 import asyncio
 from collections import deque
 from collections.abc import Awaitable, Iterable
+from dataclasses import replace
 from typing import TypeVar
 
 from homeostat.agents.grounding.grounding import Grounding
@@ -84,7 +85,9 @@ class Scene:
         """The same question about the plant as it is now, and the time left now: it ran on while somebody thought."""
         await self.look()
         left_s = situation.deadline_s - (self._recent[-1].at_s - situation.snapshot.at_s)
-        return self.situation(situation.diagnosis, situation.idle, max(left_s, SHORTEST_S), situation.idle_cost)
+        now = self.situation(situation.diagnosis, situation.idle, max(left_s, SHORTEST_S), situation.idle_cost)
+        known = replace(now, act_by_s=situation.act_by_s, fallback=situation.fallback)
+        return replace(known, tests=situation.tests, earlier=situation.earlier)
 
     async def within(self, stage: str, process_s: float, work: Awaitable[T]) -> T:
         """The result of ``work``; TimeoutError naming ``stage`` where it takes longer than ``process_s`` [s]."""

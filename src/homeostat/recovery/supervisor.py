@@ -16,6 +16,7 @@ from homeostat.recovery.alternatives import Alternatives
 from homeostat.recovery.arming import Arming, TimeLeft
 from homeostat.recovery.endings import fall_back, nothing_is_known, stand_down, take_no_action
 from homeostat.recovery.intervention import InterventionPolicy
+from homeostat.recovery.judging import Judging
 from homeostat.recovery.look.news import Look
 from homeostat.recovery.look.prospect import Prospect
 from homeostat.recovery.look.watch import Watch
@@ -24,8 +25,10 @@ from homeostat.recovery.probing import Probes
 from homeostat.recovery.progress import ProgressMonitor
 from homeostat.recovery.proposals import Proposals
 from homeostat.recovery.release_check import Check
-from homeostat.recovery.releasing import Withdrawn
+from homeostat.recovery.releasing import Releasing, Withdrawn
 from homeostat.recovery.scene import Scene
+from homeostat.recovery.taking import Taking
+from homeostat.recovery.waits import Waits
 
 
 class RecoveryLoop:
@@ -43,8 +46,11 @@ class RecoveryLoop:
         self._progress = ProgressMonitor(bounds.intervention.slack_s, bounds.intervention.repeat_s)
         self._prospect = Prospect(scene, agents, rules.machine, self._progress, bounds)
         self._arming = Arming(scene, agents.simulation, rules, bounds.budget)
-        self._proposals = Proposals(scene, agents, rules, check, bounds)
         self._probes = Probes(scene, agents, rules, check, self._progress, bounds)
+        self._waits = Waits(scene, bounds.intervention.waits)
+        judging = Judging(scene, agents, rules, bounds, self._probes, self._waits)
+        taking = Taking(scene, Releasing(scene, check, bounds.budget), self._probes, self._waits)
+        self._proposals = Proposals(scene, agents, rules, judging, taking, bounds)
         self._agenda, self._memory = Agenda(rules.machine, bounds), RecoveryMemory()
 
     async def supervise(self) -> None:
@@ -55,6 +61,7 @@ class RecoveryLoop:
             noticed = self._watch.notices(seen.sample)
             if self._watch.stands_back(seen):
                 self._probes.drop()
+                self._waits.drop()
                 self._memory = replace(self._memory, unanswered=False)
                 continue
             if noticed and not self._agenda.settled(self._memory, self._scene.now.state, self._watch.symptoms):
@@ -62,7 +69,7 @@ class RecoveryLoop:
             if self._desk.behind:  # what passed while somebody thought is watched first
                 continue
             deviation = await self._prospect.deviation(seen)
-            due = self._is_due() or self._probes.due(seen.now_s)
+            due = self._is_due()
             if self._memory.unanswered or deviation is not None or due:
                 self._memory = replace(self._memory, unanswered=True)
                 done = await self._desk.think(self.attend(deviation))
@@ -80,15 +87,16 @@ class RecoveryLoop:
             except TimeoutError:
                 self._probes.drop()
                 return nothing_is_known(scene, self._diagnosis_s)
-            if not (diagnosis.news or deviates or scene.now.act_by_s is not None):
+            if not (diagnosis.news or deviates or scene.now.act_by_s is not None or self._is_due()):
                 return None
             if diagnosis.faulty:
                 scene.record(Diagnosed.of(diagnosis), diagnosis.at_s)
-            probed = self._probes.end(diagnosis)
             if diagnosis.ended_s is not None:
                 scene.record(FaultsEnded(diagnosis.ended, diagnosis.ended_s))
             self._memory = self._agenda.after_diagnosis(self._memory, diagnosis, scene)
-            due = probed or diagnosis.ended_s is not None or self._is_due()
+            waited, held = self._waits.end(diagnosis)
+            probed = self._probes.end(diagnosis) or held
+            due = probed or waited or diagnosis.ended_s is not None or self._is_asked_for()
             if diagnosis.symptoms or diagnosis.faulty or deviates or due or scene.now.act_by_s is not None:
                 outcome = await self.recover(diagnosis, deviates, probed)
                 if isinstance(outcome, FallbackNeeded):
@@ -99,14 +107,20 @@ class RecoveryLoop:
             scene.flush()
 
     def _is_due(self) -> bool:
-        """Whether proposers are to be asked although nothing new was seen: for a step, or for the way back."""
+        """Whether the plant is to be looked at although nothing new was seen."""
+        over = self._probes.due(self._scene.seen_s) or self._waits.due(self._scene.seen_s)
+        return over or self._is_asked_for()
+
+    def _is_asked_for(self) -> bool:
+        """Whether a step is asked for, or the way back."""
         memory, scene = self._memory, self._scene
         return self._agenda.step_is_due(memory, scene) or self._agenda.way_back_is_due(memory, scene)
 
     async def recover(self, diagnosis: Diagnosis, deviates: bool, probed: bool = False) -> Resolution:
         """Release a validated action set within the time that physics leaves, leave the plant alone, or fall back.
 
-        ``probed``: the plant stands where a test move has brought it, which is nowhere to stay without a reason.
+        ``probed``: the plant stands where a test move or a hold has brought it, which is nowhere to stay without a
+        reason.
         """
         began, scene, agenda = asyncio.get_running_loop().time(), self._scene, self._agenda
         try:
@@ -124,9 +138,12 @@ class RecoveryLoop:
         reason = "the batch is over, and what follows violates a limit"
         if stance.asks:
             situation = scene.situation(diagnosis, verdict.findings, armed.left_s, look.cost)
+            first = None if armed.fallback is None else armed.fallback.strategy
+            situation = replace(situation, act_by_s=armed.act_by_s, fallback=first)
             begun = await self._probes.begin(situation, idle, began)
             if begun is not None:
                 return begun
+            situation = replace(situation, tests=self._probes.offered)
             try:
                 given = self._given(stance, look, verdict, armed)
                 taken = await self._proposals.ask(situation, given, began)
@@ -136,8 +153,10 @@ class RecoveryLoop:
                     self._memory = replace(self._memory, in_vain=look)
             else:
                 if isinstance(taken.outcome, NoActionNeeded):
-                    stand_down(scene, armed)
+                    if not taken.waiting:
+                        stand_down(scene, armed)
                     return taken.outcome
+                assert taken.rollout is not None  # what was released was rolled out
                 self._progress.expect(taken.outcome.actions.then, taken.rollout, taken.outcome.at_s)
                 self._memory = agenda.after_release(self._memory, taken.outcome, diagnosis)
                 return taken.outcome

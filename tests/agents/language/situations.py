@@ -80,7 +80,7 @@ class Agents:
 
     def __post_init__(self) -> None:
         situation(self.fault)
-        told = briefing(self.model, reactor(), simulation(self.fault), self.notes, grounding())
+        self.briefing = told = briefing(self.model, reactor(), simulation(self.fault), self.notes, grounding())
         self.planning, self.action = LanguagePlanning(told), LanguageAction(told)
         self.reprompting = TeachingReprompting(told)
 

@@ -6,13 +6,22 @@ import asyncio
 import functools
 import math
 import re
+from dataclasses import replace
 
 import pytest
 
-from homeostat.agents.language.feedback import command_text, feedback_text, idle_text
+from homeostat.agents.language.feedback import command_text, cost_slopes_text, feedback_text, idle_text
 from homeostat.agents.language.scripts import reasonable, stubborn
-from homeostat.agents.language.situation import MOST_FINDINGS, MOST_NEAR, margin_text, nearest, worst_first
-from homeostat.domain.advice import Advice, Attempt, Sensitivity
+from homeostat.agents.language.situation import (
+    MOST_FINDINGS,
+    MOST_NEAR,
+    margin_text,
+    nearest,
+    situation_text,
+    worst_first,
+)
+from homeostat.domain.advice import COST, Advice, Attempt, Sensitivity
+from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.verdict import Finding, Revise
@@ -59,7 +68,42 @@ def test_a_violation_is_told_with_its_signed_margin_its_time_and_its_rule() -> N
     lines = told(attempt(HOT, STEADY)).splitlines()
     formula = next(c.formula.text for c in PLANT.limits.criteria if c.name == "ACC-T-HIGH")
     assert f"ACC-T-HIGH -0.4 K at 655 s: {formula}" in lines
-    assert any(line.startswith("ACC-STEADY -1.25 at 890 s: ") for line in lines), "no unit where units are mixed"
+    assert "ACC-STEADY -1.25 at 890 s" in lines, "no unit where units are mixed, and no formula where none is known"
+
+
+def test_the_hypothesis_that_fails_is_told_by_name_and_size() -> None:
+    sizes = tuple(Hypothesis((FaultState("fouling", size, 1500.0),), 0.4) for size in (0.2, 0.35))
+    tried = replace(attempt(replace(HOT, member=7), NEAR), hypotheses=(*sizes, Hypothesis((), 0.2)))
+    assert "ACC-T-HIGH -0.4 K at 655 s under fouling 0.35: " in told(tried), "12 members, four each"
+    assert "under nothing is wrong: " in told(replace(tried, verdict=Revise((replace(HOT, member=11),))))
+    unknown = replace(tried, verdict=Revise((replace(HOT, member=99),)))
+    assert " under " not in told(replace(tried, hypotheses=())) + told(unknown)
+
+
+def test_what_a_step_of_each_command_costs_is_told_with_where_it_holds() -> None:
+    costs = (Sensitivity(COST, "F1.sp", -240.0, 0.0249, 0.0261), slope("ACC-T-HIGH", "F1.sp", -320.0))
+    text = feedback_text(Advice((HOT,), attempts=(attempt(HOT),), sensitivities=costs), PLANT, "EUR")
+    assert "Cost per step, between the values in brackets: F1.sp +0.0005 -> -0.12 EUR (0.0249 to 0.0261)" in text
+    assert "On automatic, so without an effect per step: V2.man" in text
+    assert "Cost per step" not in told(attempt(HOT)) and cost_slopes_text((), PLANT, "EUR") == ""
+
+
+def test_a_permissive_is_told_with_its_meaning_and_a_target_with_its_formula() -> None:
+    text = told(attempt(finding("PRM-COOL", -0.02, "1", 0.0), finding("TARGET-reduced_load", -0.001, "L/s")))
+    cool = next(x for x in PLANT.limits.limits if x.name == "PRM-COOL")
+    assert f"PRM-COOL -0.02 at 0 s: {cool.formula.text} («{cool.description}»)" in text
+    assert f": {PLANT.machine.state('reduced_load').settled_when.text}" in text
+    guard = next(t for t in PLANT.machine.transitions if t.name == "t_restore").guard
+    assert f": {guard.text}" in told(attempt(finding("GUARD-t_restore", -1.0)))
+
+
+def test_what_was_decided_before_and_when_a_fallback_acts_is_told() -> None:
+    now = situation("fouling")
+    at_s = now.snapshot.at_s
+    text = situation_text(replace(now, earlier=("at 930 s wait 60 s by language",), act_by_s=at_s + 57.0), PLANT)
+    assert "Decided before: at 930 s wait 60 s by language." in text.splitlines()
+    assert "A fallback acts in 57 s unless something is released." in text.splitlines()
+    assert "Decided before" not in situation_text(now, PLANT)
 
 
 def test_the_worst_comes_first_in_scales_of_its_unit() -> None:
@@ -139,7 +183,7 @@ def test_there_is_an_end_to_what_is_told() -> None:
 
 def test_what_leaving_it_alone_violates_is_told_with_the_first_question() -> None:
     text = idle_text((HOT, FAR, STEADY), (slope("ACC-T-HIGH", "F1.sp", -320.0),), PLANT)
-    assert text.startswith("# What leaving it alone violates\nACC-STEADY -1.25 at 890 s: ")
+    assert text.startswith("# What leaving it alone violates\nACC-STEADY -1.25 at 890 s\n")
     assert text.endswith("(T1 <= 312.7); margin per step: F1.sp +0.0005 -> -0.16 K")
     assert idle_text((FAR,), (), PLANT) == "" and idle_text((), (), PLANT) == ""
 

@@ -19,7 +19,7 @@ from homeostat.agents.language.reprompting import (
 )
 from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.roles import NoAdmissiblePlan
-from homeostat.domain.advice import Advice, Attempt, Sensitivity
+from homeostat.domain.advice import COST, Advice, Attempt, Sensitivity
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.plant.state_machine import State
@@ -176,7 +176,7 @@ def test_an_answer_without_commands_keeps_the_path() -> None:
 def test_sensitivities_are_asked_for_what_is_violated_and_what_holds_only_just() -> None:
     desk = Desk(feed(-400.0))
     desk.advise(attempt(finding(-2.0), finding(0.05, "LIM-L-HIGH", unit="L"), finding(14.0, "LIM-T-LOW")))
-    assert desk.simulation.criteria == [("ACC-T-HIGH", "LIM-L-HIGH")]
+    assert desk.simulation.criteria == [("ACC-T-HIGH", "LIM-L-HIGH", COST)]
 
 
 # --- the same again ---------------------------------------------------------------------------------------------

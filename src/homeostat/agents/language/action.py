@@ -5,13 +5,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from homeostat.agents.hypotheses import plausible_faults
-from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in
-from homeostat.agents.language.feedback import feedback_text, idle_text
+from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in, no_value
+from homeostat.agents.language.feedback import cost_slopes_text, feedback_text, idle_text
 from homeostat.agents.language.situation import MOST_FINDINGS, worst_first
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
-from homeostat.domain.advice import Advice, Sensitivity
+from homeostat.domain.advice import COST, Advice, Sensitivity
 from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import ActionSet, RecoveryPath, open_setpoints
@@ -49,6 +49,8 @@ class LanguageAction:
         answer = await self._briefing.ask(order.question, order.kind, situation)
         if isinstance(answer, Unusable):
             return Revise(answer.findings)
+        if (none := no_value(answer)) is not None:
+            return Revise((none,))
         return ActionSet.along(path, lambda state: commands_in(state, answer, tags))
 
     def order(
@@ -58,12 +60,18 @@ class LanguageAction:
         faults, choices = plausible_faults(situation.diagnosis), open_setpoints(path.commanded_states)
         chosen = [state for state in path.commanded_states if state.open_setpoints]
         hard = [limit.name for limit in self._plant.limits.hard]
-        told = (feedback_text(advice, self._plant), idle_text(situation.idle, slopes, self._plant) if slopes else "")
+        currency = self._briefing.prices.currency
+        moves = any(s.criterion != COST for s in slopes)
+        told = (
+            feedback_text(advice, self._plant, currency),
+            idle_text(situation.idle, slopes, self._plant) if moves else "",
+            cost_slopes_text(slopes, self._plant, currency),
+        )
         values = {
-            "situation": self._briefing.told(situation, idle=not slopes),
+            "situation": self._briefing.told(situation, idle=not moves),
             "where": _where(path, chosen),
             "commands": "\n".join(self._describe(r, situation) for r in choices),
-            "feedback": "\n".join(told),
+            "feedback": "\n".join(filter(None, told)),
         }
         kind, states, tags = (
             action_type(choices, self._plant.tags_by_name),
@@ -85,7 +93,7 @@ class LanguageAction:
             return ()
         space = SearchSpace(path.machine.state(path.target), self._plant.tags_by_name)
         present = space.actions(present_point(space.state, situation.snapshot.values))
-        names = [f.criterion for f in worst_first(situation.idle, self._plant.scales)[:MOST_FINDINGS]]
+        names = [*(f.criterion for f in worst_first(situation.idle, self._plant.scales)[:MOST_FINDINGS]), COST]
         return await self._briefing.simulation.sensitivities(situation.diagnosis, present, (space.state,), names)
 
     def _describe(self, admitted: SetpointRange, situation: Situation) -> str:

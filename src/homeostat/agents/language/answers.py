@@ -18,8 +18,20 @@ from homeostat.domain.verdict import Finding
 
 ANSWER: Final = "CHK-ANSWER"
 """Name of the finding that an answer is not one of those that were asked for."""
+HELPLESS: Final = "CHK-NO-VALUE"
+"""Name of the finding that, as an action model says, no value of a path's commands helps."""
 MOST_REASONING: Final = 400
 """Longest reasoning [characters]."""
+MOST_TEXT: Final = 200
+"""Longest note, doubt, cause, request, or reason why no value helps [characters]."""
+LEAST_S: Final = 10.0
+"""Shortest wait or hold that is asked for [s]."""
+MOST_S: Final = 600.0
+"""Longest one [s]."""
+MOST_NAME: Final = 60
+"""Longest name of a component in an answer [characters]."""
+NO_VALUE: Final = "no_value_because"
+"""Field of an action model's answer in which it says why no value helps; its commands are not tried then."""
 MOST_SAID: Final = 4
 """Most errors of one answer that are reported."""
 MOST_ANSWER: Final = 20_000
@@ -30,6 +42,16 @@ NONE: Final = "none"
 AnswerType: TypeAlias = type[BaseModel]
 _STRICT: Final = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 _Reasoning: TypeAlias = Annotated[str, Field(max_length=MOST_REASONING)]
+_Text: TypeAlias = Annotated[str, Field(max_length=MOST_TEXT)]
+_Name: TypeAlias = Annotated[str, Field(max_length=MOST_NAME)]
+_Seconds: TypeAlias = Annotated[float, Field(ge=LEAST_S, le=MOST_S)]
+_ABOUT: Final = create_model("About", __config__=_STRICT, component=(_Name, ...), text=(_Text, ...))
+_REMARKS: Final[dict[str, Any]] = {
+    "note": (_Text | None, None),
+    "maintenance_request": (_ABOUT | None, None),
+    "unlisted_cause": (_ABOUT | None, None),
+}
+"""What may be said besides an answer; an answer without any of it is one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,10 +62,27 @@ class Unusable:
     """What is wrong with it."""
 
 
-def planning_type(paths: Sequence[str]) -> AnswerType:
-    """The answers that name one of ``paths``, or that none of them can help."""
+def planning_type(
+    paths: Sequence[str], doubted: Sequence[str] = (), tests: Sequence[str] = (), lasting: bool = False
+) -> AnswerType:
+    """The answers that name one of ``paths``, or that none of them can help.
+
+    ``doubted``: names of the hypotheses and permissives of which an answer may say that they are wrong; ``tests``: of
+    the test moves on offer. ``lasting``: that names one for good; otherwise it may be held for a stated time, or
+    nothing is done for one.
+    """
     options: Any = Literal[(*paths, NONE)]
-    return create_model("Planning", __config__=_STRICT, reasoning=(_Reasoning, ...), path=(options, ...))
+    fields: dict[str, Any] = {"reasoning": (_Reasoning, ...), "path": (options, ...), **_REMARKS}
+    if not lasting:
+        fields |= {"wait_s": (_Seconds | None, None), "hold_s": (_Seconds | None, None)}
+    if tests:
+        named: Any = Literal[(*tests,)]
+        fields["test"] = (named | None, None)
+    if doubted:
+        about: Any = Literal[(*doubted,)]
+        doubt = create_model("Doubt", __config__=_STRICT, about=(about, ...), text=(_Text, ...))
+        fields["doubt"] = (doubt | None, None)
+    return create_model("Planning", __config__=_STRICT, **fields)
 
 
 def action_type(choices: Sequence[SetpointRange], tags: Mapping[str, Tag]) -> AnswerType:
@@ -61,7 +100,8 @@ def action_type(choices: Sequence[SetpointRange], tags: Mapping[str, Tag]) -> An
             text += "; null: automatic"
         fields[f"command_{k}"] = (kind, Field(alias=r.tag, description=text))
     commands = create_model("Commands", __config__=_STRICT, **fields)
-    return create_model("Action", __config__=_STRICT, reasoning=(_Reasoning, ...), commands=(commands, ...))
+    said: dict[str, Any] = {"reasoning": (_Reasoning, ...), "commands": (commands, ...), NO_VALUE: (_Text | None, None)}
+    return create_model("Action", __config__=_STRICT, **said)
 
 
 def reprompting_type() -> AnswerType:
@@ -72,7 +112,10 @@ def reprompting_type() -> AnswerType:
 
 
 def schema(kind: AnswerType) -> dict[str, object]:
-    """JSON schema of an answer, without references and titles, which some servers do not know."""
+    """JSON schema of an answer, without references and titles, which some servers do not know.
+
+    Whatever may be left out may be null as well, and is required: strict servers admit nothing else.
+    """
     raw = kind.model_json_schema(by_alias=True)
     resolved = _plain(raw, raw.get("$defs", {}))
     assert isinstance(resolved, dict)
@@ -123,6 +166,15 @@ def unusable(*reasons: str) -> Unusable:
     return Unusable(tuple(Finding(ANSWER, Owner.ACTION, -math.inf, "1", 0.0, 0, reason) for reason in reasons))
 
 
+def no_value(answer: BaseModel) -> Finding | None:
+    """Why an answer of :func:`action_type` says that no value helps; None where it does not."""
+    reason = answer.model_dump().get(NO_VALUE)
+    if not reason:
+        return None
+    text = f"no value helps, because {quoted(reason, MOST_TEXT)}"
+    return Finding(HELPLESS, Owner.PLANNING, -math.inf, "1", 0.0, 0, text)
+
+
 def _multiple(value: float, increment: float | None) -> float:
     """The multiple of ``increment`` that ``value`` stands for: equal commands are equal however they are spelled."""
     return (value if increment is None else round(round(value / increment) * increment, 9)) + 0.0
@@ -161,4 +213,7 @@ def _plain(node: object, definitions: Mapping[str, object]) -> object:
         return node
     if "$ref" in node:
         return _plain(definitions[str(node["$ref"]).rpartition("/")[2]], definitions)
-    return {k: _plain(v, definitions) for k, v in node.items() if k not in ("title", "$defs")}
+    plain = {k: _plain(v, definitions) for k, v in node.items() if k not in ("title", "default", "$defs")}
+    if isinstance(fields := plain.get("properties"), dict):
+        plain["required"] = list(fields)
+    return plain

@@ -1,12 +1,15 @@
 """Feedback: what earlier attempts violated, and which command moves which margin how far."""
 
+import math
 from collections.abc import Mapping, Sequence
 
 from homeostat.agents.language.prompt_files import fill
 from homeostat.agents.language.situation import MOST_FINDINGS, margin_text, nearest, worst_first
-from homeostat.domain.advice import Advice, Attempt, Sensitivity
+from homeostat.domain.advice import COST, Advice, Attempt, Sensitivity
+from homeostat.domain.alternative import AlternativeKind
+from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.domain.plant.limits import Criterion, Limit, Limits
+from homeostat.domain.plant.limits import Criterion, Limit, LimitKind
 from homeostat.domain.quotation import quote
 from homeostat.domain.verdict import Finding
 
@@ -14,18 +17,22 @@ LEAST_EFFECT = 1e-3
 """A change of margin per increment below this many scales is shown as none [1]."""
 
 
-def feedback_text(advice: Advice, plant: PlantDescription) -> str:
-    """A table of every earlier attempt, and the last one's violations with their sensitivities; empty before any."""
+def feedback_text(advice: Advice, plant: PlantDescription, currency: str = "") -> str:
+    """A table of every earlier attempt, and the last one's violations with their sensitivities; empty before any.
+
+    ``currency``: what costs are in.
+    """
     if not advice.attempts:
         return ""
     scales = plant.scales
     shown = worst_first(advice.findings, scales)[:MOST_FINDINGS]
-    violated = [_told(f, advice.sensitivities, plant) for f in shown]
     judged = _last_judged(advice)
+    violated = [_told(f, advice.sensitivities, plant, judged) for f in shown]
+    costs = (cost_slopes_text(advice.sensitivities, plant, currency), _automatic(judged))
     values = {
         "attempts": "\n".join(_attempt(attempt, scales) for attempt in advice.attempts),
         "number": str(judged.number),
-        "violated": "\n".join((*violated, *_near(advice, plant))) or "nothing that was judged",
+        "violated": "\n".join((*violated, *_near(advice, plant), *filter(None, costs))) or "nothing that was judged",
         "hint": f"Advice: {quote(advice.hint, 200)}" if advice.hint else "",
     }
     return fill("feedback", values)
@@ -36,7 +43,7 @@ def _near(advice: Advice, plant: PlantDescription) -> list[str]:
     told = []
     for f in nearest(_last_judged(advice).verdict.findings, plant.scales):
         if any(s.criterion == f.criterion and s.slope for s in advice.sensitivities):
-            told.append(f"holds only just: {_told(f, advice.sensitivities, plant)}")
+            told.append(f"holds only just: {_told(f, advice.sensitivities, plant, _last_judged(advice))}")
     return told
 
 
@@ -45,9 +52,39 @@ def _last_judged(advice: Advice) -> Attempt:
     return next((a for a in reversed(advice.attempts) if a.members), advice.attempts[-1])
 
 
-def _told(finding: Finding, slopes: Sequence[Sensitivity], plant: PlantDescription) -> str:
-    """One finding with its formula, and what one step of each command does to it."""
-    return f"{margin_text(finding)}: {_formula(finding.criterion, plant.limits)}{_effects(finding, slopes, plant)}"
+def _told(
+    finding: Finding, slopes: Sequence[Sensitivity], plant: PlantDescription, judged: Attempt | None = None
+) -> str:
+    """One finding, the hypothesis that fails, its formula, and what one step of each command does to it."""
+    under = None if judged is None else judged.under(finding.member)
+    failing = "" if under is None else f" under {_named(under)}"
+    formula, effects = _formula(finding.criterion, plant), _effects(finding, slopes, plant)
+    rest = f": {formula}" if formula else ""
+    return f"{margin_text(finding)}{failing}{rest}{effects}"
+
+
+def _named(hypothesis: Hypothesis) -> str:
+    """Its faults with their sizes: ``cool_stuck_closed 0.7``."""
+    return " + ".join(f"{f.fault} {f.severity:.3g}" for f in hypothesis.faults) or "nothing is wrong"
+
+
+def cost_slopes_text(slopes: Sequence[Sensitivity], plant: PlantDescription, currency: str) -> str:
+    """What one step of each command changes in cost, and between which values that was looked at; empty for none."""
+    told = []
+    for s in slopes:
+        if s.criterion == COST and math.isfinite(s.slope):
+            step = plant.tag(s.tag).increment or plant.tag(s.tag).scale
+            told.append(f"{s.tag} {step:+g} -> {s.slope * step:+.2g} {currency} ({s.low:.4g} to {s.high:.4g})")
+    return f"Cost per step, between the values in brackets: {', '.join(told)}" if told else ""
+
+
+def _automatic(judged: Attempt) -> str:
+    """The commands that an attempt left on automatic; empty for none."""
+    if judged.actions is None or judged.path is None:
+        return ""
+    chosen = judged.actions.choices(judged.path.commanded_states)
+    names = [tag for tag, value in chosen.items() if value is None]
+    return f"On automatic, so without an effect per step: {', '.join(names)}" if names else ""
 
 
 def idle_text(findings: Sequence[Finding], slopes: Sequence[Sensitivity], plant: PlantDescription) -> str:
@@ -60,6 +97,8 @@ def idle_text(findings: Sequence[Finding], slopes: Sequence[Sensitivity], plant:
 
 def command_text(attempt: Attempt) -> str:
     """What was chosen in an attempt: ``T1.sp=310 F1.sp=0.0255``."""
+    if attempt.kind is AlternativeKind.WAIT:
+        return "nothing released"
     if attempt.actions is None or attempt.path is None:
         return "no usable commands"
     chosen = attempt.actions.choices(attempt.path.commanded_states)
@@ -69,13 +108,27 @@ def command_text(attempt: Attempt) -> str:
 
 def _attempt(attempt: Attempt, scales: Mapping[str, float]) -> str:
     path = " > ".join(attempt.path.states) if attempt.path else "no usable path"
+    if attempt.kind is AlternativeKind.WAIT:
+        path = f"wait {attempt.seconds:g} s"
+    elif attempt.kind is not AlternativeKind.RELEASE:
+        path = f"{attempt.kind.value} {path} for {attempt.seconds:g} s"
     worst = "; ".join(margin_text(f) for f in worst_first(attempt.verdict.findings, scales)[:3])
     return f"{attempt.number}. {path}: {command_text(attempt)}: {worst}"
 
 
-def _formula(name: str, limits: Limits) -> str:
-    rules: tuple[Criterion | Limit, ...] = (*limits.criteria, *limits.limits)
-    return next((rule.formula.text for rule in rules if rule.name == name), "")
+def _formula(name: str, plant: PlantDescription) -> str:
+    """What a finding is about as a formula, a permissive with its meaning; empty where it is no formula."""
+    rules: tuple[Criterion | Limit, ...] = (*plant.limits.criteria, *plant.limits.limits)
+    for rule in rules:
+        if rule.name == name:
+            needed = isinstance(rule, Limit) and rule.kind is LimitKind.PERMISSIVE
+            return f"{rule.formula.text} ({quote(rule.description, 80)})" if needed else rule.formula.text
+    kind, _, about = name.partition("-")
+    if kind == "TARGET":
+        return next((s.settled_when.text for s in plant.machine.states if s.name == about), "")
+    if kind == "GUARD":
+        return next((t.guard.text for t in plant.machine.transitions if t.name == about), "")
+    return ""
 
 
 def _effects(finding: Finding, slopes: Sequence[Sensitivity], plant: PlantDescription) -> str:

@@ -17,9 +17,11 @@ STEP_ATTEMPTS = 12
 
 def language_proposer(by: Briefing, attempts: int | None = None) -> Proposer:
     """Planning, action and reprompting with the model of a briefing."""
-    return Proposer(NAME, LanguagePlanning(by), LanguageAction(by), TeachingReprompting(by), attempts or ATTEMPTS)
+    asked = LanguagePlanning(by), LanguageAction(by), TeachingReprompting(by)
+    return Proposer(NAME, *asked, attempts or ATTEMPTS, remarks=by.said)
 
 
 def step_proposer(by: Briefing, attempts: int | None = None) -> Proposer:
     """As :func:`language_proposer`, but asking for one step of the machine at a time."""
-    return Proposer(NAME, StepPlanning(by), StepAction(by), StepReprompting(by), attempts or STEP_ATTEMPTS)
+    asked = StepPlanning(by), StepAction(by), StepReprompting(by)
+    return Proposer(NAME, *asked, attempts or STEP_ATTEMPTS, remarks=by.said)

@@ -8,14 +8,15 @@ from dataclasses import replace
 from typing import Final
 
 from homeostat.agents.grounding.context import nothing
-from homeostat.agents.language.answers import Unusable, reprompting_type
+from homeostat.agents.language.answers import ANSWER, Unusable, reprompting_type
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.prompt_files import PROMPTS
 from homeostat.agents.language.reach import curable
 from homeostat.agents.language.situation import MOST_FINDINGS, nearest, situation_text, worst_first
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
-from homeostat.domain.advice import Advice, Attempt, Sensitivity
+from homeostat.domain.advice import COST, Advice, Attempt, Sensitivity
+from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import open_setpoints
 from homeostat.domain.verdict import REPEATED, Approve, Finding
@@ -24,6 +25,8 @@ TRIES: Final = 4
 """Attempts on one path before another one is asked for."""
 PROGRESS: Final = 0.9
 """A path is given up when the worst violation is not reduced to this share of what it was before [1]."""
+_WAITED: Final = "Until then, or with what follows, too much is violated: name a shorter time, or a path."
+"""What is said to a wait that nothing but limits refuses."""
 MOST_REPEATS: Final = 2
 """A model that says again what was refused this often has nothing more to say."""
 
@@ -43,6 +46,10 @@ class TeachingReprompting:
         if any(f.criterion == REPEATED for f in violated):
             return self._repeated(attempt, before)
         hint = known_hint(violated)
+        if attempt.kind in (AlternativeKind.WAIT, AlternativeKind.TEST):
+            # It refuses no path; what was learnt of the commands on the one that was kept is still what is known.
+            refused = before.refused_paths
+            return Advice(violated, Owner.PLANNING, refused_paths=refused, hint=hint or _WAITED)
         if attempt.actions is None and before.keep_path is not None:
             # An answer that was none says nothing about the commands: what was learnt of them before still holds.
             route = self._route(attempt, violated, (), before)
@@ -50,7 +57,7 @@ class TeachingReprompting:
             return _placed(attempt, before, Advice(found, route, sensitivities=before.sensitivities, hint=hint))
         slopes = await self._slopes(situation, attempt, violated)
         route = self._route(attempt, violated, slopes, before)
-        if not hint and not any(s.slope for s in slopes):
+        if not hint and not any(s.slope for s in slopes if s.criterion != COST):
             route, hint = await self._asked(situation, attempt, before, violated, route)
         return _placed(attempt, before, Advice(violated, route, sensitivities=slopes, hint=hint))
 
@@ -69,7 +76,7 @@ class TeachingReprompting:
             return ()
         scales = self._plant.scales
         near = nearest(attempt.verdict.findings, scales)
-        names = [f.criterion for f in (*worst_first(violated, scales)[:MOST_FINDINGS], *near)]
+        names = [*(f.criterion for f in (*worst_first(violated, scales)[:MOST_FINDINGS], *near)), COST]
         return await self._briefing.simulation.sensitivities(
             situation.diagnosis, attempt.actions, attempt.path.commanded_states, names
         )
@@ -117,10 +124,12 @@ class TeachingReprompting:
 
 
 def _placed(attempt: Attempt, before: Advice, found: Advice) -> Advice:
-    """``found`` with the path of ``attempt`` kept for another try, or refused."""
+    """``found`` with the path of ``attempt`` kept for another try, or refused; an answer that was none refuses none."""
     if found.route is Owner.ACTION and attempt.path is not None:
-        return replace(found, keep_path=attempt.path, tries=before.tries + 1, refused_paths=before.refused_paths)
-    refused = () if attempt.path is None else (attempt.path.commanded,)
+        kept = replace(found, keep_path=attempt.path, keep_s=attempt.seconds, tries=before.tries + 1)
+        return replace(kept, refused_paths=before.refused_paths)
+    unread = any(f.criterion == ANSWER for f in attempt.verdict.findings)
+    refused = () if attempt.path is None or unread else (attempt.path.commanded,)
     return Advice(found.findings, Owner.PLANNING, refused_paths=(*before.refused_paths, *refused), hint=found.hint)
 
 

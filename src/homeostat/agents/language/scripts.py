@@ -10,6 +10,7 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
+from homeostat.agents.language.answers import LEAST_S, NONE
 from homeostat.llm.model import Question
 
 Point: TypeAlias = Mapping[str, float | None]
@@ -37,6 +38,13 @@ _ADMITTED: Final = re.compile(
 )
 _FINE: Final = "Without action: every criterion holds."
 _SAME: Final = re.compile(r"^- (?P<path>[^:]*): .*; this is what follows without action$", re.MULTILINE)
+_STATES: Final = re.compile(r"an hour in a state: (?P<prices>.*?)(?:;|\.(?:\s|$))")
+_PRICED: Final = re.compile(rf"(?P<price>{_NUMBER}) (?P<names>[^,]+)")
+_ACTS: Final = re.compile(r"^A fallback acts in (?P<left>\d+) s ", re.MULTILINE)
+DEAR: Final = 4.0
+"""Price of a state in which a careful model does not stay for good, in the plant's currency an hour."""
+HELD_S, KEPT_S = 60.0, 35.0
+"""How long it holds, and what it keeps of the time until a fallback acts [s]."""
 RESERVE: Final = 0.05
 """Margin that is wanted beyond zero, in the margin's unit."""
 MOVES: Final = 201
@@ -83,7 +91,32 @@ def stubborn(question: Question) -> str:
     return json.dumps({"reasoning": "as always", "commands": commands})
 
 
-SCRIPTS: Final[Mapping[str, Callable[[Question], str]]] = {"reasonable": reasonable, "stubborn": stubborn}
+def careful(question: Question) -> str:
+    """As :func:`reasonable`, but a test that is on offer comes first, a dear state is held for a while only, and where
+    a fallback need not act soon it is waited a little; once something of its own was refused it is reasonable."""
+    planned: dict[str, Any] = json.loads(reasonable(question))
+    if question.agent != "planning" or "# Refused so far" in question.prompt:
+        return json.dumps(planned)
+    schema: Any = question.schema
+    tests = schema["properties"].get("test")
+    if tests is not None:
+        named = next(option for option in tests["anyOf"] if option["type"] == "string")
+        name = named["const"] if "const" in named else named["enum"][0]
+        return json.dumps({"reasoning": "it tells what is wrong", "path": NONE, "test": name})
+    left = _ACTS.search(question.prompt)
+    if _price(question, planned["path"]) >= DEAR:
+        return json.dumps({**planned, "reasoning": "what passes needs no dear state for good", "hold_s": HELD_S})
+    wait_s = 0.0 if left is None else 10.0 * ((float(left["left"]) - KEPT_S) // 10.0)
+    if wait_s >= LEAST_S:
+        return json.dumps({"reasoning": "there is time", "path": NONE, "wait_s": min(wait_s, HELD_S)})
+    return json.dumps(planned)
+
+
+SCRIPTS: Final[Mapping[str, Callable[[Question], str]]] = {
+    "reasonable": reasonable,
+    "stubborn": stubborn,
+    "careful": careful,
+}
 """Name -> script."""
 
 
@@ -99,6 +132,16 @@ def _change(question: Question) -> str:
     if _FINE in question.prompt:
         return (*same, *paths)[0]
     return next((path for path in paths if path not in same), paths[0])
+
+
+def _price(question: Question, path: str) -> float:
+    """What an hour in the state costs that ``path`` ends in; 0 where the price list does not say."""
+    section = _STATES.search(question.system)
+    end = path.rpartition(" > ")[2]
+    for found in _PRICED.finditer("" if section is None else section["prices"]):
+        if end in found["names"].split(" or "):
+            return float(found["price"])
+    return 0.0
 
 
 def _admitted(question: Question) -> dict[str, float]:

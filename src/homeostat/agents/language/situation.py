@@ -9,7 +9,7 @@ import numpy as np
 from homeostat.agents.roles import Situation
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.plant.description import PlantDescription, Relation
-from homeostat.domain.quotation import quote
+from homeostat.domain.quotation import quote, quoted
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding
 
@@ -37,6 +37,8 @@ def situation_text(situation: Situation, plant: PlantDescription, notes: Sequenc
         *_hypotheses(situation.diagnosis.hypotheses, plant),
         f"Now (change per minute): {_tags(situation, plant)}.",
         f"Without action: {_idle(situation.idle, plant.scales)}." if idle else "",
+        _acts(situation),
+        f"Decided before: {'; '.join(quoted(line, 120) for line in situation.earlier)}." if situation.earlier else "",
     ]
     lines += [f"Operator's note: {quote(note, NOTE_LIMIT)}" for note in notes[:3]]
     return "\n".join(line for line in lines if line)
@@ -61,6 +63,22 @@ def margin_text(finding: Finding) -> str:
     return f"{finding.criterion} {finding.margin:+.3g}{unit} at {finding.at_s:.0f} s"
 
 
+def ranked(hypotheses: Sequence[Hypothesis]) -> list[list[Hypothesis]]:
+    """The hypotheses of all sizes by the combination of faults that they name, the most probable combination first."""
+    by_name: dict[str, list[Hypothesis]] = {}
+    for hypothesis in hypotheses:
+        by_name.setdefault(hypothesis.name, []).append(hypothesis)
+    return sorted(by_name.values(), key=lambda group: -sum(h.probability for h in group))
+
+
+def _acts(situation: Situation) -> str:
+    """When a fallback acts; empty where none need."""
+    if situation.act_by_s is None:
+        return ""
+    left_s = max(situation.act_by_s - situation.snapshot.at_s, 0.0)
+    return f"A fallback acts in {left_s:.0f} s unless something is released."
+
+
 def _symptoms(situation: Situation, plant: PlantDescription) -> str:
     words = {rule.name: rule.description for rule in plant.symptom_rules}
     seen = sorted(situation.diagnosis.symptoms, key=lambda s: -s.severity)[:MOST_FINDINGS]
@@ -70,12 +88,8 @@ def _symptoms(situation: Situation, plant: PlantDescription) -> str:
 
 def _hypotheses(hypotheses: Sequence[Hypothesis], plant: PlantDescription) -> list[str]:
     """One line per combination of faults, with the range of its sizes."""
-    by_name: dict[str, list[Hypothesis]] = {}
-    for hypothesis in hypotheses:
-        by_name.setdefault(hypothesis.name, []).append(hypothesis)
-    ranked = sorted(by_name.values(), key=lambda group: -sum(h.probability for h in group))
     lines = []
-    for group in ranked[:MOST_FINDINGS]:
+    for group in ranked(hypotheses)[:MOST_FINDINGS]:
         told = []
         for k, first in enumerate(group[0].faults):
             fault = plant.fault_mode(first.fault)

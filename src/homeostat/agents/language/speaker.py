@@ -1,7 +1,8 @@
 """Asking: what the agents of one language model share, one question to it, and its answer as one of those asked for."""
 
+import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
 from pydantic import BaseModel
@@ -11,6 +12,7 @@ from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, read, schema, unusable
 from homeostat.agents.language.price_list import cost_text, price_list
 from homeostat.agents.language.prompt_files import fill, prompt_file, template_sha256
+from homeostat.agents.language.remarks import Said
 from homeostat.agents.language.situation import situation_text
 from homeostat.agents.roles import NoAdmissiblePlan, Simulation, Situation
 from homeostat.domain.plant.description import PlantDescription
@@ -23,8 +25,8 @@ Find: TypeAlias = Callable[[int], Context]
 """Finds a context of at most so many tokens."""
 MOST_S: Final = 20.0
 """Longest time for one answer where nothing is said, wall-clock [s]."""
-BUDGET: Final = 2000
-"""Tokens of a question without its schema, as they are estimated; more only where ``LEAST_GRAPH`` does not fit."""
+BUDGET: Final = 2500
+"""Tokens of a question with its schema, as they are estimated; more only where ``LEAST_GRAPH`` does not fit."""
 OMISSION: Final = 50
 """Tokens of the sentence on what does not fit."""
 MOST_GRAPH: Final = 900
@@ -55,6 +57,8 @@ class Briefing:
     """Longest time for one answer, wall-clock [s]."""
     hurried: bool = True
     """Whether an answer must come in the process time that is left, too: not where what thinking costs is declared."""
+    said: Said = field(default_factory=Said)
+    """What its answers said besides proposals."""
 
     async def ask(self, question: Question, kind: AnswerType, situation: Situation) -> BaseModel | Unusable:
         """The answer, or what is wrong with it; NoAdmissiblePlan where there is none and asking again is no help."""
@@ -65,7 +69,11 @@ class Briefing:
             if error.failure in ANSWERED:
                 return unusable(str(error))
             raise NoAdmissiblePlan(f"{self.model.name}: {error}") from error
-        return read(kind, reply.answer)
+        answer = read(kind, reply.answer)
+        if isinstance(answer, Unusable):
+            return answer
+        self.said.take(question.agent, answer, {component.name for component in self.plant.components})
+        return answer
 
     def told(self, situation: Situation, idle: bool = True) -> str:
         """``situation`` in words, operators' notes, and what doing nothing costs; ``idle``: and violates."""
@@ -89,9 +97,10 @@ class Briefing:
             "prices": price_list(self.prices, self.plant.limits, self.plant.scales),
         }
         system, prompt = fill(f"{agent}.system", role, by), f"{agent}.prompt"
-        shown = find(room(system, fill(prompt, {**values, "turtle": "", "omission": ""}, by)))
+        asked = schema(kind)
+        shown = find(room(system, fill(prompt, {**values, "turtle": "", "omission": ""}, by), json.dumps(asked)))
         filled = fill(prompt, {**values, "turtle": shown.text, "omission": shown.omission}, by)
-        return Question(agent, situation.snapshot.at_s, system, filled, schema(kind), template_sha256(agent, by))
+        return Question(agent, situation.snapshot.at_s, system, filled, asked, template_sha256(agent, by))
 
 
 def room(*texts: str) -> int:

@@ -5,12 +5,20 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from homeostat.agents.hypotheses import plausible_faults
-from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in, open_range
+from homeostat.agents.language.answers import (
+    AnswerType,
+    Unusable,
+    action_type,
+    bounds,
+    commands_in,
+    no_value,
+    open_range,
+)
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.reprompting import TeachingReprompting, is_inadmissible
 from homeostat.agents.language.speaker import Briefing
-from homeostat.agents.roles import Situation
+from homeostat.agents.roles import Plan, Situation
 from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
 from homeostat.agents.search.planning import open_paths
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
@@ -38,8 +46,9 @@ class StepPlanning(LanguagePlanning):
     """Asks for the state that is entered next; what may follow it is looked for, and tried before it is asked again."""
 
     TASK = "planning.step"
+    LASTING = True
 
-    async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath | Revise:
+    async def plan(self, situation: Situation, advice: Advice) -> Plan | Revise:
         """A path whose first step is the one that the model names."""
         paths = _steps(open_paths(self._plant, self._grounding, situation, advice))
         further = next((path for path in paths if went_on(path, advice)), None)
@@ -77,6 +86,8 @@ class StepAction:
         answer = await self._briefing.ask(asked, kind, situation)
         if isinstance(answer, Unusable):
             return Revise(answer.findings)
+        if (none := no_value(answer)) is not None:
+            return Revise((none,))
         opened = replace(state, setpoints=self._actuators(state))
         return self._along(path, situation, commands_in(opened, answer, self._plant.tags_by_name))
 
@@ -119,7 +130,8 @@ class StepAction:
         tag = self._plant.tag(actuator.tag)
         low, high = bounds(actuator, tag)
         now = situation.snapshot.values.get(tag.name, math.nan)
-        present = "not known" if math.isnan(now) else f"{now:.6g}"
+        unset = "automatic" if actuator.design is None else "not known"
+        present = unset if math.isnan(now) else f"{now:.6g}"
         return f"- {tag.name} {quote(tag.description, 60)}: {low:g} to {high:g}; now {present}"
 
 

@@ -26,8 +26,6 @@ from homeostat.twin.twin import Interruption, Twin
 
 CERTAIN = 1.0 - PLAUSIBLE
 """What is at least this probable is acted on alone, and nothing is done to learn more [1]."""
-LEAST = 0.02
-"""Production that a probe is expected to win at least, beyond what it costs [1]."""
 LEVELS, SCATTERED = 5, 8
 """Values of each setpoint, and points beside, that stand for what a state could be answered with."""
 
@@ -120,7 +118,7 @@ class _Work:
                 cost = move.once + share * (move.risk + stakes.regret(costs[k]))
                 value = stakes.value * stakes.told_apart(nats[k])
                 found.append(Probe(move.actions, move.path, apart, between, value, cost))
-        return tuple(sorted((p for p in found if p.value - p.cost >= LEAST), key=lambda p: p.cost - p.value))
+        return tuple(sorted((p for p in found if p.value > p.cost), key=lambda p: p.cost - p.value))
 
     def _stakes(self, opened: Sequence[Sequence[RecoveryPath]], also: Sequence[ActionSet]) -> tuple[Table, Stakes]:
         """Costs of every answer, those of ``also`` first, shape (answers, explanations), and what is at stake."""

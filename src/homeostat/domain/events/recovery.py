@@ -4,11 +4,12 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from homeostat.domain.advice import Attempt
-from homeostat.domain.alternative import Alternative
+from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.certificate import Certificate
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
 from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.remark import Remark, RemarkKind
 from homeostat.domain.verdict import Approve, Deviation, Finding
 
 
@@ -79,6 +80,10 @@ class Attempted:
     """What it is expected to cost; None where nothing was rolled out, and in records that are older."""
     polished: bool = False
     """Whether the search bettered the numbers of whoever proposed it."""
+    what: AlternativeKind = AlternativeKind.RELEASE
+    """Whether it is to last, or a wait, a hold or a test."""
+    seconds: float = 0.0
+    """How long it lasts before the plant is looked at again [s]; 0 for what is to last."""
 
     @classmethod
     def of(cls, proposer: str, attempt: Attempt) -> Self:
@@ -87,7 +92,15 @@ class Attempted:
         states = attempt.path.states if attempt.path else ()
         commands, digest = (actions.commands, actions.digest) if actions else ((), "")
         approved = isinstance(verdict, Approve)
-        judged = approved, verdict.findings, attempt.members, attempt.cost, attempt.polished
+        judged = (
+            approved,
+            verdict.findings,
+            attempt.members,
+            attempt.cost,
+            attempt.polished,
+            attempt.kind,
+            attempt.seconds,
+        )
         return cls(attempt.number, proposer, states, commands, digest, *judged)
 
 
@@ -101,7 +114,7 @@ class Compared:
     alternatives: tuple[Alternative, ...]
     """All of it, the cheapest first."""
     chosen: str
-    """Digest of the action set that is to be released; empty where nothing is."""
+    """Digest of what is to be done; empty where the plant is left alone or a fallback acts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +126,28 @@ class GaveUp:
     """Who gave up."""
     reason: str
     """Why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Remarked:
+    """A proposer said something besides its proposal; people read it, and nothing is decided by it."""
+
+    kind: ClassVar[str] = "remarked"
+    proposer: str
+    """Who said it."""
+    agent: str
+    """Which of its agents: ``planning`` or ``action``."""
+    remark: RemarkKind
+    """What it is."""
+    about: str
+    """Component, hypothesis or permissive that it is about, by its name; empty where it is about none."""
+    text: str
+    """What was said."""
+
+    @classmethod
+    def of(cls, proposer: str, remark: Remark) -> Self:
+        """The event of one remark."""
+        return cls(proposer, remark.agent, remark.kind, remark.about, remark.text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +177,21 @@ class NoActionTaken:
     """State in which the plant was left."""
     min_margin: float
     """Least margin over the criteria, each in its own unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Waited:
+    """Nothing is released now, because it costs less to wait for a stated time and to look again."""
+
+    kind: ClassVar[str] = "waited"
+    proposer: str
+    """Who proposed it."""
+    seconds: float
+    """How long [s]."""
+    follows: str
+    """What is expected to follow: the path of a proposal, or the name of a fallback."""
+    nuisance: tuple[str, ...] = ()
+    """Permissives and guards that refuse what follows now and will not then; empty where there is another reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,12 +229,21 @@ class ReleasedActions:
     """What follows, in order."""
     certificate: Certificate | None = None
     """Bound of the probability that a hard limit is violated; None in records that are older than this field."""
+    for_s: float = 0.0
+    """How long it is held before the plant is looked at again [s]; 0 where it is to last."""
 
     @classmethod
-    def of(cls, proposer: str, actions: ActionSet, min_margin: float, certificate: Certificate | None = None) -> Self:
+    def of(
+        cls,
+        proposer: str,
+        actions: ActionSet,
+        min_margin: float,
+        certificate: Certificate | None = None,
+        for_s: float = 0.0,
+    ) -> Self:
         """The event of one release."""
         steps = tuple(LaterStep(s.transition.name, str(s.transition.guard), s.target, s.commands) for s in actions.then)
-        told = actions.end, min_margin, actions.target, steps, certificate
+        told = actions.end, min_margin, actions.target, steps, certificate, for_s
         return cls(proposer, actions.commands, actions.digest, *told)
 
 
@@ -238,6 +297,8 @@ class Probed:
     """Production that knowing more is expected to win, as a fraction of the design rate [1]."""
     cost: float
     """Production that is expected to be lost meanwhile, and what moving costs [1]."""
+    proposer: str = "search"
+    """Who proposed it."""
 
 
 @dataclass(frozen=True, slots=True)

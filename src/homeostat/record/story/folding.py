@@ -11,7 +11,9 @@ from homeostat.record.story.line import Line, Tone
 
 ATTEMPT: Final = "proposed"
 """Label of the line of an attempt."""
-SAID_ONCE: Final = frozenset({"review", "armed", "gave up", "no action"})
+SAID_ONCE: Final = frozenset(
+    {"review", "armed", "gave up", "no action", "reasoning", "note", "request", "doubt", "suspects"}
+)
 """Labels of lines that are told again only where they say something else."""
 NEWS: Final = frozenset({"released", "fallback", "reset", "trip"})
 """Labels of lines after which everything is told again."""

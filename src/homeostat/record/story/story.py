@@ -2,7 +2,9 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Final
 
+from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.diagnosis import FaultState, by_fault_set
 from homeostat.domain.disturbance import Disturbance
 from homeostat.domain.events.guard import StateEntered
@@ -20,18 +22,21 @@ from homeostat.domain.events.recovery import (
     ProbeEnded,
     ReleasedActions,
     ReleaseRefused,
+    Remarked,
     Retrieved,
+    Waited,
 )
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.domain.quotation import printable, quoted
+from homeostat.domain.quotation import printable, quote, quoted
+from homeostat.domain.remark import RemarkKind
 from homeostat.journal import Event, RunFinished, RunStarted
 from homeostat.journal.calls import ModelCalled
 from homeostat.record.run_record import RunRecord
 from homeostat.record.story.folding import ATTEMPT, Folding
 from homeostat.record.story.guard import GuardStory
 from homeostat.record.story.line import Line, Tone
-from homeostat.record.story.wording import commands, compared, named, probabilities, quantity, who, worst
+from homeostat.record.story.wording import commands, compared, lasting, named, probabilities, quantity, who, worst
 
 _MOST_DETAIL = 400
 """Longest reason why a model did not answer [characters]."""
@@ -98,12 +103,15 @@ class Story:
                 yield _call(event, at_s)
             case Attempted():
                 yield self._attempt(event, at_s)
+            case Remarked():
+                yield _remark(event, at_s)
             case Compared() if event.chosen or self.record.acted_s is None:
                 yield Line(at_s, "compared", compared(event), Tone.MUTED)
             case GaveUp() if self.record.acted_s is None:
                 yield Line(at_s, "gave up", event.reason, Tone.MUTED)
             case ReleasedActions():
-                yield Line(at_s, "released", commands(event.commands, self._plant), Tone.GOOD)
+                held = f", for {event.for_s:g} s" if event.for_s else ""
+                yield Line(at_s, "released", commands(event.commands, self._plant) + held, Tone.GOOD)
             case ReleaseRefused():
                 text = f"{event.proposer}: the release check, because {printable(event.reason)}"
                 yield Line(at_s, "refused", text, Tone.WARNING)
@@ -112,6 +120,8 @@ class Story:
                 yield Line(at_s, "no action", f"{needed} in {event.state!r}", Tone.MUTED)
             case Probed():
                 yield _probe(event, at_s)
+            case Waited():
+                yield _wait(event, at_s)
             case ProbeEnded():
                 said = f"{100 * event.probability:.0f} % {event.likeliest}"
                 text = f"told apart: {said}" if event.told else f"not told apart: {said} at most"
@@ -161,11 +171,21 @@ class Story:
 
     def _attempt(self, event: Attempted, at_s: float) -> Line:
         verdict = "approved," if event.approved else "refused because"
-        text = f"{event.number} by {who(event.proposer, event.polished)}, {' > '.join(event.path)}"
-        if self.record.acted_s is None:  # a review's proposal is told in full only where it is released
+        way = lasting(event) or " > ".join(event.path)
+        text = f"{event.number} by {who(event.proposer, event.polished)}, {way}"
+        # A review's proposal is told in full only where it is released, and a wait commands nothing.
+        if self.record.acted_s is None and event.what is not AlternativeKind.WAIT:
             text += f": {commands(event.commands, self._plant)}"
         text += f"; {verdict} {worst(event.findings, self._scales)}"
         return Line(at_s, ATTEMPT, text, Tone.PLAIN if event.approved else Tone.MUTED)
+
+
+def _wait(event: Waited, at_s: float) -> Line:
+    """Nothing is released for a while, who says so, and what refuses now and will not then."""
+    text = f"{event.seconds:g} s by {event.proposer}, then {event.follows}"
+    if event.nuisance:
+        text += f"; a nuisance: {', '.join(event.nuisance)} refuses it now and clears by itself"
+    return Line(at_s, "waits", text)
 
 
 def _probe(event: Probed, at_s: float) -> Line:
@@ -173,6 +193,23 @@ def _probe(event: Probed, at_s: float) -> Line:
     what = f"{event.state or 'a wait'} for {event.seconds:g} s to tell {event.apart[0]} from {event.apart[1]}"
     worth = f"{event.nats:.1f} nats expected, worth {event.value:.3f}, costs {event.cost:.3f}"
     return Line(at_s, "probe", f"{what}; {worth}")
+
+
+_REMARKS: Final = {
+    RemarkKind.REASONING: ("reasoning", Tone.MUTED),
+    RemarkKind.NOTE: ("note", Tone.PLAIN),
+    RemarkKind.MAINTENANCE: ("request", Tone.WARNING),
+    RemarkKind.DOUBT: ("doubt", Tone.WARNING),
+    RemarkKind.UNLISTED_CAUSE: ("suspects", Tone.WARNING),
+}
+"""Label of the line of a remark, and what it is to the operator."""
+
+
+def _remark(event: Remarked, at_s: float) -> Line:
+    """What a proposer said besides its proposal, quoted: nothing was decided by it."""
+    label, tone = _REMARKS[event.remark]
+    about = f" about {quoted(event.about)}" if event.about else ""
+    return Line(at_s, label, f"{event.proposer}, {event.agent}{about}: {quote(event.text, _MOST_DETAIL)}", tone)
 
 
 def _call(event: ModelCalled, at_s: float) -> Line:

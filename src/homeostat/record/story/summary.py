@@ -6,9 +6,10 @@ from typing import Final
 
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.events.recovery import Remarked, Waited
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.domain.quotation import printable
+from homeostat.domain.quotation import printable, quote, quoted
 from homeostat.record.directory import FIGURE
 from homeostat.record.probes import ProbeMade
 from homeostat.record.result import Result, StepScores
@@ -37,9 +38,13 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
     yield _row("Detected", _detected(result, plant))
     for probe in result.probes:
         yield _row("Probed", _probed(probe))
+    for waited in story.record.waits:
+        yield _row("Waited", _waited(*waited))
     yield _row("Done", _done(result, story.record.acted_s, plant))
     if reason := story.record.reason:
         yield _row("Why", reason)
+    for remark in story.record.remarks:
+        yield _row("Remark", _remarked(remark))
     yield _row("Limits", _outside(result))
     if result.production_loss is not None:
         since = "the onset" if result.onset_s is not None else "the start"
@@ -81,6 +86,18 @@ def _probed(probe: ProbeMade) -> str:
     ended = "and nobody looked" if probe.likeliest is None else f"after which {probe.likeliest} was the likeliest"
     sure = "" if probe.probability is None else f" with {100 * probe.probability:.0f} %"
     return f"{what} at {probe.at_s:.0f} s to tell {' from '.join(probe.apart)}, {ended}{sure}"
+
+
+def _waited(at_s: float, wait: Waited) -> str:
+    """A wait, and the permissives and guards that were a nuisance."""
+    named = f"; a nuisance: {', '.join(wait.nuisance)}" if wait.nuisance else ""
+    return f"{wait.seconds:g} s at {at_s:.0f} s, by {wait.proposer}{named}"
+
+
+def _remarked(said: Remarked) -> str:
+    """What a proposer said for people to read, quoted."""
+    about = f" about {quoted(said.about)}" if said.about else ""
+    return f"{said.remark.value} of {said.proposer}{about}: {quote(said.text, 200)}"
 
 
 def _done(result: Result, acted_s: float | None, plant: PlantDescription) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.diagnosis import FaultMode, FaultProbability, FaultState
-from homeostat.domain.events.recovery import Compared
+from homeostat.domain.events.recovery import Attempted, Compared
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
@@ -59,12 +59,23 @@ def compared(event: Compared) -> str:
 
 
 def _alternative(alternative: Alternative, currency: str) -> str:
-    what = alternative.kind.value
-    if alternative.kind is not AlternativeKind.LEAVE:
-        end = alternative.name.rpartition(" > ")[2]
-        what = f"{end} by {who(alternative.proposer or 'fallback', alternative.polished)}"
+    what, by = alternative.kind.value, who(alternative.proposer or "fallback", alternative.polished)
+    end, seconds = alternative.name.rpartition(" > ")[2], f"{alternative.seconds:g} s"
+    if alternative.kind is AlternativeKind.WAIT:
+        what = f"wait {seconds} by {by}, then {end}"
+    elif alternative.kind in (AlternativeKind.HOLD, AlternativeKind.TEST):
+        what = f"{alternative.kind.value} {end} for {seconds} by {by}"
+    elif alternative.kind is not AlternativeKind.LEAVE:
+        what = f"{end} by {by}"
     text = f"{what} {alternative.cost.total:.1f} {currency}"
     return text if alternative.admitted else f"{text} (not admitted: {alternative.refused})"
+
+
+def lasting(event: Attempted) -> str:
+    """A wait, a hold or a test with its length; empty for what is to last."""
+    if event.what is AlternativeKind.RELEASE:
+        return ""
+    return " ".join((event.what.value, " > ".join(event.path), f"for {event.seconds:g} s")).replace("  ", " ")
 
 
 def who(proposer: str, polished: bool) -> str:

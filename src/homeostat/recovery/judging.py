@@ -1,0 +1,206 @@
+"""Judging: proposals, holds, waits and tests tried on the twin, judged by all that forbids, and priced."""
+
+import math
+from dataclasses import dataclass, replace
+
+from homeostat.agents.checks import Part, judge_parts
+from homeostat.agents.pricing import Pricing
+from homeostat.agents.roles import Agents, Approved, Probe, Situation
+from homeostat.agents.search.candidates import design_commands
+from homeostat.domain.advice import Attempt
+from homeostat.domain.alternative import AlternativeKind
+from homeostat.domain.cost import KNOWING, Cost, CostItem
+from homeostat.domain.plant.limits import Owner
+from homeostat.domain.plant.state_machine import State
+from homeostat.domain.recovery import ActionSet, RecoveryPath, action_digest
+from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, Verdict
+from homeostat.guard.requests.permissives import refusal
+from homeostat.recovery.choices import Choice, Testing, Waiting
+from homeostat.recovery.deadline import first_violated_s
+from homeostat.recovery.plant_rules import Bounds, PlantRules
+from homeostat.recovery.probing import Probes
+from homeostat.recovery.scene import Scene
+from homeostat.recovery.waits import Waits
+from homeostat.twin.twin import Interruption
+
+WAIT = "CHK-WAIT"
+"""Name of the refusal of a wait or hold that there is no time for, or that cannot be judged."""
+TEST = "CHK-TEST"
+"""Name of the refusal of a test move that the prober itself would not begin."""
+KINDS = AlternativeKind
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """One attempt, and what may be chosen because of it; None where it is refused."""
+
+    attempt: Attempt
+    found: Choice | None
+
+
+@dataclass(frozen=True, slots=True)
+class Follow:
+    """What is expected to follow a wait or a test."""
+
+    name: str
+    """The path of a proposal, or the name of a fallback."""
+    part: Part
+    """What is commanded then."""
+    target: State | None
+    """State that is to be reached in the end; None where safety is all that counts."""
+
+    @classmethod
+    def of(cls, actions: ActionSet, path: RecoveryPath) -> "Follow":
+        """A proposal."""
+        return cls(" > ".join(path.states), Part(actions, path), path.machine.state(path.target))
+
+
+class Judging:
+    """Judges for one recovery after the other; what it approves may stand in the list."""
+
+    def __init__(self, scene: Scene, agents: Agents, rules: PlantRules, bounds: Bounds, probes: Probes, waits: Waits):
+        """``probes`` know which tests are safe, ``waits`` how often it may still be waited."""
+        self._scene, self._agents, self._rules, self._bounds = scene, agents, rules, bounds.intervention
+        self._pricing = Pricing(rules.prices, rules.limits, rules.scales)
+        self._probes, self._waits = probes, waits
+
+    async def proposal(
+        self, by: str, number: int, situation: Situation, path: RecoveryPath, actions: ActionSet
+    ) -> Judged:
+        """``actions`` that are to last."""
+        rollout = await self._agents.simulation.roll_out(situation.diagnosis, actions)
+        verdict = self._agents.validation.judge(actions, rollout, path.machine.state(path.target), path)
+        cost = self._pricing.of(rollout, actions.states, releases=1) if rollout.weights else None
+        attempt = Attempt(number, path, actions, verdict, len(rollout.weights), cost, hypotheses=rollout.hypotheses)
+        if not isinstance(verdict, Approve) or cost is None:
+            return Judged(attempt, None)
+        return Judged(attempt, Approved(actions, path, verdict, by, cost))
+
+    async def hold(
+        self, by: str, number: int, situation: Situation, path: RecoveryPath, actions: ActionSet, seconds: float
+    ) -> Judged:
+        """``actions`` for so many ``seconds``, and then the design of the state that the plant is in now."""
+        state = self._rules.machine.state(situation.state)
+        back = self._way_back(state, situation, actions)
+        if path.awaited:
+            text = "a route with later steps cannot be held for a while; propose it for good"
+            return Judged(Attempt(number, path, None, Revise((refusal(WAIT, text),))), None)
+        then, ended = Follow(state.name, Part(back), state), Interruption(seconds, back)
+        alone = await self._agents.simulation.roll_out(situation.diagnosis, actions)
+        rollout, verdict = await self._rolled(situation, Part(actions, path), ended, then)
+        near_s = first_violated_s(alone, self._rules.limits)
+        if isinstance(verdict, Approve) and near_s <= seconds + self._bounds.answer_s:
+            text = f"held for {seconds:g} s it must not go on for {near_s:.0f} s; hold it for less"
+            verdict = Revise((_late(text, near_s - seconds),))
+        cost = self._priced(rollout, actions.states, seconds, back.states, releases=2)
+        attempt = Attempt(number, path, actions, verdict, len(rollout.weights), cost, kind=KINDS.HOLD, seconds=seconds)
+        if not isinstance(verdict, Approve) or cost is None:
+            return Judged(attempt, None)
+        return Judged(attempt, Approved(actions, path, verdict, by, cost, ended=ended, for_s=seconds))
+
+    def _way_back(self, state: State, situation: Situation, held: ActionSet) -> ActionSet:
+        """The design of the ``state`` that the plant came from; what that leaves open is put back to what it was."""
+        by_design = design_commands(state, self._rules.tags)
+        named, values = {c.tag for c in by_design}, situation.snapshot.values
+        others = [c for c in held.commands if c.tag not in named]
+        put_back = tuple(
+            replace(c, value=value if math.isfinite(value := values.get(c.tag, math.nan)) else None) for c in others
+        )
+        return ActionSet((*by_design, *put_back), state.name)
+
+    async def wait(
+        self, by: str, number: int, situation: Situation, seconds: float, follow: Follow | None,
+        nuisance: tuple[str, ...] = (),
+    ) -> Judged:  # fmt: skip
+        """Nothing for so many ``seconds``, and then what is to ``follow``; the fallback where that is None."""
+        rest, then = self._scene.now.rest, follow or _fallback(situation)
+        why = await self._no_time(situation, seconds)
+        if why is None and then is None:
+            why = refusal(WAIT, "nothing is known to follow a wait; propose a path", Owner.PLANNING)
+        if why is not None or then is None:
+            findings = () if why is None else (why,)
+            return Judged(Attempt(number, None, rest, Revise(findings), kind=KINDS.WAIT, seconds=seconds), None)
+        ended = Interruption(seconds, then.part.actions)
+        rollout, verdict = await self._rolled(situation, Part(rest, needs=False), ended, then)
+        states = (situation.state, *rest.states)
+        cost = self._priced(rollout, states, seconds, then.part.actions.states, releases=1)
+        attempt = Attempt(number, None, rest, verdict, len(rollout.weights), cost, kind=KINDS.WAIT, seconds=seconds)
+        if not isinstance(verdict, Approve) or cost is None:
+            return Judged(attempt, None)
+        digest = action_digest("wait", [seconds], [rest.digest, then.part.actions.digest])
+        return Judged(attempt, Waiting(seconds, then.name, digest, verdict, by, cost, nuisance))
+
+    async def test(self, by: str, number: int, situation: Situation, probe: Probe, follow: Follow | None) -> Judged:
+        """A test move, as the prober judges it; what knowing more is worth is taken off what it costs."""
+        seconds, then = self._bounds.probe_s, follow or _fallback(situation)
+        known = Attempt(number, probe.path, probe.actions, Revise(()), kind=KINDS.TEST, seconds=seconds)
+        admitted = await self._probes.admitted(situation, probe) if then is not None else None
+        if admitted is None or then is None or situation.state != _start(probe):
+            text = "the test is not safe until a fallback has ended it, or there is no time for it; name another one"
+            return Judged(_with(known, Revise((refusal(TEST, text, Owner.PLANNING),))), None)
+        ended = Interruption(seconds, then.part.actions)
+        rollout = await self._agents.simulation.roll_out(situation.diagnosis, probe.actions, ended)
+        cost = self._priced(rollout, probe.actions.states, seconds, then.part.actions.states, releases=2)
+        if cost is None:
+            return Judged(_with(known, Revise((refusal("CHK-ROLLOUT", rollout.note),))), None)
+        cost = Cost((*cost.items, CostItem(KNOWING, -probe.value * cost.worth)), cost.worth)
+        return Judged(_with(known, admitted.verdict, cost, len(rollout.weights)), Testing(admitted, by, cost, seconds))
+
+    async def _rolled(
+        self, situation: Situation, first: Part, ended: Interruption, then: Follow
+    ) -> tuple[Rollout, Verdict]:
+        rollout = await self._agents.simulation.roll_out(situation.diagnosis, first.actions, ended)
+        length = rollout.trajectory.length if rollout.weights else math.inf
+        if ended.after_s >= length:
+            text = f"{ended.after_s:g} s are longer than the twin looks ahead, {length:g} s; name a shorter time"
+            return rollout, Revise((refusal(WAIT, text, Owner.PLANNING),))
+        rules = self._rules
+        return rollout, judge_parts(first, then.part, rollout, ended.after_s, rules.limits, rules.tags, then.target)
+
+    def _priced(
+        self, rollout: Rollout, states: tuple[str, ...], seconds: float, then: tuple[str, ...], releases: int
+    ) -> Cost | None:
+        if not rollout.weights:
+            return None
+        whole_s = rollout.trajectory.length * rollout.trajectory.dt_s
+        parts = ((states, min(seconds, whole_s)), (then, max(whole_s - seconds, 0.0)))
+        return self._pricing.of_parts(rollout, parts, releases)
+
+    async def _no_time(self, situation: Situation, seconds: float) -> Finding | None:
+        """Why it may not be waited so long, whatever follows; None where it may."""
+        scene = self._scene
+        if not self._waits.left:
+            text = "it was waited as often as it may be until nothing is wrong; propose a path"
+            return refusal(WAIT, text, Owner.PLANNING)
+        named = [t for t in (situation.act_by_s, scene.now.act_by_s) if t is not None]
+        left_s = min(named, default=math.inf) - scene.seen_s - self._bounds.answer_s
+        if left_s <= seconds:
+            text = f"{seconds:g} s to wait; a fallback must act in {left_s:.0f} s with what thinking takes: name less"
+            return _late(text, left_s - seconds)
+        if scene.now.rest.then:
+            rollout = await self._agents.simulation.roll_out(situation.diagnosis, scene.now.rest)
+            first_s = min((band.earliest_s for band in rollout.bands[:1]), default=-math.inf) - scene.seen_s
+            if first_s <= seconds:
+                text = f"{seconds:g} s to wait; the next step of the batch may be due before: name less, or a path"
+                return _late(text, first_s - seconds)
+        return None
+
+
+def _fallback(situation: Situation) -> Follow | None:
+    """What acts where nothing else may be done."""
+    strategy = situation.fallback
+    return None if strategy is None else Follow(strategy.name, Part(strategy.actions, needs=False), None)
+
+
+def _late(text: str, margin_s: float) -> Finding:
+    return Finding(WAIT, Owner.PLANNING, min(margin_s, -1.0), "s", 0.0, 0, text)
+
+
+def _start(probe: Probe) -> str:
+    """State in which a test begins."""
+    return "" if probe.path is None else probe.path.states[0]
+
+
+def _with(attempt: Attempt, verdict: Verdict, cost: Cost | None = None, members: int = 0) -> Attempt:
+    told = attempt.path, attempt.actions, verdict, members, cost
+    return Attempt(attempt.number, *told, kind=attempt.kind, seconds=attempt.seconds)

@@ -1,0 +1,36 @@
+"""Taking: what was chosen from the list is done: released, released for a while, tried, or waited."""
+
+from homeostat.agents.roles import Approved, Situation
+from homeostat.domain.verdict import Released
+from homeostat.recovery.choices import Choice, Testing, Waiting
+from homeostat.recovery.probing import Probes
+from homeostat.recovery.releasing import Overtaken, Refused, Releasing, Taken
+from homeostat.recovery.scene import Scene
+from homeostat.recovery.waits import Waits
+
+
+class Taking:
+    """Does what was chosen; nothing is written but through :class:`Releasing`."""
+
+    def __init__(self, scene: Scene, releasing: Releasing, probes: Probes, waits: Waits) -> None:
+        """``probes`` begin tests; ``waits`` remember when the plant is to be looked at again."""
+        self._scene, self._releasing, self._probes, self._waits = scene, releasing, probes, waits
+
+    async def take(self, chosen: Choice, situation: Situation) -> Taken:
+        """What came of it; raises as :meth:`Releasing.release` does, Refused also where a test was not begun."""
+        match chosen:
+            case Waiting():
+                await self._scene.look()
+                if self._scene.now.state != situation.state:
+                    raise Overtaken(f"the plant went on to {self._scene.now.state!r} before it was waited")
+                return Taken(self._waits.wait(chosen), None, waiting=True)
+            case Testing():
+                begun = await self._probes.take(chosen.admitted, situation, chosen.proposer)
+                if begun is None or not isinstance(begun.outcome, Released):
+                    raise Refused(())
+                return begun
+            case Approved():
+                taken = await self._releasing.release(chosen, situation.diagnosis)
+                if chosen.for_s and isinstance(taken.outcome, Released):
+                    self._waits.hold(taken.outcome.at_s + chosen.for_s)
+                return taken

@@ -1,0 +1,49 @@
+"""Waits: when a plant is looked at again that is left alone, or has got something, for a while only."""
+
+from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.events.recovery import Waited
+from homeostat.domain.verdict import NoActionNeeded
+from homeostat.recovery.choices import Waiting
+from homeostat.recovery.scene import Scene
+
+
+class Waits:
+    """Knows the one wait or hold that is under way, and how often it was waited until nothing is wrong any more."""
+
+    def __init__(self, scene: Scene, most: int) -> None:
+        """``most``: waits before something else is to be done."""
+        self._scene, self._most = scene, most
+        self._until_s: float | None = None
+        self._held = False
+        self._count = 0
+
+    @property
+    def left(self) -> int:
+        """How often it may still be waited."""
+        return max(self._most - self._count, 0)
+
+    def due(self, now_s: float) -> bool:
+        """Whether a wait or a hold is over and the plant was not looked at."""
+        return self._until_s is not None and now_s >= self._until_s
+
+    def drop(self) -> None:
+        """A fallback acts: nobody waits any more."""
+        self._until_s = None
+
+    def end(self, diagnosis: Diagnosis) -> tuple[bool, bool]:
+        """The plant is looked at: whether a wait or hold was under way, and whether it was a hold."""
+        if not diagnosis.faulty:
+            self._count = 0
+        under_way, self._until_s = self._until_s is not None, None
+        return under_way, under_way and self._held
+
+    def wait(self, found: Waiting) -> NoActionNeeded:
+        """Leave the plant alone for a while; the armed fallback and the time to act by stay."""
+        scene = self._scene
+        self._count, self._held, self._until_s = self._count + 1, False, scene.seen_s + found.seconds
+        scene.record(Waited(found.proposer, found.seconds, found.follows, found.nuisance))
+        return NoActionNeeded(scene.seen_s, found.approval.min_margin)
+
+    def hold(self, until_s: float) -> None:
+        """Something was released for a while, and the plant is looked at again at ``until_s`` [s]."""
+        self._held, self._until_s = True, until_s
