@@ -100,7 +100,7 @@ NATIVE, TOOL, PROMPTED = "native", "tool", "prompted"
 """Ways to get an answer that fits a schema, the strictest first."""
 NO_KEY: Final = "none"
 """What is sent where the environment has no key: servers beside the plant want something there."""
-MOST_TOKENS: Final = 1200
+MOST_TOKENS: Final = 2400
 """Longest answer that is asked for [tokens]."""
 
 
