@@ -94,7 +94,7 @@ def test_a_step_that_is_asked_for_is_released_although_leaving_costs_less() -> N
     done = Recovery(ticks(1, 6, FINE), action=ScriptedAction(GOOD), bounds=bounds).run()
     assert done.released == [5.0]
     leave = done.trace.of(Compared)[0].alternatives[0]
-    assert leave.kind is AlternativeKind.LEAVE and leave.refused == "a step is asked for"
+    assert leave.kind is AlternativeKind.LEAVE and leave.refused == "a step is asked for, or the way back"
 
 
 # --- who is asked ------------------------------------------------------------------------------------------------

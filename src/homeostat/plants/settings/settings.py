@@ -183,6 +183,7 @@ class InterventionTable(Table):
     repeat_s: Pause | None = None
     probes: Annotated[int, within(0, 10, "probes", "whoever only tries things recovers nothing")] | None = None
     probe_s: Pause | None = None
+    back_s: Pause | None = None
     waits: Annotated[int, within(0, 10, "waits", "whoever only waits recovers nothing")] | None = None
     answer_s: Pause | None = None
 
