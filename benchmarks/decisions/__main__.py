@@ -1,60 +1,81 @@
-"""Hold decisions against the best constant: ``python -m benchmarks.decisions``; it goes on where it stopped."""
+"""What decisions cost, and how repaired plants come back: ``python -m benchmarks.decisions``, resumable."""
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
-from pathlib import Path
+from typing import Generic, TypeAlias, TypeVar
 
 from benchmarks.decisions.measure import Decision, measure
+from benchmarks.decisions.page import write
+from benchmarks.decisions.repair import Repair, measure_repair
 from benchmarks.host import ROOT, commit
-from benchmarks.unknown.causes import known_faults
-from homeostat.plants.plant import load_plant
+from benchmarks.unknown.causes import Cause, known_faults
+from homeostat.plants.plant import Plant, load_plant
 from homeostat.process.batch import use_threads
 
 FOLDER = ROOT / "build" / "decisions"
+PARTS = ("constant", "repair", "page")
+"""Hold decisions against the best constant, repair every fault, write the page of what is in."""
+
+R = TypeVar("R", Decision, Repair)
+Measured: TypeAlias = Callable[[Plant, Cause, int, str], R]
+"""Carries out one run of a cause, with a seed and under a mismatch."""
+
+
+class Ledger(Generic[R]):
+    """What one part measured, a line for each run."""
+
+    def __init__(
+        self, part: str, mismatch: str, kind: type[R], measured: Callable[[Plant, Cause, int, str], R]
+    ) -> None:
+        """``measured`` carries out one run."""
+        self._path = FOLDER / f"{part}-{mismatch}-{commit('src', 'benchmarks/decisions')}.jsonl"
+        self._mismatch, self._kind, self._measured = mismatch, kind, measured
+
+    def kept(self) -> Iterator[R]:
+        """What is in."""
+        for text in self._path.read_text(encoding="utf-8").splitlines() if self._path.exists() else ():
+            yield self._kind(**json.loads(text))
+
+    def fill(self, plant: Plant, causes: list[tuple[Cause, int]]) -> None:
+        """Measure what is lacking, and print each run."""
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        known = {(r.fault, r.seed) for r in self.kept()}
+        for cause, seed in causes:
+            if (cause.fault, seed) in known:
+                continue
+            found = self._measured(plant, cause, seed, self._mismatch)
+            with self._path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(asdict(found)) + "\n")
+            print(found, flush=True)
 
 
 def main() -> None:
-    """Measure every fault of the reactor with each seed, and print what it cost."""
+    """Measure every fault of the reactor with each seed, and write the page."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.decisions", description=__doc__)
-    parser.add_argument("--seeds", default="1-3", help="as 1-20; thresholds are chosen on those below 400")
+    parser.add_argument("parts", nargs="*", default=list(PARTS), metavar="PART", help=", ".join(PARTS))
+    parser.add_argument("--seeds", default="401-420", help="as 401-420; thresholds are chosen on those below 400")
     parser.add_argument("--faults", default="", help="names joined by commas; all by default")
     parser.add_argument("--mismatch", default="plant", help="how the true plant is not the model that its twin has")
     asked = parser.parse_args()
+    if wrong := [part for part in asked.parts if part not in PARTS]:
+        parser.error(f"there is no part {wrong[0]!r}; there are {', '.join(PARTS)}")
     first, _, last = asked.seeds.partition("-")
+    seeds, wanted = range(int(first), int(last or first) + 1), [name for name in asked.faults.split(",") if name]
     use_threads(1)
-    plant, path = load_plant("cstr"), FOLDER / f"{asked.mismatch}-{commit('src', 'benchmarks/decisions')}.jsonl"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    known = {(d.fault, d.seed): d for d in kept(path)}
-    wanted = [name for name in asked.faults.split(",") if name]
-    for seed in range(int(first), int(last or first) + 1):
-        for cause in known_faults(plant, seed):
-            if wanted and cause.id not in wanted:
-                continue
-            found = known.get((cause.fault, seed))
-            if found is None:
-                found = measure(plant, cause, seed, asked.mismatch)
-                with path.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(asdict(found)) + "\n")
-            print(line(found), flush=True)
-
-
-def kept(path: Path) -> Iterator[Decision]:
-    """What was measured before."""
-    for text in path.read_text(encoding="utf-8").splitlines() if path.exists() else ():
-        yield Decision(**json.loads(text))
-
-
-def line(found: Decision) -> str:
-    """One decision for people: costs in points of the design production from detection on."""
-    cost, best, alone = ("  none" if x is None else f"{x:6.1f}" for x in (found.cost, found.best, found.alone))
-    dearest = sorted(found.items.items(), key=lambda item: -item[1])[:4]
-    paid = ", ".join(f"{name} {amount:.1f}" for name, amount in dearest)
-    what = f"{found.fault:17} {found.severity:8.3f} seed {found.seed:3} {found.outcome:15} {found.releases:2} releases"
-    return f"{what}, cost {cost}, best {best}, alone {alone}, outside {found.outside_s:.0f} s: {paid}"
+    plant = load_plant("cstr")
+    causes = [(c, s) for s in seeds for c in known_faults(plant, s) if not wanted or c.id in wanted]
+    constant = Ledger("constant", asked.mismatch, Decision, measure)
+    repair = Ledger("repair", asked.mismatch, Repair, measure_repair)
+    if "constant" in asked.parts:
+        constant.fill(plant, causes)
+    if "repair" in asked.parts:
+        repair.fill(plant, causes)
+    if "page" in asked.parts:
+        write(ROOT / "docs" / "results" / "decisions.md", list(constant.kept()), list(repair.kept()), len(causes))
 
 
 if __name__ == "__main__":
