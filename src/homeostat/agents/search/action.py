@@ -149,7 +149,8 @@ class SearchAction:
         tried: dict[Point, float] = {}
         present = present_point(space.state, situation.snapshot.values)
         known = map(space.point, settings.known(situation, space.state.name))
-        admitted = [point for point in known if point is not None and space.admits(point)]
+        settled = [space.settled(point) for point in known if point is not None]
+        admitted = [point for point in settled if space.admits(point)]
         self._evaluate(twin, [*space.first(present), *admitted], space, few, required, tried)
         for fraction in settings.coarse:
             bases = self._apart(tried, space, settings.bases)

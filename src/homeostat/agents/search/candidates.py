@@ -48,6 +48,10 @@ class SearchSpace:
             return None
         return tuple(given[r.tag] for r in self.ranges)
 
+    def settled(self, point: Point) -> Point:
+        """``point`` with what leaves no choice as this space has it: stuck actuators stand elsewhere each time."""
+        return tuple(v if r.high > r.low else r.design for r, v in zip(self.ranges, point, strict=True))
+
     def admits(self, point: Point) -> bool:
         """Whether ``point`` lies in the ranges; nothing but a manual output may be left on automatic."""
         pairs = zip(self.ranges, point, strict=True)

@@ -1,0 +1,82 @@
+"""Gently: the way back takes as long as keeps controlled variables near their setpoints, and no longer."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from homeostat.agents.search.gently import RAMPS_S, excess, gentlest, leads_back, ramped
+from homeostat.domain.advice import Advice
+from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from tests.agents.stuck_valve import DIAGNOSIS, QUICK, now, search
+from tests.twin.followed import reactor
+
+PLANT = reactor().description
+BACK = RecoveryPath(PLANT.machine, (next(t for t in PLANT.machine.transitions if t.name == "t_return_reduced"),))
+HEALTHY = replace(now(), state="reduced_load", diagnosis=Diagnosis(1460.0, (), ()))
+ORDERS = ActionSet(
+    (Command("T1.sp", 310.0, 0.5), Command("XV1.cmd", 1.0, None), Command("V2.man", None, None)), "normal"
+)
+QUIET = {tag: np.zeros((2, 4)) for loop in PLANT.loops for tag in (loop.process_variable, loop.setpoint)}
+
+
+def test_only_a_plant_in_which_nothing_is_wrong_goes_back() -> None:
+    assert leads_back(PLANT, HEALTHY, BACK)
+    assert not leads_back(PLANT, replace(HEALTHY, diagnosis=DIAGNOSIS), BACK)
+    assert not leads_back(PLANT, replace(HEALTHY, state="normal"), BACK)
+
+
+def test_a_setpoint_takes_the_time_that_it_is_given() -> None:
+    slow = ramped(ORDERS, {"T1.sp": 304.0, "XV1.cmd": 1.0}, 600.0)
+    assert slow.commands == (Command("T1.sp", 310.0, 0.01), *ORDERS.commands[1:])
+
+
+@pytest.mark.parametrize("present", [310.0, math.nan])
+@pytest.mark.parametrize("seconds", [0.0, 600.0])
+def test_what_is_there_or_unknown_is_commanded_as_it_is(present: float, seconds: float) -> None:
+    assert ramped(ORDERS, {"T1.sp": present}, seconds) == ORDERS
+
+
+def test_nothing_changes_faster_than_its_tag_may() -> None:
+    assert ramped(ORDERS, {"T1.sp": 300.0}, 1.0) == ORDERS
+
+
+def test_excess_begins_where_a_variable_is_further_off_than_its_scale() -> None:
+    """Of two members one is 1.5 K off at its worst, which is 0.5 beyond the scale of 1 K: 0.25 in the mean."""
+    off = {**QUIET, "T1": np.array([[0.0, 0.9, -1.5, 0.0], [1.0, 0.0, 0.0, 0.0]])}
+    assert excess(PLANT, off, 1) == pytest.approx([0.25])
+    assert excess(PLANT, {tag: np.vstack([QUIET[tag], off[tag]]) for tag in off}, 2) == pytest.approx([0.0, 0.25])
+
+
+@pytest.mark.parametrize(
+    ("excesses", "admitted", "chosen"),
+    [
+        ([0.0, 0.0, 0.0], [True] * 3, 0),
+        ([2.0, 0.5, 0.0], [True] * 3, 2),
+        ([2.0, 0.05, 0.0], [True] * 3, 1),
+        ([2.0, 0.5, 0.0], [True, True, False], 1),
+        ([2.0, 0.5, 0.0], [False] * 3, 0),
+    ],
+)
+def test_the_fastest_that_is_as_gentle_as_the_gentlest_is_taken(
+    excesses: list[float], admitted: list[bool], chosen: int
+) -> None:
+    ways = [replace(ORDERS, target=str(k)) for k in range(3)]
+    assert gentlest(ways, np.array(excesses), admitted) is ways[chosen]
+
+
+def test_the_search_takes_the_design_of_the_ordinary_state() -> None:
+    found = asyncio.run(search(QUICK).act(HEALTHY, BACK, Advice()))
+    assert found.target == "normal" and {c.tag: c.value for c in found.commands} == {
+        r.tag: r.design for r in PLANT.machine.state("normal").setpoints
+    }
+    assert found.command("V2.man") == Command("V2.man", None, None)
+
+
+def test_ramps_are_tried_from_the_fastest_on() -> None:
+    assert list(RAMPS_S) == sorted(RAMPS_S) and RAMPS_S[0] == 0.0
