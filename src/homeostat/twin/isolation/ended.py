@@ -13,7 +13,7 @@ import numpy as np
 
 from homeostat.twin.carried import FaultSet
 from homeostat.twin.history import Window
-from homeostat.twin.isolation.evidence import Evidence
+from homeostat.twin.isolation.evidence import Evidence, Fit
 
 STRETCHES_S = (10, 24, 40, 80, 160, 320)
 """Stretches that are looked at [s]."""
@@ -21,8 +21,10 @@ SETTLE = 8
 """The first of so many parts of a stretch says what state it begins in."""
 OVER_NATS = 8.0
 """By how much nothing must explain one better than anything that was known [nats]."""
+THERE_NATS = 2.0
+"""What was known is still there where it explains any stretch better than nothing by so much [nats]."""
 CHANGED_S = 80
-"""Where nothing is better than what was known, and does not fit either, so long a stretch says that it is over [s]."""
+"""Where nothing is better than what was known, but leaves more than noise, so long a stretch says so [s]."""
 SIZES = (0.97, 1.0, 1.03)
 """Multiples of its size with which each of these is tried: nobody knew it exactly [1]."""
 
@@ -42,9 +44,9 @@ def stretch(window: Window) -> Window:
     return replace(window, settle_rows=max(window.length // SETTLE, 3))
 
 
-def nothing_fits(evidence: Evidence) -> bool:
-    """Whether the readings need no explanation; ProcessError where the model leaves the physical world."""
-    return not evidence.fit(evidence.losses(evidence.residuals([()]))[1][0]).strained
+def fit_of_nothing(evidence: Evidence) -> Fit:
+    """How well nothing explains the readings; ProcessError where the model leaves the physical world."""
+    return evidence.fit(evidence.losses(evidence.residuals([()]))[1][0])
 
 
 def lead_of_nothing(evidence: Evidence, known: Sequence[FaultSet]) -> float:

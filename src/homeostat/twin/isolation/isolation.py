@@ -20,7 +20,15 @@ from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.history import Window
 from homeostat.twin.isolation.alike import with_doubt
 from homeostat.twin.isolation.classes import SPREAD_NATS, hypotheses
-from homeostat.twin.isolation.ended import CHANGED_S, OVER_NATS, Ended, lead_of_nothing, nothing_fits, stretch
+from homeostat.twin.isolation.ended import (
+    CHANGED_S,
+    OVER_NATS,
+    THERE_NATS,
+    Ended,
+    fit_of_nothing,
+    lead_of_nothing,
+    stretch,
+)
 from homeostat.twin.isolation.estimate import Estimate, Estimation
 from homeostat.twin.isolation.evidence import Accuracy, Evidence, Fit
 from homeostat.twin.isolation.memory import Memory, remembered
@@ -158,15 +166,15 @@ class FaultIsolation:
         for window in windows:
             try:
                 evidence = Evidence(self._model, self._carrier, stretch(window), posterior, self._accuracy)
-                fits = nothing_fits(evidence)
+                fit = fit_of_nothing(evidence)
             except ProcessError:  # without what was known the model leaves the physical world
                 break
             lead = lead_of_nothing(evidence, known)
-            if fits and lead >= OVER_NATS:
+            if lead >= OVER_NATS and not fit.strained:
                 found = Ended(window.start_s, fits=True)
-            elif lead >= OVER_NATS and window.length >= CHANGED_S:
+            elif lead >= OVER_NATS and fit.good and window.length >= CHANGED_S:
                 return found or Ended(window.end_s - window.length // 2, fits=False)
-            elif found or (lead <= 0.0 and not fits):
+            elif found or lead <= -THERE_NATS or (lead <= 0.0 and fit.strained):
                 break
         return found
 
