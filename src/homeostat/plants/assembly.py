@@ -166,12 +166,13 @@ def nominal(plant: Plant, protocol: AskingProtocol = AskingProtocol.ROUTE) -> tu
 
 
 def check_protocol(plant: Plant, protocol: AskingProtocol) -> None:
-    """PlantError where every step is to be asked for, but nothing leads from the initial state to where one may end."""
+    """PlantError where every step is to be asked for, but nothing leads from the initial state to an end."""
     machine = plant.description.machine
-    start = machine.initial.name
-    if protocol is AskingProtocol.PER_STEP and not machine.paths(start, {}, machine.recovery_event, blocked=()):
+    start, event = machine.initial.name, machine.recovery_event
+    ways = machine.paths(start, {}, event, blocked=()) if protocol is AskingProtocol.PER_STEP else ()
+    if protocol is AskingProtocol.PER_STEP and not any(machine.is_end(way[-1].target, event) for way in ways):
         raise PlantError(
-            f"{plant.name} cannot be asked for step by step: from {start!r} no path leads to where a recovery may end; "
+            f"{plant.name} cannot be asked for step by step: from {start!r} no path leads to an end; "
             "leave --protocol per-step to batches"
         )
 

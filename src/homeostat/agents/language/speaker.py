@@ -25,13 +25,13 @@ Find: TypeAlias = Callable[[int], Context]
 """Finds a context of at most so many tokens."""
 MOST_S: Final = 20.0
 """Longest time for one answer where nothing is said, wall-clock [s]."""
-BUDGET: Final = 2500
+BUDGET: Final = 2650
 """Tokens of a question with its schema, as they are estimated; more only where ``LEAST_GRAPH`` does not fit."""
 OMISSION: Final = 50
 """Tokens of the sentence on what does not fit."""
 MOST_GRAPH: Final = 900
 """Tokens of the context where everything else is short."""
-LEAST_GRAPH: Final = 300
+LEAST_GRAPH: Final = 600
 """Tokens of the context however long everything else is."""
 
 
