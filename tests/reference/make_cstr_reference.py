@@ -96,6 +96,10 @@ class Controller:
             self.integral += self.reset * error
         return clip(raw, self.low, 1.0)
 
+    def follow(self, error: float, output: float) -> None:
+        """On manual: the integral is what the proportional part leaves of the output."""
+        self.integral = output - self.gain * error
+
 
 class Reactor:
     """The reactor and its basic control system."""
@@ -131,20 +135,25 @@ class Reactor:
         automatic = {a: math.isnan(m) for a, m in manual.items()}
         self.command.update({a: clip(m) for a, m in manual.items() if not automatic[a]})
         draining = self.phase == "SHUTDOWN"
+        error = op.at("F1_sp", t, 2.0 / 60.0) - self.flow["F1"]
         if automatic["V1"]:
-            error = op.at("F1_sp", t, 2.0 / 60.0) - self.flow["F1"]
             self.command["V1"] = 0.0 if draining else self.feed.output(error)
-        if automatic["P1"]:
-            if self.phase == "STARTUP" or (draining and self.x[0] <= 0.01):
-                self.command["P1"] = 0.0
-            else:
-                trim = self.level.output(self.seen_l - (p["L_heel"] if draining else level_sp))
-                forward = clip(self.flow["F1"] / p["feedforward_P1"])
-                self.command["P1"] = max(clip(forward + trim), 0.05 if draining else 0.0)
+        else:
+            self.feed.follow(error, self.command["V1"])
+        error = self.seen_l - (p["L_heel"] if draining else level_sp)
+        forward = clip(self.flow["F1"] / p["feedforward_P1"])
+        if not automatic["P1"]:
+            self.level.follow(error, self.command["P1"] - forward)
+        elif self.phase == "STARTUP" or (draining and self.x[0] <= 0.01):
+            self.command["P1"] = 0.0
+        else:
+            self.command["P1"] = max(clip(forward + self.level.output(error)), 0.05 if draining else 0.0)
+        error = self.seen_t - op.at("T1_sp", t, 310.0)
         if automatic["V2"]:
             empty = draining and self.x[0] <= 0.1
-            error = self.seen_t - op.at("T1_sp", t, 310.0)
             self.command["V2"] = 0.0 if empty else self.temperature.output(error)
+        else:
+            self.temperature.follow(error, self.command["V2"])
 
     def actuate(self, t: float) -> None:
         """Positions after one second; a stuck valve goes where it sticks, whatever the command."""

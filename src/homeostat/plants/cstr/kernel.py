@@ -118,10 +118,10 @@ def control_feed(x: Vec, p: Vec, u: Vec, dt: float) -> None:
 def control_level(x: Vec, p: Vec, u: Vec, dt: float) -> None:
     """Level loop: P1 follows the measured feed and a PI trim; the trim may only add where ``trim_low`` is 0."""
     forward = clip(x[S.F1] / p[P.feedforward_P1], 0.0, 1.0)
+    error = x[S.L1] - (p[P.L_heel] if x[S.phase] == SHUTDOWN else u[U.L1_sp])
     if not math.isnan(u[U.P1_man]):
         x[S.P1_cmd] = clip(u[U.P1_man], 0.0, 1.0)
-        trim, error = x[S.P1_cmd] - forward, x[S.L1] - u[U.L1_sp]
-        x[S.level_integral] = pid_tracking(error, trim, p[P.Kp_level])
+        x[S.level_integral] = pid_tracking(error, x[S.P1_cmd] - forward, p[P.Kp_level])
         return
     if x[S.phase] == STARTUP:
         x[S.P1_cmd] = 0.0
@@ -129,8 +129,6 @@ def control_level(x: Vec, p: Vec, u: Vec, dt: float) -> None:
     if x[S.phase] == SHUTDOWN and x[S.V] <= 0.01:
         x[S.P1_cmd] = 0.0
         return
-    goal = p[P.L_heel] if x[S.phase] == SHUTDOWN else u[U.L1_sp]
-    error = x[S.L1] - goal
     trim = pid_output(error, x[S.level_integral], p[P.Kp_level], p[P.trim_low], 1.0)
     x[S.level_integral] = pid_integral(error, x[S.level_integral], p[P.Kp_level], p[P.Ki_level], p[P.trim_low], 1.0, dt)
     x[S.P1_cmd] = clip(forward + trim, 0.0, 1.0)
