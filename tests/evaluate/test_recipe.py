@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
-from homeostat.domain.events.guard import GuardStarted, StateEntered
+from homeostat.domain.events.guard import GuardStarted, SequenceLoaded, StateEntered
 from homeostat.domain.events.people import AlarmRaised, ModeEntered, ServiceChanged
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode, Side, Verb
@@ -108,7 +108,9 @@ def test_what_was_released_ends_in_observe_and_the_batch_goes_on_by_the_recipe_f
     speeds = [(c.value, at_s) for w, at_s in person.seen if isinstance(w, WriteIntended) for c in w.commands
               if c.tag == "P102.cmd" and c.value]  # fmt: skip
     assert {v for v, at_s in speeds if at_s < 145.0} == {1.0}
-    assert next(v for v, at_s in speeds if at_s > 150.0) == 0.9, "by the recipe, until something costs less"
+    loaded = next(e for e, at_s in person.seen if isinstance(e, SequenceLoaded) and at_s > 145.0)
+    ahead = {c.value for step in loaded.steps for c in step.commands if c.tag == "P102.cmd" and c.value}
+    assert ahead == {0.9}, "by the recipe, until something costs less"
     assert person.of(ServiceChanged) == []
 
 

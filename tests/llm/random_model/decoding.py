@@ -49,6 +49,8 @@ class _Bytes:
 TOKENIZER = llguidance.LLTokenizer(llguidance.TokenizerWrapper(_Bytes()))
 # A byte on its own may be half a character, and control characters must not stand in a JSON string. Where the grammar
 # leaves nothing else, as in an option with an umlaut, they are taken: what is forced there is a whole character.
+FEW, LEFT_OUT = 16, 4.0
+"""So few bytes that may follow are the beginnings of values; by how much the logit of ``null`` grows then."""
 PRINTABLE = np.zeros(VOCABULARY, dtype=np.float32)
 PRINTABLE[:32] = PRINTABLE[127:256] = -np.inf
 
@@ -68,6 +70,7 @@ def answer(
         if matcher is not None:
             fill_next_token_bitmask(matcher, mask, 0)
             apply_token_bitmask_inplace(logits[None], mask)
+            _leave_out(logits)
         printable = logits + PRINTABLE
         token = _chosen(printable if np.isfinite(printable).any() else logits, draw, temperature)
         if token == END:
@@ -89,6 +92,13 @@ def _matcher(schema: Mapping[str, object]) -> llguidance.LLMatcher:
     if matcher.is_error():
         raise SchemaRefused(matcher.get_error())
     return matcher
+
+
+def _leave_out(logits: np.ndarray) -> None:
+    """Make ``null`` likelier where it begins one of a few ways to go on: most of what may be said is left out."""
+    begins = np.isfinite(logits)
+    if begins[ord("n")] and (begins[ord('"')] or begins[ord("1")]) and begins.sum() <= FEW:
+        logits[ord("n")] += LEFT_OUT
 
 
 def _text(said: bytearray) -> str:
