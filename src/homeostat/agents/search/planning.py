@@ -57,7 +57,7 @@ def open_paths(
     """The paths that guards and likely faults leave open and that were not refused yet, the least risky first.
 
     Where nothing is wrong, and the plant could stay where it is outside of ordinary operation, only those that lead
-    back to it.
+    back to it, or nearer to it: to a state of less risk.
     """
     faults = plausible_faults(situation.diagnosis)
     # Another way to the states that a path commands admits the same commands: it is refused, and offered, with it.
@@ -69,7 +69,7 @@ def open_paths(
     back = may_stay and situation.state not in home
     for transitions in machine.paths(situation.state, values, machine.recovery_event, blocked=(), unreliable=lying):
         path = RecoveryPath(machine, transitions)
-        if back and path.target not in home:
+        if back and path.target not in home and machine.state(path.target).risk >= machine.state(situation.state).risk:
             continue
         if path.commanded not in passed and grounding.allows(path.states, faults):
             passed.add(path.commanded)
