@@ -48,7 +48,7 @@ def excess(plant: PlantDescription, signals: Mapping[str, Cube], count: int) -> 
     for loop in plant.loops:
         scale = plant.tag(loop.process_variable).scale
         off = np.abs(signals[loop.process_variable] - signals[loop.setpoint]) / scale
-        total += np.maximum(off - 1.0, 0.0).max(axis=1).reshape(count, -1).mean(axis=1)
+        total += np.fmax(off - 1.0, 0.0).max(axis=1).reshape(count, -1).mean(axis=1)
     return total
 
 

@@ -181,9 +181,8 @@ class PlantDescription:
     @property
     def automatic(self) -> dict[str, str]:
         """Manual output -> the command that it overrides, which it goes on from; both are quantities of the model."""
-        driven = {signal.component: signal.variable for signal in self.signals if signal.relation is Relation.DRIVES}
-        manual = [signal for signal in self.signals if signal.relation is Relation.OVERRIDES]
-        return {signal.variable: driven[signal.component] for signal in manual if signal.component in driven}
+        variables = self.variables
+        return {variables[manual]: variables[command] for manual, command in self.overridden.items()}
 
     @property
     def overridden(self) -> dict[str, str]:

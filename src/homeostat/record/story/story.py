@@ -95,8 +95,7 @@ class Story:
             case Diagnosed():
                 yield from self._report(event, at_s)
             case FaultsEnded():
-                text = f"{named(event.faults, self._plant)}: nothing of it is to be seen since {event.since_s:.0f} s"
-                yield Line(at_s, "over", text, Tone.GOOD)
+                yield self._over(event, at_s)
             case FallbackArmed() if not event.approved or self._reports == 1:
                 yield self._arm(event, at_s)
             case ModelCalled():
@@ -161,6 +160,10 @@ class Story:
             told = (f"{text} ({s.rule}, {s.severity:.1f} times its threshold)" for text, s in seen)
             yield Line(at_s, "detected", "; ".join(told), Tone.WARNING)
         yield Line(at_s, "diagnosed", believed)
+
+    def _over(self, event: FaultsEnded, at_s: float) -> Line:
+        text = f"{named(event.faults, self._plant)}: nothing of it is to be seen since {event.since_s:.0f} s"
+        return Line(at_s, "over", text, Tone.GOOD)
 
     def _arm(self, event: FallbackArmed, at_s: float) -> Line:
         text = f"fallback {event.strategy!r}"
