@@ -9,7 +9,7 @@ import pytest
 
 from homeostat.plants.cstr.layout import P, S
 from homeostat.process.batch import Batch, BatchResult, simulate
-from homeostat.process.moves import Move, MoveKind, Movers, simulate_moved
+from homeostat.process.moves import Move, MoveKind, Moves
 from tests.plants.cstr import reactor
 
 START_S, STEPS = 1500.0, 60
@@ -22,7 +22,7 @@ def settled(members: int = 3, **changes: object) -> Batch:
 
 
 def moved(b: Batch, *moves: tuple[Move, ...], applied_until_s: float = -np.inf) -> BatchResult:
-    return simulate_moved(reactor.MODEL.kernel, b, Movers(moves, applied_until_s))
+    return simulate(reactor.MODEL.kernel, replace(b, moves=Moves.of(moves, applied_until_s)))
 
 
 def test_members_that_nothing_moves_are_simulated_to_the_bit() -> None:

@@ -16,6 +16,7 @@ from homeostat.evaluate.scenario import scenario
 from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import load_plant
 from homeostat.process.batch import Batch, ProcessError
+from homeostat.process.moves import Moves
 from homeostat.process.seeds import Stream, noise_seed
 from homeostat.process.sequence import Guard, InputSequence, SequenceResult, run_sequences
 from homeostat.process.types import Cube, Indices, Table, Vec
@@ -39,7 +40,7 @@ class Vessel:
     def kernel(
         self, first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
         begin: Indices, steps: int, stride: int, seeds: Indices, process: Vec, sensor: Vec, picks: Indices, out: Cube,
-        broken_at: Vec,
+        broken_at: Vec, moves: Moves | None = None,
     ) -> None:  # fmt: skip
         """Advance the members."""
         for m in range(first, last):

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from homeostat.process.moves import Moves
 from homeostat.process.types import Cube, Indices, Table, Vec
 
 MOST_THREADS = 16
@@ -51,13 +52,13 @@ class Kernel(Protocol):
 
     States are those at second ``begin`` after ``t0`` and are brought to second ``steps``. It writes every ``stride``-th
     state, restricted to ``picks``, into ``out``, and the time [s] of the first non-physical state into ``broken_at``
-    (NaN where all is well).
+    (NaN where all is well). ``moves`` are carried out between two seconds, and written as time goes.
     """
 
     def __call__(
         self, first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
         begin: Indices, steps: int, stride: int, seeds: Indices, process: Vec, sensor: Vec, picks: Indices, out: Cube,
-        broken_at: Vec,
+        broken_at: Vec, moves: Moves | None = None,
     ) -> None:  # fmt: skip
         """Advance the members; ValueError where an array does not have the columns of the process."""
         ...
@@ -95,11 +96,13 @@ class Batch:
     """Scale of the sensor noise of each member, 0 for none, shape (M,)."""
     begin: Indices | None = None
     """Seconds after start_s at which each member has its initial state, shape (M,); None for 0."""
+    moves: Moves | None = None
+    """What happens to the members beside their equations; None for nothing."""
 
     def members(self, rows: Indices) -> Batch:
         """The batch of these members alone."""
         given = {name: v[rows] for name in PER_MEMBER if (v := getattr(self, name)) is not None}
-        return replace(self, **given)
+        return replace(self, moves=self.moves and self.moves.members(rows), **given)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,13 +138,15 @@ class BatchRun:
         self._kernel, self._describe = kernel, describe
         self._batch = batch = _packed(batch)
         self._picks = np.array(batch.record, dtype=np.int64)
-        self._begin = np.zeros(len(batch.state), dtype=np.int64) if batch.begin is None else batch.begin
+        self._begin = np.zeros(len(batch.state), dtype=np.int64) if batch.begin is None else batch.begin.copy()
+        moves = Moves.none(len(batch.state)) if batch.moves is None else batch.moves
+        self._moves = moves.beginning_in(batch.state, batch.start_s)
         self._reached = 0
         self.state = batch.state
         """States at the second that is reached, shape (M, states)."""
         self.inputs = batch.inputs
         """Input schedules, shape (K, steps, inputs); those of seconds that are not reached yet may be written."""
-        self.parameters = batch.parameters
+        self.parameters = batch.parameters.copy() if moves else batch.parameters
         """Parameters, shape (M, parameters); what is written holds from the second that is reached."""
         self.severity, self.onset_s = batch.severity, batch.onset_s
         """Severities and onsets [s] of the faults, shape (M, faults); as the parameters."""
@@ -156,11 +161,12 @@ class BatchRun:
             when = f"at t = {self._batch.start_s + self._reached:.0f} s"
             raise ProcessError(f"input schedules contain an infinite value {when}; NaN stands for automatic")
         members, broken, b = len(self.state), np.full(len(self.state), np.nan), self._batch
-        given = (self.state, b.parameters, b.severity, b.onset_s, self.inputs, b.input_of, float(b.start_s))
+        given = (self.state, self.parameters, b.severity, b.onset_s, self.inputs, b.input_of, float(b.start_s))
         noise = (b.seeds, b.process_noise, b.sensor_noise)
 
         def run(first: int, last: int) -> None:
-            self._kernel(first, last, *given, self._begin, until, b.stride, *noise, self._picks, self.record, broken)
+            where = (self._picks, self.record, broken)
+            self._kernel(first, last, *given, self._begin, until, b.stride, *noise, *where, self._moves)
 
         workers = min(_threads or _CORES or 1, MOST_THREADS)
         if members * (until - self._reached) < 20_000 or workers == 1 or members == 1:
@@ -207,6 +213,8 @@ def _check_shapes(batch: Batch) -> None:
             raise ProcessError(f"{name} has {len(array)} rows for {members} members; must be one each")
     if batch.onset_s.shape != batch.severity.shape:
         raise ProcessError(f"onset_s of shape {batch.onset_s.shape} must be like severity, {batch.severity.shape}")
+    if batch.moves is not None and len(batch.moves.begin) != members + 1:
+        raise ProcessError(f"there are moves of {len(batch.moves.begin) - 1} members for {members}; must be one each")
     for name, limit in {"input_of": len(batch.inputs), "record": states, "begin": batch.steps + 1}.items():
         chosen = getattr(batch, name)
         used = np.asarray(() if chosen is None else chosen)

@@ -23,18 +23,20 @@ import numpy as np
 
 from homeostat.process.compiled import compiled, interpreted
 from homeostat.process.machine_code import MachineCode, cache_folder, keep, library, load, machine, read, sources
+from homeostat.process.moves import Moves
+from homeostat.process.moving import H, W, with_moves
 from homeostat.process.types import Cube, Indices, Table, Vec
 
 REAL, WHOLE = np.dtype(np.float64), np.dtype(np.int64)
 NAMES = (
     *("states", "parameters", "severities", "onsets", "inputs", "input_of", "begin", "seeds", "process noise"),
-    *("sensor noise", "picks", "record", "broken_at"),
+    *("sensor noise", "picks", "record", "broken_at", "moves of members", "moved columns", "moves"),
 )
-TYPES = (*[REAL] * 5, *[WHOLE] * 3, *[REAL] * 2, WHOLE, *[REAL] * 2)
+TYPES = (*[REAL] * 5, *[WHOLE] * 3, *[REAL] * 2, WHOLE, *[REAL] * 2, *[WHOLE] * 2, REAL)
 """Names and types of the arrays that machine code takes, in its order; the room for its own use comes last."""
 _address: Callable[[Any], Any] = (ctypes.c_char * 0).from_buffer
 """Where an array lies; TypeError if it is read-only or not in one piece."""
-ARGUMENTS = (*[ctypes.c_int64] * 7, ctypes.c_double, *[ctypes.c_int64] * 2, *[ctypes.c_void_p] * (len(TYPES) + 1))
+ARGUMENTS = (*[ctypes.c_int64] * 8, ctypes.c_double, *[ctypes.c_int64] * 2, *[ctypes.c_void_p] * (len(TYPES) + 1))
 """Sizes, times and addresses, for ctypes."""
 UNREACHED = ("PyErr_", "PyExc_", "PyUnicode_FromString", "Py_DecRef", "numba_gil_", "NRT_MemInfo_call_dtor")
 """Beginnings of names that every kernel refers to where it would hand an error on; one that never raises calls none."""
@@ -87,7 +89,7 @@ class CompiledKernel:
     def __call__(
         self, first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
         begin: Indices, steps: int, stride: int, seeds: Indices, process: Vec, sensor: Vec, picks: Indices, out: Cube,
-        broken_at: Vec,
+        broken_at: Vec, moves: Moves | None = None,
     ) -> None:  # fmt: skip
         """Advance the members as a kernel does.
 
@@ -95,19 +97,21 @@ class CompiledKernel:
             ValueError: an array does not have the columns of the process, or not one line for each member.
             TypeError: an array is of another type, may not be written, or does not lie in one piece.
         """
-        arrays = (x, p, sev, onset, u, u_of, begin, seeds, process, sensor, picks, out, broken_at)
+        m = Moves.none(len(x)) if moves is None else moves
+        moved = (m.begin, m.what, m.how)
+        arrays = (x, p, sev, onset, u, u_of, begin, seeds, process, sensor, picks, out, broken_at, *moved)
         self._check(arrays, first, last)
         work = np.zeros(self._scratch)
         if interpreted():
             given = (x, p, sev, onset, u, u_of, t0, begin, steps, stride, seeds, process, sensor, picks, out)
-            self.py_func(first, last, *given, broken_at, work)
+            with_moves(self.py_func)(first, last, *given, broken_at, *moved, work)
             return
-        sizes = (len(x), len(u), u.shape[1], out.shape[1], len(picks))
+        sizes = (len(x), len(u), u.shape[1], out.shape[1], len(picks), len(m.what))
         self._code(first, last, *sizes, t0, steps, stride, *map(_address, arrays), _address(work))
 
     def _check(self, arrays: tuple[np.ndarray, ...], first: int, last: int) -> None:
         """Refuse what machine code would misread: it looks at nothing but addresses and sizes."""
-        x, p, sev, onset, u, u_of, begin, seeds, process, sensor, picks, out, broken_at = arrays
+        x, p, sev, onset, u, u_of, begin, seeds, process, sensor, picks, out, broken_at, moves_of, what, how = arrays
         members, columns = len(x), self._columns
         tables = (x.shape, p.shape, sev.shape, onset.shape)
         if tables != tuple((members, columns[i]) for i in (0, 1, 2, 2)) or u.ndim != 3 or u.shape[2] != columns.inputs:
@@ -115,6 +119,8 @@ class CompiledKernel:
         rows = (u_of.shape, begin.shape, seeds.shape, process.shape, sensor.shape, broken_at.shape)
         if rows != ((members,),) * 6 or out.ndim != 3 or out.shape[::2] != (members, *picks.shape):
             raise ValueError(f"an array does not have one value for each of {members} members, or for each pick")
+        if moves_of.shape != (members + 1,) or what.shape != (len(what), len(W)) or how.shape != (len(what), len(H)):
+            raise ValueError(f"the moves are not those of {members} members, or their columns are not the engine's")
         if not 0 <= first <= last <= members:
             raise ValueError(f"members {first} to {last} must lie in 0 to {members}")
         for name, array, dtype in zip(NAMES, arrays, TYPES, strict=True):
@@ -168,12 +174,12 @@ class CompiledKernel:
         """The kernel as C sees it: sizes, times, then the addresses of the arrays."""
         from numba import carray  # type: ignore[attr-defined]
 
-        advance, room = compiled(self.py_func), self._scratch
+        advance, room, whats, hows = compiled(with_moves(compiled(self.py_func))), self._scratch, len(W), len(H)
         states, parameters, faults, inputs = self._columns
 
         def entry(  # type: ignore[no-untyped-def]
-            first, last, members, schedules, cover, rows, picked, t0, steps, stride, x, p, sev, onset, u, u_of, begin,
-            seeds, process, sensor, picks, out, broken_at, work,
+            first, last, members, schedules, cover, rows, picked, moved, t0, steps, stride, x, p, sev, onset, u, u_of,
+            begin, seeds, process, sensor, picks, out, broken_at, moves_of, what, how, work,
         ) -> None:  # fmt: skip
             advance(
                 first, last, carray(x, (members, states)), carray(p, (members, parameters)),
@@ -181,6 +187,7 @@ class CompiledKernel:
                 carray(u, (schedules, cover, inputs)), carray(u_of, (members,)), t0, carray(begin, (members,)), steps,
                 stride, carray(seeds, (members,)), carray(process, (members,)), carray(sensor, (members,)),
                 carray(picks, (picked,)), carray(out, (members, rows, picked)), carray(broken_at, (members,)),
+                carray(moves_of, (members + 1,)), carray(what, (moved, whats)), carray(how, (moved, hows)),
                 carray(work, (room,)),
             )  # fmt: skip
 
@@ -192,5 +199,5 @@ def _signature(numba: Any) -> Any:
     types = numba.types
     pointers = {REAL: types.CPointer(types.float64), WHOLE: types.CPointer(types.int64)}
     return types.void(
-        *[types.int64] * 7, types.float64, *[types.int64] * 2, *(pointers[dtype] for dtype in (*TYPES, REAL))
+        *[types.int64] * 8, types.float64, *[types.int64] * 2, *(pointers[dtype] for dtype in (*TYPES, REAL))
     )

@@ -1,35 +1,34 @@
 """Moves: what members of a batch do beside their equations, second by second.
 
 A move acts from its onset on: a parameter differs, a state gains or loses per second, a reading is off, or stuck, an
-input is not what was commanded. It is written between two steps of the kernel, so that no process model has to know of
-it, and controllers see readings as they were moved. Check: a state that gains 0.5 per second and has no equation stands
-5 higher after 10 s.
+input is not what was commanded. The engine carries it out between two seconds of the kernel, so that no process model
+has to know of it, and controllers see readings as they were moved. Check: a state that gains 0.5 per second and has no
+equation stands 5 higher after 10 s.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
 
-from homeostat.process.batch import Batch, BatchResult, BatchRun, Kernel
-from homeostat.process.types import Cube, Indices, Table, Vec
+from homeostat.process.moving import FROZEN, INPUT, PARAMETER, READING, STATE, H, W, move_parameters
+from homeostat.process.types import Cube, IndexTable, Indices, Table
 
 
 class MoveKind(IntEnum):
     """What is moved."""
 
-    PARAMETER = 0
-    STATE = 1
+    PARAMETER = PARAMETER
+    STATE = STATE
     """A state that the kernel goes on from."""
-    READING = 2
+    READING = READING
     """A state that the kernel writes anew each second."""
-    FROZEN = 3
+    FROZEN = FROZEN
     """The same; it stays what it was at the onset."""
-    INPUT = 4
+    INPUT = INPUT
     """An input of the kernel; what is on automatic, and has none, is left alone."""
 
 
@@ -53,88 +52,74 @@ class Move:
     """What an input does not exceed, in its unit."""
 
 
-class Movers:
-    """The moves of every member, and what they have done so far."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Moves:
+    """The moves of every member of a batch, as the engine reads them."""
 
-    def __init__(self, moves: Sequence[Sequence[Move]], start_s: float) -> None:
-        """``moves``: those of each member; what parameters were moved by until ``start_s`` [s] is in them already."""
-        rows = [(member, move) for member, own in enumerate(moves) for move in own]
-        self._member: Indices = np.array([member for member, _ in rows], dtype=np.int64)
-        self._column: Indices = np.array([move.column for _, move in rows], dtype=np.int64)
-        self._onset = np.array([move.onset_s for _, move in rows])
-        self._size = np.array([move.size for _, move in rows])
-        self._least = np.array([move.least for _, move in rows])
-        self._most = np.array([move.most for _, move in rows])
-        self._grows = np.array([move.grows for _, move in rows], dtype=bool)
-        kinds = np.array([move.kind for _, move in rows], dtype=np.int64)
-        self._of = {kind: np.flatnonzero(kinds == kind) for kind in MoveKind}
-        self._once = (kinds == MoveKind.PARAMETER) & ~self._grows
-        every = self._onset[~self._once & (kinds != MoveKind.INPUT)]
-        self._every_from = float(every.min(initial=np.inf)) - 1.0
-        self._done = self._change(np.arange(len(rows)), start_s)
-        self._frozen = np.full(len(rows), np.nan)
+    begin: Indices
+    """Rows of member m: ``begin[m]`` to ``begin[m + 1]`` - 1, shape (members + 1,)."""
+    what: IndexTable
+    """Kind and column of each row, shape (rows, :class:`~homeostat.process.moving.W`)."""
+    how: Table
+    """Onset, size and so on of each row, shape (rows, :class:`~homeostat.process.moving.H`); written as time goes."""
+
+    @classmethod
+    def of(cls, moves: Sequence[Sequence[Move]], applied_until_s: float = -np.inf) -> Moves:
+        """``moves``: those of each member; parameters contain what they were moved by until ``applied_until_s`` [s]."""
+        rows = [move for own in moves for move in own]
+        begin = np.cumsum([0, *map(len, moves)], dtype=np.int64)
+        what = np.array([(m.kind, m.column) for m in rows], dtype=np.int64).reshape(-1, len(W))
+        how = np.array([_row(m, applied_until_s) for m in rows], dtype=np.float64).reshape(-1, len(H))
+        return cls(begin, what, how)
+
+    @classmethod
+    def none(cls, members: int) -> Moves:
+        """Nothing is moved."""
+        none = np.zeros((0, len(W)), dtype=np.int64)
+        return cls(np.zeros(members + 1, dtype=np.int64), none, np.zeros((0, len(H))))
 
     def __bool__(self) -> bool:
-        """Whether anything is moved."""
-        return bool(len(self._member))
+        return bool(len(self.what))
 
-    def begin(self, state: Table, at_s: float) -> None:
-        """Keep in mind what stuck readings show in ``state``, shape (members, states), at ``at_s`` [s]."""
-        stuck = self._stuck(at_s)
-        self._frozen[stuck] = state[self._member[stuck], self._column[stuck]]
+    def members(self, rows: Indices) -> Moves:
+        """Those of these members alone."""
+        spans = [np.arange(self.begin[m], self.begin[m + 1]) for m in rows]
+        kept = np.concatenate([np.arange(0), *spans])
+        begin = np.cumsum([0, *map(len, spans)], dtype=np.int64)
+        return Moves(begin, self.what[kept], self.how[kept])
 
-    def before(self, parameters: Table, at_s: float) -> None:
-        """Move ``parameters``, shape (members, parameters), to what they are in the second from ``at_s`` on [s]."""
-        due = self._of[MoveKind.PARAMETER]
-        where, change = (self._member[due], self._column[due]), self._change(due, at_s)
-        np.add.at(parameters, where, change - self._done[due])
-        parameters[where] = np.maximum(parameters[where], self._least[due])
-        self._done[due] = change
+    def beginning_in(self, state: Table, at_s: float) -> Moves:
+        """The same for one run from ``state``, shape (members, states), at ``at_s`` [s]: what is stuck shows that."""
+        how, member = self.how.copy(), np.repeat(np.arange(len(state)), np.diff(self.begin))
+        stuck = (self.what[:, W.kind] == FROZEN) & (how[:, H.onset_s] <= at_s)
+        how[stuck, H.frozen] = state[member[stuck], self.what[stuck, W.column]]
+        return replace(self, how=how)
 
-    def commanded(self, inputs: Table, at_s: float) -> Table:
+    def arriving(self, inputs: Table, at_s: float) -> Table:
         """What arrives of ``inputs``, shape (members, inputs), in the second from ``at_s`` on [s]."""
-        due = self._of[MoveKind.INPUT]
-        if not len(due):
+        due = self.what[:, W.kind] == INPUT
+        if not due.any():
             return inputs
-        where, change = (self._member[due], self._column[due]), self._change(due, at_s)
-        moved = np.clip(inputs[where] + change, self._least[due], self._most[due])
-        arrived = inputs.copy()
-        arrived[where] = np.where(change == 0.0, inputs[where], moved)
+        member = np.repeat(np.arange(len(self.begin) - 1), np.diff(self.begin))[due]
+        column, how, arrived = self.what[due, W.column], self.how[due], inputs.copy()
+        since = at_s - how[:, H.onset_s]
+        change = how[:, H.size] * np.where(how[:, H.grows] > 0.0, np.maximum(since, 0.0), 1.0)
+        moved = np.clip(inputs[member, column] + change, how[:, H.least], how[:, H.most])
+        arrived[member, column] = np.where((since < 0.0) | (change == 0.0), inputs[member, column], moved)
         return arrived
 
-    def after(self, run: BatchRun, at_s: float, row: int | None, picks: Sequence[int]) -> None:
-        """Move states and readings at ``at_s`` [s], the end of a second; ``row`` of the record, if any, shows them."""
-        for kind in (MoveKind.STATE, MoveKind.READING):
-            due = self._of[kind]
-            where = self._member[due], self._column[due]
-            np.add.at(run.state, where, self._change(due, at_s))
-            run.state[where] = np.maximum(run.state[where], self._least[due])
-        due, stuck = self._of[MoveKind.READING], self._stuck(at_s)
-        where = self._member[stuck], self._column[stuck]
-        self._frozen[stuck] = np.where(np.isnan(self._frozen[stuck]), run.state[where], self._frozen[stuck])
-        run.state[where] = self._frozen[stuck]
-        shown = np.concatenate([due, stuck])
-        for j, column in enumerate(picks if len(shown) and row is not None else ()):
-            members = self._member[shown[self._column[shown] == column]]
-            run.record[members, row, j] = run.state[members, column]
 
-    def quiet_until(self, at_s: float) -> float:
-        """Whole seconds from ``at_s`` up to which nothing is to be moved, as a process time [s]; infinite for ever.
+def _row(move: Move, applied_until_s: float) -> tuple[float, ...]:
+    since = applied_until_s - move.onset_s
+    done = 0.0 if since < 0.0 else move.size * (since if move.grows else 1.0)
+    return move.onset_s, move.size, float(move.grows), move.least, move.most, done, np.nan
 
-        A parameter that differs, and does not go on to differ more, is moved once; everything else every second.
-        """
-        once = self._onset[self._once]
-        first = min(self._every_from, once[once > at_s].min(initial=np.inf))
-        return at_s + math.ceil(max(first - at_s, 0.0)) if first < np.inf else np.inf
 
-    def _stuck(self, at_s: float) -> Indices:
-        stuck = self._of[MoveKind.FROZEN]
-        return stuck[self._onset[stuck] <= at_s]
-
-    def _change(self, moves: Indices, at_s: float) -> Vec:
-        since = at_s - self._onset[moves]
-        factor = np.where(self._grows[moves], np.maximum(since, 0.0), 1.0)
-        return np.where(since >= 0.0, self._size[moves] * factor, 0.0)
+def move_all_parameters(parameters: Table, moves: Sequence[Sequence[Move]], at_s: float) -> None:
+    """Move ``parameters``, shape (members, parameters), to what they are in the second from ``at_s`` on [s]."""
+    made = Moves.of(moves)
+    for m, own in enumerate(parameters):
+        move_parameters(own, made.what, made.how, int(made.begin[m]), int(made.begin[m + 1]), at_s)
 
 
 def moved_inputs(inputs: Table, moves: Sequence[Sequence[Move]], start_s: float) -> tuple[Cube, Indices]:
@@ -155,28 +140,3 @@ def moved_inputs(inputs: Table, moves: Sequence[Sequence[Move]], start_s: float)
             moved = np.clip(inputs[:, move.column] + change, move.least, move.most)
             schedules[-1][:, move.column] = np.where(since >= 0.0, moved, inputs[:, move.column])
     return np.stack(schedules), follows
-
-
-def simulate_moved(
-    kernel: Kernel, batch: Batch, movers: Movers, describe: Callable[[int], str] = "state {}".format
-) -> BatchResult:
-    """As :func:`~homeostat.process.batch.simulate`, with what ``movers`` do to the members; raises as it does.
-
-    ``batch`` may record every few seconds; a second in which something is moved is a step. Its members begin together.
-    """
-    run = BatchRun(kernel, replace(batch, parameters=batch.parameters.copy()), describe)
-    movers.begin(run.state, batch.start_s)
-    second = 0 if movers else batch.steps
-    while second < batch.steps:
-        movers.before(run.parameters, batch.start_s + second)
-        quiet = movers.quiet_until(batch.start_s + second)
-        if quiet > batch.start_s + second + 1.0:
-            second = int(min(quiet - batch.start_s, batch.steps))
-            run.advance(second)
-            continue
-        second += 1
-        run.advance(second)
-        row, left = divmod(second, batch.stride)
-        movers.after(run, batch.start_s + second, None if left else row - 1, batch.record)
-    run.advance(batch.steps)
-    return BatchResult(record=run.record, state=run.state)

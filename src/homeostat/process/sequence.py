@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from homeostat.process.batch import Batch, BatchRun
 from homeostat.process.model import ProcessModel
-from homeostat.process.moves import Movers
+from homeostat.process.moves import Moves
 from homeostat.process.types import Cube, Indices, Table, Vec
 
 Guard = Callable[[Mapping[str, Vec]], NDArray[np.bool_]]
@@ -52,31 +52,27 @@ class SequenceResult:
 
 
 def run_sequences(
-    model: ProcessModel, batch: Batch, sequences: Sequence[InputSequence], present: Vec, movers: Movers | None = None
+    model: ProcessModel, batch: Batch, sequences: Sequence[InputSequence], present: Vec
 ) -> SequenceResult:
     """Advance ``batch`` by its seconds; its members follow ``sequences``, chosen by ``input_of``.
 
-    They begin with inputs ``present``; ``batch.inputs`` is not looked at. ``movers`` is what happens to them beside
-    their equations. Raises ProcessError as :func:`~homeostat.process.batch.simulate` does.
+    They begin with inputs ``present``; ``batch.inputs`` is not looked at.
+
+    Raises ProcessError as :func:`~homeostat.process.batch.simulate` does.
     """
     members, seconds = len(batch.state), batch.steps
     followed = np.empty((members, seconds), dtype=np.int64)
     walk = Walk(model, sequences, batch.input_of, present)
     inputs, every = np.zeros((members, seconds, len(model.inputs))), tuple(range(len(model.states)))
     commanded = np.zeros_like(inputs)
-    movers, parameters = movers or Movers([], 0.0), batch.parameters.copy()
-    own = replace(batch, stride=1, input_of=np.arange(members), inputs=inputs, record=every, parameters=parameters)
+    moves = batch.moves or Moves.none(members)
+    own = replace(batch, stride=1, input_of=np.arange(members), inputs=inputs, record=every)
     run = BatchRun(model.kernel, own, model.states.__getitem__)
-    movers.begin(run.state, batch.start_s)
     for k in range(seconds):
         followed[:, k] = walk.step
         commanded[:, k] = walk.advance()
-        run.inputs[:, k] = movers.commanded(commanded[:, k], batch.start_s + k)
-        if movers:
-            movers.before(run.parameters, batch.start_s + k)
+        run.inputs[:, k] = moves.arriving(commanded[:, k], batch.start_s + k)
         run.advance(k + 1)
-        if movers:
-            movers.after(run, batch.start_s + k + 1, k, every)
         walk.look(run.state)
     return SequenceResult(run.record, commanded, followed, walk.step)
 

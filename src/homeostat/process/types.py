@@ -13,5 +13,7 @@ Cube: TypeAlias = NDArray[np.float64]
 """Values over time, shape (members, times, n)."""
 Indices: TypeAlias = NDArray[np.int64]
 """Positions or seeds, shape (n,)."""
+IndexTable: TypeAlias = NDArray[np.int64]
+"""Positions, shape (rows, n)."""
 Flags: TypeAlias = NDArray[np.bool_]
 """Yes or no, shape (n,)."""

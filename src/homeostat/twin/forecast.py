@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.domain.diagnosis import Hypothesis
-from homeostat.process.batch import Batch
+from homeostat.process.batch import Batch, simulate
 from homeostat.process.model import ProcessModel
-from homeostat.process.moves import Move, MoveKind, Movers, moved_inputs, simulate_moved
+from homeostat.process.moves import Move, MoveKind, Moves, move_all_parameters, moved_inputs
 from homeostat.process.sequence import Guard, InputSequence, run_sequences
 from homeostat.process.types import Cube, Indices, Table, Vec
 from homeostat.twin.carried import Carried, Carrier
@@ -85,7 +85,7 @@ def synchronise(
     for v in variables:
         residuals[v][[_stuck(own, model.shown[v]) for own in carried.moves]] = 0.0  # it says nothing of the process
     model.correct(states, residuals)
-    Movers(carried.moves, -np.inf).before(parameters, window.end_s)
+    move_all_parameters(parameters, carried.moves, window.end_s)
     model.resume(states, past.whole.readings, parameters)
     seeds = noise.integers(1, 2**62, size=len(sets), dtype=np.int64)
     weights = (np.array([h.probability for h in hypotheses]) / np.bincount(follows, minlength=len(hypotheses)).clip(1))[
@@ -125,7 +125,7 @@ def forecast(
     batch = copies(model, ensemble, count, steps, stride, sensor_noise)
     inputs, follows = _arriving(schedules, ensemble)
     batch = replace(batch, inputs=inputs, input_of=follows)
-    result = simulate_moved(model.kernel, batch, movers(ensemble, count), lambda i: model.states[i])
+    result = simulate(model.kernel, batch, lambda i: model.states[i])
     sampled = np.repeat(schedules[:, stride - 1 :: stride][:, : result.record.shape[1]], len(ensemble.states), axis=0)
     return Forecast(model.truth(result.record, sampled), float(stride))
 
@@ -148,7 +148,7 @@ def follow(
     With sensor noise, because what the instruments show decides when a step ends.
     """
     batch = copies(model, ensemble, len(sequences), steps, 1, sensor_noise=True)
-    result = run_sequences(model, batch, sequences, present, movers(ensemble, len(sequences)))
+    result = run_sequences(model, batch, sequences, present)
     waited_for = np.repeat([len(s.guards) for s in sequences], len(ensemble.states))
     left = tuple((waited_for - result.reached).tolist())
     most = max(len(s.guards) for s in sequences)
@@ -168,11 +168,6 @@ def _arriving(schedules: Cube, ensemble: Ensemble) -> tuple[Cube, Indices]:
         follows.append(before + which)
         before += len(mine)
     return np.concatenate(inputs), np.concatenate(follows)
-
-
-def movers(ensemble: Ensemble, count: int) -> Movers:
-    """What happens to ``count`` copies of the ensemble beside their equations."""
-    return Movers(ensemble.carried.moves * count, ensemble.start_s)
 
 
 def copies(model: ProcessModel, ensemble: Ensemble, count: int, steps: int, stride: int, sensor_noise: bool) -> Batch:
@@ -196,4 +191,5 @@ def copies(model: ProcessModel, ensemble: Ensemble, count: int, steps: int, stri
         seeds=np.tile(ensemble.seeds, count),
         process_noise=np.ones(count * members),
         sensor_noise=np.full(count * members, float(sensor_noise)),
+        moves=Moves.of(ensemble.carried.moves * count, ensemble.start_s),
     )

@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from homeostat.process.batch import Batch, BatchResult
+from homeostat.process.batch import Batch, BatchResult, simulate
 from homeostat.process.model import ProcessModel
-from homeostat.process.moves import Movers, moved_inputs, simulate_moved
+from homeostat.process.moves import Moves, moved_inputs
 from homeostat.process.types import Cube, Table
 from homeostat.twin.carried import Carried
 from homeostat.twin.history import Window
@@ -95,7 +95,7 @@ def _run(
     batch = replace(open_loop(model, window, states, parameters, carried), record=shown, steps=steps)
     name = model.states.__getitem__
     if carried.moved:
-        return simulate_moved(model.kernel, batch, Movers(carried.moves, -np.inf), name)
+        return simulate(model.kernel, replace(batch, moves=Moves.of(carried.moves)), name)
     return simulate_with_prefix(model.kernel, batch, name)
 
 

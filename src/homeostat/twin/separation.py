@@ -23,7 +23,7 @@ import numpy as np
 from homeostat.process.model import ProcessModel
 from homeostat.process.sequence import InputSequence, run_sequences
 from homeostat.process.types import Cube, Flags, Table, Vec
-from homeostat.twin.forecast import Ensemble, copies, movers
+from homeostat.twin.forecast import Ensemble, copies
 from homeostat.twin.isolation.alike import TOLD_APART
 from homeostat.twin.isolation.evidence import TEMPER, Accuracy
 
@@ -48,7 +48,7 @@ def separation(
     count, members = len(sequences), len(ensemble.states)
     quiet = np.zeros(count * members)
     batch = replace(copies(model, ensemble, count, seconds, 1, sensor_noise=False), process_noise=quiet)
-    run = run_sequences(model, batch, sequences, present, movers(ensemble, count))
+    run = run_sequences(model, batch, sequences, present)
     shown = [model.shown[v] for v in accuracy.errors]
     readings = run.record[:, :, shown].reshape(count, members, seconds, len(shown))
     moved, effect = readings - readings[0, :, :1], readings[:, :-1] - readings[:, -1:]

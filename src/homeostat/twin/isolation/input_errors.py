@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from homeostat.process.batch import Batch
+from homeostat.process.batch import Batch, simulate
 from homeostat.process.model import ProcessModel
-from homeostat.process.moves import Movers, simulate_moved
+from homeostat.process.moves import Moves
 from homeostat.process.types import Cube, Indices, Table
 from homeostat.twin.carried import Carried
 from homeostat.twin.history import Window
@@ -73,8 +73,8 @@ def _changes(model: ProcessModel, batch: Batch, carried: Carried, schedules: Cub
     count = len(schedules)
     members = batch.members(np.zeros(count, dtype=np.int64))
     many = replace(members, inputs=schedules, input_of=np.arange(count))
-    movers = Movers(carried.repeated(count).moves, -np.inf)
-    shown = simulate_moved(model.kernel, many, movers, model.states.__getitem__).record
+    many = replace(many, moves=Moves.of(carried.repeated(count).moves))
+    shown = simulate(model.kernel, many, model.states.__getitem__).record
     return shown[0], shown[1:] - shown[0]
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from homeostat.domain.diagnosis import Effect, EffectKind
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.model import column
-from homeostat.process.moves import Move, MoveKind, Movers, simulate_moved
+from homeostat.process.moves import Move, MoveKind, Moves
 from homeostat.process.types import Cube, Indices, Table, Vec
 from homeostat.twin.carried import Carried, FaultSet
 from homeostat.twin.isolation.evidence import Evidence
@@ -44,8 +44,8 @@ class Responses:
         mean = evidence.posterior.mean[None]
         start = starting_states(self._model, window, mean, self._carried, evidence.variables)
         every = tuple(range(len(self._model.states)))
-        batch = self._batch(start, mean, self._carried, every)
-        self._path = simulate_moved(self._model.kernel, batch, Movers(self._carried.moves, -np.inf)).record[0]
+        batch = replace(self._batch(start, mean, self._carried, every), moves=Moves.of(self._carried.moves))
+        self._path = simulate(self._model.kernel, batch).record[0]
         self._picks = tuple(self._model.shown[v] for v in evidence.variables)
         self.every_s = max(self._seconds // ONSETS, 1)
         """Between two of the onsets that are tried over the whole window [s]."""

@@ -1,0 +1,138 @@
+"""What moves do in one second of one member: blocks that go round a kernel (compiled).
+
+The rows of a member lie together; see :class:`~homeostat.process.moves.Moves` for what they mean.
+"""
+
+import math
+from collections.abc import Callable
+from enum import IntEnum
+
+from homeostat.process.compiled import compiled
+from homeostat.process.types import Cube, IndexTable, Indices, Table, Vec
+
+PARAMETER, STATE, READING, FROZEN, INPUT = 0, 1, 2, 3, 4
+
+
+class W(IntEnum):
+    """Columns of what is moved."""
+
+    kind = 0
+    column = 1
+
+
+class H(IntEnum):
+    """Columns of how it is moved."""
+
+    onset_s = 0
+    size = 1
+    grows = 2
+    least = 3
+    most = 4
+    done = 5
+    """By how much a parameter was moved so far."""
+    frozen = 6
+    """What a stuck reading shows; NaN before its onset."""
+
+
+@compiled
+def change(how: Vec, at_s: float) -> float:
+    """By how much the row ``how`` moves its column at ``at_s`` [s]."""
+    since = at_s - how[H.onset_s]
+    if since < 0.0:
+        return 0.0
+    return float(how[H.size] * since if how[H.grows] > 0.0 else how[H.size])
+
+
+@compiled
+def quiet_until(what: IndexTable, how: Table, first: int, last: int, at_s: float) -> float:
+    """Whole seconds from ``at_s`` up to which rows ``first`` to ``last`` - 1 do nothing, as a process time [s].
+
+    Infinite for ever. A parameter that differs, and does not go on to differ more, is moved once; everything else
+    every second; inputs are moved by who commands them.
+    """
+    begins = math.inf
+    for i in range(first, last):
+        kind, onset_s = what[i, W.kind], how[i, H.onset_s]
+        if kind == PARAMETER and how[i, H.grows] <= 0.0:
+            if onset_s > at_s:
+                begins = min(begins, onset_s)
+        elif kind != INPUT:
+            begins = min(begins, onset_s - 1.0)
+    return at_s + math.ceil(max(begins - at_s, 0.0)) if begins < math.inf else math.inf
+
+
+@compiled
+def move_parameters(p: Vec, what: IndexTable, how: Table, first: int, last: int, at_s: float) -> None:
+    """Move ``p`` to what it is in the second from ``at_s`` on [s]."""
+    for i in range(first, last):
+        if what[i, W.kind] == PARAMETER:
+            now = change(how[i], at_s)
+            p[what[i, W.column]] += now - how[i, H.done]
+            how[i, H.done] = now
+    for i in range(first, last):
+        if what[i, W.kind] == PARAMETER and p[what[i, W.column]] < how[i, H.least]:
+            p[what[i, W.column]] = how[i, H.least]
+
+
+@compiled
+def move_states(x: Vec, what: IndexTable, how: Table, first: int, last: int, at_s: float) -> None:
+    """Move the states ``x`` at ``at_s`` [s], the end of a second; stuck readings show what they showed at first."""
+    for kind in (STATE, READING):
+        for i in range(first, last):
+            if what[i, W.kind] == kind:
+                x[what[i, W.column]] += change(how[i], at_s)
+        for i in range(first, last):
+            if what[i, W.kind] == kind and x[what[i, W.column]] < how[i, H.least]:
+                x[what[i, W.column]] = how[i, H.least]
+    for i in range(first, last):
+        if what[i, W.kind] == FROZEN and how[i, H.onset_s] <= at_s:
+            if math.isnan(how[i, H.frozen]):
+                how[i, H.frozen] = x[what[i, W.column]]
+            x[what[i, W.column]] = how[i, H.frozen]
+
+
+@compiled
+def is_shown(what: IndexTable, how: Table, i: int, column: int, at_s: float) -> bool:
+    """Whether row ``i`` changes what a record of ``column`` shows at ``at_s`` [s]."""
+    kind = what[i, W.kind]
+    moved = kind == READING or (kind == FROZEN and how[i, H.onset_s] <= at_s)
+    return bool(moved and what[i, W.column] == column)
+
+
+def with_moves(advance: Callable[..., None]) -> Callable[..., None]:
+    """``advance``, stopped wherever something of a member is moved beside its equations; ``begin`` is written."""
+
+    def advance_moved(
+        first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
+        begin: Indices, steps: int, stride: int, seeds: Indices, process: Vec, sensor: Vec, picks: Indices, out: Cube,
+        broken_at: Vec, moves_of: Indices, what: IndexTable, how: Table, work: Vec,
+    ) -> None:  # fmt: skip
+        for m in range(first, last):
+            one, end, quiet = moves_of[m], moves_of[m + 1], math.inf
+            while True:
+                k, until = begin[m], steps
+                if one < end and k < steps:
+                    move_parameters(p[m], what, how, one, end, t0 + k)
+                    quiet = quiet_until(what, how, one, end, t0 + k)
+                    if quiet <= t0 + k + 1.0:
+                        until = k + 1
+                    elif quiet < t0 + steps:
+                        until = int(quiet - t0)
+                advance(
+                    m, m + 1, x, p, sev, onset, u, u_of, t0, begin, until, stride, seeds, process, sensor, picks, out,
+                    broken_at, work,
+                )  # fmt: skip
+                if one == end or k >= steps or not math.isnan(broken_at[m]):
+                    break
+                begin[m] = until
+                if quiet <= t0 + k + 1.0:
+                    move_states(x[m], what, how, one, end, t0 + until)
+                    if until % stride == 0:
+                        for i in range(one, end):
+                            for j in range(picks.shape[0]):
+                                if is_shown(what, how, i, picks[j], t0 + until):
+                                    out[m, until // stride - 1, j] = x[m, picks[j]]
+                if until >= steps:
+                    break
+
+    return advance_moved
