@@ -34,6 +34,13 @@ def test_members_that_nothing_moves_are_simulated_to_the_bit() -> None:
     assert np.array_equal(plain.record[[0, 2]], beside.record[[0, 2]])
 
 
+@pytest.mark.parametrize("own", [(), (Move(MoveKind.STATE, S.T, START_S + 10.0, 0.1),)])
+def test_members_alone_keep_their_own_moves(own: tuple[Move, ...]) -> None:
+    b = replace(settled(), moves=Moves.of([(), own, ()]))
+    alone = simulate(reactor.MODEL.kernel, b.members(np.array([1])))
+    assert np.array_equal(alone.record[0], simulate(reactor.MODEL.kernel, b).record[1])
+
+
 def test_a_state_gains_what_it_is_given_each_second() -> None:
     """The product counter has no equation of its own loss: it stands higher by the size times the seconds."""
     b = settled(1)

@@ -102,7 +102,7 @@ class Batch:
     def members(self, rows: Indices) -> Batch:
         """The batch of these members alone."""
         given = {name: v[rows] for name in PER_MEMBER if (v := getattr(self, name)) is not None}
-        return replace(self, moves=self.moves and self.moves.members(rows), **given)
+        return replace(self, moves=None if self.moves is None else self.moves.members(rows), **given)
 
 
 @dataclass(frozen=True, slots=True)
