@@ -162,14 +162,23 @@ def test_a_step_that_is_too_fast_is_uncertain_for_its_grace_then_counts() -> Non
     assert found == [Quality.UNCERTAIN] * 5 + [Quality.GOOD] * 2
 
 
-def test_steps_without_end_are_no_excuse_without_end() -> None:
+def test_one_wild_value_is_uncertain_alone() -> None:
+    w, _ = watch()
+    wiggled(w, 5)  # 305.1 at last
+    values = [295.0, 305.0, 305.2, 305.1]
+    found = [quality(w.assess(6.0 + n, sample(6.0 + n, v))) for n, v in enumerate(values)]
+    assert found == [Quality.UNCERTAIN, *[Quality.GOOD] * 3]
+
+
+@pytest.mark.parametrize(("period", "longest"), [(1, 1), (2, 2), (9, 5)])
+def test_steps_without_end_are_no_excuse_without_end(period: int, longest: int) -> None:
     w, _ = watch()
     found = []
-    for n in range(1, 32):
-        found.append(quality(w.assess(float(n), sample(float(n), 305.0 + 20.0 * (n % 2)))))
-    assert found.count(Quality.GOOD) >= 14
-    longest = max(len(run) for run in "".join("u" if q is Quality.UNCERTAIN else "g" for q in found).split("g"))
-    assert longest == 5
+    for n in range(1, 62):
+        found.append(quality(w.assess(float(n), sample(float(n), 305.0 + 20.0 * (n // period % 2) + 0.1 * (n % 2)))))
+    assert found.count(Quality.GOOD) >= 28
+    doubts = "".join("u" if q is Quality.UNCERTAIN else "g" for q in found).split("g")
+    assert max(map(len, doubts)) == longest
 
 
 def test_a_step_over_a_gap_may_be_as_large_as_the_gap_is_long() -> None:

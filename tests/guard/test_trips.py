@@ -182,6 +182,31 @@ def test_the_carrier_watches_while_a_reading_is_uncertain() -> None:
     assert found == [(), (), ("LIM-HOT",)]
 
 
+def test_a_carrier_that_good_readings_have_refuted_for_long_trips_nothing() -> None:
+    w = Watch()
+    for _ in range(61):
+        assert w.judge(hot(300.0, tx=320.0)) == ()
+    for _ in range(5):
+        assert w.judge(hot(300.0, tx=320.0), uncertain="T") == ()
+    for _ in range(61):  # it agrees with the readings again
+        assert w.judge(hot(300.0, tx=300.0)) == ()
+    assert [w.judge(hot(300.0, tx=320.0), uncertain="T") for _ in range(3)][-1] == ("LIM-HOT",)
+
+
+def test_a_carrier_that_was_refuted_for_a_moment_still_watches() -> None:
+    w = Watch()
+    for _ in range(59):
+        assert w.judge(hot(300.0, tx=320.0)) == ()
+    assert [w.judge(hot(300.0, tx=320.0), uncertain="T") for _ in range(3)][-1] == ("LIM-HOT",)
+
+
+def test_what_is_blind_with_a_refuted_carrier_trips_after_its_grace_time() -> None:
+    w = Watch()
+    for _ in range(100):
+        w.judge(hot(300.0, tx=320.0))
+    assert [w.judge(hot(math.nan, tx=320.0)) for _ in range(7)] == [()] * 6 + [("LIM-HOT",)]
+
+
 @pytest.mark.parametrize("uncertain", ["T Tx", "T"])
 def test_an_uncertain_reading_counts_where_nothing_carries_its_limit(uncertain: str) -> None:
     w = Watch() if "Tx" in uncertain else Watch(replace(RULE, carrier=None))

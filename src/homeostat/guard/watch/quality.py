@@ -29,6 +29,8 @@ class _Seen:
     value: float = math.nan
     taken_s: float = -math.inf
     changed_s: float = math.nan
+    before: float = math.nan
+    """Value before the step that made it uncertain."""
     uncertain_until_s: float = -math.inf
     quality: Quality = Quality.GOOD
 
@@ -92,11 +94,15 @@ class QualityWatch:
             return
         if value != seen.value:
             seen.changed_s = taken_s
-        if rule.fastest is not None:
-            possible = rule.fastest * (taken_s - seen.taken_s) + SIGMAS * (rule.noise or 0.0)
-            # A reading that steps again and again is no excuse for ever: between two grace times the raw one counts.
-            if abs(value - seen.value) > possible and now_s >= seen.uncertain_until_s + rule.grace_s:
-                seen.uncertain_until_s = now_s + rule.grace_s
+        if now_s < seen.uncertain_until_s:
+            if not _steps(rule, value - seen.before, 0.0):
+                seen.uncertain_until_s = now_s  # one wild value: the reading goes on from where it was before
+        # A reading that steps again and again is no excuse for ever: between two grace times the raw one counts.
+        elif now_s >= seen.uncertain_until_s + rule.grace_s and _steps(
+            rule, value - seen.value, taken_s - seen.taken_s
+        ):
+            seen.before = seen.value
+            seen.uncertain_until_s = now_s + rule.grace_s
         seen.value, seen.taken_s = value, taken_s
 
     def _judged(self, now_s: float, sample: Snapshot) -> Snapshot:
@@ -145,6 +151,11 @@ class QualityWatch:
         if tag in sample.uncertain:
             return Quality.UNCERTAIN, f"{tag!r} is marked uncertain: {sample.reasons.get(tag, 'no reason is given')}"
         return Quality.GOOD, ""
+
+
+def _steps(rule: QualityRule, difference: float, after_s: float) -> bool:
+    """Whether a reading that changed by ``difference`` within ``after_s`` [s] did so faster than the process can."""
+    return rule.fastest is not None and abs(difference) > rule.fastest * after_s + SIGMAS * (rule.noise or 0.0)
 
 
 def _copied(sample: Snapshot) -> Snapshot:

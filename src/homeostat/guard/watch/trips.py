@@ -22,6 +22,9 @@ NEAR = 0.5
 """Share of its allowance that a limit may have used up while something is still released [1]."""
 LONGEST_S = 5.0
 """Longest time for which one reading counts in a sum, where the ticks are further apart [s]."""
+REFUTED_S = 60.0
+"""How long a carrier may say that a limit is violated while undoubted readings say that it is not [s]. What a balance
+tells ahead has begun to show by then; one that goes on saying so has an instrument that lies, and carries nothing."""
 MOST = 100
 """Most explanations that a correction may have."""
 
@@ -51,6 +54,7 @@ class _Watched:
     corrected: float = 0.0
     blind_s: float = 0.0
     doubted_s: float = 0.0
+    refuted_s: float = 0.0
     violated: bool = False
     lifted_s: float = 0.0
     lifting: bool = False
@@ -143,8 +147,11 @@ class TripWatch:
         uncertain = not math.isnan(said) and readings is not None and bool(limit.formula.tags & readings.uncertain)
         watched.doubted_s = _used(watched.doubted_s, dt_s, rule.grace_s, uncertain)
         doubted = math.isnan(said) or (uncertain and watched.doubted_s <= rule.grace_s)
+        if not doubted:
+            contradicted = said > 0.0 and rule.carrier is not None and _margin(rule.carrier, values) < 0.0
+            watched.refuted_s = _used(watched.refuted_s, dt_s, REFUTED_S, contradicted)
         # What carries a limit takes back nothing that its readings have shown.
-        carried = self._carried(rule, readings) if doubted else None
+        carried = self._carried(rule, readings) if doubted and watched.refuted_s <= REFUTED_S else None
         raw = said if carried is None else min(carried, 0.0)
         if math.isnan(raw):  # a violated limit has not come back because nobody sees it any more
             return blind or (_violation(limit, raw) if watched.violated else None)
