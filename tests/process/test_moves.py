@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from homeostat.plants.cstr.layout import P, S
-from homeostat.process.batch import Batch, BatchResult, simulate
+from homeostat.process.batch import Batch, BatchResult, ProcessError, simulate
 from homeostat.process.moves import Move, MoveKind, Moves
 from tests.plants.cstr import reactor
 
@@ -111,3 +111,25 @@ def test_a_vessel_gives_no_more_than_it_holds() -> None:
     b = settled(1)
     empty = moved(b, (Move(MoveKind.STATE, S.V, START_S, -2.0, least=0.0),))
     assert np.isfinite(empty.record).all() and 0.0 <= empty.state[0, S.V] < 0.1
+
+
+@pytest.mark.parametrize(
+    ("kind", "column", "said"),
+    [
+        (MoveKind.STATE, 10_000, "a move of kind STATE has column 10000; must be within 0 and"),
+        (MoveKind.READING, -1, "a move of kind READING has column -1; must be within 0 and"),
+        (MoveKind.PARAMETER, 500, "a move of kind PARAMETER has column 500; must be within 0 and"),
+        (MoveKind.INPUT, 90, "a move of kind INPUT has column 90; must be within 0 and"),
+        (7, 0, "there is no move of kind 7"),
+    ],
+)
+def test_a_move_of_what_no_member_has_is_refused(kind: MoveKind, column: int, said: str) -> None:
+    with pytest.raises(ProcessError, match=said):
+        moved(settled(1), (Move(kind, column, START_S, 1.0),))
+
+
+@pytest.mark.parametrize("begin", [[0, 5], [1, 1], [0, 0]])
+def test_rows_of_moves_that_are_not_there_are_refused(begin: list[int]) -> None:
+    made = Moves.of([(Move(MoveKind.STATE, S.T, START_S, 1.0),)])
+    with pytest.raises(ProcessError, match="must rise from 0 to 1"):
+        simulate(reactor.MODEL.kernel, replace(settled(1), moves=replace(made, begin=np.array(begin, dtype=np.int64))))

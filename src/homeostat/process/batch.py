@@ -213,13 +213,21 @@ def _check_shapes(batch: Batch) -> None:
             raise ProcessError(f"{name} has {len(array)} rows for {members} members; must be one each")
     if batch.onset_s.shape != batch.severity.shape:
         raise ProcessError(f"onset_s of shape {batch.onset_s.shape} must be like severity, {batch.severity.shape}")
-    if batch.moves is not None and len(batch.moves.begin) != members + 1:
-        raise ProcessError(f"there are moves of {len(batch.moves.begin) - 1} members for {members}; must be one each")
+    if batch.moves is not None:
+        _check_moves(batch, batch.moves)
     for name, limit in {"input_of": len(batch.inputs), "record": states, "begin": batch.steps + 1}.items():
         chosen = getattr(batch, name)
         used = np.asarray(() if chosen is None else chosen)
         if used.size and not 0 <= used.min() <= used.max() < limit:
             raise ProcessError(f"{name} {sorted(set(used.tolist()))} must be within 0 and {limit - 1}")
+
+
+def _check_moves(batch: Batch, moves: Moves) -> None:
+    members, states = batch.state.shape
+    if len(moves.begin) != members + 1:
+        raise ProcessError(f"there are moves of {len(moves.begin) - 1} members for {members}; must be one each")
+    if misfit := moves.misfit(states, batch.parameters.shape[1], batch.inputs.shape[2]):
+        raise ProcessError(misfit)
 
 
 def _check_values(batch: Batch, describe: Callable[[int], str]) -> None:

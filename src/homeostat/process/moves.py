@@ -81,6 +81,20 @@ class Moves:
     def __bool__(self) -> bool:
         return bool(len(self.what))
 
+    def misfit(self, states: int, parameters: int, inputs: int) -> str:
+        """What does not fit a batch with so many columns, as one sentence; empty where all does."""
+        begin, rows = self.begin, len(self.what)
+        if begin[0] != 0 or begin[-1] != rows or (np.diff(begin) < 0).any() or len(self.how) != rows:
+            return f"rows of moves {begin.tolist()} must rise from 0 to {rows}"
+        columns = {PARAMETER: parameters, INPUT: inputs}
+        for kind, column in self.what.tolist():
+            if kind not in set(MoveKind):
+                return f"there is no move of kind {kind}"
+            most = columns.get(kind, states)
+            if not 0 <= column < most:
+                return f"a move of kind {MoveKind(kind).name} has column {column}; must be within 0 and {most - 1}"
+        return ""
+
     def members(self, rows: Indices) -> Moves:
         """Those of these members alone."""
         spans = [np.arange(self.begin[m], self.begin[m + 1]) for m in rows]
