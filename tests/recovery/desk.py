@@ -270,6 +270,8 @@ FREE = (Price(PriceKind.STATE, "reduced", 0.0),)
 """To run reduced costs nothing but what is not made."""
 MILD = Limits((HOT, rule("LIM-MILD", LimitKind.TRIP_LIMIT, "T <= 306")), (CALM,))
 """Limits of which one forbids without protecting the plant: where nothing can be released, it may be missed."""
+AT_ONCE = Bounds(intervention=InterventionBounds(waits=0))
+"""Nobody waits: where nothing is approved, the fallback acts."""
 FINE, DOOMED = 300.0, 305.0
 """At full feed the line heats by 10 K within the horizon: from 305 K through the limit of 313 K [K]."""
 NEXT = (Step(COOLS, ()),)

@@ -18,6 +18,7 @@ from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import SYMPTOM, ScriptedAction, diagnosis
 from tests.recovery.desk import (
+    AT_ONCE,
     CALM_20,
     DEAR,
     DOOMED,
@@ -61,7 +62,8 @@ def test_a_recovered_plant_is_left_alone_where_what_helps_costs_more() -> None:
 
 
 def test_a_plant_that_was_never_recovered_is_not_left_alone_where_anything_forbids_it() -> None:
-    done = Recovery(ticks(1, 20, FINE), action=ScriptedAction(NoAdmissiblePlan("nothing")), limits=MILD).run()
+    nobody = ScriptedAction(NoAdmissiblePlan("nothing"))
+    done = Recovery(ticks(1, 20, FINE), action=nobody, limits=MILD, bounds=AT_ONCE).run()
     assert done.handed_over == ["nothing"] and done.when(NoActionTaken) == []
 
 
@@ -199,7 +201,7 @@ def test_a_batch_that_is_not_over_is_reviewed_as_often_as_it_is_noticed() -> Non
 
 # --- every step --------------------------------------------------------------------------------------------------
 
-EVERY = Bounds(intervention=InterventionBounds(repeat_s=20.0), every_step=True)
+EVERY = Bounds(intervention=InterventionBounds(repeat_s=20.0, waits=0), every_step=True)
 
 
 def stepwise(*observations: Observation, **changed: Any) -> Recovery:

@@ -19,7 +19,7 @@ from homeostat.guard.requests.seal import Sealer
 from homeostat.recovery.release_check import Checked, ReleaseCheck
 from homeostat.recovery.releasing import Overtaken
 from tests.agents.scripted import ScriptedAction, ScriptedPlanning, ScriptedReprompting
-from tests.recovery.desk import Recovery
+from tests.recovery.desk import AT_ONCE, Recovery
 from tests.recovery.line import BAD, GOOD, HALF, KEY, MACHINE, Stage, feed, run
 from tests.recovery.rivals import DEARER, HELD, LATENCY, NO_OTHER, SAVING, asked, by, doomed, proposer, safe, thorough
 from tests.safety.world import TAGS
@@ -139,7 +139,7 @@ def test_what_the_release_check_refuses_is_followed_by_the_next_best() -> None:
 
 def test_one_refusal_after_the_other_ends_with_the_fallback() -> None:
     others = (proposer("second", ScriptedAction(SAVING), attempts=1),)
-    done = refusing(doomed(GOOD, others=others), GOOD, SAVING).run()
+    done = refusing(doomed(GOOD, others=others, bounds=AT_ONCE), GOOD, SAVING).run()
     assert by(done) == [] and len(done.trace.of(ReleaseRefused)) == 2 and len(done.handed_over) == 1
     chosen = [c.chosen for c in done.trace.of(Compared)]
     assert chosen == [GOOD.digest, SAVING.digest, ""]

@@ -21,6 +21,7 @@ from homeostat.recovery.deadline import SHORTEST_S
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, diagnosis
 from tests.recovery.desk import (
+    AT_ONCE,
     DOOMED,
     FINE,
     NEXT,
@@ -255,7 +256,7 @@ def test_what_is_released_is_followed_by_monitoring_and_nothing_stays_armed_by_t
 
 
 def test_what_nobody_can_mend_is_handed_over_and_stays_armed_by_time() -> None:
-    done = Recovery(ticks(1, 20, DOOMED), action=ScriptedAction(BAD), thinking=1).run()
+    done = Recovery(ticks(1, 20, DOOMED), action=ScriptedAction(BAD), thinking=1, bounds=AT_ONCE).run()
     assert done.handed_over == ["scripted: no proposal was approved in 1 attempts"]
     assert len(done.armed) == 1 and done.armed[0].act_by_s is not None
     assert done.monitoring.outcomes == [], "it is told when the fallback has acted"
@@ -313,7 +314,7 @@ def test_a_time_to_act_by_that_the_guard_holds_no_more_is_no_reason_to_recover_a
 
 @pytest.mark.parametrize("reason", ["the key was not accepted", ""])
 def test_the_reason_of_a_hand_over_is_the_proposer_s_or_that_time_is_up(reason: str) -> None:
-    done = Recovery(ticks(1, 20, DOOMED), action=ScriptedAction(NoAdmissiblePlan(reason))).run()
+    done = Recovery(ticks(1, 20, DOOMED), action=ScriptedAction(NoAdmissiblePlan(reason)), bounds=AT_ONCE).run()
     assert done.handed_over == [reason or "no approved proposal within 30.0 s"]
 
 

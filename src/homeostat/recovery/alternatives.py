@@ -15,18 +15,32 @@ LITTLE = 0.02
 class Alternatives:
     """The one list of a recovery."""
 
-    def __init__(self, given: tuple[Alternative, ...], currency: str, well: bool = False, first: bool = False) -> None:
+    def __init__(
+        self,
+        given: tuple[Alternative, ...],
+        currency: str,
+        well: bool = False,
+        first: bool = False,
+        pressed: bool = False,
+    ) -> None:
         """``given``: what may be done without a proposal; ``well``: left alone, the plant does what is asked of it.
 
-        ``first``: the first that is approved will do, as where every step is asked for.
+        ``first``: the first that is approved will do, as where every step is asked for; ``pressed``: something must be
+        done, or the fallback acts.
         """
         self._given, self._currency, self.well, self._first = given, currency, well, first
+        self._pressed = pressed
         self._found: list[tuple[Alternative, Choice]] = []
 
     @property
     def leave(self) -> Alternative | None:
         """Leaving the plant alone, where that may be done."""
         return next((a for a in self._given if a.kind is AlternativeKind.LEAVE and a.admitted), None)
+
+    @property
+    def lacking(self) -> bool:
+        """Whether the plant must not be left alone, and nothing that was proposed may be done."""
+        return self._pressed and self.best is None
 
     @property
     def worth_waiting(self) -> bool:
@@ -36,7 +50,7 @@ class Alternatives:
 
     def anew(self) -> Self:
         """The list without what was proposed."""
-        return type(self)(self._given, self._currency, self.well, self._first)
+        return type(self)(self._given, self._currency, self.well, self._first, self._pressed)
 
     @property
     def lasting(self) -> Approved | None:

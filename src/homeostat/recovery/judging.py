@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 from homeostat.agents.checks import Part, judge_parts
+from homeostat.agents.postponed import judge_postponed
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Agents, Approved, Probe, Situation
 from homeostat.agents.search.candidates import design_commands
@@ -129,6 +130,27 @@ class Judging:
             return Judged(attempt, None)
         digest = action_digest("wait", [seconds], [rest.digest, then.part.actions.digest])
         return Judged(attempt, Waiting(seconds, then.name, digest, verdict, by, cost, nuisance))
+
+    async def postponement(self, by: str, number: int, situation: Situation, seconds: float) -> Judged:
+        """Nothing for so many ``seconds``, and then the fallback, where that is no worse than falling back now.
+
+        Members in which even the fallback keeps no hard limit are no reason to fall back at once: what counts is
+        whether any limit is violated by more, or for longer, for the wait.
+        """
+        rest, then = self._scene.now.rest, _fallback(situation)
+        if then is None or await self._no_time(situation, seconds) is not None:
+            return Judged(Attempt(number, None, rest, Revise(()), kind=KINDS.WAIT, seconds=seconds), None)
+        fallback = then.part.actions
+        at_once = await self._agents.simulation.roll_out(situation.diagnosis, fallback)
+        ended = Interruption(seconds, fallback)
+        later = await self._agents.simulation.roll_out(situation.diagnosis, rest, ended)
+        verdict = judge_postponed(rest, later, fallback, at_once, self._rules.limits)
+        cost = self._priced(later, (situation.state, *rest.states), seconds, fallback.states, releases=1)
+        attempt = Attempt(number, None, rest, verdict, len(later.weights), cost, kind=KINDS.WAIT, seconds=seconds)
+        if not isinstance(verdict, Approve) or cost is None:
+            return Judged(attempt, None)
+        digest = action_digest("wait", [seconds], [rest.digest, fallback.digest])
+        return Judged(attempt, Waiting(seconds, then.name, digest, verdict, by, cost))
 
     async def test(self, by: str, number: int, situation: Situation, probe: Probe, follow: Follow | None) -> Judged:
         """A test move, as the prober judges it; what knowing more is worth is taken off what it costs."""

@@ -10,6 +10,7 @@ from homeostat.recovery.deliberation import Deliberation
 from homeostat.recovery.judging import Judging
 from homeostat.recovery.nuisances import Nuisances
 from homeostat.recovery.plant_rules import Bounds, PlantRules
+from homeostat.recovery.postponing import Postponing
 from homeostat.recovery.releasing import Overtaken, Refused, Taken
 from homeostat.recovery.scene import Scene
 from homeostat.recovery.taking import Taking
@@ -27,7 +28,7 @@ class Proposals:
         """``judging`` says what may be done, ``taking`` does it."""
         self._scene, self._agents, self._machine = scene, agents, rules.machine
         self._judging, self._taking = judging, taking
-        self._nuisances = Nuisances(scene, agents, rules, judging)
+        self._nuisances, self._postponing = Nuisances(scene, agents, rules, judging), Postponing(scene, judging)
         self._improvements, self._last_s = bounds.intervention.improvements, bounds.budget.last_s
         self._every_step = bounds.every_step
         self._decided: list[str] = []
@@ -61,6 +62,8 @@ class Proposals:
             if alternatives.worth_waiting and not self._every_step:
                 tried = [attempt for session in every for attempt in session.attempts]
                 await self._nuisances.add_to(alternatives, situation, tried, end)
+            if alternatives.lacking:
+                await self._postponing.add_to(alternatives, situation, end)
             best = alternatives.best
             self._scene.record(alternatives.event(digest_of(best)))
             if best is None:

@@ -182,4 +182,4 @@ class RecoveryLoop:
             )
             given.append(Alternative(AlternativeKind.FALLBACK, first.strategy.name, cost, reason))
         well, currency = stance is Stance.IMPROVE and look.fine, self._pricing.prices.currency
-        return Alternatives(tuple(given), currency, well, self._every_step)
+        return Alternatives(tuple(given), currency, well, self._every_step, stance is Stance.ACT)
