@@ -3,7 +3,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet --quiet
-INSTALL := $(PIP) install --no-build-isolation --require-hashes
+# A lock names all that is needed: nothing is resolved again, which would look for newer releases of what has extras.
+INSTALL := $(PIP) install --no-deps --no-build-isolation --require-hashes
 COMPILE := $(BIN)/uv pip compile --universal --fork-strategy fewest --generate-hashes --no-header --no-annotate --quiet
 PYTEST := $(BIN)/pytest -n 2 --dist worksteal
 # Where the quick and the slow tests are: nothing else is even read.
