@@ -62,7 +62,7 @@ class Proposals:
             if alternatives.worth_waiting and not self._every_step:
                 tried = [attempt for session in every for attempt in session.attempts]
                 await self._nuisances.add_to(alternatives, situation, tried, end)
-            if every and alternatives.lacking:
+            if every and alternatives.lacking and situation.act_by_s is not None:
                 await self._postponing.add_to(alternatives, situation, end)
             best = alternatives.best
             self._scene.record(alternatives.event(digest_of(best)))
