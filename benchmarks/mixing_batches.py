@@ -13,7 +13,7 @@ from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Deviated
 from homeostat.evaluate.reference.best_route import best_route
 from homeostat.evaluate.runner import run
-from homeostat.evaluate.scenario import Scenario, scenario
+from homeostat.evaluate.scenario import Scenario, departing, scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.plant import Plant, load_plant
@@ -40,6 +40,8 @@ FAMILIES = PUBLISHED | {
 """What a single fault is drawn from."""
 PAIR = "pair"
 """Two of the published five at once, each with its own place, severity and onset."""
+MISMATCH = "plant"
+"""How the true plant is not the model that its twin has."""
 END_S = 900.0
 BATCH_S = 230.0
 """Onsets are drawn from the whole nominal batch [s]."""
@@ -78,8 +80,17 @@ def module() -> Plant:
     return load_plant("mixing_module")
 
 
+def on_true_plant(chosen: Scenario) -> Scenario:
+    """``chosen`` on a true plant that is not the twin's model."""
+    return departing(module(), chosen, (), MISMATCH)
+
+
 def drawn(family: str, seed: int) -> Scenario:
-    """The scenario of one batch: place, severity and onset drawn for ``seed``."""
+    """The scenario of one batch on its true plant: place, severity and onset drawn for ``seed``."""
+    return on_true_plant(_drawn(family, seed))
+
+
+def _drawn(family: str, seed: int) -> Scenario:
     plant = module()
     if family == "none":
         return scenario(plant, "none", seed, end_s=END_S)

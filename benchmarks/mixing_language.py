@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from statistics import median
 
 from benchmarks.cstr_results import table
-from benchmarks.mixing_batches import drawn, module
+from benchmarks.mixing_batches import drawn, module, on_true_plant
 from benchmarks.mixing_calls import FAULTS
 from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.roles import AskingProtocol
@@ -90,7 +90,7 @@ def whole_routes(job: tuple[str, int]) -> LanguageRow:
 def published_scenario(fault: str, seed: int) -> Scenario:
     """A published fault, there from the start of the batch."""
     name, severity = FAULTS[fault]
-    return scenario(module(), name, seed, None if name == "none" else 0.0, severity, 400.0)
+    return on_true_plant(scenario(module(), name, seed, None if name == "none" else 0.0, severity, 400.0))
 
 
 def step_by_step(job: tuple[str, int, bool]) -> StepRow:

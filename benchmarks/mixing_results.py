@@ -21,7 +21,7 @@ from typing import TypeVar
 from pyoxigraph import NamedNode
 
 from benchmarks.host import kept, measured_on
-from benchmarks.mixing_batches import FAMILIES, PAIR, PUBLISHED, Row, measure, module
+from benchmarks.mixing_batches import FAMILIES, MISMATCH, PAIR, PUBLISHED, Row, measure, module
 from benchmarks.mixing_calls import FAULTS, FOLDER, answers
 from benchmarks.mixing_language import LanguageRow, StepRow, routes_table, step_by_step, steps_table, whole_routes
 from benchmarks.mixing_replay import judged, replay_table
@@ -110,8 +110,9 @@ def main(arguments: list[str]) -> int:
     steps = [(fault, seed, given) for fault in FAULTS for given in (True, False) for seed in few]
     text = (ROOT / "benchmarks" / "mixing_results.md").read_text(encoding="utf-8")
     page = text.format(
-        seeds=options.seeds, measured=measured_on(), nominal_ms=f"{nominal_ms():.1f}", summary=summary(rows),
-        odd=odd(rows), whole=WHOLE, needless=needless(rows), routes=routes_table(routes), step_seeds=len(few),
+        seeds=options.seeds, mismatch=MISMATCH, measured=measured_on(), nominal_ms=f"{nominal_ms():.1f}",
+        summary=summary(rows), odd=odd(rows), whole=WHOLE, needless=needless(rows), routes=routes_table(routes),
+        step_seeds=len(few),
         steps=steps_table(measured("steps", StepRow, step_by_step, steps, workers)), wrong=wrong_routes(options.seeds),
         replay=replayed(), graph=published_graph(),
     )  # fmt: skip

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from benchmarks.cstr_results import table
-from benchmarks.mixing_batches import module
+from benchmarks.mixing_batches import module, on_true_plant
 from homeostat.agents.checks import judge
 from homeostat.agents.search.candidates import design_commands
 from homeostat.agents.simulation import plausible
@@ -48,7 +48,8 @@ def wrong_routes(seeds: int) -> str:
             generator = draws(seed, "study/wrong routes", fault)
             at_s = round(float(generator.uniform(*LOOK_S)))
             severity = round(float(generator.uniform(*severities)), 4)
-            verdicts.append(forced(scenario(module(), fault, seed, at_s - 10.0, severity, at_s)))
+            chosen = scenario(module(), fault, seed, at_s - 10.0, severity, at_s)
+            verdicts.append(forced(on_true_plant(chosen)))
         lines.append([fault, f"{severities[0]:g} to {severities[1]:g}", *_told(verdicts)])
     return table(["fault", "severity", "refused", "checks, with least and largest margin"], lines)
 
