@@ -55,11 +55,11 @@ def true_model(model: ProcessModel) -> TrueModel | None:
 
     It stands in the folder ``true`` beside the model's module.
     """
-    package = type(model).__module__.rpartition(".")[0]
+    own = f"{type(model).__module__.rpartition('.')[0]}.true"
     try:
-        module = importlib.import_module(f"{package}.true.plant")
+        module = importlib.import_module(f"{own}.plant")
     except ModuleNotFoundError as missing:
-        if missing.name and missing.name.startswith(f"{package}.true"):
+        if missing.name in (own, f"{own}.plant"):  # anything else that is missing is a mistake in the true plant
             return None
         raise
     found: TrueModel = module.TRUE
@@ -67,27 +67,39 @@ def true_model(model: ProcessModel) -> TrueModel | None:
 
 
 def mismatches(model: ProcessModel) -> Mapping[str, Mismatch]:
-    """Those of the plant behind ``model``, by name; PlantError where its file states one that is none."""
+    """Those of the plant behind ``model``, by name; PlantError where its file is none, or states one that is none."""
     truth = true_model(model)
     if truth is None:
         return {}
-    source = Path(str(importlib.import_module(type(truth).__module__).__file__))
-    content = tomllib.loads(source.with_name(MISMATCHES).read_text("utf-8"))
+    source = Path(str(importlib.import_module(type(truth).__module__).__file__)).with_name(MISMATCHES)
     try:
-        return {name: _mismatch(truth, name, table) for name, table in content.items()}
-    except (ValidationError, DisturbanceError) as wrong:
-        raise PlantError(f"{MISMATCHES}: {str(wrong).splitlines()[0]}") from None
+        content = tomllib.loads(source.read_text("utf-8"))
+    except OSError as error:
+        raise PlantError(f"{str(source)!r} cannot be read: {error.strerror}; put it there") from None
+    except ValueError as error:  # no TOML, or no UTF-8
+        raise PlantError(f"{MISMATCHES} is no TOML file: {error}; correct it") from None
+    return {name: _mismatch(truth, name, table) for name, table in content.items()}
 
 
 def _mismatch(truth: TrueModel, name: str, content: object) -> Mismatch:
-    table, own, names = _Table.model_validate(content), truth.departures.neutral(), truth.departures.parameters
+    if name == NONE:
+        raise PlantError(f"{MISMATCHES}: {name!r} is the true plant that is its model; give the mismatch another name")
+    try:
+        table = _Table.model_validate(content)
+        drifts = tuple(Disturbance.parse(text) for text in table.drifts)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        entry = ".".join(map(str, (name, *first["loc"])))
+        raise PlantError(f"{MISMATCHES}: {entry}: {first['msg']} (given: {first['input']!r:.60})") from None
+    except DisturbanceError as error:
+        raise PlantError(f"{MISMATCHES}: {name}.drifts: {error}") from None
+    own, names = truth.departures.neutral(), truth.departures.parameters
     for parameter, value in table.values.items():
         if parameter not in names:
             raise PlantError(
                 f"{MISMATCHES}: {name}: the true plant has no {parameter!r}{near_matches(parameter, names)}"
             )
         own[names.index(parameter)] = value
-    drifts = tuple(Disturbance.parse(text) for text in table.drifts)
     return Mismatch(name, table.description, table.spread, np.array(own), drifts)
 
 
