@@ -9,7 +9,7 @@ from dataclasses import asdict
 from typing import Generic, TypeAlias, TypeVar
 
 from benchmarks.decisions.measure import Decision, measure
-from benchmarks.decisions.page import write
+from benchmarks.decisions.page import against_constants, against_routes, way_back, write
 from benchmarks.decisions.repair import Repair, measure_repair
 from benchmarks.host import ROOT, commit
 from benchmarks.unknown.causes import Cause, known_faults
@@ -17,8 +17,9 @@ from homeostat.plants.plant import Plant, load_plant
 from homeostat.process.batch import use_threads
 
 FOLDER = ROOT / "build" / "decisions"
-PARTS = ("constant", "repair", "page")
-"""Hold decisions against the best constant, repair every fault, write the page of what is in."""
+PARTS = ("constant", "route", "repair", "page")
+"""Hold the reactor against the best constant and batches against the best route, repair every fault of the reactor,
+write the page of what is in."""
 
 R = TypeVar("R", Decision, Repair)
 Measured: TypeAlias = Callable[[Plant, Cause, int, str], R]
@@ -54,7 +55,7 @@ class Ledger(Generic[R]):
 
 
 def main() -> None:
-    """Measure every fault of the reactor with each seed, and write the page."""
+    """Measure every fault of both plants with each seed, and write the page."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.decisions", description=__doc__)
     parser.add_argument("parts", nargs="*", default=list(PARTS), metavar="PART", help=", ".join(PARTS))
     parser.add_argument("--seeds", default="401-420", help="as 401-420; thresholds are chosen on those below 400")
@@ -66,16 +67,27 @@ def main() -> None:
     first, _, last = asked.seeds.partition("-")
     seeds, wanted = range(int(first), int(last or first) + 1), [name for name in asked.faults.split(",") if name]
     use_threads(1)
-    plant = load_plant("cstr")
-    causes = [(c, s) for s in seeds for c in known_faults(plant, s) if not wanted or c.id in wanted]
+    reactor, module = load_plant("cstr"), load_plant("mixing_module")
+    causes, batches = (
+        [(c, s) for s in seeds for c in known_faults(plant, s) if not wanted or c.id in wanted]
+        for plant in (reactor, module)
+    )
     constant = Ledger("constant", asked.mismatch, Decision, measure)
+    route = Ledger("route", asked.mismatch, Decision, measure)
     repair = Ledger("repair", asked.mismatch, Repair, measure_repair)
     if "constant" in asked.parts:
-        constant.fill(plant, causes)
+        constant.fill(reactor, causes)
+    if "route" in asked.parts:
+        route.fill(module, batches)
     if "repair" in asked.parts:
-        repair.fill(plant, causes)
+        repair.fill(reactor, causes)
     if "page" in asked.parts:
-        write(ROOT / "docs" / "results" / "decisions.md", list(constant.kept()), list(repair.kept()), len(causes))
+        sections = (
+            against_constants(list(constant.kept()), len(causes)),
+            against_routes(list(route.kept()), len(batches)),
+            way_back(list(repair.kept()), len(causes)),
+        )
+        write(ROOT / "docs" / "results" / "decisions.md", sections)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""One run with everything on, and what it cost against the best constant and against nobody acting."""
+"""One run with everything on, and what it cost against the best that could be done and against nobody acting."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.decisions.routes import best_route_from
 from benchmarks.unknown.causes import Cause
 from homeostat.agents.search.candidates import SearchSpace
 from homeostat.domain.cost import Cost
@@ -15,11 +16,12 @@ from homeostat.domain.plant.state_machine import SetpointRange
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate import runner
 from homeostat.evaluate.reference.best_constant import BestConstant, Grid, best_constant
-from homeostat.evaluate.reference.unsupervised import fault_free, unsupervised
+from homeostat.evaluate.reference.unsupervised import Unsupervised, fault_free, unsupervised
 from homeostat.evaluate.scenario import Fault, Scenario, departing, scenario_of
 from homeostat.evaluate.score.costs import run_cost
 from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
-from homeostat.evaluate.score.scoring import outside_after
+from homeostat.evaluate.score.outcome import completion_s
+from homeostat.evaluate.score.scoring import made, outside_after
 from homeostat.journal.memory import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.plant import Plant
@@ -44,7 +46,7 @@ class Decision:
     cost: float | None
     """Points; None where nothing was detected."""
     best: float | None
-    """Points of the best constant; None where none keeps every hard limit."""
+    """Points of the best constant, or of the best route; None where none keeps every hard limit."""
     alone: float | None
     """Points with nobody acting; None where that violates a hard limit."""
     outside_s: float
@@ -63,9 +65,9 @@ def measure(plant: Plant, cause: Cause, seed: int, mismatch: str) -> Decision:
     if run.detected_s is None:
         return Decision(*told, 0, None, None, None, 0.0, {})
     from_s = math.ceil(run.detected_s) + 1.0
-    healthy = fault_free(plant, chosen).truth
+    usual = fault_free(plant, chosen)
+    healthy = usual.truth
     own = run_cost(plant, run.truth, healthy, from_s, run.record.states, len(run.record.released))
-    best = _best(plant, chosen, from_s)
     left = unsupervised(plant, chosen)
     force = in_force(plant.description, left.states, left.truth.start_s)
     kept = not outside_after(left.truth, force, from_s)
@@ -74,11 +76,25 @@ def measure(plant: Plant, cause: Cause, seed: int, mismatch: str) -> Decision:
         *told,
         len(run.record.released),
         _points(own),
-        None if best.setpoints is None else 100.0 * (best.cost + plant.prices.release) / own.worth,
+        _least(plant, chosen, usual, from_s),
         _points(alone) if kept else None,
         _outside_s(run.truth, run.force, run.detected_s),
         {item.name: 100.0 * item.amount / own.worth for item in own.items},
     )
+
+
+def _least(plant: Plant, chosen: Scenario, usual: Unsupervised, from_s: float) -> float | None:
+    """Points of the best that could be done from ``from_s`` [s] on, by hindsight; None where nothing is safe.
+
+    Of a batch, which ``usual`` completes, the best route; else the best constant.
+    """
+    healthy = usual.truth
+    if completion_s(plant, usual.states) is not None:
+        route = best_route_from(plant, chosen, healthy, from_s)
+        return None if route is None else route.cost
+    best = _best(plant, chosen, from_s)
+    worth = plant.prices.product * made(healthy, plant.delivered, from_s)
+    return None if best.setpoints is None else 100.0 * (best.cost + plant.prices.release) / worth
 
 
 def _points(cost: Cost) -> float:

@@ -11,7 +11,14 @@ from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.snapshot import Trajectory
-from homeostat.evaluate.reference.unsupervised import fault_free, once, open_process, unsupervised, watch
+from homeostat.evaluate.reference.unsupervised import (
+    Unsupervised,
+    fault_free,
+    once,
+    open_process,
+    unsupervised,
+    watch,
+)
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
 from homeostat.evaluate.score.scoring import kept_until, loses_no_more, outside_after, worse
@@ -71,7 +78,15 @@ def diverted(
     plant: Plant, scenario: Scenario, at_s: float, actions: ActionSet, aborting: bool = False
 ) -> Trajectory | None:
     """True values where ``actions`` are commanded at ``at_s`` [s]; None where the plant leaves the physical world."""
-    sequencer = new_sequencer(plant)
+    run = diverted_run(plant, scenario, at_s, actions, aborting)
+    return None if run is None else run.truth
+
+
+def diverted_run(
+    plant: Plant, scenario: Scenario, at_s: float, actions: ActionSet, aborting: bool = False
+) -> Unsupervised | None:
+    """The same with the states of the machine."""
+    sequencer, process = new_sequencer(plant), open_process(plant, scenario)
 
     def take_over(now_s: float) -> tuple[Command, ...]:
         sequencer.stop()
@@ -79,9 +94,10 @@ def diverted(
         return actions.commands
 
     try:
-        return watch(open_process(plant, scenario), once(sequencer, at_s, take_over)).truth()
+        watch(process, once(sequencer, at_s, take_over))
     except ProcessError:
         return None
+    return Unsupervised(process.truth(), tuple(sequencer.drain()))
 
 
 def released_set(plant: Plant, released: Release, attempts: Sequence[Attempted]) -> ActionSet | None:
