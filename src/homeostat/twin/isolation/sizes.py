@@ -150,14 +150,15 @@ def _sets(evidence: Evidence, side: _Side) -> list[tuple[float, FaultSet]]:
 
 
 def _edge(side: _Side, best: float, top: float, nats: float) -> float:
-    """How far from the best size the edge is, where what is explained worse has come to ``nats``."""
-    inside, before = 0.0, np.sqrt(max(top - best, 0.0))
-    for distance, score in side.tried:
-        root = np.sqrt(max(top - score, 0.0))
-        if top - score > nats:
-            if before >= np.sqrt(nats):
-                return inside
-            share = (np.sqrt(nats) - before) / (root - before) if np.isfinite(root) else 0.0
-            return inside + float(share) * (distance - inside)
-        inside, before = distance, root
-    return inside
+    """How far from the best size the edge is, where what is explained worse has come to ``nats``.
+
+    What is explained worse grows with the square of the distance, so its root is taken to be straight between two sizes
+    that were tried. The best size need not be the likeliest one: it had a prior.
+    """
+    worse = [(0.0, top - best), *((distance, top - score) for distance, score in side.tried)]
+    inside = max((k for k, (_, loss) in enumerate(worse) if loss <= nats), default=0)
+    (near, less), (far, more) = worse[inside], worse[min(inside + 1, len(worse) - 1)]
+    if not less <= nats < more:
+        return near
+    lower, root, upper = np.sqrt(max(less, 0.0)), np.sqrt(nats), np.sqrt(more)
+    return near + float((root - lower) / (upper - lower)) * (far - near) if np.isfinite(upper) else near
