@@ -137,15 +137,20 @@ def counts(looks: Iterable[Look]) -> Counter[Verdict]:
 def statements(looks: Iterable[Look]) -> list[tuple[float, bool]]:
     """Probability of everything that was said, that nothing is wrong included, and whether it is right.
 
+    What may be right together is one statement: an unknown on a balance, and the names of what is in that balance.
     That something else is wrong is right where nothing else that was said is.
     """
     found = []
     for x in looks:
+        groups: dict[str, list[Statement]] = {}
         said = [s for s in x.judged.said if s.probability > 0.0] if x.looked else []
-        right = [truly(s, x.job.cause) for s in said]
-        none_is = not any(right)
-        for s, is_so in zip(said, right, strict=True):
-            found.append((s.probability, none_is if s.name == SOMETHING_ELSE else is_so))
+        unknown = {s.balance for s in said if not s.fault_names} - {""}
+        for s in said:
+            groups.setdefault(s.balance if s.balance in unknown else s.name, []).append(s)
+        right = {key: any(truly(s, x.job.cause) for s in group) for key, group in groups.items()}
+        if SOMETHING_ELSE in groups:
+            right[SOMETHING_ELSE] = not any(right.values())
+        found += [(sum(s.probability for s in group), right[key]) for key, group in groups.items()]
     return found
 
 

@@ -55,6 +55,7 @@ class TwinMonitoring:
         self._stopped = False
         self._unexplained_s = self._settings.repeat_s
         self._said: tuple[Hypothesis, ...] = ()
+        self._doubts: tuple[Hypothesis, ...] = ()
         self._told: frozenset[str] = frozenset()
         self._clearing, self._checks = Clearing(), False
         self._from_s = -math.inf
@@ -99,7 +100,9 @@ class TwinMonitoring:
             return Diagnosis(self._at_s, self._last, self._said, news=False)
         hypotheses = self._explain(self._symptoms, deviates)
         nothing = Diagnosis(self._at_s, (), ())
-        if not hypotheses or (not deviates and self._unsure(hypotheses) and self._waiting(self._at_s)):
+        if not hypotheses:  # no symptom any more, and nothing known: what was thought of the last one is not forgotten
+            return Diagnosis(self._at_s, (), self._doubts)
+        if not deviates and self._unsure(hypotheses) and self._waiting(self._at_s):
             return nothing
         if not Diagnosis(self._at_s, (), hypotheses).faulty:
             if (ended or self._known) and not deviates:
@@ -107,7 +110,7 @@ class TwinMonitoring:
             return nothing if deviates else self._unexplained(hypotheses)
         faulty = [h.faults for h in hypotheses if h.faults and not h.something_else]
         self._known, self._unexplained_s = next(iter(faulty), ()), self._settings.repeat_s
-        self._said, self._told = hypotheses, self._told | {s.rule for s in self._symptoms}
+        self._said, self._doubts, self._told = hypotheses, (), self._told | {s.rule for s in self._symptoms}
         self._last = self._symptoms or self._last
         self._clearing.explained([s.rule for s in self._symptoms])
         self._acknowledged.update({s.rule: self._at_s + self._settings.review_s for s in self._symptoms})
@@ -126,14 +129,14 @@ class TwinMonitoring:
     def _over(self, since_s: float) -> Diagnosis:
         """That what was known is over since ``since_s`` [s]: none of it is remembered, and its transient is awaited."""
         over, self._known, self._said, self._last, self._told = self._known, (), (), (), frozenset()
-        self._review_at_s = self._first_s = None
+        self._review_at_s, self._first_s, self._doubts = None, None, ()
         self._clearing.over()
         self._acknowledged.update({s.rule: self._at_s + self._settings.transient_s for s in self._symptoms})
         return Diagnosis(self._at_s, (), (), over, since_s)
 
     def _unexplained(self, hypotheses: tuple[Hypothesis, ...]) -> Diagnosis:
         """Symptoms of which nothing is the best explanation; they are looked at again after longer and longer times."""
-        wait_s = min(self._unexplained_s, self._settings.review_s)
+        self._doubts, wait_s = hypotheses, min(self._unexplained_s, self._settings.review_s)
         self._unexplained_s, self._first_s = 2.0 * wait_s, None
         self._acknowledged.update({s.rule: self._at_s + wait_s for s in self._symptoms})
         return Diagnosis(self._at_s, self._symptoms, hypotheses)
