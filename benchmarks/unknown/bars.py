@@ -11,7 +11,7 @@ from statistics import median
 from benchmarks.unknown.causes import HARMLESS, HEALTHY, KNOWN
 from benchmarks.unknown.forced import Forced
 from benchmarks.unknown.jobs import DAY, LABELLED, LOOKED_AT, LOOKS_S, PAIRED, UNKNOWN, Job, to_operate
-from benchmarks.unknown.judge import LEAST_COUNT, reliability
+from benchmarks.unknown.judge import LEAST_COUNT, merged, reliability
 from benchmarks.unknown.operated import Operated, longer, poorer
 from benchmarks.unknown.pairs import Paired
 from benchmarks.unknown.running import Result
@@ -164,11 +164,11 @@ def _of_known(study: Study) -> Iterator[Bar]:
 
 
 def _of_calibration(study: Study) -> Iterator[Bar]:
-    bins, runs = reliability(statements(study.looks)), study.runs_looked_at
-    told = next(b for b in bins if (b.low, b.high) == LIKELY)
+    every, runs = statements(study.looks), study.runs_looked_at
+    told = next(b for b in reliability(every) if (b.low, b.high) == LIKELY)
     text = f"{100 * told.right:.0f} % of {told.count} said with {100 * told.said:.0f} %" if told.count else "none"
     yield Bar("what is said with 90 % is true", "90 +- 5 %", text, abs(told.right - told.said) <= WITHIN, runs)
-    least = min(b.count for b in bins)
+    least = min(b.count for b in merged(every))
     asked = f">= {LEAST_COUNT}"
     yield Bar("statements in every bin of the reliability diagram", asked, str(least), least >= LEAST_COUNT, runs)
     held = Share(len(study.sizes), sum(one.holds for one in study.sizes))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import pairwise
 from typing import Any
 
 from benchmarks.unknown.causes import Cause
+from homeostat.domain.diagnosis import AS_LIKELY_AS_NOT, SOMETHING_ELSE
 
 SURE = 0.9
 """Probability from which a statement counts as made [1]."""
@@ -106,6 +107,7 @@ def verdict(said: Sequence[Statement], cause: Cause) -> Verdict:
     """What the answer ``said`` is worth where ``cause`` is true."""
     if not said:
         return Verdict.RIGHT if cause.measured or not cause.item else Verdict.NOTHING
+    said = listed(said)
     best = max(said, key=lambda s: s.probability)
     if false := sure_of_another(said, cause):
         return Verdict.WRONG if false.names_another(cause.item) else Verdict.ELSEWHERE
@@ -116,8 +118,23 @@ def verdict(said: Sequence[Statement], cause: Cause) -> Verdict:
     return Verdict.NOTHING if best.name == NONE else Verdict.UNSURE
 
 
+def listed(said: Sequence[Statement]) -> tuple[Statement, ...]:
+    """What is said about items, with the probabilities among themselves; what is sure is so among these.
+
+    A share for something else, which is no statement about an item, must make no wrong name unsure. Where something
+    else is as likely as not, everything stays as it is said.
+    """
+    other = sum(s.probability for s in said if s.name == SOMETHING_ELSE)
+    if not 0.0 < other < AS_LIKELY_AS_NOT:
+        return tuple(said)
+    kept = [s for s in said if s.name != SOMETHING_ELSE]
+    total = sum(s.probability for s in kept)
+    return tuple(replace(s, probability=s.probability / total) for s in kept)
+
+
 def answer(said: Sequence[Statement]) -> tuple[Statement, ...]:
-    """The set that is the answer: statements within :data:`NATS` of the best."""
+    """The set that is the answer: statements about items within :data:`NATS` of the best."""
+    said = [s for s in said if s.name != SOMETHING_ELSE] or said
     least = max((s.probability for s in said), default=1.0) * math.exp(-NATS)
     return tuple(s for s in said if s.probability >= least)
 
@@ -128,6 +145,7 @@ def sure_of_another(said: Sequence[Statement], cause: Cause) -> Statement | None
     Statements about one item add up: two faults of a pump are the same wrong item.
     """
     sums: dict[str, float] = {}
+    said = listed(said)
     for one in said:
         if one.name != NONE and not is_right(one, cause):
             for about in (one.items - {cause.item} or {one.balance}) - {""}:
@@ -139,7 +157,7 @@ def sure_of_another(said: Sequence[Statement], cause: Cause) -> Statement | None
 
 def named(said: Sequence[Statement], least: float = 0.5) -> tuple[str, ...]:
     """Statements with the name of a fault in them that are made at ``least`` or more."""
-    return tuple(s.name for s in said if s.fault_names and s.probability >= least)
+    return tuple(s.name for s in listed(said) if s.fault_names and s.probability >= least)
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,8 +177,9 @@ class Bin:
 
 
 EDGES = (0.0, 0.1, 0.3, 0.5, 0.7, 0.85, 0.95, 1.0)
+"""Where bins begin and end that hold enough."""
 LEAST_COUNT = 150
-"""Statements that a bin needs."""
+"""Statements that a bin needs; one with fewer is merged with the neighbour that has fewer."""
 
 
 def reliability(statements: Iterable[tuple[float, bool]], edges: Sequence[float] = EDGES) -> tuple[Bin, ...]:
@@ -173,6 +192,22 @@ def reliability(statements: Iterable[tuple[float, bool]], edges: Sequence[float]
         said = sum(p for p, _ in mine) / count if count else math.nan
         found.append(Bin(low, high, count, said, sum(r for _, r in mine) / count if count else math.nan))
     return tuple(found)
+
+
+def merged(statements: Iterable[tuple[float, bool]], edges: Sequence[float] = EDGES) -> tuple[Bin, ...]:
+    """As :func:`reliability`, with bins merged until each holds :data:`LEAST_COUNT` statements, the smallest first.
+
+    A bin goes to the neighbour that holds fewer, the lower one of two that hold as many. It is one bin at least.
+    """
+    every, kept = list(statements), list(edges)
+    while True:
+        bins = reliability(every, kept)
+        counts = [b.count for b in bins]
+        k = counts.index(min(counts))
+        if counts[k] >= LEAST_COUNT or len(bins) == 1:
+            return bins
+        below, above = (counts[j] if 0 <= j < len(counts) else math.inf for j in (k - 1, k + 1))
+        del kept[k if below <= above else k + 1]
 
 
 def statement(row: Mapping[str, Any]) -> Statement:

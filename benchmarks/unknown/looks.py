@@ -43,18 +43,8 @@ def said(plant: Plant, hypotheses: Sequence[Hypothesis]) -> list[Statement]:
         balance = balance_said(plant.name, alone.fault, about) if alone else ""
         severity = alone.severity if alone else None
         name = one.name if one.faults else NONE
-        between = interval_said(hypotheses, name) if alone else None
-        found.append(Statement(name, about, balance, one.probability, severity, between))
+        found.append(Statement(name, about, balance, one.probability, severity, one.between))
     return found
-
-
-def interval_said(hypotheses: Sequence[Hypothesis], fault: str) -> tuple[float, float] | None:
-    """Between what the size of ``fault`` is said to lie, in its unit; None where one size alone is stated.
-
-    The hypotheses of one fault are its likeliest size and those that bound it.
-    """
-    sizes = [h.faults[0].severity for h in hypotheses if h.name == fault]
-    return (min(sizes), max(sizes)) if min(sizes) < max(sizes) else None
 
 
 def balance_said(plant: str, fault: str, component: str) -> str:

@@ -12,9 +12,9 @@ from benchmarks.unknown.bars import Study, bars
 from benchmarks.unknown.causes import HARMLESS, HEALTHY, KNOWN
 from benchmarks.unknown.figure import draw
 from benchmarks.unknown.jobs import KNOWN_LOOKS_S, LOOKED_AT, LOOKS_S, UNKNOWN
-from benchmarks.unknown.judge import LEAST_COUNT, Bin, Verdict, reliability
+from benchmarks.unknown.judge import LEAST_COUNT, Bin, Verdict, merged
 from benchmarks.unknown.sections import costs, forced_section, operated_section, pairs_section, table
-from benchmarks.unknown.tally import Look, Share, answers, counts, severity_errors, statements, with_a_name
+from benchmarks.unknown.tally import NOTHING, Look, Share, answers, counts, severity_errors, statements, with_a_name
 from benchmarks.unknown.texts import (
     CALIBRATION,
     COST,
@@ -111,8 +111,8 @@ def _known_row(name: str, mine: Sequence[Look], after_s: Sequence[int]) -> Seque
 def _calibration(study: Study) -> str:
     looked = {p: [x for x in study.part(p) if x.looked] for p in LOOKED_AT}
     mix = ", ".join(f"{len(x)} {p} in {len({one.judged.run for one in x})} runs" for p, x in looked.items())
-    single = _reliability("said with", "statements", reliability(statements(study.looks)))
-    sets = _reliability("said with", "answers", reliability(answers(study.looks)))
+    single = _reliability("said with", "statements", merged(statements(study.looks)))
+    sets = _reliability("said with", "answers", merged(answers(study.looks)))
     return f"{study.title}, {study.runs_looked_at} runs; looks: {mix}.\n\n{single}\n\nAnswers as sets:\n\n{sets}"
 
 
@@ -151,7 +151,7 @@ def _wrong(study: Study) -> str:
 
 
 def _best(x: Look) -> str:
-    best = max(x.judged.said, key=lambda s: s.probability)
+    best = x.best or NOTHING
     return f"{best.name} {best.probability:.2f}"
 
 
@@ -160,6 +160,6 @@ def write(studies: Sequence[Study], mismatch: str, folder: Path) -> None:
     text, picture = folder / "results" / "unknown.md", folder / "images" / "unknown.png"
     for path in (text, picture):
         path.parent.mkdir(parents=True, exist_ok=True)
-    draw({s.title: reliability(statements(s.looks)) for s in studies}, picture)
+    draw({s.title: merged(statements(s.looks)) for s in studies}, picture)
     text.write_text(page(studies, mismatch), encoding="utf-8")
     print(f"wrote {text} and {picture}")

@@ -49,7 +49,7 @@ def sized(plant: Plant, looks: Iterable[Look]) -> Iterator[Sized]:
     """Every size that the best statement of a look says of what is truly there, where its true size is known."""
     modes = {mode.name: mode for mode in plant.description.fault_modes}
     for look in looks:
-        best = max(look.judged.said, key=lambda s: s.probability, default=None) if look.looked else None
+        best = look.best if look.looked else None
         if best is None or best.name not in modes or not is_right(best, look.job.cause):
             continue
         true = true_size(plant, look.job, best, modes[best.name], look.judged.at_s)

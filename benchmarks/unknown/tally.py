@@ -19,12 +19,13 @@ from benchmarks.unknown.judge import (
     holds,
     is_alike,
     is_right,
+    listed,
     named,
     sure_of_another,
     verdict,
 )
 from benchmarks.unknown.judging import NO_LOOK, Judged
-from homeostat.domain.diagnosis import FaultMode
+from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultMode
 
 SEVERITY_AFTER_S = 120
 """Time after the first symptom at which severities are judged [s]."""
@@ -49,6 +50,11 @@ class Look:
         return self.judged.after_s != NO_LOOK and math.isfinite(self.judged.at_s)
 
     @property
+    def best(self) -> Statement | None:
+        """The most probable statement about an item, or that nothing is wrong; None where nothing was said."""
+        return max(listed(self.judged.said), key=lambda s: s.probability, default=None)
+
+    @property
     def verdict(self) -> Verdict:
         """What the answer is worth."""
         return verdict(self.judged.said, self.job.cause)
@@ -56,7 +62,7 @@ class Look:
     @property
     def named(self) -> bool:
         """Whether the best statement is a fault of the item, by its name."""
-        best = max(self.judged.said, key=lambda s: s.probability, default=NOTHING)
+        best = self.best or NOTHING
         return bool(best.fault_names) and is_right(best, self.job.cause)
 
     @property
@@ -129,10 +135,23 @@ def counts(looks: Iterable[Look]) -> Counter[Verdict]:
 
 
 def statements(looks: Iterable[Look]) -> list[tuple[float, bool]]:
-    """Probability of everything that was said, that nothing is wrong included, and whether it is right."""
-    return [
-        (s.probability, truly(s, x.job.cause)) for x in looks if x.looked for s in x.judged.said if s.probability > 0.0
-    ]
+    """Probability of everything that was said, that nothing is wrong included, and whether it is right.
+
+    What may be right together is one statement: an unknown on a balance, and the names of what is in that balance.
+    That something else is wrong is right where nothing else that was said is.
+    """
+    found = []
+    for x in looks:
+        groups: dict[str, list[Statement]] = {}
+        said = [s for s in x.judged.said if s.probability > 0.0] if x.looked else []
+        unknown = {s.balance for s in said if not s.fault_names} - {""}
+        for s in said:
+            groups.setdefault(s.balance if s.balance in unknown else s.name, []).append(s)
+        right = {key: any(truly(s, x.job.cause) for s in group) for key, group in groups.items()}
+        if SOMETHING_ELSE in groups:
+            right[SOMETHING_ELSE] = not any(right.values())
+        found += [(sum(s.probability for s in group), right[key]) for key, group in groups.items()]
+    return found
 
 
 def answers(looks: Iterable[Look]) -> list[tuple[float, bool]]:
@@ -158,7 +177,7 @@ def severity_errors(looks: Iterable[Look], fault: FaultMode) -> list[float]:
     for x in looks:
         if x.job.cause.fault != fault.name or x.judged.after_s != after_s or not x.looked or not x.judged.said:
             continue
-        best = max(x.judged.said, key=lambda s: s.probability)
+        best = x.best or NOTHING
         if best.name == fault.name and best.severity is not None:
             found.append(abs(best.severity - x.job.cause.severity) / fault.severity_range.span)
     return found

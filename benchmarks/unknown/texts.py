@@ -12,7 +12,8 @@ thresholds were chosen on smaller ones.
 *Wrong*: another item or balance than the true one, at 0.9 or more. *Right*: the name, or an unknown on its balance.
 *Set*: nothing else is sure, and what lies within 3 nats of the best holds the item. *Noticeable*: with nobody
 acting some feature leaves its fault-free 99.9 % band, for 60 s at the reactor, as long as its symptom rules wait at
-the module. A noticeable cause without a symptom counts as one of which nothing was said."""
+the module. A noticeable cause without a symptom counts as one of which nothing was said. Every 0.9 is of what is said
+about items: the share that is stated for something else makes nothing wrong unsure."""
 VERDICTS = """Looks at causes that are in no row of the fault list, those that are not noticeable included. *Alike*:
 of the wrong ones, those about what the instruments cannot tell from the truth, as the table of causes said before.
 *Right by a fault's name*: the item is right, but the fault of the list that is named is not what happened to it."""
@@ -20,15 +21,17 @@ KNOWN_TEXT = """Severity and onset are drawn at random, the severity from the ra
 of the component. The error of the severity is a share of its range, where the fault is named, 120 s after the first
 symptom (fouling: 900 s)."""
 CALIBRATION = """Every statement of every look, that nothing is wrong included, by its probability; below, the
-answer of every look as a set: what lies within 3 nats of the best, by its summed probability. The mix: causes that
-no list names, those of the generated list among them, known faults, harmless disturbances and fault-free runs.
+answer of every look as a set: what lies within 3 nats of the best, by its summed probability. That something else is
+wrong is right where nothing else that is said is. Bins begin and end at 0.1, 0.3, 0.5, 0.7, 0.85 and 0.95; one with
+fewer than 150 statements is merged with the neighbour that has fewer, the smallest first. The mix: causes that no
+list names, those of the generated list among them, known faults, harmless disturbances and fault-free runs.
 Looks of one run are not independent of one another.
 
 ![How often statements are right, by their probability](../images/unknown.png)"""
 SIZES = """Sizes that the best statement of a look says of what is truly there, where its true size is known:
 severities of known faults, offsets and factors of transmitters, changes of parameters. An interval reaches two
-standard deviations to either side, so that 95 % of them ought to hold the truth; what is unknown may also reach as
-far as it can grow. Where one size alone is stated it counts as an interval that does not hold."""
+standard deviations to either side, so that 95 % of them ought to hold the truth. Where one size alone is stated it
+counts as an interval that does not hold."""
 OPERATION = """Each run with guard and recovery beside the same true plant that is left alone, thinking being
 charged 1 s of process time. *Longer outside*: by more than 10 s, in one hard limit. *More lost*: of the production,
 where leaving alone keeps every hard limit."""

@@ -404,3 +404,18 @@ def test_nothing_as_the_best_explanation_ends_what_was_known() -> None:
     assert scene.until_attention(10, x=2.0, y=2.0) is not None
     found = scene.monitoring.diagnose()
     assert found.ended == SURE[0].faults and found.ended_s == scene.at_s and not found.symptoms
+
+
+def test_doubts_are_told_and_outlast_their_symptom() -> None:
+    """That something may be wrong although nothing is likelier is said, acted on by nobody, and not forgotten."""
+    doubts = (Hypothesis((), 0.6), Hypothesis((FaultState("hot", 1.0, 30.0),), 0.4))
+    scene = Scene(lambda at_s: doubts)
+    scene.watch(30)
+    scene.until_attention(10, x=2.0)
+    assert not scene.monitoring.diagnose().hypotheses, "evidence is gathered first"
+    scene.until_attention(20, x=2.0)
+    told = scene.monitoring.diagnose()
+    assert told.hypotheses == doubts and told.symptoms and not told.faulty
+    scene.watch(60)
+    later = scene.monitoring.diagnose()
+    assert later.hypotheses == doubts and not later.symptoms and not later.faulty

@@ -6,14 +6,29 @@ import math
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from benchmarks.unknown.causes import Cause
 from benchmarks.unknown.jobs import Job
-from benchmarks.unknown.judge import Statement, Verdict, answer, is_alike, is_right, named, reliability, verdict
+from benchmarks.unknown.judge import (
+    EDGES,
+    LEAST_COUNT,
+    Statement,
+    Verdict,
+    answer,
+    is_alike,
+    is_right,
+    merged,
+    named,
+    reliability,
+    verdict,
+)
 from benchmarks.unknown.judging import NO_LOOK, Judged
 from benchmarks.unknown.looks import balance_said
 from benchmarks.unknown.operated import Operated, longer, poorer
 from benchmarks.unknown.tally import Look, Share, right_from, severity_errors, statements, with_a_name
+from homeostat.domain.diagnosis import SOMETHING_ELSE
 from homeostat.plants.plant import load_plant
 
 JACKET = Cause("jacket", "heat", "J1", ("heat R1",), alike=("R1", "TT2"))
@@ -135,6 +150,43 @@ def test_every_statement_is_in_one_bin() -> None:
     bins = reliability([(0.0, False), (0.5, True), (0.5, False), (1.0, True)], (0.0, 0.5, 1.0))
     assert [(b.count, b.right) for b in bins] == [(1, 0.0), (3, pytest.approx(2 / 3))]
     assert math.isnan(reliability([], (0.0, 1.0))[0].right)
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 1.0), st.booleans()), max_size=700))
+def test_merged_bins_hold_enough_and_every_statement(said: list[tuple[float, bool]]) -> None:
+    bins = merged(said)
+    assert sum(b.count for b in bins) == len(said)
+    assert len(bins) == 1 or all(b.count >= LEAST_COUNT for b in bins)
+    assert [b.high for b in bins[:-1]] == [b.low for b in bins[1:]]
+    assert {b.low for b in bins} | {b.high for b in bins} <= set(EDGES)
+
+
+def test_a_bin_with_too_few_goes_to_its_smaller_neighbour() -> None:
+    said = (
+        [(0.05, False)] * 400 + [(0.2, False)] * 160 + [(0.4, True)] * 149 + [(0.6, True)] * 300 + [(0.97, True)] * 160
+    )
+    assert [(b.low, b.high, b.count) for b in merged(said)] == [
+        (0.0, 0.1, 400),
+        (0.1, 0.5, 309),
+        (0.5, 0.7, 300),
+        (0.7, 1.0, 160),
+    ]
+
+
+ELSE = Statement(SOMETHING_ELSE, "reactor", "", 0.2)
+
+
+def test_a_share_for_something_else_makes_no_wrong_name_unsure() -> None:
+    said = [at(BIAS, 0.8 * 0.95), ELSE, at(FOULING, 0.8 * 0.05)]
+    assert verdict(said, JACKET) is Verdict.WRONG and answer(said) == (said[0], said[2])
+    assert named([at(BIAS, 0.41), ELSE, at(FOULING, 0.39)]) == ("temp_bias",)
+    assert verdict([at(ELSE, 0.5), at(BIAS, 0.5)], JACKET) is Verdict.UNSURE, "what fits nothing is sure of nothing"
+
+
+def test_something_else_is_right_where_nothing_that_is_said_is() -> None:
+    said = [at(BIAS, 0.7), at(FOULING, 0.1), ELSE]
+    assert [right for _, right in statements(looks(JACKET, said))] == [False, True, False]
+    assert [right for _, right in statements(looks(JACKET, [said[0], ELSE]))] == [False, True]
 
 
 def looks(cause: Cause, *said: list[Statement], noticeable: bool = True, part: str = "unknown") -> list[Look]:

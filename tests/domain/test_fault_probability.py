@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.domain.diagnosis import FaultState, Hypothesis, by_fault_set
+from homeostat.domain.diagnosis import (
+    SOMETHING_ELSE,
+    Diagnosis,
+    FaultState,
+    Hypothesis,
+    by_fault_set,
+    with_a_twin,
+)
 
 FAULTS = st.lists(st.sampled_from(["leak", "fouling", "bias"]), unique=True, max_size=2).map(
     lambda names: tuple(FaultState(name, 0.5, 0.0) for name in sorted(names))
@@ -28,3 +37,30 @@ def test_nothing_is_lost_and_nothing_is_twice(hypotheses: list[Hypothesis]) -> N
     assert {b.name for b in items} == {h.name for h in hypotheses}
     assert len({b.name for b in items}) == len(items)
     assert [b.probability for b in items] == sorted((b.probability for b in items), reverse=True)
+
+
+ELSE = FaultState(SOMETHING_ELSE, 1.0, 0.0)
+
+
+@given(HYPOTHESES.filter(lambda held: sum(h.probability for h in held) > 0.01), st.floats(0.01, 0.49))
+def test_a_share_for_something_else_makes_no_explanation_weaker(hypotheses: list[Hypothesis], lapse: float) -> None:
+    """Whatever share is put aside, what a twin can carry has the probabilities among itself that it had without."""
+    total = sum(h.probability for h in hypotheses)
+    alone = [replace(h, probability=h.probability / total) for h in hypotheses]
+    said = [*(replace(h, probability=(1.0 - lapse) * h.probability) for h in alone), Hypothesis((ELSE,), lapse)]
+    found = with_a_twin(said)
+    assert [h.faults for h in found] == [h.faults for h in alone]
+    assert [h.probability for h in found] == pytest.approx([h.probability for h in alone])
+
+
+def test_something_else_that_is_as_likely_as_not_counts_as_it_is_said() -> None:
+    said = (Hypothesis((ELSE,), 0.5), Hypothesis((FaultState("leak", 0.1, 5.0),), 0.5))
+    assert with_a_twin(said) == said
+    assert with_a_twin(said[1:]) == said[1:] and with_a_twin(()) == ()
+
+
+@pytest.mark.parametrize(("healthy", "faulty"), [(0.6, False), (0.4, True)])
+def test_whether_anything_is_wrong_is_asked_of_what_a_twin_can_carry(healthy: float, faulty: bool) -> None:
+    held = (Hypothesis((), 0.8 * healthy), Hypothesis((FaultState("leak", 0.1, 5.0),), 0.8 * (1.0 - healthy)))
+    assert Diagnosis(0.0, (), (*held, Hypothesis((ELSE,), 0.2))).faulty is faulty
+    assert not Diagnosis(0.0, (), ()).faulty

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from homeostat.domain.diagnosis import Diagnosis, Hypothesis
+from homeostat.domain.diagnosis import Diagnosis, Hypothesis, with_a_twin
 
 PLAUSIBLE = 0.02
 """What is at least this probable counts: it is searched for, rolled out and judged, and its faults take away [1]."""
@@ -10,9 +10,20 @@ MOST = 10
 """Most hypotheses that are rolled out."""
 
 
+def counted(diagnosis: Diagnosis) -> tuple[Hypothesis, ...]:
+    """What decisions are made by: what a twin can carry, and nothing where probably nothing is wrong.
+
+    What is said besides to people, that something else may be wrong or that something may be although it is not
+    likely, has no part in them.
+    """
+    if diagnosis.hypotheses and not diagnosis.faulty:
+        return (Hypothesis((), 1.0),)
+    return with_a_twin(diagnosis.hypotheses)
+
+
 def plausible(diagnosis: Diagnosis) -> tuple[Hypothesis, ...]:
     """The hypotheses that are at least :data:`PLAUSIBLE`, most probable first; at least one, at most :data:`MOST`."""
-    ranked = sorted(diagnosis.hypotheses, key=lambda h: -h.probability)
+    ranked = sorted(counted(diagnosis), key=lambda h: -h.probability)
     kept = tuple(h for h in ranked if h.probability >= PLAUSIBLE)[:MOST]
     return kept or tuple(ranked[:1]) or (Hypothesis((), 1.0),)
 
@@ -28,7 +39,7 @@ def probabilities(hypotheses: Iterable[Hypothesis]) -> dict[str, float]:
 def plausible_faults(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Faults that all hypotheses together make at least :data:`PLAUSIBLE`, sorted by name."""
     weight: dict[str, float] = {}
-    for hypothesis in diagnosis.hypotheses:
+    for hypothesis in counted(diagnosis):
         for fault in {f.fault for f in hypothesis.faults}:
             weight[fault] = weight.get(fault, 0.0) + hypothesis.probability
     return tuple(sorted(f for f, w in weight.items() if w >= PLAUSIBLE))

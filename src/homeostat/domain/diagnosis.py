@@ -1,11 +1,16 @@
 """Diagnosis: features, symptoms, faults, hypotheses (DIN ISO 17359)."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from homeostat.domain.plant.tag import Range
 from homeostat.stl.formula import Expression
+
+SOMETHING_ELSE = "unknown_cause"
+"""Name of the fault mode that stands for everything that is not among the others; no twin can carry it."""
+AS_LIKELY_AS_NOT = 0.5
+"""Probability from which something else is what counts most [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,12 +159,20 @@ class Hypothesis:
     faults: tuple[FaultState, ...]
     """What is wrong; empty for 'nothing'."""
     probability: float
-    """Weight among the explanations [0, 1]."""
+    """How probable it is [0, 1]."""
+    between: tuple[float, float] | None = None
+    """Between what the true size of its one fault lies with 95 %, in that fault's unit; None where it has no size, or
+    where there are several. It is wider than what hypotheses of one name span: those are sizes that the twin has."""
 
     @property
     def name(self) -> str:
         """Names of the faults, joined by '+'; 'none' where nothing is wrong."""
         return "+".join(f.fault for f in self.faults) or "none"
+
+    @property
+    def something_else(self) -> bool:
+        """Whether it is that something is wrong that is in no other hypothesis."""
+        return any(f.fault == SOMETHING_ELSE for f in self.faults)
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,8 +194,9 @@ class Diagnosis:
 
     @property
     def faulty(self) -> bool:
-        """Whether anything is probably wrong."""
-        return any(h.faults for h in self.hypotheses)
+        """Whether anything is probably wrong: not where nothing being wrong is more likely than not."""
+        healthy = sum(h.probability for h in with_a_twin(self.hypotheses) if not h.faults)
+        return healthy <= AS_LIKELY_AS_NOT and any(h.faults for h in self.hypotheses)
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,6 +207,8 @@ class FaultProbability:
     """The faults as the most probable hypothesis of this set has them; empty for 'nothing is wrong'."""
     probability: float
     """Summed probability of the hypotheses of this set [0, 1]."""
+    between: tuple[float, float] | None = None
+    """Between what the true size of its one fault lies with 95 %, in that fault's unit; None where none is stated."""
 
     @property
     def name(self) -> str:
@@ -205,8 +221,24 @@ def by_fault_set(hypotheses: Iterable[Hypothesis]) -> tuple[FaultProbability, ..
     by_name: dict[str, list[Hypothesis]] = {}
     for hypothesis in hypotheses:
         by_name.setdefault(hypothesis.name, []).append(hypothesis)
-    found = [
-        FaultProbability(max(group, key=lambda h: h.probability).faults, sum(h.probability for h in group))
-        for group in by_name.values()
-    ]
+    found = []
+    for group in by_name.values():
+        best = max(group, key=lambda h: h.probability)
+        found.append(FaultProbability(best.faults, sum(h.probability for h in group), best.between))
     return tuple(sorted(found, key=lambda each: -each.probability))
+
+
+def with_a_twin(hypotheses: Iterable[Hypothesis]) -> tuple[Hypothesis, ...]:
+    """The hypotheses that a twin can carry, with their probabilities among themselves.
+
+    That something else is wrong is said to people and can be rolled out by nobody: it forbids nothing, and no share of
+    it makes another explanation weaker. Where it is as likely as not, all of them stay as they are, and it stands for a
+    plant of which nothing is known.
+    """
+    every = tuple(hypotheses)
+    other = sum(h.probability for h in every if h.something_else)
+    if not 0.0 < other < AS_LIKELY_AS_NOT:
+        return every
+    kept = [h for h in every if not h.something_else]
+    total = sum(h.probability for h in kept)
+    return tuple(replace(h, probability=h.probability / total) for h in kept)

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 from homeostat.agents.roles import AskingProtocol, Monitoring
-from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom, by_fault_set
+from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom, by_fault_set, with_a_twin
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import FallbackNeeded, Resolution
 from homeostat.journal import Setting
@@ -106,7 +106,9 @@ class MostProbable:
     def diagnose(self, deviates: bool = False) -> Diagnosis:
         """The most probable set of faults, each of its most probable size, as if it were certain."""
         diagnosis = self._monitoring.diagnose(deviates)
-        kept = tuple(Hypothesis(fault_set.faults, 1.0) for fault_set in by_fault_set(diagnosis.hypotheses)[:1])
+        kept = tuple(
+            Hypothesis(fault_set.faults, 1.0) for fault_set in by_fault_set(with_a_twin(diagnosis.hypotheses))[:1]
+        )
         return replace(diagnosis, hypotheses=kept)
 
     def follow(self, outcome: Resolution) -> None:

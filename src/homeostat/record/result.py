@@ -145,7 +145,8 @@ class Result:
                 "released_s": self.released_s,
                 "attempts": self.attempts,
                 "hypotheses": [
-                    {"fault": b.name, "probability": b.probability, "severity": _severity(b)} for b in self.hypotheses
+                    {"fault": b.name, "probability": b.probability, "severity": _severity(b), "between": b.between}
+                    for b in self.hypotheses
                 ],
                 "actions": [{"tag": c.tag, "value": c.value, "rate": c.rate} for c in self.actions],
                 "min_margin": self.min_margin,
@@ -218,9 +219,9 @@ def _fault_set(item: dict[str, Any]) -> FaultProbability:
     elif not isinstance(severity, dict):
         severity = {item["fault"]: severity}
     # The onset that was diagnosed is in the journal, not in the result.
-    return FaultProbability(
-        tuple(FaultState(name, size, math.nan) for name, size in severity.items()), item["probability"]
-    )
+    faults = tuple(FaultState(name, size, math.nan) for name, size in severity.items())
+    between = item.get("between")
+    return FaultProbability(faults, item["probability"], None if between is None else (between[0], between[1]))
 
 
 def _probe(item: dict[str, Any]) -> ProbeMade:

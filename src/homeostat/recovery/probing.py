@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from homeostat.agents.checks import judge_passing, judge_safety
+from homeostat.agents.hypotheses import counted
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.probing.twin_probing import CERTAIN
 from homeostat.agents.roles import Agents, Approved, Probe, Probing, Situation
@@ -80,7 +81,7 @@ class Probes:
         if self._under_way is None:
             return False
         probe, self._under_way = self._under_way.probe, None
-        best = by_fault_set(diagnosis.hypotheses)[:1]
+        best = by_fault_set(counted(diagnosis))[:1]
         name, probability = (best[0].name, best[0].probability) if best else ("none", 1.0)
         self._scene.record(ProbeEnded(probe.apart, name, probability, probability >= CERTAIN))
         return probe.path is not None

@@ -36,6 +36,13 @@ class TwinSettings:
     """State -> standard deviation of what smoothing may get wrong at the start of a window."""
     gain_error: float
     """What a reading moved by is predicted to this share at best [1]."""
+    size_error: float = 0.0
+    """Standard deviation of a size that is stated, for which the model stands and not the readings, as a share of that
+    size [1]."""
+    least_size_error: float = 0.0
+    """The same however small the size is, as a share of the fault's typical size [1]."""
+    lapse: float = 0.0
+    """Share of cases in which what explains the readings best is not what is wrong, however well it does so [1]."""
     lag_error_s: float = 0.0
     """By how much actuators and instruments may be slower than the model's, standard deviation [s]."""
     balances: tuple[Balance, ...] = ()

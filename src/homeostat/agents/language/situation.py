@@ -87,19 +87,20 @@ def _symptoms(situation: Situation, plant: PlantDescription) -> str:
 
 
 def _hypotheses(hypotheses: Sequence[Hypothesis], plant: PlantDescription) -> list[str]:
-    """One line per combination of faults, with the range of its sizes."""
+    """One line per combination of faults, with between what its true size lies, or the sizes that the twin has."""
     lines = []
     for group in ranked(hypotheses)[:MOST_FINDINGS]:
-        told = []
+        probability, told = sum(h.probability for h in group), list[str]()
+        if group[0].something_else:
+            lines.append(f"Hypothesis p={probability:.2f}: something else, which the twin cannot show.")
+            continue
         for k, first in enumerate(group[0].faults):
             fault = plant.fault_mode(first.fault)
-            sizes = [h.faults[k].severity for h in group]
+            sizes = group[0].between or [h.faults[k].severity for h in group]
             unit = "" if fault.severity_unit == "1" else f" {fault.severity_unit}"
             size = f"{min(sizes):.3g}" if max(sizes) - min(sizes) < 1e-9 else f"{min(sizes):.3g} to {max(sizes):.3g}"
             told.append(f"{first.fault} ({quote(fault.label, 60)}), severity {size}{unit}, since {first.onset_s:.0f} s")
-        lines.append(
-            f"Hypothesis p={sum(h.probability for h in group):.2f}: {' and '.join(told) or 'nothing is wrong'}."
-        )
+        lines.append(f"Hypothesis p={probability:.2f}: {' and '.join(told) or 'nothing is wrong'}.")
     return lines
 
 

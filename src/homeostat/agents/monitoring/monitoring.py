@@ -9,13 +9,12 @@ from homeostat.agents.monitoring.clearing import Clearing
 from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.agents.monitoring.symptoms import SymptomWatch
-from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom, by_fault_set
+from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom, by_fault_set, with_a_twin
 from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released, Resolution
 from homeostat.stl.formula import Formula
-from homeostat.twin.isolation.modes import UNLISTED
 from homeostat.twin.twin import Twin
 
 
@@ -56,6 +55,7 @@ class TwinMonitoring:
         self._stopped = False
         self._unexplained_s = self._settings.repeat_s
         self._said: tuple[Hypothesis, ...] = ()
+        self._doubts: tuple[Hypothesis, ...] = ()
         self._told: frozenset[str] = frozenset()
         self._clearing, self._checks = Clearing(), False
         self._from_s = -math.inf
@@ -100,15 +100,17 @@ class TwinMonitoring:
             return Diagnosis(self._at_s, self._last, self._said, news=False)
         hypotheses = self._explain(self._symptoms, deviates)
         nothing = Diagnosis(self._at_s, (), ())
-        if not hypotheses or (not deviates and self._unsure(hypotheses) and self._waiting(self._at_s)):
+        if not hypotheses:  # no symptom any more, and nothing known: what was thought of the last one is not forgotten
+            return Diagnosis(self._at_s, (), self._doubts)
+        if not deviates and self._unsure(hypotheses) and self._waiting(self._at_s):
             return nothing
-        if sum(h.probability for h in hypotheses if not h.faults) > 0.5:
+        if not Diagnosis(self._at_s, (), hypotheses).faulty:
             if (ended or self._known) and not deviates:
                 return ended or self._over(self._at_s)
-            return nothing if deviates else self._unexplained()
-        faulty = [h.faults for h in hypotheses if h.faults and h.faults[0].fault != UNLISTED]
+            return nothing if deviates else self._unexplained(hypotheses)
+        faulty = [h.faults for h in hypotheses if h.faults and not h.something_else]
         self._known, self._unexplained_s = next(iter(faulty), ()), self._settings.repeat_s
-        self._said, self._told = hypotheses, self._told | {s.rule for s in self._symptoms}
+        self._said, self._doubts, self._told = hypotheses, (), self._told | {s.rule for s in self._symptoms}
         self._last = self._symptoms or self._last
         self._clearing.explained([s.rule for s in self._symptoms])
         self._acknowledged.update({s.rule: self._at_s + self._settings.review_s for s in self._symptoms})
@@ -117,7 +119,7 @@ class TwinMonitoring:
 
     def _ended(self) -> tuple[Diagnosis | None, bool]:
         """That all that was known to be wrong is over, where it is, and whether nothing else is wrong since then."""
-        known = [h.faults for h in by_fault_set(self._said) if h.faults and h.faults[0].fault != UNLISTED]
+        known = [s.faults for s in by_fault_set(h for h in self._said if h.faults and not h.something_else)]
         ended = self._twin.frozen().ended(known, self._from_s) if self._known else None
         if ended is None:
             return None, True
@@ -127,17 +129,17 @@ class TwinMonitoring:
     def _over(self, since_s: float) -> Diagnosis:
         """That what was known is over since ``since_s`` [s]: none of it is remembered, and its transient is awaited."""
         over, self._known, self._said, self._last, self._told = self._known, (), (), (), frozenset()
-        self._review_at_s = self._first_s = None
+        self._review_at_s, self._first_s, self._doubts = None, None, ()
         self._clearing.over()
         self._acknowledged.update({s.rule: self._at_s + self._settings.transient_s for s in self._symptoms})
         return Diagnosis(self._at_s, (), (), over, since_s)
 
-    def _unexplained(self) -> Diagnosis:
+    def _unexplained(self, hypotheses: tuple[Hypothesis, ...]) -> Diagnosis:
         """Symptoms of which nothing is the best explanation; they are looked at again after longer and longer times."""
-        wait_s = min(self._unexplained_s, self._settings.review_s)
+        self._doubts, wait_s = hypotheses, min(self._unexplained_s, self._settings.review_s)
         self._unexplained_s, self._first_s = 2.0 * wait_s, None
         self._acknowledged.update({s.rule: self._at_s + wait_s for s in self._symptoms})
-        return Diagnosis(self._at_s, self._symptoms, (Hypothesis((), 1.0),))
+        return Diagnosis(self._at_s, self._symptoms, hypotheses)
 
     def follow(self, outcome: Resolution) -> None:
         """Take note of what was done: an expected transient is not a new fault, and reviews are scheduled."""
@@ -213,15 +215,16 @@ class TwinMonitoring:
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
         """Where one fault of one size explains everything since the release, learn the parameters from that time."""
-        if self._released_s is None or len(hypotheses) > 1:
+        (first, *others) = with_a_twin(hypotheses)
+        if self._released_s is None or others:
             return
         seconds = int(min(self._at_s - self._released_s, self._settings.review_s)) - 60
         if seconds >= self._settings.review_s / 2:
-            self._twin.recalibrate(seconds, hypotheses[0].faults)
+            self._twin.recalibrate(seconds, first.faults)
 
     def _unsure(self, hypotheses: tuple[Hypothesis, ...]) -> bool:
         """Whether no explanation stands out."""
-        return max(probabilities(hypotheses).values()) < self._settings.sure
+        return max(probabilities(with_a_twin(hypotheses)).values()) < self._settings.sure
 
     def _waiting(self, at_s: float) -> bool:
         """Whether there is still time to gather evidence; starts the wait."""

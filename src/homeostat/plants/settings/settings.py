@@ -114,6 +114,15 @@ class TwinTable(Table):
     corrected: Annotated[list[Name], Len(1)]
     initial: Annotated[dict[Name, Deviation], Len(1)]
     gain_error: Fraction
+    size_error: Annotated[float, within(0.0, 2.0, "(fraction)", "a size that is wrong by more says nothing")] | None = (
+        None
+    )
+    least_size_error: (
+        Annotated[float, within(0.0, 2.0, "(fraction)", "a size that is wrong by more says nothing")] | None
+    ) = None
+    lapse: (
+        Annotated[float, within(0.0, 0.4, "(probability)", "a twin that misleads more often is of no use")] | None
+    ) = None
     lag_error_s: Annotated[float, within(0.0, 30.0, "s", "a twin that lags by more is of no use")] | None = None
     balances: dict[Name, BalanceTable] = {}
     unknown_growth: Annotated[float, within(0.0, 10.0, "(fraction)", "it is a share of a size")] | None = None

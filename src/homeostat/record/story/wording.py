@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from homeostat.domain.alternative import Alternative, AlternativeKind
-from homeostat.domain.diagnosis import FaultMode, FaultProbability, FaultState
+from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultMode, FaultProbability, FaultState
 from homeostat.domain.events.recovery import Attempted, Compared
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import Command
@@ -20,8 +20,14 @@ def quantity(value: float, unit: str) -> str:
 
 
 def severities(fault_set: FaultProbability, plant: PlantDescription) -> str:
-    """The faults of a set with their sizes; what is unknown by where it is, with a sign."""
-    return named(fault_set.faults, plant) or "nothing is wrong"
+    """The faults of a set with their sizes; what is unknown by where it is, with a sign; the interval of the size."""
+    if fault_set.faults and fault_set.faults[0].fault == SOMETHING_ELSE:
+        return "something else"
+    told = named(fault_set.faults, plant) or "nothing is wrong"
+    if fault_set.between is None:
+        return told
+    low, high = fault_set.between
+    return f"{told} ({low:.3g} to {high:.3g})"
 
 
 def named(faults: Iterable[FaultState], plant: PlantDescription) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-from homeostat.agents.hypotheses import PLAUSIBLE, probabilities
+from homeostat.agents.hypotheses import PLAUSIBLE, counted, probabilities
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.mode import Mode
@@ -62,9 +62,10 @@ def is_news(now: Look, before: Look) -> bool:
 
 def severities(diagnosis: Diagnosis) -> dict[tuple[str, str], float]:
     """(set of faults, one of them) -> its mean severity, for every set that is likely as a whole."""
-    weight = probabilities(diagnosis.hypotheses)
+    hypotheses = counted(diagnosis)
+    weight = probabilities(hypotheses)
     summed: dict[tuple[str, str], float] = {}
-    for h in diagnosis.hypotheses:
+    for h in hypotheses:
         for f in h.faults:
             summed[h.name, f.fault] = summed.get((h.name, f.fault), 0.0) + h.probability * f.severity
     return {(name, fault): s / weight[name] for (name, fault), s in summed.items() if weight[name] >= PLAUSIBLE}

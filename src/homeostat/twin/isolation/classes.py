@@ -10,15 +10,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from homeostat.domain.diagnosis import FaultMode, FaultState, Hypothesis
+from homeostat.domain.diagnosis import AS_LIKELY_AS_NOT, SOMETHING_ELSE, FaultMode, FaultState, Hypothesis
 from homeostat.twin.carried import FaultSet
-from homeostat.twin.isolation.modes import UNLISTED
 from homeostat.twin.isolation.search import Scored
 
 NAMED_NATS = 8.0
 """A named cause may be this much worse than the best explanation of its class, which is free to be anything [nats]."""
-MISFIT = 0.5
-"""Probability of a cause that is not among the explanations where the best of them does not fit [1]."""
 LEAST_PROBABILITY = 0.02
 """Classes below this are dropped."""
 SPREAD_NATS = 1.5
@@ -33,14 +30,20 @@ def class_of(faults: FaultSet, modes: Mapping[str, FaultMode]) -> Class:
 
 
 def hypotheses(
-    scored: Iterable[Scored], none: float, modes: Mapping[str, FaultMode], named: bool = True, since_s: float = 0.0
+    scored: Iterable[Scored],
+    none: float,
+    modes: Mapping[str, FaultMode],
+    named: bool = True,
+    since_s: float = 0.0,
+    lapse: float = 0.0,
 ) -> tuple[Hypothesis, ...]:
     """Scored explanations as weighted hypotheses, most probable first.
 
     A class is represented by its named cause or by its best explanation, with those that bound its size; its
     probability is shared among them. ``none``: score of nothing being wrong; ``named``: whether names may be used.
     Where the best explanation does not fit, none is preferred to what is unknown, and something else that began at
-    ``since_s`` [s] is as likely as not.
+    ``since_s`` [s] is as likely as not. Where it fits, something else has what the dropped classes had, and the share
+    ``lapse`` of cases in which the twin or the list of causes misleads however well something fits [1].
     """
     classes: dict[Class, list[Scored]] = {}
     for each in scored:
@@ -58,9 +61,11 @@ def hypotheses(
             continue
         chosen = _representatives(group, modes, named)
         found += [Hypothesis(s.faults, share * w) for s, w in zip(chosen, _shares(len(chosen)), strict=True)]
-    if not named:
-        other = Hypothesis((FaultState(UNLISTED, 1.0, since_s),), MISFIT)
-        found = [*(replace(h, probability=(1.0 - MISFIT) * h.probability) for h in found), other]
+    kept = 1.0 - lapse if named else 1.0 - AS_LIKELY_AS_NOT
+    other = 1.0 - kept * sum(h.probability for h in found) if named else AS_LIKELY_AS_NOT
+    found = [replace(h, probability=kept * h.probability) for h in found]
+    if other >= LEAST_PROBABILITY:
+        found.append(Hypothesis((FaultState(SOMETHING_ELSE, 1.0, since_s),), other))
     return tuple(sorted(found, key=lambda h: -h.probability))
 
 

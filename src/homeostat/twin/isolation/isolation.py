@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from homeostat.domain.diagnosis import EffectKind, FaultMode, FaultState, Hypothesis
+from homeostat.domain.diagnosis import EffectKind, FaultMode, FaultState, Hypothesis, with_a_twin
 from homeostat.domain.plant.description import PlantDescription, Relation
 from homeostat.process.batch import ProcessError
 from homeostat.process.model import ProcessModel
@@ -36,6 +36,7 @@ from homeostat.twin.isolation.prechecks import What, prechecks, shared
 from homeostat.twin.isolation.prior import Prior
 from homeostat.twin.isolation.responses import FIRST_ROW
 from homeostat.twin.isolation.search import Scored, Search
+from homeostat.twin.isolation.sizes import SizeError, stated
 from homeostat.twin.settings import TwinSettings
 
 SECOND_FAULT_NATS = 6.0
@@ -88,6 +89,7 @@ class FaultIsolation:
     def __init__(self, model: ProcessModel, plant: PlantDescription, carrier: Carrier, settings: TwinSettings) -> None:
         self._model, self._plant, self._carrier, self._settings = model, plant, carrier, settings
         self._accuracy = Accuracy(settings.errors, settings.gain_error, settings.lag_error_s)
+        self._size_error = SizeError(settings.size_error, settings.least_size_error)
         sensors = {s.component: s.variable for s in plant.signals if s.relation is Relation.MEASURES}
         self._calibrated = {p.symbol: sensors[p.component] for p in plant.parameters if p.component in sensors}
 
@@ -109,7 +111,7 @@ class FaultIsolation:
             return question.before
         accused = self._accused(window, question)
         if accused:
-            return self._by_itself(search, accused, question)
+            return stated(self._by_itself(search, accused, question), {}, evidence, self._size_error, DOUBT)
         said = remembered(question.known, question.before, window.start_s + FIRST_ROW)
         memory = Memory(said, self._carrier.modes, search.prior, window.end_s)
         (nothing,) = memory.told([Scored((), float(search.score([()])[0]))])
@@ -127,9 +129,11 @@ class FaultIsolation:
             if len(question.known) <= 1:
                 scored += memory.told(self._second(search, best, recent, posterior, question.known))
             best, fit = _best(scored, evidence, none)
-        modes = self._carrier.modes
+        modes, since_s = self._carrier.modes, min(question.since_s, window.end_s)
         scored, none = _spread(with_doubt(scored, evidence, modes, self._settings.gain_error), none, best, fit)
-        return hypotheses(scored, none, modes, fit.good, min(question.since_s, window.end_s))
+        found = hypotheses(scored, none, modes, fit.good, since_s, self._settings.lapse)
+        courses = {s.faults: s.course for s in scored if s.course}
+        return stated(found, courses, evidence, self._size_error, _divisor(fit))
 
     def _named(self, search: Search, question: Question, window: Window) -> list[Scored]:
         """Single faults of the tables."""
@@ -200,7 +204,8 @@ class FaultIsolation:
             alike = [f for f in self._plant.faults if f.component in items]
             sets += [(*kept, FaultState(f.name, f.severity_nominal, since)) for f in alike]
         scored = [Scored(s, score) for s, score in zip(sets, search.score(sets).tolist(), strict=True)]
-        return hypotheses(scored, max(s.score for s in scored) - SELF_EVIDENT_NATS, modes)
+        none = max(s.score for s in scored) - SELF_EVIDENT_NATS
+        return hypotheses(scored, none, modes, lapse=self._settings.lapse)
 
     def _on(self, window: Window, posterior: Posterior, known: FaultSet) -> tuple[Evidence, Search]:
         evidence = Evidence(self._model, self._carrier, window, posterior, self._accuracy, known)
@@ -300,10 +305,15 @@ def _spread(scored: Sequence[Scored], none: float, best: Scored, fit: Fit) -> tu
     Where nothing explains everything, something is at work that no explanation has, and differences say less. That
     makes further faults no likelier than they were.
     """
-    k = DOUBT + fit.unexplained / UNEXPLAINED_NATS
+    k = _divisor(fit)
     most = len(best.faults)
     gaps = [(s, (s.score - best.score) / (k if len(s.faults) <= most else DOUBT)) for s in scored]
     return [replace(s, score=best.score + gap) for s, gap in gaps], best.score + (none - best.score) / k
+
+
+def _divisor(fit: Fit) -> float:
+    """By how much smaller differences count than those of log-likelihoods where the best explanation fits so well."""
+    return DOUBT + fit.unexplained / UNEXPLAINED_NATS
 
 
 def _estimates(
@@ -319,8 +329,9 @@ def _estimates(
 
 
 def _certain(said: Sequence[Hypothesis]) -> bool:
-    """Whether one set of faults was said with near certainty."""
-    return bool(said) and bool(said[0].faults) and sum(h.probability for h in said if h.name == said[0].name) >= CERTAIN
+    """Whether one set of faults was said with near certainty, of those that a twin can carry."""
+    held = with_a_twin(said)
+    return bool(held) and bool(held[0].faults) and sum(h.probability for h in held if h.name == held[0].name) >= CERTAIN
 
 
 def _fit(evidence: Evidence, explanation: Scored) -> Fit:

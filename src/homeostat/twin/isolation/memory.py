@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from homeostat.domain.diagnosis import FaultMode, FaultState, Hypothesis, by_fault_set
+from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultMode, FaultState, Hypothesis, by_fault_set
 from homeostat.twin.carried import FaultSet
-from homeostat.twin.isolation.modes import UNLISTED
 from homeostat.twin.isolation.prior import Prior
 from homeostat.twin.isolation.search import Scored
 
@@ -38,7 +37,7 @@ def remembered(known: FaultSet, before: Sequence[Hypothesis], first_s: float) ->
 
     What began from ``first_s`` on [s] is seen again, with all that speaks for it, and competes as everything else does.
     """
-    said = {h.name: h for h in by_fault_set(before) if h.faults and h.faults[0].fault != UNLISTED}
+    said = {h.name: h for h in by_fault_set(before) if h.faults and h.faults[0].fault != SOMETHING_ELSE}
     most = max((h.probability for h in said.values()), default=1.0)
     found = [Remembered(h.faults, _old(h.faults, first_s), math.log(h.probability / most)) for h in said.values()]
     if known and Hypothesis(known, 1.0).name not in said:

@@ -6,7 +6,7 @@ changes a characteristic, is not: such a mode says where it is and how large, an
 
 from collections.abc import Collection, Iterator, Sequence
 
-from homeostat.domain.diagnosis import Effect, EffectKind, FaultMode
+from homeostat.domain.diagnosis import SOMETHING_ELSE, Effect, EffectKind, FaultMode
 from homeostat.domain.plant.description import PlantDescription, Relation, Signal
 from homeostat.domain.plant.parameter import ModelParameter
 from homeostat.domain.plant.tag import Range, Role
@@ -22,8 +22,6 @@ PARAMETER_LARGE = 25.0
 """A large change of a parameter in standard deviations of what it may be: what hardly differs hardly changes [1]."""
 SEVERAL = 3.0
 """How many times what is large may occur [1]."""
-UNLISTED = "unknown_cause"
-"""Name of the mode that stands for everything that is not among the others."""
 PRIOR = 0.05
 """Relative frequency of a generated fault mode [1]."""
 
@@ -133,7 +131,7 @@ def _of_parameter(
 def _of_nothing_listed(plant: PlantDescription) -> FaultMode:
     """What is wrong where nothing fits of all that could be."""
     words = "unknown cause: nothing that is known or estimated fits"
-    return _mode(UNLISTED, words, plant.name, "1", Range(0.0, 1.0), Effect(EffectKind.UNSEEN, ""), unknown=True)
+    return _mode(SOMETHING_ELSE, words, plant.name, "1", Range(0.0, 1.0), Effect(EffectKind.UNSEEN, ""), unknown=True)
 
 
 def _mode(

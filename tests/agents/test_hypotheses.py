@@ -1,0 +1,34 @@
+"""Hypotheses that count: what people are told besides has no part in what is decided."""
+
+from __future__ import annotations
+
+import pytest
+
+from homeostat.agents.hypotheses import plausible, plausible_faults
+from homeostat.domain.diagnosis import SOMETHING_ELSE, Diagnosis, FaultState, Hypothesis
+
+LEAK, BIAS = FaultState("leak", 0.1, 5.0), FaultState("bias", 1.0, 7.0)
+ELSE = FaultState(SOMETHING_ELSE, 1.0, 5.0)
+
+
+def said(*held: tuple[tuple[FaultState, ...], float]) -> Diagnosis:
+    return Diagnosis(10.0, (), tuple(Hypothesis(faults, probability) for faults, probability in held))
+
+
+def test_a_share_for_something_else_is_rolled_out_by_nobody_and_drops_nothing() -> None:
+    """What is just plausible among what can be rolled out stays so."""
+    diagnosis = said(((LEAK,), 0.8 * 0.979), ((ELSE,), 0.2), ((BIAS,), 0.8 * 0.021))
+    kept = plausible(diagnosis)
+    assert [h.name for h in kept] == ["leak", "bias"]
+    assert [h.probability for h in kept] == pytest.approx([0.979, 0.021])
+    assert plausible_faults(diagnosis) == ("bias", "leak")
+
+
+def test_something_else_that_is_as_likely_as_not_is_rolled_out() -> None:
+    assert [h.name for h in plausible(said(((ELSE,), 0.5), ((LEAK,), 0.5)))] == [SOMETHING_ELSE, "leak"]
+
+
+def test_where_probably_nothing_is_wrong_no_cause_is_acted_on() -> None:
+    diagnosis = said(((), 0.5), ((LEAK,), 0.4), ((ELSE,), 0.1))
+    assert not diagnosis.faulty and plausible(diagnosis) == (Hypothesis((), 1.0),)
+    assert plausible_faults(diagnosis) == ()
