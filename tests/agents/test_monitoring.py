@@ -158,6 +158,36 @@ def test_the_healthy_stretch_is_learned_once() -> None:
     assert scene.twin.learned == [(25.0, 20)], "five seconds to settle (from second 1 on), then twenty"
 
 
+FOLLOWING = replace(SETTINGS, adapt_s=100.0)
+
+
+def test_a_plant_that_stays_healthy_is_learned_again_and_again() -> None:
+    scene = Scene(settings=FOLLOWING)
+    scene.watch(330)
+    assert scene.twin.learned == [(25.0, 20), (125.0, 20), (225.0, 20), (325.0, 20)]
+
+
+def test_a_slow_change_is_followed_and_raises_no_symptom() -> None:
+    """Up to twice 0.1, by which healthy plants differ: beyond that it is a symptom, however slowly it comes."""
+    assert Scene(settings=FOLLOWING).watch(30) == []
+    for last, noticed in ((0.65, False), (0.75, True)):
+        scene = Scene(settings=FOLLOWING)
+        scene.watch(30)
+        found = [scene.watch(1, x=last * k / 1000.0) for k in range(1001)]
+        found += [scene.watch(200, x=last)]
+        assert any(found) is noticed
+
+
+def test_what_is_known_to_be_wrong_is_not_followed() -> None:
+    scene = Scene(settings=FOLLOWING)
+    scene.watch(30)
+    scene.until_attention(10, x=2.0)
+    assert scene.monitoring.diagnose().faulty
+    scene.watch(1000, x=0.65)
+    assert scene.monitoring.symptoms, "it would have been followed by now"
+    assert scene.twin.learned == [(25.0, 20)]
+
+
 def test_a_faulty_stretch_is_not_learned() -> None:
     scene = Scene()
     scene.watch(10)

@@ -94,6 +94,22 @@ def test_the_plant_s_own_mean_replaces_the_design_s() -> None:
     assert active(one, 20.9, 21.0) == [False, True]
 
 
+def test_what_was_learned_follows_the_plant_no_further_than_healthy_plants_differ() -> None:
+    """They differ by 4: what was learned moves by 8 at most, and comes back."""
+    one = watch(on_delay_s=0.0)
+    one.follow(40.0, 1.0)
+    assert active(one, 20.0) == [True], "nothing was learned yet"
+    one.centre(15.0)
+    one.follow(19.0, 0.5)
+    assert active(one, -99.0, 22.9, 23.0) == [False, False, True]
+    for _ in range(100):
+        one.follow(40.0, 0.5)
+    assert active(one, -99.0, 28.9, 29.0) == [False, False, True]
+    for _ in range(100):
+        one.follow(-40.0, 0.5)
+    assert active(one, -99.0, 12.9, 13.0) == [False, False, True]
+
+
 PLAUSIBLE = [(30.0, True), (30.001, False), (-10.0, True), (-10.001, False), (1e9, False), (math.nan, False)]
 
 

@@ -49,6 +49,14 @@ def test_a_plant_without_a_fault_is_not_improved_even_where_it_deviates(remember
         assert stance({**FINE, "faulty": False}, deviates=deviates, **remembered) is Stance.LEAVE
 
 
+def test_a_plant_without_a_fault_is_left_where_somebody_moved_it_as_long_as_it_is_protected() -> None:
+    elsewhere = {**HARMLESS, "faulty": False}
+    for worthwhile in (False, True):
+        assert stance(elsewhere, worthwhile=worthwhile) is Stance.LEAVE
+    assert stance(elsewhere, deviates=True) is Stance.ACT, "a batch that does not do what was predicted needs somebody"
+    assert stance({**HARMFUL, "faulty": False}) is Stance.ACT
+
+
 @pytest.mark.parametrize(("ago_s", "expected"), [(CALM_S - 0.1, Stance.LEAVE), (CALM_S, Stance.IMPROVE)])
 def test_a_release_settles_before_anything_is_improved(ago_s: float, expected: Stance) -> None:
     assert stance(FINE, released_s=100.0 - ago_s) is expected

@@ -101,9 +101,11 @@ class Agenda:
     def stance(self, memory: RecoveryMemory, look: Look, due: bool, deviates: bool, worthwhile: bool = True) -> Stance:
         """What is to be done after ``look``; ``due``: this state is to be asked about, ``deviates``: the batch does.
 
-        ``worthwhile``: there is something to win by doing anything.
+        ``worthwhile``: there is something to win by doing anything. A plant in which nothing is wrong, and everything
+        that protects it holds, is left as it is also where it stands elsewhere than its state says: somebody moved it.
         """
-        if look.fine and not due and (not worthwhile or self._calm(memory, look)):
+        sound = look.harmless and not look.diagnosis.faulty and not deviates
+        if (look.fine or sound) and not due and (not worthwhile or self._calm(memory, look)):
             return Stance.LEAVE
         if self.finished(look.state):
             return Stance.ACCEPT if look.fine or look.harmless else Stance.GIVE_UP

@@ -21,6 +21,16 @@ BLOCK_S = 60
 
 
 @dataclass(frozen=True, slots=True)
+class Usual:
+    """Where the plant stood while its parameters were learned."""
+
+    inputs: Vec
+    """Mean inputs of the replay, shape (inputs,)."""
+    readings: Mapping[str, float]
+    """Variable -> its mean reading, in its unit."""
+
+
+@dataclass(frozen=True, slots=True)
 class Posterior:
     """What is known of the parameters: a normal distribution."""
 
@@ -28,6 +38,8 @@ class Posterior:
     """Expected values, shape (parameters,)."""
     root: Table
     """Square root of the covariance, shape (parameters, k): mean + root z with z standard normal is a draw."""
+    usual: Usual | None = None
+    """Where this was learned; None where nothing was."""
 
     def draws(self, count: int, generator: np.random.Generator) -> Table:
         """``count`` parameter sets, shape (count, parameters); the first is the mean."""
@@ -82,4 +94,6 @@ def calibrate(
     z = np.linalg.solve(precision, response.T @ surprise)[:count]
     covariance = np.linalg.inv(precision)[:count, :count]
     root = posterior.root @ np.linalg.cholesky(covariance + 1e-12 * np.eye(count))
-    return Posterior(posterior.mean + posterior.root @ z, root)
+    inputs = model.replay_inputs(window.readings, window.inputs).mean(axis=0)
+    usual = Usual(inputs, {v: float(window.readings[v].mean()) for v in variables})
+    return Posterior(posterior.mean + posterior.root @ z, root, usual)

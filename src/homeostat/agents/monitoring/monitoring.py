@@ -44,7 +44,7 @@ class TwinMonitoring:
         self._sums = {f.name: 0.0 for f in description.features}
         self._counted = 0
         self._started_s: float | None = None
-        self._centred = False
+        self._centred, self._adapted_s = False, math.inf
         self._acknowledged: dict[str, float] = {}
         self._released_s: float | None = None
         self._first_s: float | None = None
@@ -170,8 +170,13 @@ class TwinMonitoring:
                 watch.update(value, snapshot.at_s)
         active = tuple(w.active for w in self._watches if w.active is not None)
         known = {k: v for k, v in values.items() if v is not None}
-        if not self._centred and not self._known and len(known) == len(values):
-            self._learn(known, healthy=not active)
+        if self._known:
+            self._adapted_s, self._counted = snapshot.at_s, 0
+        elif len(known) == len(values):
+            if self._centred:
+                self._adapt(known, snapshot.at_s, healthy=not active)
+            else:
+                self._learn(known, healthy=not active)
         return active
 
     def _learn(self, values: Mapping[str, float], healthy: bool) -> None:
@@ -187,7 +192,18 @@ class TwinMonitoring:
             for watch in self._watches:
                 watch.centre(self._sums[watch.rule.feature] / self._counted)
             self._twin.calibrate(int(self._settings.centre_s))
-            self._centred = True
+            self._centred, self._counted, self._adapted_s = True, 0, self._at_s
+
+    def _adapt(self, values: Mapping[str, float], at_s: float, healthy: bool) -> None:
+        """Follow a plant in which nothing is known to be wrong; calibrate anew after a long healthy stretch."""
+        share = 1.0 - math.exp(-(at_s - self._adapted_s) / self._settings.adapt_s)
+        self._adapted_s = at_s
+        for watch in self._watches:
+            watch.follow(values[watch.rule.feature], share)
+        self._counted = self._counted + 1 if healthy else 0
+        if self._counted >= self._settings.adapt_s:
+            self._twin.calibrate(int(self._settings.centre_s))
+            self._counted = 0
 
     def _attention(self, at_s: float) -> bool:
         """Whether something new was seen, or a review is due."""

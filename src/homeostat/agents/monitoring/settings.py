@@ -12,6 +12,9 @@ class MonitoringSettings:
     """After the plant has reached normal operation, before features are judged [s]."""
     centre_s: float = 600.0
     """Healthy stretch from which this plant's own means and parameters are learned [s]."""
+    adapt_s: float = math.inf
+    """Time in which what is learned of a plant follows what it shows while nothing is known to be wrong; infinite for
+    never [s]."""
     sure: float = 0.75
     """Probability from which an explanation needs no more evidence [1]."""
     evidence_s: float = 6.0

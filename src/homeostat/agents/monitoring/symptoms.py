@@ -5,6 +5,9 @@ import math
 from homeostat.domain.diagnosis import Direction, Symptom, SymptomRule
 from homeostat.domain.plant.baseline import Baseline
 
+FOLLOWED = 2.0
+"""How far what is learned may move, in standard deviations of how much healthy plants of one design differ [1]."""
+
 
 class SymptomWatch:
     """Applies one rule: threshold and on-delay; a symptom returns at 70 % of the threshold."""
@@ -15,6 +18,7 @@ class SymptomWatch:
         self._baseline = baseline
         self._centre = baseline.mean
         self._sd = math.hypot(baseline.within_sd, baseline.between_sd)
+        self._learned: float | None = None
         self._since: float | None = None
         self.active: Symptom | None = None
         """The confirmed symptom; None while there is none."""
@@ -22,8 +26,19 @@ class SymptomWatch:
     def centre(self, mean: float) -> None:
         """Use this plant's own healthy mean; refused (kept at the design's) where it is implausible."""
         if abs(mean - self._baseline.mean) <= 4.0 * self._sd:
-            self._centre = mean
+            self._centre = self._learned = mean
             self._sd = self._baseline.within_sd
+
+    def follow(self, value: float, share: float) -> None:
+        """Let the plant's own mean follow ``value`` by a ``share`` of its distance [1], where one was learned.
+
+        It moves no further than healthy plants differ by what the tables leave uncertain: a fault that grows slowly is
+        not learned away.
+        """
+        if self._learned is not None:
+            most = FOLLOWED * self._baseline.between_sd
+            moved = self._centre + share * (value - self._centre)
+            self._centre = min(max(moved, self._learned - most), self._learned + most)
 
     @property
     def threshold(self) -> float:

@@ -168,6 +168,7 @@ class MonitoringTable(Table):
 
     settle_s: SomeTime | None = None
     centre_s: Annotated[float, within(1.0, 1e6, "s", "a mean needs a sample, and 1e6 s is never")] | None = None
+    adapt_s: Annotated[float, within(600.0, 1e6, "s", "a plant that is followed at once has no symptoms")] | None = None
     sure: Annotated[float, within(0.5, 1.0, "(probability)", "what is less probable than not is not sure")] | None = (
         None
     )

@@ -19,7 +19,7 @@ from homeostat.process.types import Cube, Table, Vec
 from homeostat.twin.calibration import Posterior
 from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.history import Window
-from homeostat.twin.isolation.input_errors import LATE_S, late_inputs, weaker_inputs
+from homeostat.twin.isolation.input_errors import LATE_S, distant_inputs, late_inputs, weaker_inputs
 from homeostat.twin.replay import replay
 
 TEMPER = 3.0
@@ -28,6 +28,10 @@ BOUND = 12.0
 """What is left of one reading counts as this many standard deviations at most."""
 WILD = 9.0
 """Square of what is left of a single reading, which counts as no more than this or its neighbours [1]."""
+NOISE_S = 3
+"""Readings so far apart have independent noise, and have hardly changed otherwise [s]."""
+NORMAL = 1.4826
+"""Standard deviation of normal numbers in multiples of their median distance from the median [1]."""
 SETTLED = 15
 """Readings that say where a variable started from."""
 USUAL_BLOCK = 3.5
@@ -96,6 +100,7 @@ class Evidence:
         self.variables = tuple(accuracy.errors)
         noise, bias = np.array(list(accuracy.errors.values())).T
         self._seen = np.stack([window.readings[v][1:] for v in self.variables], axis=1)
+        noise = np.maximum(noise, observed_noise(self._seen))
         moved = self._seen - np.mean(self._seen[:SETTLED], axis=0)
         counts = np.ones(self._seen.shape)
         for j, v in enumerate(self.variables):
@@ -161,8 +166,8 @@ class Evidence:
         """Directions in which readings may differ although nothing new is wrong, shape (readings, k), in spreads.
 
         A constant model error of each variable, one standard deviation of each parameter that is still uncertain, and
-        of what each input does less, or later: what was not learned in healthy operation, as the loss to the ambient of
-        a plant that was never idle, is no sign of a fault.
+        of what each input does less, or later, or far from where it was learned: what was not learned in healthy
+        operation, as the loss to the ambient of a plant that was never idle, is no sign of a fault.
         """
         root, mean = self.posterior.root, self.posterior.mean
         members = np.vstack([mean, mean + root.T])
@@ -176,9 +181,36 @@ class Evidence:
         present = self.carrier.carry([known], self.window)
         what = self.model, self.window, mean[None], present, self.variables
         every = [constants.reshape(variables, -1), parameters, self.whiten(weaker_inputs(*what, accuracy.gain))]
+        if self.posterior.usual is not None:
+            every.append(self.whiten(distant_inputs(*what, accuracy.gain, self.posterior.usual.inputs)))
+            every.append(self._distant_readings(predicted[0], accuracy.gain, self.posterior.usual.readings))
         if accuracy.lag_s > 0.0 and seconds > max(LATE_S):
             every.append(self.whiten(late_inputs(*what, accuracy.lag_s)))
         return np.vstack(every).T.copy()
+
+    def _distant_readings(self, predicted: Table, gain: float, usual: Mapping[str, float]) -> Table:
+        """What each reading is wrong by that is ``predicted`` elsewhere than ``usual``: its characteristic is another.
+
+        ``predicted``: shape (seconds, variables); ``gain``: share of the distance [1]. Shape (variables, readings).
+        """
+        change = np.zeros((len(self.variables), *self.shape))
+        for j, variable in enumerate(self.variables):
+            if variable in usual:
+                change[j, :, j] = gain * (predicted[:, j] - usual[variable])
+        return self.whiten(change)
+
+
+def observed_noise(readings: Table) -> Vec:
+    """Standard deviation of the noise of each column of ``readings``, shape (seconds, variables), in its unit.
+
+    By the median of what they change by within :data:`NOISE_S`, which neither a few steps nor a steady course decide:
+    an instrument whose noise grows with its reading is not as good as it is by design wherever it reads more.
+    """
+    if len(readings) <= 2 * NOISE_S:
+        return np.zeros(readings.shape[1])
+    change = readings[NOISE_S:] - readings[:-NOISE_S]
+    spread = np.median(np.abs(change - np.median(change, axis=0)), axis=0)
+    return np.asarray(NORMAL * spread / np.sqrt(2.0))
 
 
 def _without_wild(squares: Table) -> Table:

@@ -12,11 +12,13 @@ import numpy as np
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.model import ProcessModel
 from homeostat.process.moves import Moves
-from homeostat.process.types import Cube, Indices, Table
+from homeostat.process.types import Cube, Indices, Table, Vec
 from homeostat.twin.carried import Carried
 from homeostat.twin.history import Window
 from homeostat.twin.replay import open_loop, starting_states
 
+SETTLED = 15
+"""Seconds at the beginning of a window that say where an input stood then."""
 LATE_S = (1, 2)
 """By how much commands and readings are late in the directions [s]: a dead time and a lag differ in both."""
 
@@ -33,6 +35,29 @@ def weaker_inputs(
     for i in _moving(own).tolist():
         schedules.append(own.copy())
         schedules[-1][:, i] -= share * (own[:, i] - own[0, i])
+    return _changes(model, batch, carried, np.stack([own, *schedules]))[1]
+
+
+def distant_inputs(
+    model: ProcessModel,
+    window: Window,
+    parameters: Table,
+    carried: Carried,
+    variables: tuple[str, ...],
+    share: float,
+    usual: Vec,
+) -> Cube:
+    """Changes of readings where an input that stands elsewhere than usual does less of it by ``share`` [1].
+
+    A model is right where it was learned; how far an input stands from there is how far it is wrong, although it stands
+    still throughout the window. ``usual``: where each input stood then, shape (inputs,). Shape of the result: (inputs
+    that are known, seconds, variables).
+    """
+    batch = _one(model, window, parameters, carried, variables)
+    own, schedules = _given(batch), []
+    for i in np.flatnonzero(np.all(np.isfinite(own), axis=0) & np.isfinite(usual) & (own[0] != usual)).tolist():
+        schedules.append(own.copy())
+        schedules[-1][:, i] -= share * (float(np.mean(own[:SETTLED, i])) - usual[i])
     return _changes(model, batch, carried, np.stack([own, *schedules]))[1]
 
 

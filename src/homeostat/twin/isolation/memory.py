@@ -42,6 +42,9 @@ def remembered(known: FaultSet, before: Sequence[Hypothesis], first_s: float) ->
     found = [Remembered(h.faults, _old(h.faults, first_s), math.log(h.probability / most)) for h in said.values()]
     if known and Hypothesis(known, 1.0).name not in said:
         found.insert(0, Remembered(known, _old(known, first_s), 0.0))
+    nothing = sum(h.probability for h in before if not h.faults)
+    if found and nothing > 0.0:  # that nothing was wrong was likely, too, and costs no repair
+        found.append(Remembered((), (), math.log(nothing / most)))
     return tuple(found) or (Remembered((), (), 0.0),)
 
 
