@@ -131,3 +131,31 @@ def test_bounds_are_computed_once_for_each_diagnosis() -> None:
         assert asyncio.run(planning.plan(each, ADVICE)).commanded == COMPENSATED
     assert asyncio.run(planning.plan(later, Advice(refused_paths=(COMPENSATED,)))).commanded == REDUCED
     assert len(bounds.asked) == 2
+
+
+def with_a_leak(probability: float, act_by_s: float | None) -> Situation:
+    """A jacket that fouls, or else a vessel that leaks, which leaves no path open."""
+    leak = Hypothesis((FaultState("leak", 0.001, 1450.0),), probability)
+    hypotheses = (replace(FOULING, probability=1.0 - probability), leak)
+    return replace(now(), diagnosis=Diagnosis(0.0, (), hypotheses), act_by_s=act_by_s)
+
+
+def test_what_is_hardly_probable_takes_nothing_away_where_else_the_plant_must_fall_back() -> None:
+    planning = SearchPlanning(reactor().description, grounding())
+    assert asyncio.run(planning.plan(with_a_leak(0.03, 10.0), ADVICE)).commanded == COMPENSATED
+
+
+@pytest.mark.parametrize(("probability", "act_by_s"), [(0.03, None), (0.1, 10.0)])
+def test_it_does_where_the_plant_may_be_left_alone_and_where_it_is_likely(
+    probability: float, act_by_s: float | None
+) -> None:
+    planning = SearchPlanning(reactor().description, grounding())
+    with pytest.raises(NoAdmissiblePlan, match="is open with fouling, leak"):
+        asyncio.run(planning.plan(with_a_leak(probability, act_by_s), ADVICE))
+
+
+def test_where_something_was_open_and_was_refused_nothing_more_is_offered() -> None:
+    planning = SearchPlanning(reactor().description, grounding())
+    refused = Advice(refused_paths=(COMPENSATED, REDUCED, HOLDING))
+    with pytest.raises(NoAdmissiblePlan, match="targets refused"):
+        asyncio.run(planning.plan(replace(situation(), act_by_s=10.0), refused))

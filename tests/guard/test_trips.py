@@ -25,6 +25,10 @@ LIMIT = limit("LIM-HOT", LimitKind.TRIP_LIMIT, "T <= 313", hard=True)
 RULE = TripRule("LIM-HOT", 8.0, 6.0, parse("Tx <= 311.5", TAGS), lift=10.0, lift_s=20.0)
 
 
+HOT_BY_BALANCE = 312.0
+"""What the carrier reads where it does not carry."""
+
+
 class Watch:
     """A trip watch, ticked once per second, and what it has noted."""
 
@@ -226,7 +230,8 @@ def test_the_carrier_watches_while_a_limit_is_blind() -> None:
 def test_a_correction_may_always_add_caution() -> None:
     w = Watch()
     w.watch.correct(({"T": -5.0}, {}))
-    assert [w.judge(hot(311.0)) for _ in range(3)] == [(), (), ("LIM-HOT",)]
+    assert w.judge(hot(307.0, HOT_BY_BALANCE)) == ()
+    assert [w.judge(hot(311.0, HOT_BY_BALANCE)) for _ in range(3)] == [(), (), ("LIM-HOT",)]
     w = Watch()
     w.watch.correct(({"T": math.nan}, {"T": math.inf}))
     assert [w.judge(hot(311.0)) for _ in range(10)] == [()] * 10
@@ -346,6 +351,7 @@ def test_what_is_near_forbids_a_release_and_what_is_above_delays_it() -> None:
     w.judge(hot(math.nan))
     assert "cannot be judged" in w.watch.near(w.last)[0].reason
     w.watch.correct(({"T": -5.0},))
+    w.judge(hot(300.0))
     w.judge(hot(309.0))
     assert [v.limit for v in w.watch.above(w.last)] == ["LIM-HOT"]
 

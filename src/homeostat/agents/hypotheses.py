@@ -6,6 +6,8 @@ from homeostat.domain.diagnosis import Diagnosis, Hypothesis, with_a_twin
 
 PLAUSIBLE = 0.02
 """What is at least this probable counts: it is searched for, rolled out and judged, and its faults take away [1]."""
+LIKELY = 0.1
+"""What is at least this probable takes away what it disables also where nothing else is open [1]."""
 MOST = 10
 """Most hypotheses that are rolled out."""
 
@@ -36,10 +38,10 @@ def probabilities(hypotheses: Iterable[Hypothesis]) -> dict[str, float]:
     return found
 
 
-def plausible_faults(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Faults that all hypotheses together make at least :data:`PLAUSIBLE`, sorted by name."""
+def plausible_faults(diagnosis: Diagnosis, least: float = PLAUSIBLE) -> tuple[str, ...]:
+    """Faults that all hypotheses together make at least :data:`PLAUSIBLE`, or ``least`` [1], sorted by name."""
     weight: dict[str, float] = {}
     for hypothesis in counted(diagnosis):
         for fault in {f.fault for f in hypothesis.faults}:
             weight[fault] = weight.get(fault, 0.0) + hypothesis.probability
-    return tuple(sorted(f for f, w in weight.items() if w >= PLAUSIBLE))
+    return tuple(sorted(f for f, w in weight.items() if w >= least))

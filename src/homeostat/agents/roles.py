@@ -122,6 +122,8 @@ class Approved:
     """What ends it where it is released for a while only; None where it is to last."""
     for_s: float = 0.0
     """How long it is held before the plant is looked at again [s]; 0 where it is to last."""
+    beside: ActionSet | None = None
+    """The fallback that it is no worse than, where some explanation violates a limit whatever is done; else None."""
 
 
 class Monitoring(Protocol):

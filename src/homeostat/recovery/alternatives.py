@@ -76,6 +76,11 @@ class Alternatives:
         """The release check or the guard refused what was ``found``, for this ``reason``."""
         self._found = [(replace(a, refused=reason) if other is found else a, other) for a, other in self._found]
 
+    @property
+    def refused(self) -> frozenset[str]:
+        """Digests of what the release check or the guard refused."""
+        return frozenset(a.digest for a, _ in self._found if not a.admitted)
+
     def event(self, chosen: str) -> Compared:
         """The list, the cheapest first; ``chosen`` is the digest of what is done, empty where nothing is."""
         every = sorted((*self._given, *(a for a, _ in self._found)), key=lambda a: a.cost.total)

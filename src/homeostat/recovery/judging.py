@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 from homeostat.agents.checks import Part, judge_parts
+from homeostat.agents.no_worse import comparable, judge_no_worse
 from homeostat.agents.postponed import judge_postponed
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Agents, Approved, Probe, Situation
@@ -76,6 +77,28 @@ class Judging:
         if not isinstance(verdict, Approve) or cost is None:
             return Judged(attempt, None)
         return Judged(attempt, Approved(actions, path, verdict, by, cost))
+
+    async def no_worse(self, by: str, situation: Situation, attempt: Attempt) -> Judged:
+        """A refused proposal that is to last, by what the fallback does at once in the same members.
+
+        Members in which a limit is violated whatever is done are no reason to fall back.
+        """
+        fallback, actions, path = situation.fallback, attempt.actions, attempt.path
+        if fallback is None or actions is None or path is None or attempt.kind is not KINDS.RELEASE:
+            return Judged(attempt, None)
+        if not comparable(attempt.verdict, self._rules.limits):
+            return Judged(attempt, None)
+        judged = await self.proposal(by, attempt.number, situation, path, actions)
+        if judged.found is not None or judged.attempt.cost is None:
+            return judged
+        rollout = await self._agents.simulation.roll_out(situation.diagnosis, actions)
+        at_once = await self._agents.simulation.roll_out(situation.diagnosis, fallback.actions)
+        rules = self._rules
+        verdict = judge_no_worse(judged.attempt.verdict, rollout, at_once, rules.limits, rules.scales)
+        if not isinstance(verdict, Approve):
+            return judged
+        found = Approved(actions, path, verdict, by, judged.attempt.cost, beside=fallback.actions)
+        return Judged(replace(judged.attempt, verdict=verdict), found)
 
     async def hold(
         self, by: str, number: int, situation: Situation, path: RecoveryPath, actions: ActionSet, seconds: float

@@ -6,6 +6,7 @@ from dataclasses import replace
 from homeostat.agents.roles import Agents, Approved, NoAdmissiblePlan, Situation
 from homeostat.domain.events.recovery import GaveUp
 from homeostat.recovery.alternatives import Alternatives, digest_of, told
+from homeostat.recovery.beside_fallback import BesideFallback
 from homeostat.recovery.deliberation import Deliberation
 from homeostat.recovery.judging import Judging
 from homeostat.recovery.nuisances import Nuisances
@@ -29,6 +30,7 @@ class Proposals:
         self._scene, self._agents, self._machine = scene, agents, rules.machine
         self._judging, self._taking = judging, taking
         self._nuisances, self._postponing = Nuisances(scene, agents, rules, judging), Postponing(scene, judging)
+        self._beside = BesideFallback(scene, judging)
         self._improvements, self._last_s = bounds.intervention.improvements, bounds.budget.last_s
         self._every_step = bounds.every_step
         self._decided: list[str] = []
@@ -63,6 +65,8 @@ class Proposals:
                 tried = [attempt for session in every for attempt in session.attempts]
                 await self._nuisances.add_to(alternatives, situation, tried, end)
             if every and alternatives.lacking and situation.act_by_s is not None:
+                refused = [(session.proposer.name, attempt) for session in every for attempt in session.attempts]
+                await self._beside.add_to(alternatives, situation, refused, end)
                 await self._postponing.add_to(alternatives, situation, end)
             best = alternatives.best
             self._scene.record(alternatives.event(digest_of(best)))

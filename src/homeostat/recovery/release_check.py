@@ -11,6 +11,7 @@ from typing import Protocol
 from homeostat.agents.certificates import interval, violated
 from homeostat.agents.checks import judge, judge_passing, rollout_findings
 from homeostat.agents.hypotheses import plausible
+from homeostat.agents.no_worse import judge_no_worse, worse
 from homeostat.agents.roles import Approved
 from homeostat.domain.certificate import Certificate
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
@@ -21,7 +22,9 @@ from homeostat.domain.request import Request, Seal
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, RolloutResult, Verdict
 from homeostat.guard.requests.permissives import refusal
+from homeostat.process.types import Flags
 from homeostat.recovery.bounds import RiskBounds
+from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Twin
 
 FIRST = 0.8
@@ -69,6 +72,7 @@ class ReleaseCheck:
     ) -> None:
         """The same twin and limits as simulation and validation use; ``configuration`` is the digest of the plant's."""
         self._twin, self._limits, self._tags = twin, limits, tags
+        self._scales = {tag.unit: tag.scale for tag in tags.values()}
         self._seal, self._configuration, self._risk = seal, configuration, risk or RiskBounds()
         self._count = self._certified = self._in_vain = 0
 
@@ -82,6 +86,9 @@ class ReleaseCheck:
         if found.ended is None:
             target = found.path.machine.state(found.path.target)
             verdict = judge(found.actions, rollout, self._limits, target, self._tags, found.path)
+            if found.beside is not None:
+                fallback = twin.roll_out(found.beside, hypotheses)
+                verdict = judge_no_worse(verdict, rollout, fallback, self._limits, self._scales)
         else:  # what is released for a while is judged until it is over for sure
             verdict = judge_passing(found.actions, rollout, self._limits, self._tags, found.path)
         if isinstance(verdict, Approve):
@@ -107,7 +114,7 @@ class ReleaseCheck:
             if rollout.result is not RolloutResult.COMPLETED:
                 return Revise((refusal("CHK-ROLLOUT", f"{rollout.result.value} {rollout.note}"),))
             draws += len(rollout.weights)
-            violations += int(violated(rollout, self._limits.hard).sum())
+            violations += int(self._counted(twin, found, hypotheses, members, rollout).sum())
             low, high = interval(draws, violations, level, risk.required)
             if high <= risk.required:
                 self._in_vain = 0
@@ -121,6 +128,16 @@ class ReleaseCheck:
             RISK, Owner.ACTION, risk.required - high, "1", 0.0, 0, f"{text}; {risk.required:g} is admitted"
         )
         return Revise((refused, *(f for f in findings if not f.satisfied)))
+
+    def _counted(
+        self, twin: Twin, found: Approved, hypotheses: tuple[Hypothesis, ...], members: Ensemble, rollout: Rollout
+    ) -> Flags:
+        """Members that violate a hard limit, shape (members,); beside a fallback only those that do worse than it."""
+        outside = violated(rollout, self._limits.hard)
+        if found.beside is None or not outside.any():
+            return outside
+        fallback = twin.roll_out(found.beside, hypotheses, members=members)
+        return outside & worse(rollout, fallback, self._limits, self._scales)
 
     def _request(self, found: Approved, diagnosis: Diagnosis, checked_s: float) -> Request:
         self._count += 1

@@ -12,8 +12,12 @@ from homeostat.recovery.waits import Waits
 class Taking:
     """Does what was chosen; nothing is written but through :class:`Releasing`."""
 
-    def __init__(self, scene: Scene, releasing: Releasing, probes: Probes, waits: Waits) -> None:
-        """``probes`` begin tests; ``waits`` remember when the plant is to be looked at again."""
+    def __init__(self, scene: Scene, releasing: Releasing, probes: Probes, waits: Waits, again_s: float) -> None:
+        """``probes`` begin tests; ``waits`` remember when the plant is to be looked at again.
+
+        ``again_s``: after what was released beside the fallback [s].
+        """
+        self._again_s = again_s
         self._scene, self._releasing, self._probes, self._waits = scene, releasing, probes, waits
 
     async def take(self, chosen: Choice, situation: Situation) -> Taken:
@@ -31,6 +35,8 @@ class Taking:
                 return begun
             case Approved():
                 taken = await self._releasing.release(chosen, situation.diagnosis)
-                if chosen.for_s and isinstance(taken.outcome, Released):
-                    self._waits.hold(taken.outcome.at_s + chosen.for_s)
+                # What was released only because the fallback does no better is nowhere to stay.
+                seconds = chosen.for_s or (self._again_s if chosen.beside is not None else 0.0)
+                if seconds and isinstance(taken.outcome, Released):
+                    self._waits.hold(taken.outcome.at_s + seconds)
                 return taken

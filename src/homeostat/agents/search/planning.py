@@ -4,7 +4,7 @@ from collections.abc import Awaitable, Callable, Collection, Iterator, Sequence
 from typing import TypeAlias
 
 from homeostat.agents.grounding.grounding import Grounding
-from homeostat.agents.hypotheses import plausible_faults
+from homeostat.agents.hypotheses import LIKELY, PLAUSIBLE, plausible_faults
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.domain.advice import Advice
 from homeostat.domain.plant.description import PlantDescription, Relation
@@ -28,6 +28,9 @@ class SearchPlanning:
     async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath:
         """The path that may cost least of those that were not refused yet; of equals the least risky."""
         paths = list(open_paths(self._plant, self._grounding, situation, advice))
+        if not paths and self._nothing_is_open(situation):
+            # Else it falls back for an explanation that hardly anybody believes; the twin judges by it all the same.
+            paths = list(open_paths(self._plant, self._grounding, situation, advice, LIKELY))
         if not paths:
             raise NoAdmissiblePlan(self._exhausted(situation, advice))
         if self._bounds is None:
@@ -44,6 +47,11 @@ class SearchPlanning:
             raise NoAdmissiblePlan("no path that is left can cost less than what is approved")
         return path
 
+    def _nothing_is_open(self, situation: Situation) -> bool:
+        """Whether something must be done, and what may be wrong leaves no path open at all."""
+        every = open_paths(self._plant, self._grounding, situation, Advice())
+        return situation.act_by_s is not None and next(every, None) is None
+
     def _exhausted(self, situation: Situation, advice: Advice) -> str:
         tried = ", ".join(sorted({states[-1] for states in advice.refused_paths}))
         present = ", ".join(plausible_faults(situation.diagnosis)) or "no fault"
@@ -52,14 +60,15 @@ class SearchPlanning:
 
 
 def open_paths(
-    plant: PlantDescription, grounding: Grounding, situation: Situation, advice: Advice
+    plant: PlantDescription, grounding: Grounding, situation: Situation, advice: Advice, least: float = PLAUSIBLE
 ) -> Iterator[RecoveryPath]:
     """The paths that guards and likely faults leave open and that were not refused yet, the least risky first.
 
     Where nothing is wrong, and the plant could stay where it is outside of ordinary operation, only those that lead
-    back to it, or nearer to it: to a state of less risk.
+    back to it, or nearer to it: to a state of less risk. ``least``: how probable a fault must be to take anything
+    away [1].
     """
-    faults = plausible_faults(situation.diagnosis)
+    faults = plausible_faults(situation.diagnosis, least)
     # Another way to the states that a path commands admits the same commands: it is refused, and offered, with it.
     passed = set(advice.refused_paths)
     values, lying = situation.snapshot.values, unreliable_tags(plant, faults)

@@ -25,6 +25,10 @@ LONGEST_S = 5.0
 REFUTED_S = 60.0
 """How long a carrier may say that a limit is violated while undoubted readings say that it is not [s]. What a balance
 tells ahead has begun to show by then; one that goes on saying so has an instrument that lies, and carries nothing."""
+SMOOTHED_S = 3.0
+"""Time constant with which a corrected value is seen to come back, beside its noise [s]."""
+COMES_BACK_S = 60.0
+"""A violation comes back that would be over this time after it began if it went on so [s]."""
 MOST = 100
 """Most explanations that a correction may have."""
 
@@ -56,6 +60,11 @@ class _Watched:
     doubted_s: float = 0.0
     refuted_s: float = 0.0
     violated: bool = False
+    disputed: bool = False
+    disputed_s: float = 0.0
+    begun: float = 0.0
+    smooth: float = 0.0
+    best: float = 0.0
     lifted_s: float = 0.0
     lifting: bool = False
 
@@ -70,6 +79,7 @@ class TripWatch:
         self._trips = {name: rules.trips.get(name, TripRule(name)) for name in self._limits}
         self._watched = {name: _Watched() for name in self._limits}
         self._errors: tuple[Errors, ...] = ({},)
+        self._fresh = False
         self._at_s = math.inf
         self._starting: bool | None = None
         self.start_up = StartUpPhase(rules.start_up, rules.machine, note)
@@ -86,6 +96,7 @@ class TripWatch:
         if any(len(error) > tags for error in errors):
             raise ValueError(f"an explanation corrects more readings than there are tags ({tags})")
         clean = tuple({t: float(e) for t, e in error.items() if math.isfinite(e)} for error in errors)
+        self._fresh = self._fresh or clean != self._errors
         self._errors = clean or ({},)
 
     def remember(self, trial: Trial, now_s: float) -> None:
@@ -105,6 +116,7 @@ class TripWatch:
         self._at_s = now_s
         self._change(self.start_up.holds(now_s, readings, state))
         found = [self._judge(name, readings, now_s, dt_s) for name in self._limits]
+        self._fresh = False
         return tuple(v for v in found if v is not None)
 
     def near(self, readings: Snapshot) -> tuple[Violation, ...]:
@@ -113,7 +125,7 @@ class TripWatch:
         for name, watched in self._watched.items():
             limit = self._in_force(name)
             margin = _margin(limit.formula, readings.values)
-            used = max(watched.raw, watched.corrected)
+            used = max(watched.raw, 0.0 if watched.disputed else watched.corrected)
             if math.isnan(margin) or (not watched.lifting and used > NEAR * self._trips[name].cusum):
                 found.append(_violation(limit, margin))
         return tuple(found)
@@ -123,7 +135,8 @@ class TripWatch:
         found = []
         for name, watched in self._watched.items():
             limit = self._in_force(name)
-            margin = min([_margin(limit.formula, readings.values), *self._explained(limit, readings.values)])
+            explained = () if watched.disputed else self._explained(limit, readings.values)
+            margin = min([_margin(limit.formula, readings.values), *explained])
             if margin < 0.0 and not watched.lifting:
                 found.append(_violation(limit, margin))
         return tuple(found)
@@ -134,6 +147,7 @@ class TripWatch:
             for name in self._rules.start_up.limits.keys() & self._watched.keys():
                 watched = self._watched[name]
                 watched.raw, watched.corrected, watched.violated = 0.0, 0.0, False
+                watched.disputed = False
         self._starting = starting
 
     def _in_force(self, name: str) -> Limit:
@@ -158,18 +172,46 @@ class TripWatch:
         explained = self._explained(limit, values) or (raw,)
         counted_s, corrected = min(dt_s, LONGEST_S), min(explained)
         watched.raw = _cumulated(watched.raw, raw, counted_s, rule.cusum)
-        watched.corrected = _cumulated(watched.corrected, corrected, counted_s, rule.cusum)
+        self._dispute(rule, watched, said, corrected, dt_s, uncertain)
+        if not watched.disputed:
+            watched.corrected = _cumulated(watched.corrected, corrected, counted_s, rule.cusum)
         size = max(explained) - (raw if math.isnan(said) else said)
         lifted = watched.raw > rule.cusum and self._may_lift(rule, watched, size, explained, readings)
-        if lifted:
+        held = watched.corrected > rule.cusum and self._may_hold(rule, watched, said - corrected, said, readings)
+        if lifted or held:
             self._lift(rule, watched, now_s, dt_s)
-        trips = watched.corrected > rule.cusum or (watched.raw > rule.cusum and not lifted)
+        trips = (watched.corrected > rule.cusum and not held) or (watched.raw > rule.cusum and not lifted)
         over = max(watched.raw, watched.corrected) > 0.0
-        watched.violated = trips or (watched.violated and over and not lifted)
+        watched.violated = trips or (watched.violated and over and not lifted and not held)
         if watched.lifting and not over:
             watched.lifting = False
             self._note(TripLiftEnded(name, watched.lifted_s), now_s)
         return _violation(limit, min(raw, corrected)) if watched.violated else blind
+
+    def _dispute(
+        self, rule: TripRule, watched: _Watched, said: float, corrected: float, dt_s: float, steps: bool
+    ) -> None:
+        """Whether it is open who is right about a violation that a correction alone shows, for the grace time.
+
+        So it is where the violation comes with the correction, as it then was there before anybody knew and recovery
+        answers next, and where the reading ``steps`` to where the correction that was made before no longer fits. One
+        that develops under a correction that stands is none. While the corrected value comes back no time is used.
+        """
+        begins = said >= 0.0 > corrected and not watched.disputed and not watched.corrected > 0.0
+        begins = begins and (self._fresh or steps)
+        if begins or self._fresh:
+            watched.smooth = corrected
+        else:
+            watched.smooth += (1.0 - math.exp(-dt_s / SMOOTHED_S)) * (corrected - watched.smooth)
+        if begins:
+            watched.begun = watched.best = corrected
+        watched.disputed = begins or (watched.disputed and said >= 0.0 > watched.smooth)
+        comes_back = watched.disputed and watched.smooth > watched.best - watched.begun * dt_s / COMES_BACK_S
+        if comes_back:
+            watched.best = watched.smooth
+        if not comes_back:
+            watched.disputed_s = _used(watched.disputed_s, dt_s, rule.grace_s, watched.disputed)
+        watched.disputed = watched.disputed and watched.disputed_s <= rule.grace_s
 
     def _explained(self, limit: Limit, values: Mapping[str, float]) -> tuple[float, ...]:
         """Margin of ``limit`` under every explanation that refutes a reading, where it can be judged."""
@@ -190,6 +232,16 @@ class TripWatch:
         refuted = all(self._errors)  # an empty mapping says that the readings may be right as they are
         bounded = size <= rule.lift and watched.lifted_s < rule.lift_s
         if not refuted or not bounded or min(explained) < 0.0:
+            return False
+        carried = self._carried(rule, readings)
+        return carried is not None and carried >= 0.0
+
+    def _may_hold(self, rule: TripRule, watched: _Watched, size: float, said: float, readings: Snapshot | None) -> bool:
+        """Whether a violation that a correction of this ``size`` alone shows may wait: reading and carrier refute it.
+
+        An error that has ended is corrected for until recovery has noticed.
+        """
+        if not (said >= 0.0 and watched.raw <= rule.cusum and size <= rule.lift and watched.lifted_s < rule.lift_s):
             return False
         carried = self._carried(rule, readings)
         return carried is not None and carried >= 0.0

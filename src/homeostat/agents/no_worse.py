@@ -1,0 +1,76 @@
+"""No worse: what violates a limit only where the best fallback does, and no worse, is no reason to fall back.
+
+A limit that is violated at once under some explanation, whatever is done, forbids every release, and the fallback that
+acts instead violates it as well. Member by member, both having the same draws, a release is as safe as falling back
+
+    where the fallback keeps a limit   if it keeps it, too
+    where it does not                  if it is left by no more than SLACK scales more, and no more than LONGER_S longer
+
+Hand check: 11.20 L at once with a brim of 11 L, and 8.9 L after a minute with either: as safe. 10.9 L with the
+fallback, 11.01 L with the release: refused.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from homeostat.agents.postponed import LONGER_S
+from homeostat.domain.plant.limits import LimitKind, Limits
+from homeostat.domain.verdict import Approve, Revise, Rollout, RolloutResult, Verdict
+from homeostat.process.types import Flags
+
+Floats: TypeAlias = NDArray[np.float64]
+"""Margins, by member, or by member and time."""
+SLACK = 0.1
+"""By how many scales of its unit more a limit may be left that the fallback leaves as well [1]: it takes effect some
+seconds sooner or later."""
+
+
+def comparable(verdict: Verdict, limits: Limits) -> bool:
+    """Whether hard limits and hard criteria are all that a refusal is for, so that a fallback may fare no better."""
+    protecting = {c.name for c in limits.criteria if c.hard}
+    protecting |= {x.name for x in limits.hard if x.kind is not LimitKind.PERMISSIVE}
+    return isinstance(verdict, Revise) and {f.criterion for f in verdict.violated} <= protecting
+
+
+def judge_no_worse(
+    verdict: Verdict, rollout: Rollout, fallback: Rollout, limits: Limits, scales: Mapping[str, float]
+) -> Verdict:
+    """``verdict`` on ``rollout``, an approval where it is for nothing that the ``fallback`` would spare any member.
+
+    Both have the same members in the same order. ``scales``: unit -> what counts as one unit of margin in it.
+    """
+    if not isinstance(verdict, Revise) or not comparable(verdict, limits):
+        return verdict
+    return verdict if worse(rollout, fallback, limits, scales).any() else Approve(rollout.digest, verdict.findings)
+
+
+def worse(rollout: Rollout, fallback: Rollout, limits: Limits, scales: Mapping[str, float]) -> Flags:
+    """Members that fare worse with ``rollout`` than with the ``fallback``, by any that is hard, shape (members,)."""
+    count = len(rollout.weights)
+    completed = {rollout.result, fallback.result} == {RolloutResult.COMPLETED}
+    if not completed or len(fallback.weights) != count:
+        return np.ones(count, dtype=np.bool_)
+    found, dt_s = np.zeros(count, dtype=np.bool_), rollout.trajectory.dt_s
+    mine, its = rollout.trajectory.signals, fallback.trajectory.signals
+    for c in (one for one in limits.criteria if one.hard):
+        of_mine, of_its = (_known(c.formula.evaluate(signals, dt_s).value) for signals in (mine, its))
+        found |= _less(of_mine, of_its, SLACK * scales.get(c.formula.unit, 1.0))
+    for limit in limits.hard:
+        of_mine, of_its = (np.atleast_2d(_known(limit.formula.margins(signals, dt_s))) for signals in (mine, its))
+        found |= _less(of_mine.min(axis=1), of_its.min(axis=1), SLACK * scales.get(limit.formula.unit, 1.0))
+        found |= ((of_mine < 0.0).sum(axis=1) - (of_its < 0.0).sum(axis=1)) * dt_s > LONGER_S
+    return found
+
+
+def _less(mine: Floats, its: Floats, slack: float) -> Flags:
+    """Where a margin is violated that the other one keeps, or by more than ``slack`` more than the other one."""
+    return np.asarray((mine < 0.0) & (mine < np.where(its >= 0.0, 0.0, its - slack)))
+
+
+def _known(margins: Floats) -> Floats:
+    """``margins``, the undecided as violated without bound."""
+    return np.asarray(np.where(np.isnan(margins), -math.inf, margins), dtype=np.float64)
