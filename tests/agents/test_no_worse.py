@@ -55,6 +55,13 @@ def test_nor_may_it_be_left_for_much_longer(samples: int, expected: bool) -> Non
     assert approved(mine, hot(DRAIN.actions, (1, 0))) is expected
 
 
+@pytest.mark.parametrize(("its", "samples", "expected"), [(4, 8, True), (4, 9, False), (3, 7, False)])
+def test_as_long_again_is_not_much_longer(its: int, samples: int, expected: bool) -> None:
+    """The fallback needs 20 s, or 15 s."""
+    mine, fallback = (hot(a, *((1, k) for k in range(n))) for a, n in ((ACTIONS, samples), (DRAIN.actions, its)))
+    assert approved(mine, fallback) is expected
+
+
 def test_a_hard_criterion_counts_as_a_limit_does() -> None:
     assert not approved(hot(ACTIONS, (1, 3), kelvin=312.95), rollout(DRAIN.actions))
     assert approved(hot(ACTIONS, (1, 3), kelvin=312.95), hot(DRAIN.actions, (1, 0), kelvin=312.95))

@@ -148,3 +148,11 @@ def test_a_reading_over_the_limit_is_held_back_by_no_carrier() -> None:
     w.judge(hot(307.0))
     assert [w.judge(hot(t)) for t in (311.0, 311.0, 311.0, 311.0)] == [()] * 4
     assert w.judge(hot(313.5)) == TRIPS
+
+
+def test_what_has_tripped_is_held_back_and_disputed_no_more() -> None:
+    w = Watch(RULE)
+    assert until_it_trips(w, 315.0) == 5
+    w.watch.correct(LOW)
+    assert [w.judge(hot(t)) for t in (309.0, 311.0, 311.0, 311.0, 311.0)] == [TRIPS] * 5
+    assert w.noted == []

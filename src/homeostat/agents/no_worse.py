@@ -4,7 +4,8 @@ A limit that is violated at once under some explanation, whatever is done, forbi
 acts instead violates it as well. Member by member, both having the same draws, a release is as safe as falling back
 
     where the fallback keeps a limit   if it keeps it, too
-    where it does not                  if it is left by no more than SLACK scales more, and no more than LONGER_S longer
+    where it does not                  if it is left by no more than SLACK scales more, and no more than as long again,
+                                       from LONGER_S to MOST_LONGER_S
 
 Hand check: 11.20 L at once with a brim of 11 L, and 8.9 L after a minute with either: as safe. 10.9 L with the
 fallback, 11.01 L with the release: refused.
@@ -22,6 +23,8 @@ from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.verdict import Approve, Revise, Rollout, RolloutResult, Verdict
 from homeostat.process.types import Flags
 
+MOST_LONGER_S = 30.0
+"""By which time outside a hard limit may be longer at most, where the fallback needs that long itself [s]."""
 Floats: TypeAlias = NDArray[np.float64]
 """Margins, by member, or by member and time."""
 SLACK = 0.1
@@ -62,7 +65,8 @@ def worse(rollout: Rollout, fallback: Rollout, limits: Limits, scales: Mapping[s
     for limit in limits.hard:
         of_mine, of_its = (np.atleast_2d(_known(limit.formula.margins(signals, dt_s))) for signals in (mine, its))
         found |= _less(of_mine.min(axis=1), of_its.min(axis=1), SLACK * scales.get(limit.formula.unit, 1.0))
-        found |= ((of_mine < 0.0).sum(axis=1) - (of_its < 0.0).sum(axis=1)) * dt_s > LONGER_S
+        mine_s, its_s = (of_mine < 0.0).sum(axis=1) * dt_s, (of_its < 0.0).sum(axis=1) * dt_s
+        found |= mine_s - its_s > np.clip(its_s, LONGER_S, MOST_LONGER_S)
     return found
 
 

@@ -6,7 +6,7 @@ what the sequencer does with the plant, once per second.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,11 +25,14 @@ class InputSequence:
     """What is commanded in each step, and what must be read before the next one begins."""
 
     targets: Table
-    """Values that the inputs are brought to, NaN where a step leaves them, shape (steps, inputs)."""
+    """Values that the inputs are brought to, shape (steps, inputs); NaN where a step leaves them, infinite where a
+    manual output goes back to automatic."""
     rates: Table
     """Fastest change of each input in its unit per second, shape (steps, inputs)."""
     guards: tuple[Guard, ...]
     """Guards of the second and later steps."""
+    outputs: Mapping[int, str] = field(default_factory=dict)
+    """Column of a manual output -> variable that shows the output on automatic, from which a manual one starts."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +65,7 @@ def run_sequences(
     """
     members, seconds = len(batch.state), batch.steps
     followed = np.empty((members, seconds), dtype=np.int64)
-    walk = Walk(model, sequences, batch.input_of, present)
+    walk = Walk(model, sequences, batch.input_of, present, batch.state)
     inputs, every = np.zeros((members, seconds, len(model.inputs))), tuple(range(len(model.states)))
     commanded = np.zeros_like(inputs)
     moves = batch.moves or Moves.none(members)
@@ -81,9 +84,12 @@ class Walk:
     """Where each member stands in its sequence, and its inputs."""
 
     def __init__(
-        self, model: ProcessModel, sequences: Sequence[InputSequence], sequence_of: Indices, present: Vec
+        self, model: ProcessModel, sequences: Sequence[InputSequence], sequence_of: Indices, present: Vec, state: Table
     ) -> None:
-        """Every member begins with inputs ``present`` in step 0 of its sequence, ``sequence_of`` (shape (members,))."""
+        """Every member begins with inputs ``present`` in step 0 of its sequence, ``sequence_of`` (shape (members,)).
+
+        ``state``: that of each member, shape (members, states).
+        """
         self._model, self._sequences = model, sequences
         self._mine = [sequence_of == s for s in range(len(sequences))]
         self.step = np.zeros(len(sequence_of), dtype=np.int64)
@@ -91,7 +97,7 @@ class Walk:
         self._now = np.tile(present, (len(sequence_of), 1))
         self._target = self._now.copy()
         self._rate = np.full_like(self._now, np.inf)
-        self._enter(np.ones(len(sequence_of), dtype=bool))
+        self._enter(np.ones(len(sequence_of), dtype=bool), state)
 
     def advance(self) -> Table:
         """Inputs of the next second, shape (members, inputs)."""
@@ -111,11 +117,16 @@ class Walk:
                     fired |= mine & (self.step == j) & sequence.guards[j](shown)
         if fired.any():
             self.step[fired] += 1
-            self._enter(fired)
+            self._enter(fired, state)
 
-    def _enter(self, fired: NDArray[np.bool_]) -> None:
+    def _enter(self, fired: NDArray[np.bool_], state: Table) -> None:
         for sequence, own in zip(self._sequences, self._mine, strict=True):
             mine = np.flatnonzero(fired & own)
             wanted = sequence.targets[self.step[mine]]
-            self._target[mine] = np.where(np.isnan(wanted), self._target[mine], wanted)
+            for column, variable in sequence.outputs.items():
+                begins = mine[np.isfinite(wanted[:, column]) & np.isnan(self._now[mine, column])]
+                self._now[begins, column] = state[begins, self._model.shown[variable]]
+            automatic = np.isinf(wanted)
+            self._now[mine] = np.where(automatic, np.nan, self._now[mine])
+            self._target[mine] = np.where(np.isnan(wanted), self._target[mine], np.where(automatic, np.nan, wanted))
             self._rate[mine] = np.where(np.isnan(wanted), self._rate[mine], sequence.rates[self.step[mine]])

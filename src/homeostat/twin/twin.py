@@ -274,7 +274,11 @@ class Twin:
         guards = (after(math.ceil(ended.after_s)), *then.guards)
         targets, rates = np.vstack([first.targets, then.targets]), np.vstack([first.rates, then.rates])
         return follow(
-            self._model, ensemble, [InputSequence(targets, rates, guards)], self._now(), self.settings.horizon_s
+            self._model,
+            ensemble,
+            [InputSequence(targets, rates, guards, then.outputs)],
+            self._now(),
+            self.settings.horizon_s,
         )
 
     def _now(self) -> Vec:
@@ -289,9 +293,10 @@ class Twin:
         for k, commands in enumerate(parts):
             for c in commands:
                 i = column(self._model.inputs, variables[c.tag])
-                targets[k, i] = np.nan if c.value is None else c.value
+                targets[k, i] = np.inf if c.value is None else c.value
                 rates[k, i] = np.inf if c.rate is None else c.rate
-        return InputSequence(targets, rates, tuple(self._guard(s.transition.guard) for s in actions.then))
+        outputs = {column(self._model.inputs, manual): shown for manual, shown in self._description.automatic.items()}
+        return InputSequence(targets, rates, tuple(self._guard(s.transition.guard) for s in actions.then), outputs)
 
     def _guard(self, formula: Formula) -> Guard:
         variables = {tag: self._description.variables[tag] for tag in formula.tags}

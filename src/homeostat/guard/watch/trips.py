@@ -182,7 +182,7 @@ class TripWatch:
             self._lift(rule, watched, now_s, dt_s)
         trips = (watched.corrected > rule.cusum and not held) or (watched.raw > rule.cusum and not lifted)
         over = max(watched.raw, watched.corrected) > 0.0
-        watched.violated = trips or (watched.violated and over and not lifted and not held)
+        watched.violated = trips or (watched.violated and over and not lifted)
         if watched.lifting and not over:
             watched.lifting = False
             self._note(TripLiftEnded(name, watched.lifted_s), now_s)
@@ -197,7 +197,7 @@ class TripWatch:
         answers next, and where the reading ``steps`` to where the correction that was made before no longer fits. One
         that develops under a correction that stands is none. While the corrected value comes back no time is used.
         """
-        begins = said >= 0.0 > corrected and not watched.disputed and not watched.corrected > 0.0
+        begins = said >= 0.0 > corrected and not (watched.disputed or watched.violated or watched.corrected > 0.0)
         begins = begins and (self._fresh or steps)
         if begins or self._fresh:
             watched.smooth = corrected
@@ -239,9 +239,11 @@ class TripWatch:
     def _may_hold(self, rule: TripRule, watched: _Watched, size: float, said: float, readings: Snapshot | None) -> bool:
         """Whether a violation that a correction of this ``size`` alone shows may wait: reading and carrier refute it.
 
-        An error that has ended is corrected for until recovery has noticed.
+        An error that has ended is corrected for until recovery has noticed. What has tripped waits for nothing.
         """
-        if not (said >= 0.0 and watched.raw <= rule.cusum and size <= rule.lift and watched.lifted_s < rule.lift_s):
+        if watched.violated or not (
+            said >= 0.0 and watched.raw <= rule.cusum and size <= rule.lift and watched.lifted_s < rule.lift_s
+        ):
             return False
         carried = self._carried(rule, readings)
         return carried is not None and carried >= 0.0
