@@ -183,20 +183,27 @@ class Evidence:
         every = [constants.reshape(variables, -1), parameters, self.whiten(weaker_inputs(*what, accuracy.gain))]
         if self.posterior.usual is not None:
             every.append(self.whiten(distant_inputs(*what, accuracy.gain, self.posterior.usual.inputs)))
-            every.append(self._distant_readings(predicted[0], accuracy.gain, self.posterior.usual.readings))
+            every.append(self._distant_readings(accuracy.gain, self.posterior.usual.readings))
         if accuracy.lag_s > 0.0 and seconds > max(LATE_S):
             every.append(self.whiten(late_inputs(*what, accuracy.lag_s)))
         return np.vstack(every).T.copy()
 
-    def _distant_readings(self, predicted: Table, gain: float, usual: Mapping[str, float]) -> Table:
-        """What each reading is wrong by that is ``predicted`` elsewhere than ``usual``: its characteristic is another.
+    def _distant_readings(self, gain: float, usual: Mapping[str, float]) -> Table:
+        """What each reading is wrong by that is elsewhere than ``usual``: its characteristic is another.
 
-        ``predicted``: shape (seconds, variables); ``gain``: share of the distance [1]. Shape (variables, readings).
+        Of the distance that is predicted where nothing is wrong counts what the readings confirm: what a fault shows is
+        no distance. ``gain``: share of it [1]. Shape (variables, readings); none where that prediction breaks down.
         """
+        try:
+            predicted = self._seen - self.residuals([()])[0].reshape(self.shape) / np.maximum(self._weight, 1e-300)
+        except ProcessError:
+            return np.zeros((0, self._weight.size))
         change = np.zeros((len(self.variables), *self.shape))
         for j, variable in enumerate(self.variables):
             if variable in usual:
-                change[j, :, j] = gain * (predicted[:, j] - usual[variable])
+                away, seen = predicted[:, j] - usual[variable], self._seen[:, j] - usual[variable]
+                confirmed = float(np.clip(away @ seen / max(float(away @ away), 1e-300), 0.0, 1.0))
+                change[j, :, j] = gain * confirmed * away
         return self.whiten(change)
 
 
