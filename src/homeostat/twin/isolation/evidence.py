@@ -32,6 +32,8 @@ NOISE_S = 3
 """Readings so far apart have independent noise, and have hardly changed otherwise [s]."""
 NORMAL = 1.4826
 """Standard deviation of normal numbers in multiples of their median distance from the median [1]."""
+LEAST_NORM = 0.3
+"""Directions along which all readings together change by less are left out [standard deviations of noise]."""
 SETTLED = 15
 """Readings that say where a variable started from."""
 USUAL_BLOCK = 3.5
@@ -182,7 +184,8 @@ class Evidence:
         what = self.model, self.window, mean[None], present, self.variables
         every = [constants.reshape(variables, -1), parameters, self.whiten(weaker_inputs(*what, accuracy.gain))]
         if self.posterior.usual is not None:
-            every.append(self.whiten(distant_inputs(*what, accuracy.gain, self.posterior.usual.inputs)))
+            far = distant_inputs(*what, accuracy.gain, self.posterior.usual.inputs)
+            every.append(_clear(self.whiten(_each_by_itself(far))))
             every.append(self._distant_readings(accuracy.gain, self.posterior.usual.readings))
         if accuracy.lag_s > 0.0 and seconds > max(LATE_S):
             every.append(self.whiten(late_inputs(*what, accuracy.lag_s)))
@@ -205,6 +208,23 @@ class Evidence:
                 confirmed = float(np.clip(away @ seen / max(float(away @ away), 1e-300), 0.0, 1.0))
                 change[j, :, j] = gain * confirmed * away
         return self.whiten(change)
+
+
+def _each_by_itself(change: Cube) -> Cube:
+    """``change``, shape (n, seconds, variables), of one variable at a time, shape (n * variables, seconds, variables).
+
+    That a valve cools less far from where it was learned says nothing of its position, nor of what flows through it.
+    """
+    count, seconds, variables = change.shape
+    alone = np.zeros((count, variables, seconds, variables))
+    for j in range(variables):
+        alone[:, j, :, j] = change[:, :, j]
+    return alone.reshape(count * variables, seconds, variables)
+
+
+def _clear(directions: Table) -> Table:
+    """Those of ``directions`` that stand out of the noise, shape (k, readings)."""
+    return directions[np.linalg.norm(directions, axis=1) > LEAST_NORM]
 
 
 def observed_noise(readings: Table) -> Vec:
