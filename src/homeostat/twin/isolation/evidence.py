@@ -224,7 +224,7 @@ def _each_by_itself(change: Cube) -> Cube:
 
 def _clear(directions: Table) -> Table:
     """Those of ``directions`` that stand out of the noise, shape (k, readings)."""
-    return directions[np.linalg.norm(directions, axis=1) > LEAST_NORM]
+    return np.asarray(directions[np.linalg.norm(directions, axis=1) > LEAST_NORM])
 
 
 def observed_noise(readings: Table) -> Vec:
