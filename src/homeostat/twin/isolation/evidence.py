@@ -32,6 +32,8 @@ NOISE_S = 3
 """Readings so far apart have independent noise, and have hardly changed otherwise [s]."""
 NORMAL = 1.4826
 """Standard deviation of normal numbers in multiples of their median distance from the median [1]."""
+LEAST_NORM = 0.3
+"""Directions along which all readings together change by less are left out [standard deviations of noise]."""
 SETTLED = 15
 """Readings that say where a variable started from."""
 USUAL_BLOCK = 3.5
@@ -182,22 +184,47 @@ class Evidence:
         what = self.model, self.window, mean[None], present, self.variables
         every = [constants.reshape(variables, -1), parameters, self.whiten(weaker_inputs(*what, accuracy.gain))]
         if self.posterior.usual is not None:
-            every.append(self.whiten(distant_inputs(*what, accuracy.gain, self.posterior.usual.inputs)))
-            every.append(self._distant_readings(predicted[0], accuracy.gain, self.posterior.usual.readings))
+            far = distant_inputs(*what, accuracy.gain, self.posterior.usual.inputs)
+            every.append(_clear(self.whiten(_each_by_itself(far))))
+            every.append(self._distant_readings(accuracy.gain, self.posterior.usual.readings))
         if accuracy.lag_s > 0.0 and seconds > max(LATE_S):
             every.append(self.whiten(late_inputs(*what, accuracy.lag_s)))
         return np.vstack(every).T.copy()
 
-    def _distant_readings(self, predicted: Table, gain: float, usual: Mapping[str, float]) -> Table:
-        """What each reading is wrong by that is ``predicted`` elsewhere than ``usual``: its characteristic is another.
+    def _distant_readings(self, gain: float, usual: Mapping[str, float]) -> Table:
+        """What each reading is wrong by that is elsewhere than ``usual``: its characteristic is another.
 
-        ``predicted``: shape (seconds, variables); ``gain``: share of the distance [1]. Shape (variables, readings).
+        Of the distance that is predicted where nothing is wrong counts what the readings confirm: what a fault shows is
+        no distance. ``gain``: share of it [1]. Shape (variables, readings); none where that prediction breaks down.
         """
+        try:
+            predicted = self._seen - self.residuals([()])[0].reshape(self.shape) / np.maximum(self._weight, 1e-300)
+        except ProcessError:
+            return np.zeros((0, self._weight.size))
         change = np.zeros((len(self.variables), *self.shape))
         for j, variable in enumerate(self.variables):
             if variable in usual:
-                change[j, :, j] = gain * (predicted[:, j] - usual[variable])
+                away, seen = predicted[:, j] - usual[variable], self._seen[:, j] - usual[variable]
+                confirmed = float(np.clip(away @ seen / max(float(away @ away), 1e-300), 0.0, 1.0))
+                change[j, :, j] = gain * confirmed * away
         return self.whiten(change)
+
+
+def _each_by_itself(change: Cube) -> Cube:
+    """``change``, shape (n, seconds, variables), of one variable at a time, shape (n * variables, seconds, variables).
+
+    That a valve cools less far from where it was learned says nothing of its position, nor of what flows through it.
+    """
+    count, seconds, variables = change.shape
+    alone = np.zeros((count, variables, seconds, variables))
+    for j in range(variables):
+        alone[:, j, :, j] = change[:, :, j]
+    return alone.reshape(count * variables, seconds, variables)
+
+
+def _clear(directions: Table) -> Table:
+    """Those of ``directions`` that stand out of the noise, shape (k, readings)."""
+    return np.asarray(directions[np.linalg.norm(directions, axis=1) > LEAST_NORM])
 
 
 def observed_noise(readings: Table) -> Vec:
