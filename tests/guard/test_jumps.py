@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -148,3 +149,12 @@ def test_what_jumps_while_the_plant_starts_is_forgotten() -> None:
         assert {tag: round(by) for tag, by in found.errors.items()} == ({} if not left else {"T": -10.0})
     high = watch.judge(3.0, Snapshot(3.0, {"T": 330.0, "Tx": 300.0, "L": 4.0}), "running")
     assert high and high[0].limit == "LIM-HOT" and not high[0].jumped and "jumped" not in high[0].reason
+
+
+@pytest.mark.parametrize(("rule", "noise"), [(RULE, 0.08), (RULES.qualities["T"], 2.5)])
+@pytest.mark.parametrize("seed", range(3))
+def test_an_instrument_that_has_become_noisy_does_not_jump(rule: QualityRule, noise: float, seed: int) -> None:
+    found, draw = Jumps({"L": rule}), np.random.default_rng(seed)
+    for k in range(3000):
+        found.take("L", 10.0 + draw.normal(0.0, (rule.noise or 0.0) if k < 500 else noise), float(k))
+    assert found.errors == {}

@@ -7,8 +7,9 @@ a jump against that error ends it, and is none by as much.
 """
 
 import math
+from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from homeostat.domain.plant.rules import QualityRule
 
@@ -18,10 +19,17 @@ SIGMAS = 4.5 * math.sqrt(2.0)
 UNSURE = 2.0 * math.sqrt(2.0)
 """By how much more a reading may have jumped than the two readings say [standard deviations of one reading]."""
 
+RECENT = 10
+"""Readings that say how far an instrument scatters."""
 
-def steps(rule: QualityRule, difference: float, after_s: float) -> bool:
-    """Whether a reading that changed by ``difference`` within ``after_s`` [s] did so faster than the process can."""
-    return rule.fastest is not None and abs(difference) > rule.fastest * after_s + SIGMAS * (rule.noise or 0.0)
+
+def steps(rule: QualityRule, difference: float, after_s: float, scatter: float = 0.0) -> bool:
+    """Whether a reading that changed by ``difference`` within ``after_s`` [s] did so faster than the process can.
+
+    ``scatter``: by how much it has differed from itself besides, in the unit of its tag.
+    """
+    most = rule.fastest
+    return most is not None and abs(difference) > most * after_s + SIGMAS * (rule.noise or 0.0) + scatter
 
 
 @dataclass(slots=True)
@@ -38,6 +46,19 @@ class _Followed:
     open_until_s: float = -math.inf
     error: float = 0.0
     """What a diagnosis says that it reads too high, under every explanation."""
+    recent: deque[float] = field(default_factory=lambda: deque(maxlen=RECENT))
+    """Readings since the last jump."""
+
+    @property
+    def scatter(self) -> float:
+        """How far they are apart: an instrument that has become noisy does not jump."""
+        return max(self.recent) - min(self.recent) if self.recent else 0.0
+
+    def close(self) -> None:
+        """The last jump lasts: what was read before it says nothing of how far it scatters now."""
+        if self.open_until_s > -math.inf:
+            self.open_until_s = -math.inf
+            self.recent.clear()
 
 
 class Jumps:
@@ -65,22 +86,30 @@ class Jumps:
         if tag not in self._rules:
             return False
         rule, seen = self._rules[tag], self._followed[tag]
-        had = seen.by
-        difference, after_s = value - seen.value, taken_s - seen.changed_s
+        had, after_s, difference = seen.by, taken_s - seen.changed_s, value - seen.value
         awaited = taken_s <= seen.open_until_s
-        if awaited and not steps(rule, value - seen.before, after_s):
+        if not awaited:
+            seen.close()
+        if awaited and not steps(rule, value - seen.before, after_s, seen.scatter):
             seen.by, seen.open_until_s = seen.before_by, -math.inf  # wild values: it goes on from where it was
-        elif steps(rule, difference, after_s):  # false for the first one, of which the difference is NaN
+            seen.recent.append(value)
+        elif steps(rule, difference, after_s, seen.scatter):  # never of the first reading
             if not awaited:
                 seen.before, seen.before_by = seen.value, seen.by
             seen.open_until_s = taken_s + rule.grace_s
-            by = seen.by + difference
-            if by * seen.error < 0.0:  # the error ends that was known
-                by += math.copysign(min(abs(seen.error), abs(by)), seen.error)
-            seen.by = by if steps(rule, by, after_s) else 0.0  # what has jumped back is where it would be
+            seen.by = self._jumped(rule, seen, difference, after_s)
+        elif not awaited:
+            seen.recent.append(value)
         if difference != 0.0:
             seen.value, seen.changed_s = value, taken_s
         return seen.by != had
+
+    def _jumped(self, rule: QualityRule, seen: _Followed, difference: float, after_s: float) -> float:
+        """What it has jumped by in all, now that it has by ``difference``; what has jumped back is where it would be."""
+        by = seen.by + difference
+        if by * seen.error < 0.0:  # the error ends that was known
+            by += math.copysign(min(abs(seen.error), abs(by)), seen.error)
+        return by if steps(rule, by, after_s, seen.scatter) else 0.0
 
     def correct(self, errors: Sequence[Mapping[str, float]]) -> None:
         """Take note of a diagnosis: tag -> reading minus truth under each explanation; of what all say, the least."""
