@@ -105,7 +105,7 @@ class Jumps:
         return seen.by != had
 
     def _jumped(self, rule: QualityRule, seen: _Followed, difference: float, after_s: float) -> float:
-        """What it has jumped by in all, now that it has by ``difference``; what has jumped back is where it would be."""
+        """What it has jumped by in all, now that it has by ``difference``; back is 0."""
         by = seen.by + difference
         if by * seen.error < 0.0:  # the error ends that was known
             by += math.copysign(min(abs(seen.error), abs(by)), seen.error)
