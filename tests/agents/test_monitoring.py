@@ -86,10 +86,11 @@ class Scene:
 
     def __init__(
         self, answer: Callable[[float], tuple[Hypothesis, ...]] = lambda at_s: SURE,
-        settings: MonitoringSettings = SETTINGS,
+        settings: MonitoringSettings = SETTINGS, raised_by: str = "",
     ) -> None:  # fmt: skip
         features = tuple(Feature(f"F-{n.upper()}", parse_expression(n), None, 0.0, 0.0, "K", "C") for n in ("x", "y"))
-        rules = tuple(SymptomRule(f"S-{n}", f"F-{n}", Direction.HIGH, 5.0, 0.5, 2.0, (), "") for n in ("X", "Y"))
+        faults = (raised_by,) if raised_by else ()
+        rules = tuple(SymptomRule(f"S-{n}", f"F-{n}", Direction.HIGH, 5.0, 0.5, 2.0, faults, "") for n in ("X", "Y"))
         baselines = {f"F-{n}": Baseline(f"F-{n}", 0.0, 0.1, 0.1, 0, 0, 0, 0, 0) for n in ("X", "Y")}
         description = replace(reactor().description, features=features, symptom_rules=rules)
         self.twin = ScriptedTwin(answer)
@@ -294,6 +295,42 @@ def recovered() -> tuple[Scene, float]:
     scene.monitoring.diagnose()
     scene.monitoring.follow(Released(RELEASED, at_s))
     return scene, at_s
+
+
+def named(fault: str) -> tuple[Hypothesis, ...]:
+    return (Hypothesis((FaultState(fault, 0.01, 30.0),), 0.9),)
+
+
+def test_a_symptom_that_what_is_likeliest_does_not_raise_is_looked_at_again() -> None:
+    """Less and less often; as long as the same is said of it that is no news."""
+    scene = Scene(lambda at_s: named("leak"), raised_by="level_bias")
+    scene.watch(30)
+    scene.until_attention(10, x=2.0)
+    first = scene.at_s
+    assert scene.monitoring.diagnose().news
+    scene.monitoring.follow(NoActionNeeded(first, 1.0))
+    for wait_s in (15.0, 30.0, 60.0):
+        first += wait_s
+        assert scene.until_attention(100, x=2.0) == first
+        assert not scene.monitoring.diagnose().news
+
+
+@pytest.mark.parametrize(("raised_by", "fault"), [("leak", "leak"), ("", "leak"), ("leak", "L1_reads_low")])
+def test_a_symptom_that_it_may_raise_is_not(raised_by: str, fault: str) -> None:
+    scene = Scene(lambda at_s: named(fault), raised_by=raised_by)
+    scene.watch(30)
+    scene.until_attention(10, x=2.0)
+    scene.monitoring.diagnose()
+    assert scene.watch(150, x=2.0) == []
+
+
+def test_another_fault_behind_such_a_symptom_is_news() -> None:
+    scene = Scene(lambda at_s: named("leak" if at_s < 40.0 else "level_bias"), raised_by="level_bias")
+    scene.watch(30)
+    scene.until_attention(10, x=2.0)
+    scene.monitoring.diagnose()
+    assert scene.until_attention(100, x=2.0) is not None
+    assert scene.monitoring.diagnose().news
 
 
 def test_the_transient_after_a_release_is_expected() -> None:

@@ -44,8 +44,8 @@ class Guard:
         """``rules`` come from the plant's tables; nothing is decided before the first :meth:`tick`."""
         self._parts = parts = Parts.of(rules, attachment.record, attachment.lease, settings or GuardSettings())
         self._attachment = attachment
-        self._quality = QualityWatch(rules.qualities, rules.tags, parts.note)
-        self._trips = TripWatch(rules, parts.note)
+        self._quality = QualityWatch(rules.qualities, rules.tags, parts.note, parts.jumps)
+        self._trips = TripWatch(rules, parts.note, parts.jumps)
         self._latch, self._modes = Latch(parts), Modes(parts.tenure)
         self._time = TimeToAct(parts.note, lambda: tuple(s.name for s in self._latch.fallbacks.ranked))
         self._lapse = Lapse(parts, self._latch)

@@ -16,6 +16,7 @@ from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.guard.sequence.service import Service
 from homeostat.guard.settings import GuardSettings
 from homeostat.guard.watch.alarms import Alarms
+from homeostat.guard.watch.jumps import Jumps
 from homeostat.guard.writing.bounded import bounded
 from homeostat.guard.writing.tenure import Tenure
 from homeostat.guard.writing.writer import Writer
@@ -41,6 +42,8 @@ class Parts:
     """The only way to the plant."""
     tenure: Tenure
     """The right to write."""
+    jumps: Jumps
+    """What readings have jumped by."""
 
     @classmethod
     def of(cls, rules: GuardRules, record: GuardTrace, lease: Lease | None, settings: GuardSettings) -> Parts:
@@ -50,7 +53,7 @@ class Parts:
         sequencer = Sequencer(rules.machine, rules.limits, rules.nominal)
         service = Service(rules.writables, recorder.note)
         tenure = Tenure(bounded(lease, settings), writer, alarms, recorder.note, settings)
-        return cls(rules, settings, recorder, alarms, sequencer, service, writer, tenure)
+        return cls(rules, settings, recorder, alarms, sequencer, service, writer, tenure, Jumps(rules.qualities))
 
     def evidence(self, readings: Snapshot) -> Evidence:
         """What ``readings`` tell of where the plant stands."""

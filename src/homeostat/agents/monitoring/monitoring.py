@@ -58,6 +58,8 @@ class TwinMonitoring:
         self._doubts: tuple[Hypothesis, ...] = ()
         self._told: frozenset[str] = frozenset()
         self._clearing, self._checks = Clearing(), False
+        self._indicates = {r.name: frozenset(r.faults) for r in description.symptom_rules}
+        self._open, self._again = frozenset[str](), False
         self._from_s = -math.inf
         self._at_s = -math.inf
         self._symptoms: tuple[Symptom, ...] = ()
@@ -96,6 +98,7 @@ class TwinMonitoring:
         if ended is not None and (fits or not self._symptoms):
             return ended
         checks, self._checks = self._checks, False
+        again, self._again = self._again, False
         if checks and self._said and not deviates:
             return Diagnosis(self._at_s, self._last, self._said, news=False)
         hypotheses = self._explain(self._symptoms, deviates)
@@ -109,13 +112,28 @@ class TwinMonitoring:
                 return ended or self._over(self._at_s)
             return nothing if deviates else self._unexplained(hypotheses)
         faulty = [h.faults for h in hypotheses if h.faults and not h.something_else]
-        self._known, self._unexplained_s = next(iter(faulty), ()), self._settings.repeat_s
-        self._said, self._doubts, self._told = hypotheses, (), self._told | {s.rule for s in self._symptoms}
-        self._last = self._symptoms or self._last
+        before, self._known = self._known, next(iter(faulty), ())
+        self._said, self._doubts, self._last = hypotheses, (), self._symptoms or self._last
         self._clearing.explained([s.rule for s in self._symptoms])
-        self._acknowledged.update({s.rule: self._at_s + self._settings.review_s for s in self._symptoms})
+        self._acknowledge()
         self._sharpen(hypotheses)
-        return Diagnosis(self._at_s, self._last, hypotheses)
+        same = {f.fault for f in before} == {f.fault for f in self._known}
+        return Diagnosis(self._at_s, self._last, hypotheses, news=not (again and same))
+
+    def _acknowledge(self) -> None:
+        """Symptoms are explained until the next review, but for those that nothing that is likeliest raises.
+
+        A further fault may be behind those that cannot be told yet: they are looked at again, less and less often.
+        """
+        faults = frozenset(f.fault for f in self._known)
+        told = faults <= frozenset(self._every)  # of what is generated nobody listed what it raises
+        rules = frozenset(s.rule for s in self._symptoms)
+        self._open = frozenset(r for r in rules if told and self._indicates[r] and not self._indicates[r] & faults)
+        wait_s = min(self._unexplained_s, self._settings.review_s)
+        self._unexplained_s = 2.0 * wait_s if self._open else self._settings.repeat_s
+        self._told = (self._told | rules) - self._open
+        waits_s = {rule: wait_s if rule in self._open else self._settings.review_s for rule in rules}
+        self._acknowledged.update({rule: self._at_s + for_s for rule, for_s in waits_s.items()})
 
     def _ended(self) -> tuple[Diagnosis | None, bool]:
         """That all that was known to be wrong is over, where it is, and whether nothing else is wrong since then."""
@@ -129,7 +147,8 @@ class TwinMonitoring:
     def _over(self, since_s: float) -> Diagnosis:
         """That what was known is over since ``since_s`` [s]: none of it is remembered, and its transient is awaited."""
         over, self._known, self._said, self._last, self._told = self._known, (), (), (), frozenset()
-        self._review_at_s, self._first_s, self._doubts = None, None, ()
+        self._open, self._doubts = frozenset(), ()
+        self._review_at_s = self._first_s = None
         self._clearing.over()
         self._acknowledged.update({s.rule: self._at_s + self._settings.transient_s for s in self._symptoms})
         return Diagnosis(self._at_s, (), (), over, since_s)
@@ -215,6 +234,7 @@ class TwinMonitoring:
         fresh = {s.rule for s in self._symptoms if self._acknowledged.get(s.rule, 0.0) <= at_s}
         found = bool(fresh) and at_s >= self._quiet_until_s
         self._checks = clears and not found
+        self._again = found and fresh <= self._open
         return found or clears
 
     def _explain(self, symptoms: tuple[Symptom, ...], deviates: bool) -> tuple[Hypothesis, ...]:

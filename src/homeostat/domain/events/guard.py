@@ -65,6 +65,17 @@ class QualityChanged:
 
 
 @dataclass(frozen=True, slots=True)
+class ReadingJumped:
+    """A reading has moved as no process can: limits are watched on it as it is, and as if it had not."""
+
+    kind: ClassVar[str] = "reading-jumped"
+    tag: str
+    """Name of the tag."""
+    by: float
+    """What it has jumped by in all, in the unit of the tag; 0 where it has jumped back."""
+
+
+@dataclass(frozen=True, slots=True)
 class Armed:
     """Recovery has ranked the fallbacks, and perhaps said until when it must have acted."""
 

@@ -144,6 +144,7 @@ class Latch:
         self.reason, self.strategy, self._acting, self._again_s = None, None, None, -math.inf
         self._loaded = self.standing = False
         self.fallbacks = Fallbacks(parts.rules)
+        parts.jumps.forget()  # a person has looked at the plant
         parts.writer.overtake(now_s, "the latch was reset")
         parts.writer.forget()
         for name in ("latched", "shed", "fallbacks", *(f"fallback:{s.name}" for s in parts.rules.fallbacks)):

@@ -60,6 +60,8 @@ class Response:
         event = Tripped(violation.limit, violation.margin, violation.unit, violation.reason, acts)
         self._parts.note(event, now_s)
         self._parts.alarms.raise_(f"trip:{violation.limit}", violation.reason, Priority.CRITICAL, now_s)
+        if violation.jumped and self._latch.reason is None:
+            self._latch.fallbacks.rank(())  # whoever ranked them knew nothing of this: the tables' order counts
         if violation.limit not in self._answered:
             self._unanswered[violation.limit] = violation.reason
 

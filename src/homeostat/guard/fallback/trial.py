@@ -48,6 +48,8 @@ class Trial:
     """Limit whose trip is being lifted -> until when at most [s]."""
     lifted: Mapping[str, float] = field(default_factory=dict)
     """Limit -> for how long its trip had been lifted when that ended last [s]."""
+    jumped: Mapping[str, float] = field(default_factory=dict)
+    """Tag -> what its reading has jumped by without a reason in the process, in the tag's unit."""
 
     def fold(self, kind: str, fields: Mapping[str, Any]) -> Trial:
         """The same after one more event."""
@@ -128,6 +130,8 @@ _FOLDS: Mapping[str, Any] = {
     "shed": lambda t, f: replace(t, stands=False, tried=frozenset(), returned=frozenset(), effects={}),
     "latched": lambda t, f: t if t.acted else replace(t, answered=t.violated),
     "latch-reset": lambda t, f: Trial(violated=t.violated, lifting=t.lifting, lifted=t.lifted),
+    "reading-jumped": lambda t, f: replace(t, jumped={**t.jumped, str(f["tag"]): float(f["by"])}),
+    "start-up-ended": lambda t, f: replace(t, jumped={}),
     "trip-lifted": lambda t, f: replace(t, lifting={**t.lifting, str(f["limit"]): float(f["until_s"])}),
     "trip-lift-ended": _lift_ended,
 }

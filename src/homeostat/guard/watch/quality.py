@@ -5,15 +5,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from numbers import Real
 
-from homeostat.domain.events.guard import QualityChanged
+from homeostat.domain.events.guard import QualityChanged, ReadingJumped
 from homeostat.domain.plant.rules import QualityRule
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.snapshot import Quality, Snapshot
 from homeostat.guard.texts import said
+from homeostat.guard.watch.jumps import Jumps, steps
 
-SIGMAS = 4.5 * math.sqrt(2.0)
-"""Noise of a difference of two readings that is not taken for a step [standard deviations of one reading]."""
 SLACK = 0.02
 """How far outside its range an instrument may read before it is bad [fraction of the span]."""
 STALE_S = 10.0
@@ -39,10 +38,18 @@ class QualityWatch:
     """Judges every reading of every sample; a bad one has no value any more (NaN)."""
 
     def __init__(
-        self, rules: Mapping[str, QualityRule], tags: Mapping[str, Tag], note: Callable[[GuardEvent, float], None]
+        self,
+        rules: Mapping[str, QualityRule],
+        tags: Mapping[str, Tag],
+        note: Callable[[GuardEvent, float], None],
+        jumps: Jumps | None = None,
     ) -> None:
-        """``rules``: tag -> when its reading is good or bad; ``note`` journals an event at a process time [s]."""
+        """``rules``: tag -> when its reading is good or bad; ``note`` journals an event at a process time [s].
+
+        ``jumps`` hear of every new reading.
+        """
         self._rules, self._tags, self._note = rules, tags, note
+        self._jumps = Jumps(rules) if jumps is None else jumps
         self._seen = {tag: _Seen() for tag in rules}
         self._stale_s = max((rule.stale_s for rule in rules.values()), default=STALE_S)
         self._last: Snapshot | None = None
@@ -92,15 +99,15 @@ class QualityWatch:
         newer = seen.taken_s < taken_s <= now_s + AHEAD_S
         if tag in sample.bad or not math.isfinite(value) or not newer:
             return
+        if self._jumps.take(tag, value, taken_s):
+            self._note(ReadingJumped(tag, self._jumps.by(tag)), now_s)
         if value != seen.value:
             seen.changed_s = taken_s
         if now_s < seen.uncertain_until_s:
-            if not _steps(rule, value - seen.before, 0.0):
+            if not steps(rule, value - seen.before, 0.0):
                 seen.uncertain_until_s = now_s  # one wild value: the reading goes on from where it was before
         # A reading that steps again and again is no excuse for ever: between two grace times the raw one counts.
-        elif now_s >= seen.uncertain_until_s + rule.grace_s and _steps(
-            rule, value - seen.value, taken_s - seen.taken_s
-        ):
+        elif now_s >= seen.uncertain_until_s + rule.grace_s and steps(rule, value - seen.value, taken_s - seen.taken_s):
             seen.before = seen.value
             seen.uncertain_until_s = now_s + rule.grace_s
         seen.value, seen.taken_s = value, taken_s
@@ -151,11 +158,6 @@ class QualityWatch:
         if tag in sample.uncertain:
             return Quality.UNCERTAIN, f"{tag!r} is marked uncertain: {sample.reasons.get(tag, 'no reason is given')}"
         return Quality.GOOD, ""
-
-
-def _steps(rule: QualityRule, difference: float, after_s: float) -> bool:
-    """Whether a reading that changed by ``difference`` within ``after_s`` [s] did so faster than the process can."""
-    return rule.fastest is not None and abs(difference) > rule.fastest * after_s + SIGMAS * (rule.noise or 0.0)
 
 
 def _copied(sample: Snapshot) -> Snapshot:

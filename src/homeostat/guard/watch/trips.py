@@ -1,4 +1,6 @@
-"""Trip limits: watched on what instruments say and on what a diagnosis says they mean, by cumulative sums.
+"""Trip limits: watched on what instruments say and on what else they may mean, by cumulative sums.
+
+What else they may mean says a diagnosis, and a reading that has jumped as no process can.
 
 A single noisy reading above its limit is no violation, a lasting one must not wait for a slow filter. So every limit
 has a cumulative sum (Page, Biometrika 41, 1954) of its violation over time, S := max(0, S - margin dt), and trips when
@@ -7,7 +9,7 @@ S exceeds what the table allows [unit of the margin times s]. A violation lasts 
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from homeostat.domain.events.trips import TripLifted, TripLiftEnded
 from homeostat.domain.plant.limits import Limit
@@ -15,6 +17,7 @@ from homeostat.domain.plant.rules import GuardRules, TripRule
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.fallback.trial import Trial
+from homeostat.guard.watch.jumps import Jumps
 from homeostat.guard.watch.start_up import StartUpPhase
 from homeostat.stl.formula import Formula
 
@@ -48,6 +51,8 @@ class Violation:
     """Unit of the margin."""
     reason: str
     """One sentence."""
+    jumped: bool = False
+    """Whether it is violated only if a reading that has jumped was right before: no diagnosis knows of it."""
 
 
 @dataclass(slots=True)
@@ -72,9 +77,15 @@ class _Watched:
 class TripWatch:
     """Judges every hard limit once per tick, whether or not anything is latched."""
 
-    def __init__(self, rules: GuardRules, note: Callable[[GuardEvent, float], None]) -> None:
-        """``note`` journals an event at a process time [s]; a limit without a rule trips at its first violation."""
+    def __init__(
+        self, rules: GuardRules, note: Callable[[GuardEvent, float], None], jumps: Jumps | None = None
+    ) -> None:
+        """``note`` journals an event at a process time [s]; a limit without a rule trips at its first violation.
+
+        ``jumps`` know which readings have jumped, and by how much.
+        """
         self._rules, self._note = rules, note
+        self._jumps = Jumps({}) if jumps is None else jumps
         self._limits = {limit.name: limit for limit in rules.limits.hard}
         self._trips = {name: rules.trips.get(name, TripRule(name)) for name in self._limits}
         self._watched = {name: _Watched() for name in self._limits}
@@ -98,12 +109,14 @@ class TripWatch:
         clean = tuple({t: float(e) for t, e in error.items() if math.isfinite(e)} for error in errors)
         self._fresh = self._fresh or clean != self._errors
         self._errors = clean or ({},)
+        self._jumps.correct(self._errors)
 
     def remember(self, trial: Trial, now_s: float) -> None:
         """Go on after a death: no trip may be lifted for longer than without it.
 
         A limit that was violated is so until its sum has come back to zero: it must not look as if it had come back.
         """
+        self._jumps.remember(trial.jumped)
         for name, watched in self._watched.items():
             watched.lifted_s = trial.lifted_s(name, self._trips[name].lift_s, now_s)
             if name in trial.violated:
@@ -135,14 +148,20 @@ class TripWatch:
         found = []
         for name, watched in self._watched.items():
             limit = self._in_force(name)
-            explained = () if watched.disputed else self._explained(limit, readings.values)
-            margin = min([_margin(limit.formula, readings.values), *explained])
+            values = readings.values
+            explained = () if watched.disputed else self._explained(limit, values)
+            margin = min([_margin(limit.formula, values), *explained, *self._unjumped(limit, values)])
             if margin < 0.0 and not watched.lifting:
                 found.append(_violation(limit, margin))
         return tuple(found)
 
     def _change(self, starting: bool) -> None:
-        """Start-up begins or ends: a sum that was made against one limit says nothing about another."""
+        """Start-up begins or ends: a sum that was made against one limit says nothing about another.
+
+        While a plant fills, readings move as they never do in operation: what has jumped then is forgotten.
+        """
+        if starting:
+            self._jumps.forget()
         if self._starting is not None and starting is not self._starting:
             for name in self._rules.start_up.limits.keys() & self._watched.keys():
                 watched = self._watched[name]
@@ -170,7 +189,7 @@ class TripWatch:
         if math.isnan(raw):  # a violated limit has not come back because nobody sees it any more
             return blind or (_violation(limit, raw) if watched.violated else None)
         explained = self._explained(limit, values) or (raw,)
-        counted_s, corrected = min(dt_s, LONGEST_S), min(explained)
+        counted_s, corrected = min(dt_s, LONGEST_S), min((*explained, *self._unjumped(limit, values)))
         watched.raw = _cumulated(watched.raw, raw, counted_s, rule.cusum)
         self._dispute(rule, watched, said, corrected, dt_s, uncertain)
         if not watched.disputed:
@@ -186,7 +205,18 @@ class TripWatch:
         if watched.lifting and not over:
             watched.lifting = False
             self._note(TripLiftEnded(name, watched.lifted_s), now_s)
-        return _violation(limit, min(raw, corrected)) if watched.violated else blind
+        return self._told(limit, raw, corrected, values) if watched.violated else blind
+
+    def _told(self, limit: Limit, raw: float, corrected: float, values: Mapping[str, float]) -> Violation:
+        """The violation, and which reading has jumped where it is violated only if that was right before."""
+        found = _violation(limit, min(raw, corrected))
+        unjumped = min(self._unjumped(limit, values), default=math.inf)
+        if not unjumped < 0.0 <= min((raw, *self._explained(limit, values))):
+            return found
+        jumped = ", ".join(f"{t!r} by {e:+.4g}" for t, e in self._jumps.errors.items() if t in limit.formula.tags)
+        return replace(
+            found, reason=f"{found.reason}, if {jumped} has jumped for no reason in the process", jumped=True
+        )
 
     def _dispute(
         self, rule: TripRule, watched: _Watched, said: float, corrected: float, dt_s: float, steps: bool
@@ -217,6 +247,14 @@ class TripWatch:
         """Margin of ``limit`` under every explanation that refutes a reading, where it can be judged."""
         margins = (_corrected(limit.formula, values, errors) for errors in self._errors if errors)
         return tuple(m for m in margins if not math.isnan(m))
+
+    def _unjumped(self, limit: Limit, values: Mapping[str, float]) -> tuple[float, ...]:
+        """Margin of ``limit`` if what has jumped had not; empty where nothing in it has, or nobody can judge it."""
+        jumped = self._jumps.errors
+        if jumped.keys().isdisjoint(limit.formula.tags):
+            return ()
+        margin = _corrected(limit.formula, values, jumped)
+        return () if math.isnan(margin) else (margin,)
 
     def _carried(self, rule: TripRule, readings: Snapshot | None) -> float | None:
         """Least margin of what carries the limit under any explanation; None where nothing does, or not now."""

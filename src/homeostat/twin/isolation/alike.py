@@ -2,7 +2,9 @@
 
 A model that predicts what a reading moves by to a tenth cannot say which of two causes moved it, if both move it
 alike to a tenth. The difference d of two predictions is held against that share of the effect e of the better one:
-the gap of their log-likelihoods counts by the square of d / (share e), up to all of it.
+the gap of their log-likelihoods counts by the square of d / (share e), up to all of it. Where both have a fault in
+common, e is mostly that fault's: what differs in readings that it hardly moves, as a level that jumps while a valve is
+stuck, counts all the same.
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,10 +41,15 @@ def with_doubt(
     if len(ranked) < 2 or not ranked[0][1].faults:
         return list(scored)
     loss, left = evidence.losses(evidence.residuals([(), *(each.replayed for _, each in ranked)]))
-    effect = float(np.linalg.norm(left[0] - left[1]))
+    moved = left[0] - left[1]
+    effect, best_faults = float(np.linalg.norm(moved)), {f.fault for f in ranked[0][1].faults}
     gained: dict[Class, float] = {}
     for k, (accused, each) in enumerate(ranked[1:], start=2):
-        apart = float(np.linalg.norm(left[k] - left[1])) / max(TOLD_APART * gain * effect, 1e-12)
+        differs = left[k] - left[1]
+        apart = float(np.linalg.norm(differs)) / max(TOLD_APART * gain * effect, 1e-12)
+        if best_faults & {f.fault for f in each.faults}:
+            over = np.maximum(np.abs(differs) - TOLD_APART * gain * np.abs(moved), 0.0)
+            apart = max(apart, float(np.linalg.norm(over)) / max(float(np.linalg.norm(differs)), 1e-12))
         gap = 0.5 * float(loss[k] - loss[1]) / TEMPER
         if each.faults and apart < 1.0 and gap > 0.0:
             gained[accused] = (1.0 - apart**2) * gap

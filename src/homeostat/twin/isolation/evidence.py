@@ -154,13 +154,14 @@ class Evidence:
     def fit(self, left: Vec) -> Fit:
         """How well an explanation fits of which ``left`` is left, shape (readings,).
 
-        A single wild reading is no reason to doubt it.
+        A single wild reading is no reason to doubt it. Half minutes are counted from the last reading back, so
+        that what has just begun is in one of them.
         """
         seconds, variables = self.shape
         length = min(BLOCK_S, seconds)
         count = seconds // length
         squares = _without_wild(np.square(left.reshape(seconds, variables)))
-        blocks = squares[: count * length].reshape(count, length, variables).mean(axis=1)
+        blocks = squares[seconds - count * length :].reshape(count, length, variables).mean(axis=1)
         excess = np.maximum(blocks - USUAL_BLOCK, 0.0).sum() * length
         return Fit(float(squares.mean()), float(blocks.max()), float(0.5 * excess / TEMPER))
 

@@ -123,7 +123,8 @@ class FaultIsolation:
             for each in (unknown, again[:1]) if fit.strained else (again[:1],):
                 scored += memory.told(self._courses(evidence, search, each))
             best, fit = _best(scored, evidence, none)
-        if best.faults and (not fit.good or (question.news and fit.strained)):
+        forgets = bool(said[0].old) and not _keeps(best, said[0].old)  # what fits without it may fit better beside it
+        if best.faults and (forgets or not fit.good or (question.news and fit.strained)):
             scored += memory.told(search.joined(question.known, named))
             scored += self._beside(evidence, search, question.known, said[0].old)
             if len(question.known) <= 1:
