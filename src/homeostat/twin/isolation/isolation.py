@@ -63,6 +63,10 @@ LAGS_S = (2, 4, 6, 9, 13, 18, 25, 35, 50, 70, 100, 140, 190, 250, 320, 400, 490,
 DENSE_LAGS_S = (*range(2, 30, 2), *range(30, 121, 3))
 """The same where a fault may have gone unnoticed for a while: its onset is a narrow valley between coarse ones."""
 
+NEAR_S = 16
+"""Stretch before the first symptom in which every second is tried as an onset: where what shows at once began, and a
+right one explains as much within a second only where actuators are fast [s]."""
+
 
 @dataclass(frozen=True, slots=True)
 class Question:
@@ -100,7 +104,7 @@ class FaultIsolation:
         What began before it is not forgotten. Where readings or controllers speak for themselves, the twin is asked for
         nothing else. Where the best explanation does not fit, a cause that nobody listed is as likely as all of them.
         """
-        evidence, search = self._on(window, posterior, question.known)
+        evidence, search = self._on(window, posterior, question.known, question.before)
         if (
             not question.news
             and _certain(question.before)
@@ -127,15 +131,22 @@ class FaultIsolation:
             if len(question.known) <= 1:
                 scored += memory.told(self._second(search, best, recent, posterior, question.known))
             best, fit = _best(scored, evidence, none)
+        scored += search.bounds(scored)
         modes = self._carrier.modes
         scored, none = _spread(with_doubt(scored, evidence, modes, self._settings.gain_error), none, best, fit)
         return hypotheses(scored, none, modes, fit.good, min(question.since_s, window.end_s))
 
     def _named(self, search: Search, question: Question, window: Window) -> list[Scored]:
-        """Single faults of the tables."""
+        """Single faults of the tables: those that the symptoms indicate, and those that were said before.
+
+        Symptoms clear while a fault is still there, and what was as likely as what was called the best still is.
+        """
         lags = [window.end_s - lag for lag in {*LAGS_S, *(DENSE_LAGS_S if question.dense else ())}]
-        tables = [name for name in question.candidates if self._carrier.modes[name].effect is None]
-        return search.singles(tables, sorted({*lags, *(f.onset_s for f in question.known)}))
+        said = [f for h in question.before for f in h.faults]
+        names = dict.fromkeys([*question.candidates, *(f.fault for f in said)])
+        tables = [name for name in names if self._carrier.modes[name].effect is None]
+        near = [question.since_s - k for k in range(NEAR_S)] if question.since_s <= window.end_s else []
+        return search.singles(tables, sorted({*lags, *near, *(f.onset_s for f in (*question.known, *said))}))
 
     def _beside(self, evidence: Evidence, search: Search, known: FaultSet, old: FaultSet) -> list[Scored]:
         """Generated fault modes beside what was ``known``, and beside that of it that is ``old``."""
@@ -200,12 +211,16 @@ class FaultIsolation:
             alike = [f for f in self._plant.faults if f.component in items]
             sets += [(*kept, FaultState(f.name, f.severity_nominal, since)) for f in alike]
         scored = [Scored(s, score) for s, score in zip(sets, search.score(sets).tolist(), strict=True)]
+        scored += search.bounds(scored)
         return hypotheses(scored, max(s.score for s in scored) - SELF_EVIDENT_NATS, modes)
 
-    def _on(self, window: Window, posterior: Posterior, known: FaultSet) -> tuple[Evidence, Search]:
+    def _on(
+        self, window: Window, posterior: Posterior, known: FaultSet, before: Sequence[Hypothesis] = ()
+    ) -> tuple[Evidence, Search]:
         evidence = Evidence(self._model, self._carrier, window, posterior, self._accuracy, known)
         prior = Prior(self._plant.faults, window, evidence.variables, self._calibrated)
-        return evidence, Search(evidence, self._carrier.modes, prior, known)
+        said = (*known, *(f for h in before for f in h.faults))
+        return evidence, Search(evidence, self._carrier.modes, prior, said)
 
     def _estimated(self, evidence: Evidence, search: Search, beside: FaultSet, since_s: float = np.inf) -> list[Scored]:
         """Every generated fault mode of an item that is not accused ``beside``, at its best."""

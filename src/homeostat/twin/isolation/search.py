@@ -1,7 +1,7 @@
 """Search: which faults that have an equation of their own explain the readings, of what size and since when."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,14 @@ from homeostat.twin.isolation.responses import FIRST_ROW
 
 FINER = (1.0, 0.35, 0.12, 0.04, 0.015)
 """Steps of the grids around the best that was found, as multiples of a 24th of the range and 12 % of the age."""
+STARTS = 3
+"""Onsets around which each fault is refined: what is best on a coarse grid need not be near what is best [1]."""
+SIZES = 9
+"""Sizes over the whole range that are tried of what leads: readings may tell a fault and say nothing of its size."""
+AS_GOOD_NATS = 2.0
+"""A size that predicts no worse than this is as good: two standard deviations, where one is the best [nats]."""
+BOUND_NATS = 1.0
+"""What one that bounds the likeliest size costs [nats]."""
 LEADERS = 3
 """Faults that are refined to the end: evidence grows with time, and with it what a coarse size costs."""
 
@@ -39,7 +47,7 @@ class Search:
     """Tries sets of faults on the evidence of one window."""
 
     def __init__(self, evidence: Evidence, modes: Mapping[str, FaultMode], prior: Prior, known: FaultSet = ()) -> None:
-        """``modes``: name -> fault mode, generated ones included; only what was ``known`` began before the window."""
+        """``modes``: name -> fault mode, generated ones included; what was ``known`` may begin before it."""
         self._kept = {fault.onset_s for fault in known}
         self._evidence, self._modes = evidence, modes
         self.prior = prior
@@ -68,10 +76,12 @@ class Search:
         if not names or not inside:
             return []
         grid: list[FaultSet] = [(f,) for name in names for f in self._grid(name, inside)]
-        best = self._best_per_fault(grid, lambda s: s[0].fault)
+        tried: list[Scored] = []
+        best = self._best_per_fault(grid, lambda s: s[0].fault, tried)
         found: list[Scored] = []
         for number, scale in enumerate(FINER):
             refined = sorted(best.values(), key=lambda s: -s.score)[: None if number < 2 else LEADERS]
+            refined = refined if number else _starts(tried)
             finer: list[FaultSet] = [(f,) for s in refined for f in self.around(s.faults[0], scale)]
             for name, scored in self._best_per_fault(finer, lambda s: s[0].fault, found).items():
                 if scored.score > best[name].score:
@@ -120,6 +130,27 @@ class Search:
             sets += [(*faults[:k], near, *faults[k + 1 :]) for near in self.around(fault, 0.35)]
         return [Scored(s, score) for s, score in zip(sets, self.score(sets).tolist(), strict=True)]
 
+    def bounds(self, scored: Sequence[Scored]) -> list[Scored]:
+        """Of the likeliest single faults of the tables, the least and the largest size that explain as much.
+
+        By the readings alone: how usual a size is does not say what it is, and a valve that is closed is closed,
+        whatever its severity. A size that the readings do tell is bounded by the sizes that were tried around it.
+        """
+        leaders: dict[str, Scored] = {}
+        for each in sorted(scored, key=lambda s: -s.score):
+            if len(each.faults) == 1 and self._modes[each.faults[0].fault].effect is None:
+                leaders.setdefault(each.faults[0].fault, each)
+        found: list[Scored] = []
+        for each in list(leaders.values())[:LEADERS]:
+            fault = each.faults[0]
+            r = self._modes[fault.fault].severity_range
+            sizes = [fault.severity, *np.linspace(r.low, r.high, SIZES).tolist()]
+            nats = self._evidence.likelihoods([(replace(fault, severity=size),) for size in sizes])
+            good = [size for size, own in zip(sizes, nats.tolist(), strict=True) if own >= nats[0] - AS_GOOD_NATS]
+            ends = {min(good), max(good)} - {fault.severity}
+            found += [Scored((replace(fault, severity=s),), each.score - BOUND_NATS) for s in sorted(ends)]
+        return found
+
     def _best_per_fault(
         self, sets: Sequence[FaultSet], key: Callable[[FaultSet], str], keep: list[Scored] | None = None
     ) -> dict[str, Scored]:
@@ -159,3 +190,19 @@ class Search:
         near = [age * (1.0 + k * scale * 0.12) for k in range(-2, 3)] + ([age - 1.0, age + 1.0] if scale > 0.3 else [])
         lags = {float(np.clip(lag, 1.0, max(longest, age))) for lag in near}
         return [FaultState(centre.fault, s, self._end_s - lag) for s in sorted(sizes) for lag in sorted(lags)]
+
+
+def _starts(tried: Sequence[Scored]) -> list[Scored]:
+    """Of single faults that were ``tried`` over a grid, the best of each at onsets better than those beside them."""
+    best: dict[str, dict[float, Scored]] = {}
+    for each in tried:
+        onsets, at_s = best.setdefault(each.faults[0].fault, {}), each.faults[0].onset_s
+        if at_s not in onsets or each.score > onsets[at_s].score:
+            onsets[at_s] = each
+    found: list[Scored] = []
+    for onsets in best.values():
+        row = [onsets[at_s] for at_s in sorted(onsets)]
+        scores = [-np.inf, *(each.score for each in row), -np.inf]
+        peaks = [each for k, each in enumerate(row, 1) if scores[k - 1] < scores[k] >= scores[k + 1]]
+        found += sorted(peaks, key=lambda each: -each.score)[:STARTS]
+    return found
