@@ -283,7 +283,7 @@ class FaultIsolation:
         lasting = [m for m in self._plant.generated if m.effect and effect and m.effect.quantity == effect.quantity]
         lasting = [m for m in lasting if m.effect and not m.effect.grows and m.effect.kind is not EffectKind.FROZEN]
         mode = next((m for m in lasting if m.unknown or (m.effect and m.effect.per_unit * total >= 0.0)), lasting[0])
-        size = total if mode.unknown else abs(total)
+        size = total if mode.severity_range.low < 0.0 else abs(total)
         return FaultState(mode.name, size, min(change.onset_s for change in course))
 
     def _second(
