@@ -51,6 +51,16 @@ class ProcessModel(Protocol):
         """A state that agrees with (smoothed) readings, shape (states,)."""
         ...
 
+    def settle(
+        self, states: Table, inputs: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
+    ) -> None:
+        """Let what no instrument shows stand where ``inputs`` and faults that began before ``at_s`` put it, in place.
+
+        Shapes (members, inputs), (members, parameters), (members, faults) twice. Where every such state is shown there
+        is nothing to do.
+        """
+        ...
+
     def correct(self, states: Table, residuals: Mapping[str, Vec]) -> None:
         """Move states in place by what the instruments say beyond the model: variable -> shape (members,)."""
         ...

@@ -95,6 +95,7 @@ class Probes:
         probing, scene, bounds = self._agents.probing, self._scene, self._bounds
         needed_s, self.offered = bounds.probe_s + bounds.answer_s + self._budget.reserve_s, ()
         near = first_violated_s(idle, self._rules.limits) <= needed_s
+        near = near or situation.deadline_s < bounds.probe_s  # an armed fallback would act in the middle of it
         if probing is None or near or len(self._begun) >= bounds.probes or scene.now.mode is not Mode.CLOSED_LOOP:
             return None
         try:

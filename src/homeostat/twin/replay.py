@@ -48,10 +48,14 @@ def starting_states(
     """States at the beginning of ``window``, shape (members, states).
 
     Each is that of the smoothed readings, moved so that the member's own instruments (with their calibration and
-    faults) would show them.
+    faults) would show them. What no instrument shows stands where the member's own faults have put it: a valve that was
+    stuck before the window does not move into its place within it.
     """
     first = window.mean(0, min(window.settle_rows, window.length))
     states = np.tile(model.estimate(first | _manual(window)), (len(parameters), 1))
+    commanded = model.replay_inputs(window.readings, window.inputs)[:1]
+    arrived, follows = moved_inputs(commanded, carried.moves, window.start_s)
+    model.settle(states, arrived[follows, 0], parameters, carried.severity, carried.onset_s, window.start_s)
     shown = _run(model, window, states, parameters, carried, variables, 1).record
     model.correct(states, {v: first[v] - shown[:, 0, j] for j, v in enumerate(variables)})
     return states

@@ -43,7 +43,8 @@ def separation(
 
     ``ensemble`` has one member for each of H hypotheses and, last, one in which nothing is wrong; the first of the
     ``sequences`` is what follows anyway. All are carried out in one call of the engine, without noise. Returns nats of
-    shape (K, H, H), the true hypothesis first; and whether no member takes a later step within ``seconds``, shape (K,).
+    shape (K, H, H), the true hypothesis first; and whether no member takes a later step within ``seconds`` by which
+    anything else is commanded, shape (K,).
     """
     count, members = len(sequences), len(ensemble.states)
     quiet = np.zeros(count * members)
@@ -56,8 +57,16 @@ def separation(
     spread = np.hypot(noise, accuracy.gain * np.abs(moved[:, -1:]))
     departed = ((moved[:, :-1] - moved[:, -1:]) / spread).reshape(count, members - 1, -1)
     wrong = TOLD_APART * accuracy.gain * np.linalg.norm((effect / spread).reshape(count, members - 1, -1), axis=2)
-    still = (run.step.reshape(count, -1) == 0).all(axis=1) & (run.reached.reshape(count, -1) == 0).all(axis=1)
+    latest = np.maximum(run.step.max(axis=1), run.reached).reshape(count, -1).max(axis=1)
+    still = latest <= [_calm(sequence, present) for sequence in sequences]
     return np.stack([_expected(d, w) for d, w in zip(departed, wrong, strict=True)]), still
+
+
+def _calm(sequence: InputSequence, present: Vec) -> int:
+    """How many of its later steps command nothing but what stands after the first, before one that does."""
+    stands = np.where(np.isnan(sequence.targets[0]), present, sequence.targets[0])
+    same = [bool(np.all(np.isnan(own) | (own == stands))) for own in sequence.targets[1:]]
+    return same.index(False) if False in same else len(same)
 
 
 def _expected(departed: Table, wrong: Vec) -> Table:

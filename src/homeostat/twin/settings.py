@@ -22,6 +22,8 @@ class Balance:
     """What is held per unit of the state, over tags: a disturbance divided by it is the state's rate."""
     large: float
     """A large disturbance, in ``unit``."""
+    only_lost: bool = False
+    """Whether it can only be lost to where nobody knows: what comes in comes through what the tables have."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,3 +50,12 @@ def test_tables_do_not_know_generated_ones(plant: Plant) -> None:
     """What can be put into a run is what the model has an equation of."""
     with pytest.raises(ValueError, match="has no fault 'unknown_mass"):
         plant.description.fault(next(m.name for m in plant.description.generated if m.name.startswith("unknown_mass")))
+
+
+def test_what_can_only_be_lost_has_a_size_and_no_sign() -> None:
+    plant = load_plant("mixing_module")
+    modes = {b.only_lost: plant.description.fault_mode(f"unknown_mass_{b.component}") for b in plant.twin.balances}
+    lost, either = modes[True], modes[False]
+    assert lost.severity_range.low == 0.0 > either.severity_range.low and "loss of mass" in lost.label
+    assert lost.effect is not None and either.effect is not None
+    assert (lost.effect.per_unit, either.effect.per_unit) == (-1.0, 1.0)

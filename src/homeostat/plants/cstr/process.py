@@ -86,6 +86,11 @@ class CstrModel:
         x[S.phase] = NORMAL
         return x
 
+    def settle(
+        self, states: Table, inputs: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
+    ) -> None:
+        """Nothing: every position is measured."""
+
     def correct(self, states: Table, residuals: Mapping[str, Vec]) -> None:
         """Shift temperature and volume by what their instruments say beyond the model."""
         states[:, S.T] += residuals["T1"]

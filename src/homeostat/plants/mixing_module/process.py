@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from homeostat.plants.mixing_module.instruments import measure_line, measure_tanks
 from homeostat.plants.mixing_module.kernel import advance
-from homeostat.plants.mixing_module.layout import TANKS, VALVES, FaultSlot, Input, P, Parameter, S, StateSlot
+from homeostat.plants.mixing_module.layout import TANKS, VALVES, F, FaultSlot, Input, P, Parameter, S, StateSlot, U
 from homeostat.process.batch import Kernel
 from homeostat.process.stated import stated_values
 from homeostat.process.types import Cube, Table, Vec
@@ -20,6 +20,8 @@ AREA = _STATED["area"]
 """Cross-section of every tank, for turning a level into a volume [L/m]."""
 KPA_PER_M = _STATED["density"] * 9.80665 / 1000.0
 """Hydrostatic pressure of a metre of liquid [kPa/m]."""
+STANDING = 0.02
+"""Speed that a transmitter shows at most of a pump that stands still, four times its noise [1]."""
 _READ = {
     **{f"L_{tank}": S.LT1 + i for i, tank in enumerate(_TANKS)},
     **{f"P_{tank}": S.PT1 + i for i, tank in enumerate(_TANKS)},
@@ -85,7 +87,11 @@ class MixingModel:
         return values
 
     def estimate(self, readings: Mapping[str, float]) -> Vec:
-        """Levels by their hydrostatic pressures; valves and pumps where they are commanded to."""
+        """Levels by their hydrostatic pressures, valves where they are commanded to, pumps as fast as they are shown.
+
+        A pump that is not to run and shows no more than noise stands still: the lines of one that runs ever so slowly
+        are under pressure.
+        """
         x = np.zeros(len(S))
         for name, i in _READ.items():
             x[i] = readings[name]
@@ -94,8 +100,21 @@ class MixingModel:
             x[S.V1 + i] = AREA * x[S.L1 + i]
         for k in range(VALVES):
             x[S.VI1_pos + k] = readings[self.inputs[k]]
-        x[S.N1], x[S.N2] = readings["speed_P101"], readings["speed_P102"]
+        for k, pump in enumerate(("P101", "P102")):
+            speed, runs = readings[f"speed_{pump}"], readings[self.inputs[U.P1 + k]] > 0.0
+            x[S.N1 + k] = speed if runs or speed > STANDING else 0.0
         return x
+
+    def settle(
+        self, states: Table, inputs: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
+    ) -> None:
+        """Valves, whose positions nobody measures, stand where they are commanded to, or where they were stuck."""
+        position = np.clip(inputs[:, U.VI1 : U.VI1 + VALVES], 0.0, 1.0)
+        for first, share in ((F.stuck_closed_VI201, 0.0), (F.stuck_open_VI201, 1.0)):
+            size = severity[:, first : first + VALVES]
+            stuck = (size > 0.0) & (onset_s[:, first : first + VALVES] < at_s)
+            position = np.where(stuck, share * size, position)
+        states[:, S.VI1_pos : S.VI1_pos + VALVES] = position
 
     def correct(self, states: Table, residuals: Mapping[str, Vec]) -> None:
         """Shift levels by what the hydrostatic pressures say beyond the model: level transmitters may lie."""

@@ -23,7 +23,8 @@ def read_balances(
         _refuse_unknown(where, "state variable", state, model.states)
         _refuse_unknown(where, "component", table.component, (c.name for c in plant.components))
         capacity = _capacity(where, table.capacity, plant)
-        found.append(Balance(state, table.quantity, table.component, table.unit, capacity, table.large))
+        own = table.quantity, table.component, table.unit, capacity, table.large, table.only_lost
+        found.append(Balance(state, *own))
     return tuple(found)
 
 

@@ -105,6 +105,7 @@ class BalanceTable(Table):
     unit: Name
     capacity: Text
     large: Annotated[float, within(1e-12, 1e12, "(the balance's unit)", "a large disturbance is more than none")]
+    only_lost: bool = False
 
 
 class TwinTable(Table):

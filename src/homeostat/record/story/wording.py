@@ -37,7 +37,11 @@ def named(faults: Iterable[FaultState], plant: PlantDescription) -> str:
 
 def _sized(state: FaultState, mode: FaultMode) -> str:
     size = quantity(state.severity, mode.severity_unit)
-    return f"{mode.label} {'+' if state.severity > 0.0 else ''}{size}" if mode.unknown else f"{mode.name} {size}"
+    return (
+        f"{mode.label} {'+' if state.severity > 0.0 > mode.severity_range.low else ''}{size}"
+        if mode.unknown
+        else f"{mode.name} {size}"
+    )
 
 
 def probabilities(held: Iterable[FaultProbability], plant: PlantDescription) -> str:

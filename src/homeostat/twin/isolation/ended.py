@@ -18,7 +18,7 @@ from homeostat.twin.isolation.evidence import Evidence, Fit
 STRETCHES_S = (10, 24, 40, 80, 160, 320)
 """Stretches that are looked at [s]."""
 SETTLE = 8
-"""The first of so many parts of a stretch says what state it begins in."""
+"""The first of so many parts of a stretch says what state it begins in, where the plant settles for so long."""
 OVER_NATS = 8.0
 """By how much nothing must explain one better than anything that was known [nats]."""
 THERE_NATS = 2.0
@@ -40,8 +40,12 @@ class Ended:
 
 
 def stretch(window: Window) -> Window:
-    """``window`` as it is looked at by itself."""
-    return replace(window, settle_rows=max(window.length // SETTLE, 3))
+    """``window`` as it is looked at by itself.
+
+    No more readings say where it begins than the plant states: the mean of a tank's level while it is emptied is none
+    that it had.
+    """
+    return replace(window, settle_rows=min(window.settle_rows, max(window.length // SETTLE, 3)))
 
 
 def fit_of_nothing(evidence: Evidence) -> Fit:

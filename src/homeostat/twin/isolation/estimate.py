@@ -202,4 +202,6 @@ class Estimation:
 
 def _sign(mode: FaultMode) -> float:
     """Direction of a mode that has one; 0 where its severity has a sign of its own."""
-    return 0.0 if mode.unknown or mode.effect is None else float(np.sign(mode.effect.per_unit))
+    if mode.effect is None or mode.severity_range.low < 0.0:
+        return 0.0
+    return float(np.sign(mode.effect.per_unit))

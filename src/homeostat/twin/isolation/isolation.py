@@ -64,6 +64,10 @@ LAGS_S = (2, 4, 6, 9, 13, 18, 25, 35, 50, 70, 100, 140, 190, 250, 320, 400, 490,
 DENSE_LAGS_S = (*range(2, 30, 2), *range(30, 121, 3))
 """The same where a fault may have gone unnoticed for a while: its onset is a narrow valley between coarse ones."""
 
+NEAR_S = 16
+"""Stretch before the first symptom in which every second is tried as an onset: where what shows at once began, and a
+right one explains as much within a second only where actuators are fast [s]."""
+
 
 @dataclass(frozen=True, slots=True)
 class Question:
@@ -102,7 +106,7 @@ class FaultIsolation:
         What began before it is not forgotten. Where readings or controllers speak for themselves, the twin is asked for
         nothing else. Where the best explanation does not fit, a cause that nobody listed is as likely as all of them.
         """
-        evidence, search = self._on(window, posterior, question.known)
+        evidence, search = self._on(window, posterior, question.known, question.before)
         if (
             not question.news
             and _certain(question.before)
@@ -137,10 +141,16 @@ class FaultIsolation:
         return stated(found, courses, evidence, self._size_error, _divisor(fit))
 
     def _named(self, search: Search, question: Question, window: Window) -> list[Scored]:
-        """Single faults of the tables."""
+        """Single faults of the tables: those that the symptoms indicate, and those that were said before.
+
+        Symptoms clear while a fault is still there, and what was as likely as what was called the best still is.
+        """
         lags = [window.end_s - lag for lag in {*LAGS_S, *(DENSE_LAGS_S if question.dense else ())}]
-        tables = [name for name in question.candidates if self._carrier.modes[name].effect is None]
-        return search.singles(tables, sorted({*lags, *(f.onset_s for f in question.known)}))
+        said = _said(question.before)
+        names = dict.fromkeys([*question.candidates, *(f.fault for f in said)])
+        tables = [name for name in names if self._carrier.modes[name].effect is None]
+        near = [question.since_s - k for k in range(NEAR_S)] if question.since_s <= window.end_s else []
+        return search.singles(tables, sorted({*lags, *near, *(f.onset_s for f in (*question.known, *said))}))
 
     def _beside(self, evidence: Evidence, search: Search, known: FaultSet, old: FaultSet) -> list[Scored]:
         """Generated fault modes beside what was ``known``, and beside that of it that is ``old``."""
@@ -208,10 +218,12 @@ class FaultIsolation:
         none = max(s.score for s in scored) - SELF_EVIDENT_NATS
         return hypotheses(scored, none, modes, lapse=self._settings.lapse)
 
-    def _on(self, window: Window, posterior: Posterior, known: FaultSet) -> tuple[Evidence, Search]:
+    def _on(
+        self, window: Window, posterior: Posterior, known: FaultSet, before: Sequence[Hypothesis] = ()
+    ) -> tuple[Evidence, Search]:
         evidence = Evidence(self._model, self._carrier, window, posterior, self._accuracy, known)
         prior = Prior(self._plant.faults, window, evidence.variables, self._calibrated)
-        return evidence, Search(evidence, self._carrier.modes, prior, known)
+        return evidence, Search(evidence, self._carrier.modes, prior, (*known, *_said(before)))
 
     def _estimated(self, evidence: Evidence, search: Search, beside: FaultSet, since_s: float = np.inf) -> list[Scored]:
         """Every generated fault mode of an item that is not accused ``beside``, at its best."""
@@ -274,7 +286,7 @@ class FaultIsolation:
         lasting = [m for m in self._plant.generated if m.effect and effect and m.effect.quantity == effect.quantity]
         lasting = [m for m in lasting if m.effect and not m.effect.grows and m.effect.kind is not EffectKind.FROZEN]
         mode = next((m for m in lasting if m.unknown or (m.effect and m.effect.per_unit * total >= 0.0)), lasting[0])
-        size = total if mode.unknown else abs(total)
+        size = total if mode.severity_range.low < 0.0 else abs(total)
         return FaultState(mode.name, size, min(change.onset_s for change in course))
 
     def _second(
@@ -306,8 +318,7 @@ def _spread(scored: Sequence[Scored], none: float, best: Scored, fit: Fit) -> tu
     Where nothing explains everything, something is at work that no explanation has, and differences say less. That
     makes further faults no likelier than they were.
     """
-    k = _divisor(fit)
-    most = len(best.faults)
+    k, most = _divisor(fit), len(best.faults)
     gaps = [(s, (s.score - best.score) / (k if len(s.faults) <= most else DOUBT)) for s in scored]
     return [replace(s, score=best.score + gap) for s, gap in gaps], best.score + (none - best.score) / k
 
@@ -327,6 +338,11 @@ def _estimates(
         return Estimation(evidence, modes, search.prior, beside).estimates(since_s)
     except ProcessError:  # what is beside, or the readings at the beginning, are no state of the model
         return []
+
+
+def _said(before: Sequence[Hypothesis]) -> list[FaultState]:
+    """Every fault that was said ``before``."""
+    return [f for h in before if not h.something_else for f in h.faults]
 
 
 def _certain(said: Sequence[Hypothesis]) -> bool:

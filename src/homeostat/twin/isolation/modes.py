@@ -30,7 +30,8 @@ def generated_modes(plant: PlantDescription, twin: TwinSettings) -> tuple[FaultM
     """The fault modes of ``plant`` that follow from its instruments, loops, balances and parameters.
 
     Those that the twin cannot see, because it compares no reading with them, are left out. Severities of what is
-    ``unknown`` have a sign; those of transmitters are sizes, with the direction in their name.
+    ``unknown`` have a sign, but for what can only be lost; those of transmitters are sizes, with the direction in their
+    name.
     """
     measured = [s for s in plant.signals if s.relation is Relation.MEASURES and s.tag.role is not Role.SP]
     modes = [_of_nothing_listed(plant)]
@@ -77,12 +78,14 @@ def _of_controller(loop: str, controller: str) -> FaultMode:
 
 def _of_balance(balance: Balance, horizon_s: float) -> Iterator[FaultMode]:
     name, where = f"unknown_{balance.quantity}_{balance.component}", balance.component
-    both = Range(-SEVERAL * balance.large, SEVERAL * balance.large)
-    effect = Effect(EffectKind.BALANCE, balance.state, capacity=balance.capacity)
-    words = f"unknown {balance.quantity} in {where}"
+    lost = balance.only_lost
+    both = Range(0.0 if lost else -SEVERAL * balance.large, SEVERAL * balance.large)
+    sign, words = (-1.0, f"unknown loss of {balance.quantity}") if lost else (1.0, f"unknown {balance.quantity}")
+    effect = Effect(EffectKind.BALANCE, balance.state, sign, capacity=balance.capacity)
+    words = f"{words} in {where}"
     yield _mode(name, words, where, balance.unit, both, effect, unknown=True)
     both = Range(both.low / horizon_s, both.high / horizon_s)
-    effect = Effect(EffectKind.BALANCE, balance.state, grows=True, capacity=balance.capacity)
+    effect = Effect(EffectKind.BALANCE, balance.state, sign, grows=True, capacity=balance.capacity)
     yield _mode(f"{name}_growing", f"{words}, growing", where, f"{balance.unit}/s", both, effect, unknown=True)
 
 

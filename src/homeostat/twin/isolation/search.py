@@ -14,6 +14,8 @@ from homeostat.twin.isolation.responses import FIRST_ROW
 
 FINER = (1.0, 0.35, 0.12, 0.04, 0.015)
 """Steps of the grids around the best that was found, as multiples of a 24th of the range and 12 % of the age."""
+STARTS = 3
+"""Onsets around which each fault is refined: what is best on a coarse grid need not be near what is best [1]."""
 LEADERS = 3
 """Faults that are refined to the end: evidence grows with time, and with it what a coarse size costs."""
 
@@ -39,7 +41,7 @@ class Search:
     """Tries sets of faults on the evidence of one window."""
 
     def __init__(self, evidence: Evidence, modes: Mapping[str, FaultMode], prior: Prior, known: FaultSet = ()) -> None:
-        """``modes``: name -> fault mode, generated ones included; only what was ``known`` began before the window."""
+        """``modes``: name -> fault mode, generated ones included; what was ``known`` may begin before it."""
         self._kept = {fault.onset_s for fault in known}
         self._evidence, self._modes = evidence, modes
         self.prior = prior
@@ -68,10 +70,12 @@ class Search:
         if not names or not inside:
             return []
         grid: list[FaultSet] = [(f,) for name in names for f in self._grid(name, inside)]
-        best = self._best_per_fault(grid, lambda s: s[0].fault)
+        tried: list[Scored] = []
+        best = self._best_per_fault(grid, lambda s: s[0].fault, tried)
         found: list[Scored] = []
         for number, scale in enumerate(FINER):
             refined = sorted(best.values(), key=lambda s: -s.score)[: None if number < 2 else LEADERS]
+            refined = refined if number else _starts(tried)
             finer: list[FaultSet] = [(f,) for s in refined for f in self.around(s.faults[0], scale)]
             for name, scored in self._best_per_fault(finer, lambda s: s[0].fault, found).items():
                 if scored.score > best[name].score:
@@ -159,3 +163,19 @@ class Search:
         near = [age * (1.0 + k * scale * 0.12) for k in range(-2, 3)] + ([age - 1.0, age + 1.0] if scale > 0.3 else [])
         lags = {float(np.clip(lag, 1.0, max(longest, age))) for lag in near}
         return [FaultState(centre.fault, s, self._end_s - lag) for s in sorted(sizes) for lag in sorted(lags)]
+
+
+def _starts(tried: Sequence[Scored]) -> list[Scored]:
+    """Of single faults that were ``tried`` over a grid, the best of each at onsets better than those beside them."""
+    best: dict[str, dict[float, Scored]] = {}
+    for each in tried:
+        onsets, at_s = best.setdefault(each.faults[0].fault, {}), each.faults[0].onset_s
+        if at_s not in onsets or each.score > onsets[at_s].score:
+            onsets[at_s] = each
+    found: list[Scored] = []
+    for onsets in best.values():
+        row = [onsets[at_s] for at_s in sorted(onsets)]
+        scores = [-np.inf, *(each.score for each in row), -np.inf]
+        peaks = [each for k, each in enumerate(row, 1) if scores[k - 1] < scores[k] >= scores[k + 1]]
+        found += sorted(peaks, key=lambda each: -each.score)[:STARTS]
+    return found
