@@ -43,11 +43,11 @@ ELSE = FaultState(SOMETHING_ELSE, 1.0, 0.0)
 
 
 @given(HYPOTHESES.filter(lambda held: sum(h.probability for h in held) > 0.01), st.floats(0.01, 0.49))
-def test_a_share_for_something_else_makes_no_explanation_weaker(hypotheses: list[Hypothesis], lapse: float) -> None:
+def test_a_share_for_something_else_makes_no_explanation_weaker(hypotheses: list[Hypothesis], misled: float) -> None:
     """Whatever share is put aside, what a twin can carry has the probabilities among itself that it had without."""
     total = sum(h.probability for h in hypotheses)
     alone = [replace(h, probability=h.probability / total) for h in hypotheses]
-    said = [*(replace(h, probability=(1.0 - lapse) * h.probability) for h in alone), Hypothesis((ELSE,), lapse)]
+    said = [*(replace(h, probability=(1.0 - misled) * h.probability) for h in alone), Hypothesis((ELSE,), misled)]
     found = with_a_twin(said)
     assert [h.faults for h in found] == [h.faults for h in alone]
     assert [h.probability for h in found] == pytest.approx([h.probability for h in alone])

@@ -115,7 +115,7 @@ def test_hypotheses_are_a_distribution(name: str) -> None:
 def test_no_fault_is_said_with_more_than_the_plant_states() -> None:
     found = explained("level_bias", 3, 15.0)
     said = sum(h.probability for h in found if h.name == "level_bias")
-    assert 0.9 <= said <= 1.0 - reactor().twin.lapse + 1e-9
+    assert 0.9 <= said <= 1.0 - reactor().twin.misled + 1e-9
     assert sum(h.probability for h in found) == pytest.approx(1.0)
 
 
