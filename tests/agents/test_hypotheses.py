@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from homeostat.agents.hypotheses import plausible, plausible_faults
@@ -29,6 +31,6 @@ def test_something_else_that_is_as_likely_as_not_is_rolled_out() -> None:
 
 
 def test_where_probably_nothing_is_wrong_no_cause_is_acted_on() -> None:
-    diagnosis = said(((), 0.5), ((LEAK,), 0.4), ((ELSE,), 0.1))
+    diagnosis = replace(said(((), 0.5), ((LEAK,), 0.4), ((ELSE,), 0.1)), doubts=True)
     assert not diagnosis.faulty and plausible(diagnosis) == (Hypothesis((), 1.0),)
     assert plausible_faults(diagnosis) == ()

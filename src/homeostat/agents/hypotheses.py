@@ -15,10 +15,10 @@ MOST = 10
 def counted(diagnosis: Diagnosis) -> tuple[Hypothesis, ...]:
     """What decisions are made by: what a twin can carry, and nothing where probably nothing is wrong.
 
-    What is said besides to people, that something else may be wrong or that something may be although it is not
+    What people are told besides, that something else may be wrong or that something may be although that is not
     likely, has no part in them.
     """
-    if diagnosis.hypotheses and not diagnosis.faulty:
+    if diagnosis.doubts:
         return (Hypothesis((), 1.0),)
     return with_a_twin(diagnosis.hypotheses)
 

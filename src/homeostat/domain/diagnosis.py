@@ -191,12 +191,13 @@ class Diagnosis:
     """Process time from which it is over, at the latest [s]; None where nothing is."""
     news: bool = True
     """Whether it was worked out anew; False where it was only seen that what was said before is not over."""
+    doubts: bool = False
+    """Whether that nothing is wrong is likelier than not: what else it may be is told, and no cause is acted on."""
 
     @property
     def faulty(self) -> bool:
-        """Whether anything is probably wrong: not where nothing being wrong is more likely than not."""
-        healthy = sum(h.probability for h in with_a_twin(self.hypotheses) if not h.faults)
-        return healthy <= AS_LIKELY_AS_NOT and any(h.faults for h in self.hypotheses)
+        """Whether anything is probably wrong."""
+        return not self.doubts and any(h.faults for h in self.hypotheses)
 
 
 @dataclass(frozen=True, slots=True)

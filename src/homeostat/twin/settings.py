@@ -43,7 +43,7 @@ class TwinSettings:
     size [1]."""
     least_size_error: float = 0.0
     """The same however small the size is, as a share of the fault's typical size [1]."""
-    lapse: float = 0.0
+    misled: float = 0.0
     """Share of cases in which what explains the readings best is not what is wrong, however well it does so [1]."""
     lag_error_s: float = 0.0
     """By how much actuators and instruments may be slower than the model's, standard deviation [s]."""

@@ -6,7 +6,7 @@ import functools
 
 import pytest
 
-from homeostat.domain.diagnosis import FaultProbability, by_fault_set
+from homeostat.domain.diagnosis import FaultProbability, by_fault_set, with_a_twin
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Diagnosed, Probed, ProbeEnded
 from homeostat.evaluate.run import Run
@@ -34,8 +34,12 @@ def batch(fault: str, severity: float, seed: int, mismatch: str = "none") -> tup
 
 
 def looks(trace: MemoryTrace) -> list[FaultProbability]:
-    """What was likeliest at each look."""
-    return [by_fault_set(event.hypotheses)[0] for event in trace.of(Diagnosed)]
+    """What was likeliest at each look, of what a twin can carry."""
+    return [likeliest(event) for event in trace.of(Diagnosed)]
+
+
+def likeliest(event: Diagnosed) -> FaultProbability:
+    return by_fault_set(with_a_twin(event.hypotheses))[0]
 
 
 def states(trace: MemoryTrace) -> list[str]:
@@ -54,8 +58,7 @@ def told_apart(fault: str, severity: float, seed: int, mismatch: str = "none") -
     assert probe.value > probe.cost > 0.0 and probe.nats > 1.0
     assert end.likeliest == fault and end.probability >= 0.85
     at_s = next(entry.at_s for entry in trace.entries if entry.event is end)
-    after = [by_fault_set(e.event.hypotheses)[0] for e in trace.entries
-             if isinstance(e.event, Diagnosed) and e.at_s >= at_s]  # fmt: skip
+    after = [likeliest(e.event) for e in trace.entries if isinstance(e.event, Diagnosed) and e.at_s >= at_s]
     assert all(fault in best.name for best in after) and after[-1].probability >= NAMED
     assert all(exposure.total_s == 0.0 for exposure in result.exposures)
     return result

@@ -25,16 +25,16 @@ def other(found: tuple[Hypothesis, ...]) -> float:
     return sum(h.probability for h in found if h.name == SOMETHING_ELSE)
 
 
-@pytest.mark.parametrize("lapse", [0.0, 0.05, 0.2])
-def test_nothing_is_said_with_more_than_lapses_leave(lapse: float) -> None:
-    found = hypotheses([scored("fouling", 0.0)], -50.0, MODES, lapse=lapse)
-    assert found[0].name == "fouling" and found[0].probability == pytest.approx(1.0 - lapse)
-    assert other(found) == pytest.approx(lapse)
+@pytest.mark.parametrize("misled", [0.0, 0.05, 0.2])
+def test_nothing_is_said_with_more_than_is_left(misled: float) -> None:
+    found = hypotheses([scored("fouling", 0.0)], -50.0, MODES, misled=misled)
+    assert found[0].name == "fouling" and found[0].probability == pytest.approx(1.0 - misled)
+    assert other(found) == pytest.approx(misled)
 
 
-@pytest.mark.parametrize("lapse", [0.05, 0.2])
-def test_all_that_is_said_comes_to_one_and_keeps_its_order(lapse: float) -> None:
-    plain, found = (hypotheses(EXPLANATIONS, -3.0, MODES, lapse=share) for share in (0.0, lapse))
+@pytest.mark.parametrize("misled", [0.05, 0.2])
+def test_all_that_is_said_comes_to_one_and_keeps_its_order(misled: float) -> None:
+    plain, found = (hypotheses(EXPLANATIONS, -3.0, MODES, misled=share) for share in (0.0, misled))
     assert sum(h.probability for h in found) == pytest.approx(1.0)
     assert [h.name for h in with_a_twin(found)] == [h.name for h in with_a_twin(plain)]
     shares = [[h.probability for h in with_a_twin(each)] for each in (plain, found)]
@@ -51,5 +51,5 @@ def test_what_is_not_worth_a_word_goes_to_something_else() -> None:
 
 
 def test_where_nothing_fits_something_else_is_as_likely_as_not() -> None:
-    found = hypotheses([replace(each) for each in EXPLANATIONS], -50.0, MODES, named=False, lapse=0.1)
+    found = hypotheses([replace(each) for each in EXPLANATIONS], -50.0, MODES, named=False, misled=0.1)
     assert other(found) == 0.5 and with_a_twin(found) == found

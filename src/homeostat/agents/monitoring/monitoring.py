@@ -9,7 +9,15 @@ from homeostat.agents.monitoring.clearing import Clearing
 from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.agents.monitoring.symptoms import SymptomWatch
-from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom, by_fault_set, with_a_twin
+from homeostat.domain.diagnosis import (
+    AS_LIKELY_AS_NOT,
+    Diagnosis,
+    FaultState,
+    Hypothesis,
+    Symptom,
+    by_fault_set,
+    with_a_twin,
+)
 from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.snapshot import Snapshot
@@ -104,10 +112,10 @@ class TwinMonitoring:
         hypotheses = self._explain(self._symptoms, deviates)
         nothing = Diagnosis(self._at_s, (), ())
         if not hypotheses:  # no symptom any more, and nothing known: what was thought of the last one is not forgotten
-            return Diagnosis(self._at_s, (), self._doubts)
+            return Diagnosis(self._at_s, (), self._doubts, doubts=bool(self._doubts))
         if not deviates and self._unsure(hypotheses) and self._waiting(self._at_s):
             return nothing
-        if not Diagnosis(self._at_s, (), hypotheses).faulty:
+        if sum(h.probability for h in with_a_twin(hypotheses) if not h.faults) > AS_LIKELY_AS_NOT:
             if (ended or self._known) and not deviates:
                 return ended or self._over(self._at_s)
             return nothing if deviates else self._unexplained(hypotheses)
@@ -158,7 +166,7 @@ class TwinMonitoring:
         self._doubts, wait_s = hypotheses, min(self._unexplained_s, self._settings.review_s)
         self._unexplained_s, self._first_s = 2.0 * wait_s, None
         self._acknowledged.update({s.rule: self._at_s + wait_s for s in self._symptoms})
-        return Diagnosis(self._at_s, self._symptoms, hypotheses)
+        return Diagnosis(self._at_s, self._symptoms, hypotheses, doubts=True)
 
     def follow(self, outcome: Resolution) -> None:
         """Take note of what was done: an expected transient is not a new fault, and reviews are scheduled."""

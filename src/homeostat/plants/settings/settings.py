@@ -121,7 +121,7 @@ class TwinTable(Table):
     least_size_error: (
         Annotated[float, within(0.0, 2.0, "(fraction)", "a size that is wrong by more says nothing")] | None
     ) = None
-    lapse: (
+    misled: (
         Annotated[float, within(0.0, 0.4, "(probability)", "a twin that misleads more often is of no use")] | None
     ) = None
     lag_error_s: Annotated[float, within(0.0, 30.0, "s", "a twin that lags by more is of no use")] | None = None

@@ -35,7 +35,7 @@ def hypotheses(
     modes: Mapping[str, FaultMode],
     named: bool = True,
     since_s: float = 0.0,
-    lapse: float = 0.0,
+    misled: float = 0.0,
 ) -> tuple[Hypothesis, ...]:
     """Scored explanations as weighted hypotheses, most probable first.
 
@@ -43,7 +43,7 @@ def hypotheses(
     probability is shared among them. ``none``: score of nothing being wrong; ``named``: whether names may be used.
     Where the best explanation does not fit, none is preferred to what is unknown, and something else that began at
     ``since_s`` [s] is as likely as not. Where it fits, something else has what the dropped classes had, and the share
-    ``lapse`` of cases in which the twin or the list of causes misleads however well something fits [1].
+    ``misled`` of cases in which the twin or the list of causes misleads however well something fits [1].
     """
     classes: dict[Class, list[Scored]] = {}
     for each in scored:
@@ -61,7 +61,7 @@ def hypotheses(
             continue
         chosen = _representatives(group, modes, named)
         found += [Hypothesis(s.faults, share * w) for s, w in zip(chosen, _shares(len(chosen)), strict=True)]
-    kept = 1.0 - lapse if named else 1.0 - AS_LIKELY_AS_NOT
+    kept = 1.0 - misled if named else 1.0 - AS_LIKELY_AS_NOT
     other = 1.0 - kept * sum(h.probability for h in found) if named else AS_LIKELY_AS_NOT
     found = [replace(h, probability=kept * h.probability) for h in found]
     if other >= LEAST_PROBABILITY:

@@ -136,7 +136,7 @@ class FaultIsolation:
             best, fit = _best(scored, evidence, none)
         modes, since_s = self._carrier.modes, min(question.since_s, window.end_s)
         scored, none = _spread(with_doubt(scored, evidence, modes, self._settings.gain_error), none, best, fit)
-        found = hypotheses(scored, none, modes, fit.good, since_s, self._settings.lapse)
+        found = hypotheses(scored, none, modes, fit.good, since_s, self._settings.misled)
         courses = {s.faults: s.course for s in scored if s.course}
         return stated(found, courses, evidence, self._size_error, _divisor(fit))
 
@@ -216,7 +216,7 @@ class FaultIsolation:
             sets += [(*kept, FaultState(f.name, f.severity_nominal, since)) for f in alike]
         scored = [Scored(s, score) for s, score in zip(sets, search.score(sets).tolist(), strict=True)]
         none = max(s.score for s in scored) - SELF_EVIDENT_NATS
-        return hypotheses(scored, none, modes, lapse=self._settings.lapse)
+        return hypotheses(scored, none, modes, misled=self._settings.misled)
 
     def _on(
         self, window: Window, posterior: Posterior, known: FaultSet, before: Sequence[Hypothesis] = ()
