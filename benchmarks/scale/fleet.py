@@ -52,7 +52,7 @@ class Fleet:
             stride=1, record=(), seeds=np.array(noise, dtype=np.int64),
             process_noise=np.ones(members), sensor_noise=np.ones(members),
         )  # fmt: skip
-        self._walk = Walk(model, [self._recipe], self._batch.input_of, self.case.start)
+        self._walk = Walk(model, [self._recipe], self._batch.input_of, self.case.start, self._batch.state)
 
     @property
     def state(self) -> Table:

@@ -49,14 +49,14 @@ def states(trace: MemoryTrace) -> list[str]:
 def told_apart(fault: str, severity: float, seed: int, mismatch: str = "none") -> Run:
     """A run in which one test of the way said which fault it is, where the first look did not.
 
-    What was as likely before is asked again although its symptom has gone on the other way: seconds leave it a few per
-    cent, and it is held until they are gone.
+    What was as likely before, that nothing is wrong included, is asked again although its symptom has gone: seconds
+    leave it some per cent, and it is held until they are gone.
     """
     result, trace = batch(fault, severity, seed, mismatch)
     (probe,), (end,) = trace.of(Probed), trace.of(ProbeEnded)
     assert probe.state.startswith("bypass_emptying_")
     assert probe.value > probe.cost > 0.0 and probe.nats > 1.0
-    assert end.likeliest == fault and end.probability >= 0.85
+    assert end.likeliest == fault and end.probability >= 0.75
     at_s = next(entry.at_s for entry in trace.entries if entry.event is end)
     after = [likeliest(e.event) for e in trace.entries if isinstance(e.event, Diagnosed) and e.at_s >= at_s]
     assert all(fault in best.name for best in after) and after[-1].probability >= NAMED

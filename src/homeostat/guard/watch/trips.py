@@ -189,14 +189,17 @@ class TripWatch:
         if math.isnan(raw):  # a violated limit has not come back because nobody sees it any more
             return blind or (_violation(limit, raw) if watched.violated else None)
         explained = self._explained(limit, values) or (raw,)
-        counted_s, corrected = min(dt_s, LONGEST_S), min((*explained, *self._unjumped(limit, values)))
+        told, unjumped = min(explained), min(self._unjumped(limit, values), default=math.inf)
+        counted_s, corrected = min(dt_s, LONGEST_S), min(told, unjumped)
         watched.raw = _cumulated(watched.raw, raw, counted_s, rule.cusum)
-        self._dispute(rule, watched, said, corrected, dt_s, uncertain)
-        if not watched.disputed:
-            watched.corrected = _cumulated(watched.corrected, corrected, counted_s, rule.cusum)
+        self._dispute(rule, watched, said, told, dt_s, uncertain)
+        counted = unjumped if watched.disputed else corrected  # a jump is no correction that somebody made
+        if math.isfinite(counted):
+            watched.corrected = _cumulated(watched.corrected, counted, counted_s, rule.cusum)
         size = max(explained) - (raw if math.isnan(said) else said)
         lifted = watched.raw > rule.cusum and self._may_lift(rule, watched, size, explained, readings)
-        held = watched.corrected > rule.cusum and self._may_hold(rule, watched, said - corrected, said, readings)
+        held = watched.corrected > rule.cusum and unjumped >= 0.0
+        held = held and self._may_hold(rule, watched, said - told, said, readings)
         if lifted or held:
             self._lift(rule, watched, now_s, dt_s)
         trips = (watched.corrected > rule.cusum and not held) or (watched.raw > rule.cusum and not lifted)

@@ -84,7 +84,8 @@ def stated(
     modes = evidence.carrier.modes
     leaders: dict[str, Hypothesis] = {}
     for each in sorted(hypotheses, key=lambda h: -h.probability):
-        if len(each.faults) == 1 and each.faults[0].severity and _has_size(modes[each.name]):
+        sized = len(each.faults) == 1 and each.faults[0].severity and not each.something_else
+        if sized and _has_size(modes[each.name]):
             leaders.setdefault(each.name, each)
     chosen = list(leaders.values())[:MOST]
     nats = 0.5 * DEVIATIONS**2 * divisor
