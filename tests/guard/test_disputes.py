@@ -156,3 +156,57 @@ def test_what_has_tripped_is_held_back_and_disputed_no_more() -> None:
     w.watch.correct(LOW)
     assert [w.judge(hot(t)) for t in (309.0, 311.0, 311.0, 311.0, 311.0)] == [TRIPS] * 5
     assert w.noted == []
+
+
+def test_a_reading_exactly_at_the_limit_keeps_it_and_is_disputed() -> None:
+    w = Watch(ALONE)
+    w.watch.correct(LOW)
+    assert until_it_trips(w, 313.0) == 6 + 2  # then 5, 10 K s
+
+
+def test_a_dispute_ends_where_a_fresh_correction_shows_no_violation() -> None:
+    w = Watch(ALONE)
+    w.watch.correct(LOW)
+    assert [w.judge(hot(311.0)) for _ in range(2)] == [()] * 2
+    w.watch.correct(({"T": -2.0},))  # 313 K is no violation
+    assert w.judge(hot(311.0)) == ()
+    assert until_it_trips(w, 312.0) == 9  # 1 K s each, as any other
+
+
+def test_what_was_a_violation_before_the_correction_is_not_disputed() -> None:
+    w = Watch(ALONE)
+    assert w.judge(hot(313.5)) == ()
+    w.watch.correct(LOW)
+    assert until_it_trips(w) == 3  # 0.5 and 3, 3, 3 K s
+
+
+def test_a_limit_that_the_reading_has_tripped_is_disputed_by_no_correction() -> None:
+    w = Watch(ALONE)
+    w.watch.correct(({"T": 9.0},))
+    assert until_it_trips(w, 316.0) == 3
+    w.watch.correct(LOW)
+    assert [w.judge(hot(311.0)) for _ in range(12)] == [TRIPS] * 12
+
+
+def test_a_sum_that_is_used_up_but_not_exceeded_is_still_held_back() -> None:
+    w = Watch(RULE)
+    assert [w.judge(hot(317.0)) for _ in range(2)] == [()] * 2  # 8 K s, all that is allowed
+    w.watch.correct(LOW)
+    assert [w.judge(hot(313.0)) for _ in range(5)] == [()] * 5
+
+
+def test_a_correction_as_large_as_may_be_lifted_is_held_back() -> None:
+    w = Watch(RULE)
+    w.watch.correct(({"T": -10.0},))
+    w.judge(hot(302.0))
+    assert until_it_trips(w, 305.0) == 4 + 20 + 1  # 2, 4, 6, 8 K s, and as long as a trip may be lifted
+
+
+def test_an_uncertain_step_that_comes_back_is_watched_from_where_it_began() -> None:
+    """3 K over at first, and 2 K nearer within the first seconds: no time is used until it stops."""
+    w = Watch(ALONE)
+    w.watch.correct(LOW)
+    for t in (311.0, 310.5, 310.0, 309.5, 309.0):
+        assert w.judge(hot(t)) == ()
+    waited = until_it_trips(w, 309.0)
+    assert 6 + 8 <= waited <= 6 + 8 + 12

@@ -384,3 +384,20 @@ def test_a_reading_that_is_uncertain_for_good_counts_after_the_grace_of_its_limi
         )
         world.seen.append(world.guard.tick(sample.at_s, doubted))
     assert world.guard.latched is not None and "LIM-HOT" in world.guard.latched
+
+
+@pytest.mark.parametrize(
+    ("t", "tx", "refuted"),
+    [
+        (313.0, 313.0, False),  # a reading at its limit contradicts nothing
+        (312.5, 313.0, True),
+        (300.0, 311.2, False),  # a carrier within its limit is contradicted by nothing
+        (300.0, 312.0, True),
+    ],
+)
+def test_a_carrier_is_refuted_where_it_alone_says_that_the_limit_is_violated(
+    t: float, tx: float, refuted: bool
+) -> None:
+    w = Watch()
+    assert [w.judge(hot(t, tx)) for _ in range(70)] == [()] * 70
+    assert w.judge(hot(math.nan, 321.0)) == (() if refuted else ("LIM-HOT",))
