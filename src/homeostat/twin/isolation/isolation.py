@@ -31,7 +31,7 @@ from homeostat.twin.isolation.ended import (
 )
 from homeostat.twin.isolation.estimate import Estimate, Estimation
 from homeostat.twin.isolation.evidence import Accuracy, Evidence, Fit
-from homeostat.twin.isolation.memory import Memory, remembered
+from homeostat.twin.isolation.memory import Memory, remembered, sizes
 from homeostat.twin.isolation.prechecks import What, prechecks, shared
 from homeostat.twin.isolation.prior import Prior
 from homeostat.twin.isolation.responses import FIRST_ROW
@@ -223,7 +223,9 @@ class FaultIsolation:
     ) -> tuple[Evidence, Search]:
         evidence = Evidence(self._model, self._carrier, window, posterior, self._accuracy, known)
         prior = Prior(self._plant.faults, window, evidence.variables, self._calibrated)
-        return evidence, Search(evidence, self._carrier.modes, prior, (*known, *_said(before)))
+        modes, first_s = self._carrier.modes, window.start_s + FIRST_ROW
+        had = sizes(known, before, first_s, modes, self._size_error)
+        return evidence, Search(evidence, modes, prior, (*known, *_said(before)), had)
 
     def _estimated(self, evidence: Evidence, search: Search, beside: FaultSet, since_s: float = np.inf) -> list[Scored]:
         """Every generated fault mode of an item that is not accused ``beside``, at its best."""

@@ -13,11 +13,15 @@ import numpy as np
 
 from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultMode, FaultState, Hypothesis, by_fault_set
 from homeostat.twin.carried import FaultSet
-from homeostat.twin.isolation.prior import Prior
+from homeostat.twin.isolation.prior import Prior, Size
 from homeostat.twin.isolation.search import Scored
+from homeostat.twin.isolation.sizes import SizeError
 
 REPAIRED_NATS = 5.0
 """What an explanation loses for each fault that was known and that it has no place for."""
+
+LEAST_SHARE = 0.01
+"""Standard deviation of a size of before at least, as a share of the range that it may have [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +50,31 @@ def remembered(known: FaultSet, before: Sequence[Hypothesis], first_s: float) ->
     if found and nothing > 0.0:  # that nothing was wrong was likely, too, and costs no repair
         found.append(Remembered((), (), math.log(nothing / most)))
     return tuple(found) or (Remembered((), (), 0.0),)
+
+
+def sizes(
+    known: FaultSet, before: Sequence[Hypothesis], first_s: float, modes: Mapping[str, FaultMode], error: SizeError
+) -> Mapping[str, Size]:
+    """Fault -> what is known of its size, of what was ``known`` or said ``before`` to be older than ``first_s``.
+
+    Hypotheses of one name span what the readings left open; the ``error`` of the model is added. Of an unknown one that
+    may be of any size now, the typical size is as far as it may be from what it was.
+    """
+    said: dict[str, list[tuple[float, float]]] = {f.fault: [(f.severity, 0.0)] for f in _old(known, first_s)}
+    for each in sorted(before, key=lambda h: -h.probability):
+        for fault in () if each.something_else else _old(each.faults, first_s):
+            said.setdefault(fault.fault, []).append((fault.severity, each.probability))
+    return {name: _size(modes[name], of, error) for name, of in said.items()}
+
+
+def _size(mode: FaultMode, said: Sequence[tuple[float, float]], error: SizeError) -> Size:
+    likeliest, typical = said[0][0], mode.severity_nominal
+    if mode.effect is not None:
+        return Size(likeliest, typical)
+    every, weights = np.array(said).T
+    left_open = float(np.average((every - likeliest) ** 2, weights=weights)) if weights.sum() else 0.0
+    sd = float(np.hypot(error.of(likeliest, typical), left_open**0.5))
+    return Size(likeliest, max(sd, LEAST_SHARE * mode.severity_range.span))
 
 
 class Memory:

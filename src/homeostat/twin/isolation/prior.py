@@ -1,6 +1,7 @@
 """Prior: how likely a fault mode is before anything is seen, and of what size."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,6 +24,20 @@ def size_nats(relative: Vec) -> Vec:
     narrow is rare and not impossible, which a normal distribution would have it. Check: 1 costs 0.7, 10 costs 4.6.
     """
     return np.asarray(np.log1p(np.square(relative)))
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """What is known of the size of a fault from readings that are not looked at any more, in the fault's unit."""
+
+    likeliest: float
+    """What explained them best."""
+    sd: float
+    """Standard deviation of the true size from that, positive."""
+
+    def nats(self, size: float) -> float:
+        """What it costs that the fault is of another ``size`` now [nats]."""
+        return float(size_nats(np.array((size - self.likeliest) / self.sd)))
 
 
 class Prior:

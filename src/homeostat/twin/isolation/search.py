@@ -1,7 +1,8 @@
 """Search: which faults that have an equation of their own explain the readings, of what size and since when."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -9,13 +10,15 @@ from homeostat.domain.diagnosis import FaultMode, FaultState
 from homeostat.process.types import Vec
 from homeostat.twin.carried import FaultSet
 from homeostat.twin.isolation.evidence import Evidence
-from homeostat.twin.isolation.prior import Prior, size_nats
+from homeostat.twin.isolation.prior import Prior, Size, size_nats
 from homeostat.twin.isolation.responses import FIRST_ROW
 
 FINER = (1.0, 0.35, 0.12, 0.04, 0.015)
 """Steps of the grids around the best that was found, as multiples of a 24th of the range and 12 % of the age."""
 STARTS = 3
 """Onsets around which each fault is refined: what is best on a coarse grid need not be near what is best [1]."""
+EMPTY: Mapping[str, Size] = MappingProxyType({})
+"""No size of before."""
 LEADERS = 3
 """Faults that are refined to the end: evidence grows with time, and with it what a coarse size costs."""
 
@@ -40,9 +43,20 @@ class Scored:
 class Search:
     """Tries sets of faults on the evidence of one window."""
 
-    def __init__(self, evidence: Evidence, modes: Mapping[str, FaultMode], prior: Prior, known: FaultSet = ()) -> None:
-        """``modes``: name -> fault mode, generated ones included; what was ``known`` may begin before it."""
+    def __init__(
+        self,
+        evidence: Evidence,
+        modes: Mapping[str, FaultMode],
+        prior: Prior,
+        known: FaultSet = (),
+        had: Mapping[str, Size] = EMPTY,
+    ) -> None:
+        """``modes``: name -> fault mode, generated ones included; what was ``known`` may begin before the window.
+
+        ``had``: sizes of what is older than the readings, which may say nothing of it any more.
+        """
         self._kept = {fault.onset_s for fault in known}
+        self._had = had
         self._evidence, self._modes = evidence, modes
         self.prior = prior
         """Log priors."""
@@ -59,7 +73,10 @@ class Search:
         return sum(self._log_prior(f) for f in faults)
 
     def _log_prior(self, state: FaultState) -> float:
+        """Of what began before the readings that size is expected that it had: else it is forgotten bit by bit."""
         mode = self._modes[state.fault]
+        if state.fault in self._had and state.onset_s < self._first_s:
+            return self.prior.of_mode(mode) - self._had[state.fault].nats(state.severity)
         if mode.effect is None:
             return self.prior.of_state(mode, state)
         return self.prior.of_mode(mode) - float(size_nats(np.array(state.severity / mode.severity_nominal)))
@@ -150,7 +167,8 @@ class Search:
     def around(self, centre: FaultState, scale: float) -> list[FaultState]:
         """A small grid around one state: severity in steps of its range, onset by shares of its age and by a second.
 
-        What has no equation of its own was estimated already; its size alone is varied.
+        What has no equation of its own was estimated already, and when it began that is older than the readings they
+        cannot say; its size alone is varied.
         """
         mode, step = self._modes[centre.fault], scale / 24.0
         r = mode.severity_range
@@ -159,9 +177,11 @@ class Search:
             return [FaultState(centre.fault, centre.severity * factor, centre.onset_s) for factor in factors]
         age = max(self._end_s - centre.onset_s, 4.0)
         sizes = {r.clip(centre.severity + k * step * r.span) for k in range(-3, 4)}
+        if centre.onset_s < self._first_s:
+            return [replace(centre, severity=size) for size in sorted(sizes)]
         longest = max(self._end_s - self._first_s, 1.0)
         near = [age * (1.0 + k * scale * 0.12) for k in range(-2, 3)] + ([age - 1.0, age + 1.0] if scale > 0.3 else [])
-        lags = {float(np.clip(lag, 1.0, max(longest, age))) for lag in near}
+        lags = {float(np.clip(lag, 1.0, longest)) for lag in near}
         return [FaultState(centre.fault, s, self._end_s - lag) for s in sorted(sizes) for lag in sorted(lags)]
 
 

@@ -37,9 +37,13 @@ class SizeError:
     least: float
     """As a share of what is typical of the fault [1]."""
 
+    def of(self, size: float, typical: float) -> float:
+        """Standard deviation of the true size from ``size``, in its unit; ``typical``: what is typical of the fault."""
+        return float(np.hypot(self.relative * size, self.least * typical))
+
     def widened(self, low: float, size: float, high: float, typical: float) -> tuple[float, float]:
         """The interval from ``low`` to ``high`` about ``size``, with this error besides, all in one unit."""
-        error = DEVIATIONS * float(np.hypot(self.relative * size, self.least * typical))
+        error = DEVIATIONS * self.of(size, typical)
         return size - float(np.hypot(size - low, error)), size + float(np.hypot(high - size, error))
 
 
