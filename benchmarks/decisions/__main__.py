@@ -3,55 +3,80 @@
 from __future__ import annotations
 
 import argparse
-import json
-from collections.abc import Callable, Iterator
-from dataclasses import asdict
-from typing import Generic, TypeAlias, TypeVar
+from collections.abc import Callable, Sequence
+from functools import partial
 
+from benchmarks.decisions.ledger import Ledger
 from benchmarks.decisions.measure import Decision, measure
 from benchmarks.decisions.page import against_constants, against_routes, way_back, write
+from benchmarks.decisions.page_risk import risks, speeds, worst_runs
 from benchmarks.decisions.repair import Repair, measure_repair
-from benchmarks.host import ROOT, commit
+from benchmarks.decisions.risk import ENSEMBLE, NOMINAL, SPREADS, Released, measure_nominal, measure_risk
+from benchmarks.decisions.speed import Thought, measure_thought, rollouts_s
+from benchmarks.decisions.worst import causes as worst_causes
+from benchmarks.decisions.worst import measure_worst
+from benchmarks.host import ROOT
 from benchmarks.unknown.causes import Cause, known_faults
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.process.batch import use_threads
 
-FOLDER = ROOT / "build" / "decisions"
-PARTS = ("constant", "route", "repair", "page")
-"""Hold the reactor against the best constant and batches against the best route, repair every fault of the reactor,
-write the page of what is in."""
-
-R = TypeVar("R", Decision, Repair)
-Measured: TypeAlias = Callable[[Plant, Cause, int, str], R]
-"""Carries out one run of a cause, with a seed and under a mismatch."""
+PARTS = ("constant", "worst", "route", "repair", "risk", "speed", "page")
+"""Hold the reactor against the best constant, also in the three worst runs of a review, and batches against the best
+route; repair every fault of the reactor; count what violates a limit; take the time; write the page of what is in."""
+NOMINAL_AT = "twice"
+"""Mismatch under which one nominal rollout is held against the ensemble."""
 
 
-class Ledger(Generic[R]):
-    """What one part measured, a line for each run."""
+class Study:
+    """Every ledger of one study."""
 
-    def __init__(
-        self, part: str, mismatch: str, kind: type[R], measured: Callable[[Plant, Cause, int, str], R]
-    ) -> None:
-        """``measured`` carries out one run."""
-        self._path = FOLDER / f"{part}-{mismatch}-{commit('src', 'benchmarks/decisions')}.jsonl"
-        self._mismatch, self._kind, self._measured = mismatch, kind, measured
+    def __init__(self, mismatch: str, seeds: Sequence[int], wanted: Sequence[str]) -> None:
+        """``wanted``: faults by name; every one of the tables where there are none."""
+        self._reactor, self._module = plants = load_plant("cstr"), load_plant("mixing_module")
+        self._causes: dict[str, list[tuple[Cause, int]]] = {
+            plant.name: [(c, s) for s in seeds for c in known_faults(plant, s) if not wanted or c.id in wanted]
+            for plant in plants
+        }
+        self._constant = Ledger("constant", self._reactor, mismatch, Decision, measure)
+        self._worst = Ledger("worst", self._reactor, mismatch, Decision, measure_worst)
+        self._route = Ledger("route", self._module, mismatch, Decision, measure)
+        self._repair = Ledger("repair", self._reactor, mismatch, Repair, measure_repair)
+        self._speed = {plant: Ledger("speed", plant, mismatch, Thought, measure_thought) for plant in plants}
+        told = [(plant, spread, ENSEMBLE) for plant in plants for spread in SPREADS]
+        told += [(plant, NOMINAL_AT, NOMINAL) for plant in plants]
+        self._risk = {key: _of_risk(*key) for key in told}
 
-    def kept(self) -> Iterator[R]:
-        """What is in."""
-        for text in self._path.read_text(encoding="utf-8").splitlines() if self._path.exists() else ():
-            yield self._kind(**json.loads(text))
+    def fill(self, parts: Sequence[str]) -> None:
+        """Measure what is lacking of each of ``parts``."""
+        reactor, module = (self._causes[plant.name] for plant in (self._reactor, self._module))
+        todo: dict[str, list[Callable[[], None]]] = {
+            "constant": [partial(self._constant.fill, reactor)],
+            "worst": [partial(self._worst.fill, worst_causes())],
+            "route": [partial(self._route.fill, module)],
+            "repair": [partial(self._repair.fill, reactor)],
+            "risk": [partial(each.fill, self._causes[plant.name]) for (plant, _, _), each in self._risk.items()],
+            "speed": [partial(each.fill, self._causes[plant.name]) for plant, each in self._speed.items()],
+        }
+        for part in parts:
+            for fill in todo.get(part, []):
+                fill()
 
-    def fill(self, plant: Plant, causes: list[tuple[Cause, int]]) -> None:
-        """Measure what is lacking, and print each run."""
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        known = {(r.fault, r.seed) for r in self.kept()}
-        for cause, seed in causes:
-            if (cause.fault, seed) in known:
-                continue
-            found = self._measured(plant, cause, seed, self._mismatch)
-            with self._path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(asdict(found)) + "\n")
-            print(found, flush=True)
+    def sections(self) -> tuple[str, ...]:
+        """What the page says of what is in."""
+        reactor, module = (len(self._causes[plant.name]) for plant in (self._reactor, self._module))
+        return (
+            against_constants(list(self._constant.kept()), reactor),
+            worst_runs(list(self._worst.kept())),
+            against_routes(list(self._route.kept()), module),
+            risks({(p.title, s, v): list(ledger.kept()) for (p, s, v), ledger in self._risk.items()}),
+            way_back(list(self._repair.kept()), reactor),
+            speeds({plant.title: list(ledger.kept()) for plant, ledger in self._speed.items()}, rollouts_s()),
+        )
+
+
+def _of_risk(plant: Plant, spread: str, validator: str) -> Ledger[Released]:
+    measured = measure_risk if validator == ENSEMBLE else measure_nominal
+    return Ledger(f"risk-{validator}", plant, spread, Released, measured)
 
 
 def main() -> None:
@@ -67,27 +92,10 @@ def main() -> None:
     first, _, last = asked.seeds.partition("-")
     seeds, wanted = range(int(first), int(last or first) + 1), [name for name in asked.faults.split(",") if name]
     use_threads(1)
-    reactor, module = load_plant("cstr"), load_plant("mixing_module")
-    causes, batches = (
-        [(c, s) for s in seeds for c in known_faults(plant, s) if not wanted or c.id in wanted]
-        for plant in (reactor, module)
-    )
-    constant = Ledger("constant", asked.mismatch, Decision, measure)
-    route = Ledger("route", asked.mismatch, Decision, measure)
-    repair = Ledger("repair", asked.mismatch, Repair, measure_repair)
-    if "constant" in asked.parts:
-        constant.fill(reactor, causes)
-    if "route" in asked.parts:
-        route.fill(module, batches)
-    if "repair" in asked.parts:
-        repair.fill(reactor, causes)
+    study = Study(asked.mismatch, seeds, wanted)
+    study.fill(asked.parts)
     if "page" in asked.parts:
-        sections = (
-            against_constants(list(constant.kept()), len(causes)),
-            against_routes(list(route.kept()), len(batches)),
-            way_back(list(repair.kept()), len(causes)),
-        )
-        write(ROOT / "docs" / "results" / "decisions.md", sections)
+        write(ROOT / "docs" / "results" / "decisions.md", study.sections())
 
 
 if __name__ == "__main__":

@@ -55,10 +55,10 @@ class Decision:
     """What the run paid for, in points."""
 
 
-def measure(plant: Plant, cause: Cause, seed: int, mismatch: str) -> Decision:
-    """Run a fault of the tables with everything on; thinking costs one second."""
+def measure(plant: Plant, cause: Cause, seed: int, mismatch: str, end_s: float | None = None) -> Decision:
+    """Run a fault of the tables with everything on, until ``end_s`` [s]; thinking costs one second."""
     faults = [Fault(f.fault, f.severity, f.onset_s) for f in cause.faults]
-    chosen = departing(plant, scenario_of(plant, faults, seed), (), mismatch)
+    chosen = departing(plant, scenario_of(plant, faults, seed, end_s), (), mismatch)
     run = runner.run(plant, chosen, MemoryTrace(), DeclaredClock(1.0))
     (state,) = cause.faults
     told = (state.fault, state.severity, state.onset_s, seed, run.outcome.value, run.detected_s)
@@ -78,7 +78,7 @@ def measure(plant: Plant, cause: Cause, seed: int, mismatch: str) -> Decision:
         _points(own),
         _least(plant, chosen, usual, from_s),
         _points(alone) if kept else None,
-        _outside_s(run.truth, run.force, run.detected_s),
+        outside_s(run.truth, run.force, run.detected_s),
         {item.name: 100.0 * item.amount / own.worth for item in own.items},
     )
 
@@ -101,7 +101,8 @@ def _points(cost: Cost) -> float:
     return 100.0 * cost.share
 
 
-def _outside_s(truth: Trajectory, force: LimitsInForce, from_s: float) -> float:
+def outside_s(truth: Trajectory, force: LimitsInForce, from_s: float) -> float:
+    """Seconds outside any hard limit from ``from_s`` [s] on."""
     found = outside_after(truth, force, from_s)
     return float(len({float(at_s) for times in found.values() for at_s in times})) * truth.dt_s
 

@@ -1,0 +1,56 @@
+"""The study of decisions: a ledger that goes on where it stopped, and sections that say how many runs are in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks.decisions import ledger as ledgers
+from benchmarks.decisions.ledger import Ledger
+from benchmarks.decisions.measure import Decision
+from benchmarks.decisions.page_risk import ASKED, risks, speeds, worst_runs
+from benchmarks.decisions.risk import Released
+from benchmarks.decisions.speed import Thought
+from benchmarks.decisions.worst import BEFORE, causes
+from benchmarks.unknown.causes import KNOWN, Cause
+from homeostat.plants.plant import Plant, load_plant
+
+
+def test_a_ledger_measures_what_is_lacking_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ledgers, "FOLDER", tmp_path)
+    measured: list[tuple[str, int]] = []
+
+    def measure(plant: Plant, cause: Cause, seed: int, mismatch: str) -> Released:
+        measured.append((cause.fault, seed))
+        return Released(cause.fault, seed, "recovered", 10.0, 0.0)
+
+    ledger = Ledger("risk", load_plant("cstr"), "none", Released, measure)
+    wanted = [(Cause("leak", KNOWN, fault="leak"), seed) for seed in (1, 2)]
+    ledger.fill(wanted[:1])
+    ledger.fill(wanted)
+    assert measured == [("leak", 1), ("leak", 2)]
+    assert [row.seed for row in ledger.kept()] == [1, 2]
+
+
+def test_only_released_runs_count_as_risk() -> None:
+    runs = [Released("leak", 1, "recovered", 10.0, 0.0), Released("leak", 2, "limit_violated", 10.0, 3.0),
+            Released("leak", 3, "fallback", None, 0.0)]  # fmt: skip
+    text = risks({("Reactor", "twice", "ensemble"): runs})
+    assert f"| Reactor | 2x | ensemble | 3 | 2 of {ASKED} | 1 | 1.3 to 98.7 % |" in text
+
+
+def test_times_of_a_proposer_that_was_never_asked_are_not_invented() -> None:
+    text = speeds({"Reactor": [Thought("leak", 1, 0.5, {"search": 0.2}), Thought("leak", 2, 0.7, {})]}, 1.234)
+    assert "1.23 s" in text and "| Reactor | each proposal, search | 1 | 0.200 |" in text
+    assert "| Reactor | decision | 2 | 0.600 |" in text
+
+
+def test_the_worst_runs_stand_beside_what_they_lost_before() -> None:
+    first = BEFORE[0]
+    now = Decision(
+        first.fault, first.severity, first.onset_s, first.seed, "recovered", 950.0, 1, 30.0, 28.0, None, 0.0, {}
+    )
+    text = worst_runs([now])
+    assert f"1 of {len(BEFORE)} runs are in" in text and "| 73.7 | 35.1 | 30.0 | 28.0 | recovered |" in text
+    assert [(cause.faults[0].fault, seed) for cause, seed in causes()] == [(b.fault, b.seed) for b in BEFORE]
