@@ -125,7 +125,7 @@ def adaptive(seconds: int) -> Iterator[tuple[str, str]]:
     def derivative(_: float, y: np.ndarray, row: np.ndarray) -> list[float]:
         out = row[S.F2_true] + row[S.leak] + row[S.overflow]
         cooling = row[S.UA] * row[S.V2_pos]
-        held = p[P.CA_feed], p[P.CD_feed], row[S.T2_true], cooling
+        held = p[P.CA_feed], p[P.CD_feed], row[S.T2_true], cooling, row[S.T3_true]
         v, ca, cb, cc, cd, temp = y.tolist()
         hold = holdup(v, row[S.F1_true], out, p)
         return [row[S.F1_true] - out, *machine_code(slopes)(hold, ca, cb, cc, cd, temp, held, p)]

@@ -36,8 +36,12 @@ class InterventionBounds:
     """Most proposals of an improvement."""
     slack_s: float = math.inf
     """A step this far outside the times that were predicted for it calls for attention; infinite for none [s]."""
+    stray: float = math.inf
+    """A reading this far outside its prediction calls for attention, in scales of its tag; infinite for none [1]."""
+    stray_s: float = 30.0
+    """The time over which both are averaged; between two such calls twice as long, and longer each time [s]."""
     repeat_s: float = 20.0
-    """Between two such calls [s]."""
+    """Between two calls because of a step [s]."""
     back_s: float = 60.0
     """After the way back to ordinary operation was asked for in vain, when it is asked for again [s]."""
     probes: int = 2

@@ -7,9 +7,9 @@ from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Agents, NoAdmissiblePlan
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.recovery import Deviated, Diagnosed, FaultsEnded, Noticed
+from homeostat.domain.events.recovery import Deviated, Diagnosed, FaultsEnded, Noticed, Strayed
 from homeostat.domain.ports import Desk
-from homeostat.domain.verdict import Approve, Deviation, FallbackNeeded, NoActionNeeded, Released, Resolution, Verdict
+from homeostat.domain.verdict import Approve, FallbackNeeded, NoActionNeeded, Released, Resolution, Verdict
 from homeostat.journal.events import Trace
 from homeostat.recovery.agenda import Agenda, RecoveryMemory, Stance
 from homeostat.recovery.alternatives import Alternatives
@@ -44,7 +44,7 @@ class RecoveryLoop:
         self._scene = scene = Scene(desk, agents.simulation, agents.grounding, trace)
         self._watch = Watch(agents.monitoring)
         self._progress = ProgressMonitor(bounds.intervention.slack_s, bounds.intervention.repeat_s)
-        self._prospect = Prospect(scene, agents, rules.machine, self._progress, bounds)
+        self._prospect = Prospect(scene, agents, rules, self._progress, bounds)
         self._arming = Arming(scene, agents.simulation, rules, bounds.budget)
         self._probes = Probes(scene, agents, rules, check, self._progress, bounds)
         self._waits = Waits(scene, bounds.intervention.waits)
@@ -76,13 +76,13 @@ class RecoveryLoop:
                 done = await self._desk.think(self.attend(deviation))
                 self._memory = replace(self._memory, unanswered=not done)
 
-    async def attend(self, deviation: Deviation | None) -> None:
-        """Find out what is wrong, and recover if anything is, or the batch deviates; the plant runs on meanwhile."""
+    async def attend(self, deviation: Deviated | Strayed | None) -> None:
+        """Find out what is wrong, and recover if anything is, or the plant deviates; it runs on meanwhile."""
         scene, deviates = self._scene, deviation is not None
         try:
             scene.record(Noticed(tuple(s.rule for s in self._watch.symptoms)))
             if deviation is not None:
-                scene.record(Deviated.of(deviation, scene.now.state))
+                scene.record(deviation)
             try:
                 diagnosis = await self._watch.diagnose(deviates, self._desk.wall_s(self._diagnosis_s))
             except TimeoutError:
@@ -143,6 +143,7 @@ class RecoveryLoop:
             situation = replace(situation, act_by_s=armed.act_by_s, fallback=first)
             begun = await self._probes.begin(situation, idle, began)
             if begun is not None:
+                self._prospect.forget()
                 return begun
             situation = replace(situation, tests=self._probes.offered)
             try:
@@ -158,7 +159,8 @@ class RecoveryLoop:
                         stand_down(scene, armed)
                     return taken.outcome
                 assert taken.rollout is not None  # what was released was rolled out
-                self._progress.expect(taken.outcome.actions.then, taken.rollout, taken.outcome.at_s)
+                then, at_s = taken.outcome.actions.then, taken.outcome.at_s
+                self._prospect.expect(then, taken.rollout, at_s, diagnosis)
                 self._memory = agenda.after_release(self._memory, taken.outcome, diagnosis)
                 return taken.outcome
         if not stance.may_be_left:

@@ -279,6 +279,23 @@ class Deviated:
 
 
 @dataclass(frozen=True, slots=True)
+class Strayed:
+    """A reading leaves what was predicted of it with what is held to be wrong; values are in the unit of its tag."""
+
+    kind: ClassVar[str] = "strayed"
+    tag: str
+    """Tag that is concerned."""
+    mean: float
+    """Mean of its last readings."""
+    low: float
+    """Lowest mean of any member of the prediction over the same time."""
+    high: float
+    """Highest one."""
+    reason: str
+    """One sentence."""
+
+
+@dataclass(frozen=True, slots=True)
 class Probed:
     """A test move, or a wait, is to tell explanations apart that call for different answers."""
 

@@ -24,6 +24,7 @@ from homeostat.domain.events.recovery import (
     ReleaseRefused,
     Remarked,
     Retrieved,
+    Strayed,
     Waited,
 )
 from homeostat.domain.events.trips import FallbackActivated
@@ -92,6 +93,8 @@ class Story:
                 yield Line(at_s, "asked", f"the graph: {event.question} ({about}): {event.answer}", Tone.MUTED)
             case Deviated():
                 yield Line(at_s, "deviates", f"from the prediction in {event.state!r}: {event.reason}", Tone.WARNING)
+            case Strayed():
+                yield Line(at_s, "strays", event.reason, Tone.WARNING)
             case Diagnosed():
                 yield from self._report(event, at_s)
             case FaultsEnded():

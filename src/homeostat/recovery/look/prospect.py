@@ -4,27 +4,31 @@ import math
 
 from homeostat.agents.roles import Agents
 from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.events.recovery import Deviated, Strayed
 from homeostat.domain.observation import Observation
-from homeostat.domain.plant.state_machine import StateMachine
-from homeostat.domain.verdict import Deviation, Rollout, Verdict
-from homeostat.recovery.plant_rules import Bounds
+from homeostat.domain.recovery import Step
+from homeostat.domain.verdict import Rollout, Verdict
+from homeostat.recovery.look.band import Band
+from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.progress import ProgressMonitor
 from homeostat.recovery.scene import Scene
 
 
 class Prospect:
-    """Rolls out what is left of the sequence; the steps that the guard takes are compared with that."""
+    """Rolls out what is left of the sequence; the steps that the guard takes and readings are compared with that."""
 
     def __init__(
-        self, scene: Scene, agents: Agents, machine: StateMachine, progress: ProgressMonitor, bounds: Bounds
+        self, scene: Scene, agents: Agents, rules: PlantRules, progress: ProgressMonitor, bounds: Bounds
     ) -> None:
         """``progress`` is told what is predicted; ``bounds`` say how long the twin may take."""
-        self._scene, self._agents, self._machine, self._progress = scene, agents, machine, progress
+        self._scene, self._agents, self._machine, self._progress = scene, agents, rules.machine, progress
+        watched = (tag for limit in rules.limits.hard for tag in limit.formula.tags)
+        self._band = Band(watched, rules.tags, bounds.intervention)
         self._limit_s, self._repeat_s = bounds.budget.arming_s, bounds.intervention.repeat_s
         self._again_s = -math.inf
 
-    async def deviation(self, seen: Observation) -> Deviation | None:
-        """How the batch deviates from what was predicted; a route of which nothing is predicted yet is rolled out.
+    async def deviation(self, seen: Observation) -> Deviated | Strayed | None:
+        """How the plant deviates from what was predicted; a route of which nothing is predicted yet is rolled out.
 
         Where the twin is late, it is asked again after a while.
         """
@@ -38,7 +42,20 @@ class Prospect:
                 scene.alarm("prediction", f"{late}; no step is expected at any time")
                 self._again_s = seen.now_s + self._repeat_s
                 return None
-        return self._progress.deviates(seen)
+        deviation = self._progress.deviates(seen)
+        if deviation is not None:
+            return Deviated.of(deviation, seen.state)
+        return None if seen.sample is None else self._band.strays(seen.sample)
+
+    def expect(self, steps: tuple[Step, ...], rollout: Rollout, from_s: float, diagnosis: Diagnosis) -> None:
+        """From process time ``from_s`` on the plant should do what ``rollout`` says of it and of ``steps`` [s]."""
+        self._progress.expect(steps, rollout, from_s)
+        errors = self._agents.simulation.instrument_errors(diagnosis)
+        self._band.expect(rollout, {tag for of_one in errors for tag in of_one})
+
+    def forget(self) -> None:
+        """No reading is expected any more, as the plant is moved in order to learn something."""
+        self._band.forget()
 
     async def without_action(self, diagnosis: Diagnosis) -> Rollout:
         """Take a fresh look at the plant; what happens if nothing is done. TimeoutError where the twin is late."""
@@ -57,5 +74,5 @@ class Prospect:
         """What the plant does by itself from now on, which is expected of it then."""
         now = self._scene.now
         rollout = await self._agents.simulation.roll_out(diagnosis, now.rest)
-        self._progress.expect(now.rest.then, rollout, now.now_s)
+        self.expect(now.rest.then, rollout, now.now_s, diagnosis)
         return rollout

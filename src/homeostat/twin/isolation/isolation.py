@@ -128,7 +128,7 @@ class FaultIsolation:
                 scored += memory.told(self._courses(evidence, search, each))
             best, fit = _best(scored, evidence, none)
         forgets = bool(said[0].old) and not _keeps(best, said[0].old)  # what fits without it may fit better beside it
-        if best.faults and (forgets or not fit.good or (question.news and fit.strained)):
+        if best.faults and (forgets or not fit.good or (question.news and fit.strained) or question.dense):
             scored += memory.told(search.joined(question.known, named))
             scored += self._beside(evidence, search, question.known, said[0].old)
             if len(question.known) <= 1:
