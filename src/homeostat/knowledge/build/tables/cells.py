@@ -214,7 +214,8 @@ Positive: TypeAlias = Annotated[float, number(SMALL, BIG, "(its unit)", "it must
 OptionalPositive: TypeAlias = Annotated[float | None, number(SMALL, BIG, "(its unit)", "it must be more than 0")]
 """A value above 0, or nothing."""
 OptionalRate: TypeAlias = Annotated[
-    float | None, number(SMALL, BIG, "(unit of the tag) per s", "a rate must be more than 0, and an empty cell states none")
+    float | None,
+    number(SMALL, BIG, "(unit of the tag) per s", "a rate must be more than 0, and an empty cell states none"),
 ]
 """A change above 0 in the tag's unit per second, or nothing."""
 Size: TypeAlias = Annotated[float, number(0.0, BIG, "(its unit)", "it cannot be negative")]
