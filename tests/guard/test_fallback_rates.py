@@ -1,4 +1,4 @@
-"""A fallback as fast as its equipment permits: what may be written, how long it takes, and that nothing else may hurry."""
+"""A fallback as fast as its equipment permits: what may be written, how long it takes, and who else may not hurry."""
 
 from __future__ import annotations
 

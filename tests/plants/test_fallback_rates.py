@@ -1,4 +1,4 @@
-"""Fallbacks at rates of their own: as long as the rates say, as the twin predicts, and no longer than to a trip's lead."""
+"""Fallbacks at rates of their own take as long as these say and as the twin predicts; a lead ends the time left."""
 
 from __future__ import annotations
 

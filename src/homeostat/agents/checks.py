@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -103,7 +103,7 @@ def judge_parts(
     found = [*rollout_findings(rollout, criteria, throughout, first.actions)]
     if target is None:
         sooner = [x for x in limits.watched.hard if x not in limits.hard]
-        found += rollout_findings(_begun(rollout, row), (), sooner, first.actions)
+        found += rollout_findings(_begun(rollout, row), (), sooner, first.actions) if sooner else ()
     for part, at in ((first, 0), (then, row)):
         if part.path is not None:
             end = part.path.machine.state(part.path.target)

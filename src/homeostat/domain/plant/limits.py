@@ -94,7 +94,7 @@ class Limits:
     def watched(self) -> Self:
         """The same with each limit where it trips: what does not keep these is ended by the guard.
 
-        Whatever goes on without a fallback is judged by them; a fallback, which acts once one has failed, by the limits.
+        Whatever goes on without a fallback is judged by them; a fallback, which acts once one has failed, by limits.
         """
         if not any(limit.lead for limit in self.limits):
             return self

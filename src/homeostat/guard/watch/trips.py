@@ -335,7 +335,7 @@ def _corrected(formula: Formula, values: Mapping[str, float], errors: Errors) ->
 
 
 def _violation(limit: Limit, watched: float) -> Violation:
-    """What ``watched``, the margin of what trips in its unit, says of ``limit``; the violation has that of the limit."""
+    """What ``watched``, the margin to where ``limit`` trips in its unit, says of it; the margin told is the limit's."""
     name, text, unit, margin = limit.name, repr(limit.formula.text), limit.formula.unit, watched + limit.lead
     if math.isnan(margin):
         return Violation(name, margin, unit, f"{text} cannot be judged now ({name})")

@@ -129,7 +129,8 @@ def prices(store: GraphStore, system: NamedNode) -> tuple[Price, ...]:
 def fallback_strategies(store: GraphStore, system: NamedNode) -> tuple[FallbackStrategy, ...]:
     """The strategies, sorted by name, their commands in the order of their steps, and the permissives they set aside.
 
-    A command ramps at its own rate, or else at the rate limit of its tag. One without a value hands a manual output back to automatic.
+    A command ramps at its own rate, or else at the rate limit of its tag. One without a value hands a manual output
+    back to automatic.
     """
     rows = entries(store, "plant_fallbacks", "fallback", system)
     waived, served = _waivers(store, system), _effects(store, system)
