@@ -52,6 +52,8 @@ def test_an_absurd_value_is_one_line_with_its_bound(
         ("trips", cell("cusum", "20")),
         ("trips", cell("cusum", "1.5", 1)),
         ("trips", cell("lift", "11")),
+        ("trips", cell("lead", "21")),
+        ("fallbacks", cell("rate", "1")),
         ("fallback_limits", cell("rest", "20")),
         ("quality", cell("noise", "2.2")),
         ("quality", cell("fastest", "110")),

@@ -186,7 +186,7 @@ def test_fallbacks_in_the_order_of_their_steps(plant: PlantDescription) -> None:
         rows = [row for row in table("fallbacks") if row["strategy"] == strategy.name]
         rows.sort(key=lambda row: int(row["step"]))
         assert strategy.actions.commands == tuple(
-            Command(row["tag"], number(row["value"]), rates[row["tag"]]) for row in rows
+            Command(row["tag"], number(row["value"]), number(row["rate"]) or rates[row["tag"]]) for row in rows
         )
         assert strategy.actions.target == "shutdown"
     assert {s.name for s in plant.fallback_strategies} == {row["strategy"] for row in table("fallbacks")}

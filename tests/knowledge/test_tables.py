@@ -185,6 +185,35 @@ ABSURD = [
     ("quality", {"frozen_s": "0.001"}, Code.BAD_NUMBER, "outside 3 to 60 s"),
     ("quality", {"frozen_s": "3600"}, Code.BAD_NUMBER, "noise may repeat a reading"),
     ("quality", {"noise": "", "frozen_s": "10"}, Code.FROZEN_WITHOUT_NOISE, "noise is empty"),
+    *(
+        (
+            "fallbacks",
+            {"rate": bad},
+            Code.BAD_NUMBER,
+            f"rate: '{bad}' is outside 1e-09 to 1e+09 (unit of the tag) per s",
+        )
+        for bad in ("-1", "0", "1e12")
+    ),
+    *(
+        (
+            "fallbacks",
+            {"rate": bad},
+            Code.BAD_NUMBER,
+            f"rate: '{bad}' is no number; write one in (unit of the tag) per s",
+        )
+        for bad in ("nan", "inf", "fast")
+    ),
+    ("fallbacks", {"value": "", "rate": "1"}, Code.BAD_NUMBER, "nothing ramps to automatic; empty the cell"),
+    *(
+        ("trips", {"lead": bad}, Code.BAD_NUMBER, f"lead: '{bad}' is {what}")
+        for bad, what in (
+            ("-1", "outside 0 to 1e+09"),
+            ("nan", "no number"),
+            ("inf", "no number"),
+            ("soon", "no number"),
+        )
+    ),
+    ("writables", {"fastest": "0"}, Code.BAD_NUMBER, "fastest: '0' is outside 1e-09"),
     ("trips", {"cusum": "-8"}, Code.BAD_NUMBER, "cusum: '-8' is outside 0 to 1e+09"),
     ("trips", {"grace_s": "3600"}, Code.BAD_NUMBER, "nobody may be blind for longer"),
     ("trips", {"lift": "6", "lift_s": "0"}, Code.LIFT_WITHOUT_CARRIER, "lifts nothing"),

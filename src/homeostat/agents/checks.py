@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -34,7 +34,7 @@ def judge(
     if actions.end != target.name:
         text = f"the action set leads to {actions.end!r}; judge it for that state, not for {target.name!r}"
         return Revise((refusal("CHK-TARGET", text),))
-    criteria, needed = limits.forbidding
+    criteria, needed = limits.watched.forbidding
     unfit = _unfit(actions, rollout, {*target.settled_when.tags, *_read(criteria), *_read(needed)})
     if unfit is None and actions.then:
         unfit = _astray(actions, path)
@@ -57,9 +57,9 @@ def judge_passing(
 
     ``path`` is what it takes; None where nothing is commanded. How well the plant is recovered by it does not count.
     """
-    criteria, needed = limits.forbidding
+    criteria, needed = limits.watched.forbidding
     if path is None:
-        needed = limits.hard
+        needed = limits.watched.hard
     unfit = _unfit(actions, rollout, _read(criteria) | _read(needed))
     if unfit is None and actions.then and path is not None:
         unfit = _astray(actions, path)
@@ -90,8 +90,8 @@ def judge_parts(
     Permissives hold when each part is written, guards when the later path begins; ``target``: the state to be reached
     in the end, None where safety is all that counts. The approval is that of the first part.
     """
-    criteria, needed = limits.forbidding
-    if target is None:
+    criteria, needed = limits.watched.forbidding
+    if target is None:  # a fallback follows, which begins where a limit trips and keeps the limit itself
         needed = limits.hard
     reached = set() if target is None else set(target.settled_when.tags)
     unfit = _unfit(first.actions, rollout, reached | _read(criteria) | _read(needed))
@@ -101,6 +101,9 @@ def judge_parts(
     permissives = [x for x in needed if x.kind is LimitKind.PERMISSIVE]
     throughout = [x for x in needed if x.kind is not LimitKind.PERMISSIVE]
     found = [*rollout_findings(rollout, criteria, throughout, first.actions)]
+    if target is None:
+        sooner = [x for x in limits.watched.hard if x not in limits.hard]
+        found += rollout_findings(_begun(rollout, row), (), sooner, first.actions) if sooner else ()
     for part, at in ((first, 0), (then, row)):
         if part.path is not None:
             end = part.path.machine.state(part.path.target)
@@ -111,6 +114,12 @@ def judge_parts(
     if target is not None:
         found.append(target_finding(rollout, target))
     return Approve(first.actions.digest, tuple(found)) if all(f.satisfied for f in found) else Revise(tuple(found))
+
+
+def _begun(rollout: Rollout, row: int) -> Rollout:
+    """The first part of ``rollout``, at least its first sample, up to ``row``."""
+    signals = {tag: each[:, : max(row, 1)] for tag, each in rollout.trajectory.signals.items()}
+    return replace(rollout, trajectory=replace(rollout.trajectory, signals=signals))
 
 
 def _guard_findings(path: RecoveryPath, rollout: Rollout, row: int) -> list[Finding]:

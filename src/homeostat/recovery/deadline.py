@@ -32,12 +32,12 @@ def act_by_s(idle: Rollout, limits: Limits, now_s: float, reserve_s: float) -> f
 
 
 def first_violated_s(idle: Rollout, limits: Limits) -> float:
-    """Process time until a hard limit is violated in any member; at once where the twin cannot say [s]."""
+    """Process time until a hard limit trips in any member; at once where the twin cannot say [s]."""
     if idle.result is not RolloutResult.COMPLETED:
         return 0.0
     first = math.inf
     for limit in limits.hard:
-        margins = limit.formula.margins(idle.trajectory.signals, idle.trajectory.dt_s)
+        margins = limit.watched.margins(idle.trajectory.signals, idle.trajectory.dt_s)
         violated = np.flatnonzero(~(margins >= 0.0).all(axis=0))  # undecided is not kept
         if violated.size:
             first = min(first, float(violated[0]) * idle.trajectory.dt_s)

@@ -119,7 +119,7 @@ class ReleaseCheck:
             if high <= risk.required:
                 self._in_vain = 0
                 return replace(approval, certificate=Certificate(draws, violations, high, level))
-            findings = rollout_findings(rollout, (), self._limits.hard, found.actions)
+            findings = rollout_findings(rollout, (), self._limits.watched.hard, found.actions)
             if low > risk.required:
                 break
         self._in_vain += 1
@@ -133,8 +133,10 @@ class ReleaseCheck:
         self, twin: Twin, found: Approved, hypotheses: tuple[Hypothesis, ...], members: Ensemble, rollout: Rollout
     ) -> Flags:
         """Members that violate a hard limit, shape (members,); beside a fallback only those that do worse than it."""
+        if found.beside is None:
+            return violated(rollout, self._limits.watched.hard)
         outside = violated(rollout, self._limits.hard)
-        if found.beside is None or not outside.any():
+        if not outside.any():
             return outside
         fallback = twin.roll_out(found.beside, hypotheses, members=members)
         return outside & worse(rollout, fallback, self._limits, self._scales)

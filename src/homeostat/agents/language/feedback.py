@@ -118,7 +118,7 @@ def _attempt(attempt: Attempt, scales: Mapping[str, float]) -> str:
 
 def _formula(name: str, plant: PlantDescription) -> str:
     """What a finding is about as a formula, a permissive with its meaning; empty where it is no formula."""
-    rules: tuple[Criterion | Limit, ...] = (*plant.limits.criteria, *plant.limits.limits)
+    rules: tuple[Criterion | Limit, ...] = (*plant.limits.criteria, *plant.limits.watched.limits)
     for rule in rules:
         if rule.name == name:
             needed = isinstance(rule, Limit) and rule.kind is LimitKind.PERMISSIVE

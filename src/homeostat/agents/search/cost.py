@@ -18,7 +18,7 @@ class Cost:
 
     def __init__(self, limits: Limits, pricing: Pricing, scales: Mapping[str, float], slack: float) -> None:
         """``scales``: unit -> what counts as one unit of margin in it; ``slack``: margin that is kept, in scales."""
-        criteria, needed = limits.forbidding
+        criteria, needed = limits.watched.forbidding
         self._criteria: tuple[Criterion | Limit, ...] = (*criteria, *needed)
         self._pricing, self._scales, self._slack = pricing, scales, slack
 

@@ -1,9 +1,12 @@
 """Limits and criteria: what must hold, in the rule language, each with its source."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import Self
 
 from homeostat.stl.formula import Formula
+from homeostat.stl.tightening import tightened
 
 
 class LimitKind(StrEnum):
@@ -40,6 +43,15 @@ class Limit:
     """Document and clause."""
     description: str
     """What it protects."""
+    lead: float = 0.0
+    """Margin that is left when a hard limit trips, in its unit; 0 where it trips at the limit itself."""
+    watched: Formula = field(init=False, compare=False, repr=False)
+    """What trips where it fails: the formula, sooner by the lead."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.lead < math.inf:
+            raise ValueError(f"limit {self.name!r}: lead {self.lead!r} must be finite and >= 0 {self.formula.unit}")
+        object.__setattr__(self, "watched", tightened(self.formula, self.lead))
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +89,16 @@ class Limits:
     def hard(self) -> tuple[Limit, ...]:
         """The limits that latch the fallback."""
         return tuple(limit for limit in self.limits if limit.hard)
+
+    @property
+    def watched(self) -> Self:
+        """The same with each limit where it trips: what does not keep these is ended by the guard.
+
+        Whatever goes on without a fallback is judged by them; a fallback, which acts once one has failed, by limits.
+        """
+        if not any(limit.lead for limit in self.limits):
+            return self
+        return replace(self, limits=tuple(replace(x, formula=x.watched, lead=0.0) for x in self.limits))
 
     @property
     def forbidding(self) -> tuple[tuple[Criterion, ...], tuple[Limit, ...]]:

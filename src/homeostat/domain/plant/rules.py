@@ -57,6 +57,9 @@ class WriteRule:
     """Largest difference between a command and the target that the plant has accepted, in the tag's unit."""
     confirm_s: float
     """Time in which the plant must have accepted a command [s]."""
+    fastest: float | None = None
+    """Fastest change that the equipment permits, in the tag's unit per second: what a fallback may take; None for none
+    but the ordinary rate."""
     ramped_by: Side = Side.PLANT
     """Who moves the value at the commanded rate."""
     automatic: bool = False

@@ -110,7 +110,7 @@ def _worst(plant: Plant, attempt: Attempted) -> Margin | None:
 
 def _rules(plant: Plant) -> dict[str, Criterion | Limit]:
     """Name -> what forbids at every moment, and not at that of a release only."""
-    criteria, limits = plant.description.limits.forbidding
+    criteria, limits = plant.description.limits.watched.forbidding
     lasting = (limit for limit in limits if limit.kind is not LimitKind.PERMISSIVE)
     rules: list[Criterion | Limit] = [*criteria, *lasting]
     return {rule.name: rule for rule in rules}

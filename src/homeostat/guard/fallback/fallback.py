@@ -101,7 +101,8 @@ class Fallbacks:
         for target, commands in parts:
             state = self._rules.machine.state(target)
             for command in commands:
-                found = command_finding(command, state.setpoint(command.tag), state.name, self._rules)
+                admitted = state.setpoint(command.tag)
+                found = command_finding(command, admitted, state.name, self._rules, fallback=True)
                 if found is not None:
                     return found.message
         kept = tuple(c for c in actions.commands if c.tag in in_service or c.tag in strategy.forced)

@@ -41,6 +41,12 @@ class Latch:
         """Tags that the fallback writes even where they are out of service."""
         return frozenset() if self.strategy is None else self.strategy.forced
 
+    def rate(self, tag: str) -> float | None:
+        """How fast ``tag`` is brought back to where it was, in its unit per second: as the fallback moves it."""
+        commands = () if self.strategy is None else self.strategy.actions.commands
+        own = (c.rate for c in commands if c.tag == tag and c.value is not None)
+        return next(own, self._parts.rules.tags[tag].rate_limit)
+
     @property
     def shed(self) -> bool:
         """Whether a fallback is wanted and nobody holds the lease: the plant is left to its own control."""

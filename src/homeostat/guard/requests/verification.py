@@ -134,8 +134,13 @@ def verify_start(transition: Transition, actions: ActionSet, rules: GuardRules, 
         raise Unfit(found)
 
 
-def command_finding(command: Command, admitted: SetpointRange | None, state: str, rules: GuardRules) -> Finding | None:
-    """Why ``command`` may not be written in ``state`` whatever the plant reads; None where it may."""
+def command_finding(
+    command: Command, admitted: SetpointRange | None, state: str, rules: GuardRules, *, fallback: bool = False
+) -> Finding | None:
+    """Why ``command`` may not be written in ``state`` whatever the plant reads; None where it may.
+
+    ``fallback``: it may be as fast as the equipment permits, where the tables state that.
+    """
     tag, rule = rules.tags.get(command.tag), rules.writables.get(command.tag)
     if tag is None or rule is None:
         return refusal("CHK-WRITABLE", f"{command.tag!r} is not a tag that may be written")
@@ -151,10 +156,13 @@ def command_finding(command: Command, admitted: SetpointRange | None, state: str
         text = f"{text} {admitted.low:.6g} to {admitted.high:.6g} {tag.unit}"
         margin = min(command.value - admitted.low, admitted.high - command.value)
         return Finding("CHK-RANGE", Owner.ACTION, margin, tag.unit, 0.0, 0, text)
-    if tag.rate_limit is not None and not (command.rate is not None and command.rate <= tag.rate_limit):
+    most = tag.rate_limit
+    if most is not None and fallback and rule.fastest is not None:
+        most = rule.fastest
+    if most is not None and not (command.rate is not None and command.rate <= most):
         rate = math.inf if command.rate is None else command.rate
-        text = f"{command.tag!r} ramps at {rate:.6g} {tag.unit}/s; limit {tag.rate_limit:.6g} {tag.unit}/s"
-        return Finding("CHK-RATE", Owner.ACTION, tag.rate_limit - rate, f"{tag.unit}/s", 0.0, 0, text)
+        text = f"{command.tag!r} ramps at {rate:.6g} {tag.unit}/s; limit {most:.6g} {tag.unit}/s"
+        return Finding("CHK-RATE", Owner.ACTION, most - rate, f"{tag.unit}/s", 0.0, 0, text)
     return None
 
 

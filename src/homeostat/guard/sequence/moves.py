@@ -131,7 +131,7 @@ class Moves:
         elif parts.writer.flying is None and parts.tenure.held:
             wrong, self._wrong = self._wrong, {}
             commands = tuple(
-                Command(m.tag, m.before, None if m.before is None else parts.rules.tags[m.tag].rate_limit)
+                Command(m.tag, m.before, None if m.before is None else self._latch.rate(m.tag))
                 for m in wrong.values()
                 if same(m.now, parts.service.target(m.tag), parts.rules.writables[m.tag].tolerance)
             )

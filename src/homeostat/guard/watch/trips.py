@@ -4,7 +4,8 @@ What else they may mean says a diagnosis, and a reading that has jumped as no pr
 
 A single noisy reading above its limit is no violation, a lasting one must not wait for a slow filter. So every limit
 has a cumulative sum (Page, Biometrika 41, 1954) of its violation over time, S := max(0, S - margin dt), and trips when
-S exceeds what the table allows [unit of the margin times s]. A violation lasts until S has come back to zero.
+S exceeds what the table allows [unit of the margin times s]. A violation lasts until S has come back to zero. A limit
+that could not be kept otherwise is watched with a lead: its margin is that much less than it is.
 """
 
 import math
@@ -46,7 +47,7 @@ class Violation:
     limit: str
     """Name of the limit."""
     margin: float
-    """Margin that trips, in ``unit``; NaN where it cannot be judged."""
+    """Margin of the limit, in ``unit``, positive where it trips sooner; NaN where it cannot be judged."""
     unit: str
     """Unit of the margin."""
     reason: str
@@ -137,7 +138,7 @@ class TripWatch:
         found = []
         for name, watched in self._watched.items():
             limit = self._in_force(name)
-            margin = _margin(limit.formula, readings.values)
+            margin = _margin(limit.watched, readings.values)
             used = max(watched.raw, 0.0 if watched.disputed else watched.corrected)
             if math.isnan(margin) or (not watched.lifting and used > NEAR * self._trips[name].cusum):
                 found.append(_violation(limit, margin))
@@ -150,7 +151,7 @@ class TripWatch:
             limit = self._in_force(name)
             values = readings.values
             explained = () if watched.disputed else self._explained(limit, values)
-            margin = min([_margin(limit.formula, values), *explained, *self._unjumped(limit, values)])
+            margin = min([_margin(limit.watched, values), *explained, *self._unjumped(limit, values)])
             if margin < 0.0 and not watched.lifting:
                 found.append(_violation(limit, margin))
         return tuple(found)
@@ -175,7 +176,7 @@ class TripWatch:
     def _judge(self, name: str, readings: Snapshot | None, now_s: float, dt_s: float) -> Violation | None:
         watched, rule, limit = self._watched[name], self._trips[name], self._in_force(name)
         values = {} if readings is None else readings.values
-        said = _margin(limit.formula, values)
+        said = _margin(limit.watched, values)
         blind = _blind(limit, rule, watched, said, dt_s)
         uncertain = not math.isnan(said) and readings is not None and bool(limit.formula.tags & readings.uncertain)
         watched.doubted_s = _used(watched.doubted_s, dt_s, rule.grace_s, uncertain)
@@ -248,7 +249,7 @@ class TripWatch:
 
     def _explained(self, limit: Limit, values: Mapping[str, float]) -> tuple[float, ...]:
         """Margin of ``limit`` under every explanation that refutes a reading, where it can be judged."""
-        margins = (_corrected(limit.formula, values, errors) for errors in self._errors if errors)
+        margins = (_corrected(limit.watched, values, errors) for errors in self._errors if errors)
         return tuple(m for m in margins if not math.isnan(m))
 
     def _unjumped(self, limit: Limit, values: Mapping[str, float]) -> tuple[float, ...]:
@@ -256,7 +257,7 @@ class TripWatch:
         jumped = self._jumps.errors
         if jumped.keys().isdisjoint(limit.formula.tags):
             return ()
-        margin = _corrected(limit.formula, values, jumped)
+        margin = _corrected(limit.watched, values, jumped)
         return () if math.isnan(margin) else (margin,)
 
     def _carried(self, rule: TripRule, readings: Snapshot | None) -> float | None:
@@ -333,10 +334,14 @@ def _corrected(formula: Formula, values: Mapping[str, float], errors: Errors) ->
     return _margin(formula, {tag: value - errors.get(tag, 0.0) for tag, value in values.items()})
 
 
-def _violation(limit: Limit, margin: float) -> Violation:
-    name, text, unit = limit.name, repr(limit.formula.text), limit.formula.unit
+def _violation(limit: Limit, watched: float) -> Violation:
+    """What ``watched``, the margin to where ``limit`` trips in its unit, says of it; the margin told is the limit's."""
+    name, text, unit, margin = limit.name, repr(limit.formula.text), limit.formula.unit, watched + limit.lead
     if math.isnan(margin):
         return Violation(name, margin, unit, f"{text} cannot be judged now ({name})")
+    if watched < 0.0 <= margin:
+        lead = f"it trips {limit.lead:.4g} {unit} before it is violated"
+        return Violation(name, margin, unit, f"{text} holds by no more than {margin:.4g} {unit}; {lead} ({name})")
     if margin >= 0.0:
         return Violation(
             name, margin, unit, f"{text} was violated and holds by no more than {margin:.4g} {unit} ({name})"

@@ -16,6 +16,8 @@ from homeostat.knowledge.checks.intervals import Interval, Intervals, span
 from homeostat.knowledge.checks.reach import comparisons, deepest, ends
 from homeostat.knowledge.store.error import Code, Found
 from homeostat.stl.formula import Formula
+from homeostat.stl.text import render
+from homeostat.stl.tree import Not
 
 WORST_S: Final = 0.5
 """The worst violation that instruments can show trips in this time, half a tick, and a tenth of it in 5 s [s]."""
@@ -23,6 +25,8 @@ SCALE_S: Final = 20.0
 """A violation by one scale of the limit's tags trips in this time [s]."""
 LARGEST_LIFT: Final = 0.1
 """Share of what a limit's reading can vary by that a correction may take from it [1]."""
+LARGEST_LEAD: Final = 0.5
+"""Share of the largest margin of a limit that instruments can show at which it may trip before it is violated [1]."""
 LARGEST_REST: Final = 0.5
 """Share of the worst violation that can be shown at which a fallback may leave a limit [1]."""
 MOST_SCALES: Final = 20.0
@@ -51,6 +55,17 @@ def trips(plant: PlantDescription) -> Found:
             if rule.cusum > most:
                 yield _too_much(thing, "trips.csv, cusum", rule.cusum, most, f"{unit} s", why)
         yield from _lift(plant, name, rule.lift)
+    for limit in plant.limits.hard:
+        most = LARGEST_LEAD * _largest_margin(limit.formula, ranges) if limit.lead else 0.0
+        if limit.lead > most:
+            thing, why = f"trip of limit {limit.name!r}", f"{LARGEST_LEAD:.0%} of the largest margin that can be shown"
+            yield _too_much(thing, "trips.csv, lead", limit.lead, most, limit.formula.unit, why)
+
+
+def _largest_margin(formula: Formula, ranges: Intervals) -> float:
+    """By how much a rule about one moment can hold at most, in the unit of its margin; 0 for any other."""
+    opposite = Not(formula.root)
+    return deepest(Formula(render(opposite), opposite, formula.unit), ranges) if _judgeable(formula) else 0.0
 
 
 def _lift(plant: PlantDescription, name: str, lift: float) -> Found:
@@ -94,8 +109,15 @@ def commands(plant: PlantDescription) -> Found:
     for tag in plant.tags:
         if tag.rate_limit is not None:
             yield from _speed(f"tag {tag.name!r}", "signals.csv, rate_limit", tag.rate_limit, tag)
+    for strategy in plant.fallback_strategies:
+        for command in strategy.actions.commands:
+            tag = plant.tag(command.tag)
+            if command.value is not None and command.rate is not None:
+                yield from _speed(f"fallback {strategy.name!r}", "fallbacks.csv, rate", command.rate, tag)
     for name, rule in sorted(plant.writables.items()):
         tag, thing = plant.tag(name), f"writable tag {name!r}"
+        if rule.fastest is not None:
+            yield from _speed(thing, "writables.csv, fastest", rule.fastest, tag)
         if rule.tolerance > (most := LARGEST_TOLERANCE * tag.range.span):
             why = f"{LARGEST_TOLERANCE:.0%} of its range"
             yield _too_much(thing, "writables.csv, tolerance", rule.tolerance, most, tag.unit, why)

@@ -4,6 +4,7 @@ from homeostat.domain.mode import Side
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import LimitKind
 from homeostat.domain.plant.tag import Role
+from homeostat.domain.recovery import Command
 from homeostat.knowledge.checks.consistency_rules import ranges_of
 from homeostat.knowledge.checks.intervals import can_hold
 from homeostat.knowledge.store.error import Code, Found
@@ -43,6 +44,19 @@ def fallbacks(plant: PlantDescription) -> Found:
                 allowed = f"[{tag.range.low:g}, {tag.range.high:g}] {tag.unit}"
                 message = f"commands {tag.name!r} = {command.value:g}, outside its range {allowed}"
                 yield Code.FALLBACK_OUTSIDE_RANGE, thing, message
+            yield from _hurried(plant, thing, command)
+
+
+def _hurried(plant: PlantDescription, thing: str, command: Command) -> Found:
+    """A fallback is no faster than the equipment permits, be it by a rate of its own or by its tag's."""
+    tag, rule, ends = plant.tag(command.tag), plant.writables.get(command.tag), "lower it, or empty the cell"
+    if command.value is None or command.rate is None or rule is None:
+        return
+    most, why = (tag.rate_limit, "rate_limit in signals.csv") if rule.fastest is None else (rule.fastest, "fastest")
+    if most is not None and command.rate > most:
+        unit, what = f"{tag.unit}/s", "what writables.csv permits" if rule.fastest is not None else "its ordinary rate"
+        message = f"fallbacks.csv, rate {command.rate:g} {unit} of {tag.name!r} is more than {most:g} {unit}, {what}"
+        yield Code.BAD_NUMBER, thing, f"{message} ({why}); {ends}"
 
 
 def permissives(plant: PlantDescription) -> Found:
@@ -84,6 +98,10 @@ def writables(plant: PlantDescription) -> Found:
         if tag.increment is not None and rule.tolerance >= tag.increment:
             message = f"tolerance {rule.tolerance:g} must be below its increment {tag.increment:g} {tag.unit}"
             yield Code.BAD_NUMBER, thing, message
+        if rule.fastest is not None and (tag.rate_limit is None or rule.fastest < tag.rate_limit):
+            slow = "none, so that it may step" if tag.rate_limit is None else f"{tag.rate_limit:g} {tag.unit}/s"
+            message = f"fastest {rule.fastest:g} {tag.unit}/s must not be below its rate_limit in signals.csv, {slow}"
+            yield Code.BAD_NUMBER, thing, f"writables.csv, {message}; correct or empty the cell"
         if rule.ramped_by is Side.GUARD and tag.rate_limit is None:
             yield Code.TAG_NOT_WRITABLE, thing, "is ramped by the guard, but has no rate_limit in the signal table"
     by_hand = {(s.name, r.tag, r.design is None) for s in plant.machine.states for r in s.setpoints}

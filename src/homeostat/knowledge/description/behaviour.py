@@ -13,7 +13,7 @@ from homeostat.domain.plant.state_machine import SetpointRange, State, StateMach
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy
 from homeostat.knowledge.description.entry import Entry, entries, unique
-from homeostat.knowledge.description.guarding import bounded_number
+from homeostat.knowledge.description.guarding import bounded_number, optional_bounded
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.store.store import GraphStore
 
@@ -100,6 +100,7 @@ def _limit(entry: Entry, kind: LimitKind, tags: Mapping[str, Tag]) -> Limit:
         hard=entry.flag("hard"),
         source=entry.text("source"),
         description=entry.words("description"),
+        lead=optional_bounded(entry, "lead") or 0.0,
     )
 
 
@@ -128,7 +129,8 @@ def prices(store: GraphStore, system: NamedNode) -> tuple[Price, ...]:
 def fallback_strategies(store: GraphStore, system: NamedNode) -> tuple[FallbackStrategy, ...]:
     """The strategies, sorted by name, their commands in the order of their steps, and the permissives they set aside.
 
-    A command ramps at the rate limit of its tag. One without a value hands a manual output back to automatic.
+    A command ramps at its own rate, or else at the rate limit of its tag. One without a value hands a manual output
+    back to automatic.
     """
     rows = entries(store, "plant_fallbacks", "fallback", system)
     waived, served = _waivers(store, system), _effects(store, system)
@@ -174,4 +176,6 @@ def _strategy(rows: tuple[Entry, ...], waived: Mapping[str, Mapping[str, str]]) 
 
 def _command(row: Entry) -> Command:
     tag, value, rate = row.reference("tag", Code.UNKNOWN_TAG), row.optional_number("value"), row.optional_number("rate")
+    if rate is None:
+        rate = row.optional_number("ordinary_rate")
     return row.made(lambda: Command(tag, value, rate), Code.BAD_NUMBER)

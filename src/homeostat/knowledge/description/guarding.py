@@ -25,7 +25,7 @@ TIMES_S: Final[Mapping[str, tuple[float, float]]] = {
     "acts_within_s": (3.0, 600.0),
 }
 """Column -> shortest and longest time that can be meant, of a plant that is sampled once per second [s]."""
-_MAY_BE_ZERO: Final = frozenset({"grace_s", "cusum", "lift", "lift_s", "tolerance", "rest"})
+_MAY_BE_ZERO: Final = frozenset({"grace_s", "cusum", "lead", "lift", "lift_s", "tolerance", "rest"})
 
 
 def qualities(store: GraphStore, system: NamedNode) -> Mapping[str, QualityRule]:
@@ -34,9 +34,9 @@ def qualities(store: GraphStore, system: NamedNode) -> Mapping[str, QualityRule]
         (tag := entry.reference("tag", Code.UNKNOWN_TAG)): QualityRule(
             tag=tag,
             stale_s=bounded_number(entry, "stale_s"),
-            noise=_optional_bounded(entry, "noise"),
-            frozen_s=_optional_bounded(entry, "frozen_s"),
-            fastest=_optional_bounded(entry, "fastest"),
+            noise=optional_bounded(entry, "noise"),
+            frozen_s=optional_bounded(entry, "frozen_s"),
+            fastest=optional_bounded(entry, "fastest"),
             grace_s=bounded_number(entry, "grace_s"),
         )
         for entry in unique(entries(store, "plant_qualities", "quality of tag", system))
@@ -65,6 +65,7 @@ def writables(store: GraphStore, system: NamedNode) -> Mapping[str, WriteRule]:
             tag=tag,
             tolerance=bounded_number(entry, "tolerance"),
             confirm_s=bounded_number(entry, "confirm_s"),
+            fastest=optional_bounded(entry, "fastest"),
             ramped_by=entry.word("ramped_by", Side),
             automatic=entry.flag("automatic"),
         )
@@ -82,7 +83,9 @@ def start_up(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag], limi
         if name not in stated:
             raise GraphError(Code.UNKNOWN_LIMIT, entry.thing, "is a criterion; start-up replaces limits only")
         formula, source = entry.formula("formula", tags), entry.text("source")
-        replaced[name] = replace(stated[name], formula=formula, source=source, description=entry.words("description"))
+        words = entry.words("description")
+        # What leads a limit in operation says nothing of another one, which may be in another unit.
+        replaced[name] = replace(stated[name], formula=formula, source=source, description=words, lead=0.0)
     longest_s = {entry.name: bounded_number(entry, "start_up_s") for entry in states if entry.flag("start_up")}
     return StartUp(frozenset(longest_s), replaced, longest_s)
 
@@ -92,7 +95,7 @@ def bounded_number(entry: Entry, column: str) -> float:
     return _bounded(entry, column, entry.number(column))
 
 
-def _optional_bounded(entry: Entry, column: str) -> float | None:
+def optional_bounded(entry: Entry, column: str) -> float | None:
     """A number inside its bounds, or None."""
     value = entry.optional_number(column)
     return None if value is None else _bounded(entry, column, value)

@@ -224,6 +224,7 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     hasCommand: NamedNode
     leadsTo: NamedNode
     actsOutOfService: NamedNode
+    commandRate: NamedNode
     Waiver: NamedNode
     ofStrategy: NamedNode
     waives: NamedNode
@@ -244,8 +245,10 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     carrierFormula: NamedNode
     largestLift: NamedNode
     liftTime: NamedNode
+    tripLead: NamedNode
     tolerance: NamedNode
     confirmTime: NamedNode
+    permittedRate: NamedNode
     rampedBy: NamedNode
     hasAutomatic: NamedNode
     startUpFormula: NamedNode

@@ -112,8 +112,16 @@ class FallbackStep(cells.TableRow):
     step: Annotated[int, cells.whole(1, 1000, "its place in the order")]
     tag: cells.Tag
     value: cells.OptionalValue = None
+    rate: cells.OptionalRate = None
     out_of_service: cells.YesNo
     description: cells.Text | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.rate is not None and self.value is None:
+            message = f"rate {self.rate:g} is given, but value is empty: nothing ramps to automatic; empty the cell"
+            raise cells.CellError(Code.BAD_NUMBER, message)
+        return self
 
 
 class Waiver(cells.TableRow):

@@ -213,8 +213,17 @@ Positive: TypeAlias = Annotated[float, number(SMALL, BIG, "(its unit)", "it must
 """A value above 0, in the unit of what it is about."""
 OptionalPositive: TypeAlias = Annotated[float | None, number(SMALL, BIG, "(its unit)", "it must be more than 0")]
 """A value above 0, or nothing."""
+OptionalRate: TypeAlias = Annotated[
+    float | None,
+    number(SMALL, BIG, "(unit of the tag) per s", "a rate must be more than 0, and an empty cell states none"),
+]
+"""A change above 0 in the tag's unit per second, or nothing."""
 Size: TypeAlias = Annotated[float, number(0.0, BIG, "(its unit)", "it cannot be negative")]
 """A value that is not negative, in the unit of what it is about."""
+OptionalSize: TypeAlias = Annotated[
+    float | None, number(0.0, BIG, "(its unit)", "it cannot be negative, and an empty cell is 0")
+]
+"""A value that is not negative, or nothing."""
 Wait: TypeAlias = Annotated[float, number(0.0, HOUR_S, "s", "the twin keeps an hour of readings")]
 """A time that may be none [s]."""
 

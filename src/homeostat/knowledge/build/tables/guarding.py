@@ -41,6 +41,7 @@ class Trip(cells.TableRow):
     carrier: cells.OptionalCondition = None
     lift: cells.Size
     lift_s: Annotated[float, cells.seconds("lift_s", "no trip is lifted for longer")]
+    lead: cells.OptionalSize = None
     description: cells.Text
 
     @model_validator(mode="after")
@@ -71,6 +72,7 @@ class Writable(cells.TableRow):
     confirm_s: Annotated[
         float, cells.seconds("confirm_s", "it is read back a tick later, and a plant that obeys later does not obey")
     ]
+    fastest: cells.OptionalRate = None
     ramped_by: Annotated[str, cells.words_of(Side)]
     automatic: cells.YesNo
     description: cells.Text
