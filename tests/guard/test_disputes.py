@@ -129,7 +129,7 @@ def test_reading_and_carrier_together_hold_back_what_a_correction_says() -> None
 
 @pytest.mark.parametrize("errors", [({},), ({"T": -1.0},)])
 def test_what_was_held_back_goes_with_its_correction_whatever_the_carrier_says_then(errors: Any) -> None:
-    """The sum was made by a correction that nobody makes any more, and neither reading nor correction goes on with it."""
+    """The sum was made by a correction that nobody makes any more, and nothing goes on with it."""
     w = Watch(RULE)
     w.watch.correct(LOW)
     w.judge(hot(307.0))

@@ -48,4 +48,3 @@ def test_nothing_is_said_with_more_certainty_than_it_was() -> None:
 def test_two_ways_to_the_same_size_say_the_same_of_it() -> None:
     one, other = narrowed(0.3 * 0.2 * GAIN).sd, narrowed(0.15 * 0.2 * GAIN).sd
     assert 0.4 <= one / other <= 2.5
-
