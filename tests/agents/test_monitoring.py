@@ -339,6 +339,21 @@ def test_the_transient_after_a_release_is_expected() -> None:
     assert scene.until_attention(5, x=2.0, y=2.0) == released_s + SETTINGS.transient_s
 
 
+@pytest.mark.parametrize(("fault", "onset_s", "after_s"), [
+    ("T1_drifts_up", -17.0, 50.0), ("T1_drifts_up", 30.0, 15.0), ("T1_drifts_up", -900.0, 200.0), ("hot", -17.0, 200.0),
+])  # fmt: skip
+def test_what_grows_is_looked_at_again_by_the_time_that_its_forecast_has_an_end(
+    fault: str, onset_s: float, after_s: float
+) -> None:
+    """It has grown for so long at 33 s, and is forecast to do so for as long again."""
+    scene = Scene(lambda at_s: (Hypothesis((FaultState(fault, 1.0, onset_s),), 0.9),))
+    scene.watch(30)
+    assert scene.until_attention(10, x=2.0) == 33.0
+    scene.monitoring.diagnose()
+    scene.monitoring.follow(NoActionNeeded(33.0, 0.1))
+    assert scene.until_attention(250, x=2.0) == 33.0 + after_s
+
+
 def test_a_release_is_reviewed_even_if_all_is_quiet() -> None:
     scene, released_s = recovered()
     reviews = [released_s + SETTINGS.review_s * k for k in (1, 2, 3)]

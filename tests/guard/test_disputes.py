@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from homeostat.domain.events.trips import TripLifted, TripLiftEnded
@@ -123,6 +125,27 @@ def test_reading_and_carrier_together_hold_back_what_a_correction_says() -> None
     for _ in range(10):
         assert w.judge(hot(311.0)) == ()
     assert isinstance(w.noted[-1][1], TripLiftEnded)
+
+
+@pytest.mark.parametrize("errors", [({},), ({"T": -1.0},)])
+def test_what_was_held_back_goes_with_its_correction_whatever_the_carrier_says_then(errors: Any) -> None:
+    """The sum was made by a correction that nobody makes any more, and nothing goes on with it."""
+    w = Watch(RULE)
+    w.watch.correct(LOW)
+    w.judge(hot(307.0))
+    assert [w.judge(hot(311.0)) for _ in range(4)] == [()] * 4  # 3, 6, 9, 12 K s, held back from the third on
+    w.watch.correct(errors)
+    assert [w.judge(hot(311.0, HOT_BY_BALANCE)) for _ in range(10)] == [()] * 10
+
+
+@pytest.mark.parametrize(("t", "error"), [(311.0, -2.5), (313.1, -1.0)])
+def test_but_not_where_the_next_correction_or_the_reading_shows_a_violation_as_well(t: float, error: float) -> None:
+    w = Watch(RULE)
+    w.watch.correct(LOW)
+    w.judge(hot(307.0))
+    assert [w.judge(hot(311.0)) for _ in range(4)] == [()] * 4
+    w.watch.correct(({"T": error},))
+    assert w.judge(hot(t, HOT_BY_BALANCE)) == TRIPS
 
 
 def test_but_no_longer_than_a_trip_may_be_lifted() -> None:

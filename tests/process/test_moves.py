@@ -9,7 +9,7 @@ import pytest
 
 from homeostat.plants.cstr.layout import P, S
 from homeostat.process.batch import Batch, BatchResult, ProcessError, simulate
-from homeostat.process.moves import Move, MoveKind, Moves
+from homeostat.process.moves import Move, MoveKind, Moves, moved_inputs
 from tests.plants.cstr import reactor
 
 START_S, STEPS = 1500.0, 60
@@ -56,6 +56,26 @@ def test_what_grows_is_the_size_times_the_seconds_since_the_onset() -> None:
     plain, grown = moved(b, ()), moved(b, (Move(MoveKind.READING, S.F2, START_S + 10.0, 0.001, grows=True),))
     difference = grown.record[0, :, S.F2] - plain.record[0, :, S.F2]
     assert difference[9] == pytest.approx(0.0) and difference[-1] == pytest.approx(0.001 * (STEPS - 10))
+
+
+def test_what_grows_stays_as_it_is_once_it_has_grown_for_long_enough() -> None:
+    b = settled(1)
+    drift = Move(MoveKind.READING, S.F2, START_S + 10.0, 0.001, grows=True, grown_s=20.0)
+    difference = moved(b, (drift,)).record[0, :, S.F2] - moved(b, ()).record[0, :, S.F2]
+    assert difference[19] == pytest.approx(0.01) and difference[30:] == pytest.approx(0.02)
+    assert drift.change([-1.0, 0.0, 5.0, 20.0, 99.0]) == pytest.approx([0.0, 0.0, 0.005, 0.02, 0.02])
+    slow = Move(MoveKind.PARAMETER, P.K_P1, START_S, -0.0005, grows=True, grown_s=20.0)
+    lasting = replace(slow, size=-0.01, grows=False)
+    ends = [moved(b, (each,)).record[0, -1, S.L1] for each in (slow, lasting)]
+    assert ends[0] == pytest.approx(ends[1], abs=0.15), "at the end it is as if it had always been so large"
+
+
+def test_an_input_goes_on_as_it_is_as_well() -> None:
+    off = Move(MoveKind.INPUT, 0, START_S, 0.01, grows=True, grown_s=5.0)
+    schedules, follows = moved_inputs(np.zeros((10, 1)), [(off,)], START_S)
+    assert schedules[follows[0], :, 0].tolist() == pytest.approx([0.0, 0.01, 0.02, 0.03, 0.04, *[0.05] * 5])
+    made = Moves.of([(off,)])
+    assert [made.arriving(np.zeros((1, 1)), START_S + s)[0, 0] for s in (2.0, 9.0)] == pytest.approx([0.02, 0.05])
 
 
 def test_a_parameter_is_as_if_it_had_always_been_so() -> None:

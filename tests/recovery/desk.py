@@ -190,6 +190,7 @@ class Recovery:
     others: tuple[Proposer, ...] = ()
     polishing: Polishing | None = None
     machine: StateMachine = COOLING
+    passing: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         self.desk = ScriptedDesk(self.ticks, self.thinking, self.overtaking_s)
@@ -210,9 +211,8 @@ class Recovery:
             self.probing,
             self.polishing,  # type: ignore[arg-type]
         )
-        rules = PlantRules(
-            self.machine, self.limits, priced(self.limits, self.machine, *self.rows), (DRAIN, VENT), {"K": 2.0}, TAGS
-        )
+        prices = priced(self.limits, self.machine, *self.rows)
+        rules = PlantRules(self.machine, self.limits, prices, (DRAIN, VENT), {"K": 2.0}, TAGS, self.passing)
         check = ReleaseCheck(self.twin, self.limits, TAGS, Sealer("check", KEY).seal)  # type: ignore[arg-type]
         self.loop = RecoveryLoop(self.desk, agents, rules, check, self.bounds, self.trace)
 

@@ -5,14 +5,20 @@ From 305 K the line runs through its limit of 313 K in 80 s if nothing is done, 
 
 from __future__ import annotations
 
+from typing import Any
+
+import pytest
+
 from homeostat.agents.roles import NoAdmissiblePlan
 from homeostat.domain.alternative import AlternativeKind
+from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import Compared, Waited
 from homeostat.domain.observation import NoAction
+from homeostat.domain.plant.prices import Price
 from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.plant_rules import Bounds
-from tests.agents.scripted import ScriptedAction
-from tests.recovery.desk import AT_ONCE, DOOMED, Recovery, ticks
+from tests.agents.scripted import ScriptedAction, diagnosis
+from tests.recovery.desk import AT_ONCE, DEAR, DOOMED, FINE, SOFT, Recovery, Watching, ticks
 from tests.recovery.line import GOOD
 
 QUICK = Bounds(intervention=InterventionBounds(answer_s=5.0))
@@ -51,3 +57,51 @@ def test_what_is_at_hand_at_once_is_not_put_off() -> None:
 
 def test_where_nobody_may_wait_the_fallback_acts() -> None:
     assert at_a_loss(bounds=AT_ONCE).run().handed_over == ["nothing"]
+
+
+PASSING = frozenset({"runaway"})
+"""What is diagnosed at the line's desk is of nobody's list: it need not last."""
+
+
+def with_an_answer(last: int, passing: frozenset[str] = PASSING, **more: Any) -> Recovery:
+    """A line that must not be left alone, and whose proposer knows what helps: half the feed, for half the product."""
+    return Recovery(ticks(1, last, DOOMED), action=ScriptedAction(GOOD, GOOD), bounds=QUICK, passing=passing, **more)
+
+
+def test_what_need_not_last_is_waited_for_before_something_dear_is_released() -> None:
+    done = with_an_answer(20).run()
+    (wait,) = done.trace.of(Waited)
+    assert (wait.seconds, wait.follows) == (45.0, "running > reduced") and done.released == []
+    assert done.armed[-1].act_by_s is not None and not done.sent(NoAction)
+
+
+def test_what_is_still_there_after_as_many_waits_as_there_may_be_is_answered() -> None:
+    done = with_an_answer(150).run()
+    assert done.when(Waited) == [10.0, 55.0, 100.0] and done.released == [145.0] and done.handed_over == []
+
+
+@pytest.mark.parametrize(("passing", "rows"), [(frozenset[str](), ()), (PASSING, DEAR)])
+def test_what_lasts_or_is_cheaper_than_leaving_alone_is_answered_at_once(
+    passing: frozenset[str], rows: tuple[Price, ...]
+) -> None:
+    done = with_an_answer(20, passing, rows=rows, limits=SOFT).run()
+    assert done.released == [10.0] and not done.trace.of(Waited)
+
+
+def test_what_has_ended_before_need_not_last_where_it_comes_again() -> None:
+    def answer(at_s: float) -> Diagnosis:
+        over = Diagnosis(at_s, (), (), ended=diagnosis(5.0).hypotheses[0].faults, ended_s=at_s)
+        return over if at_s < 10.0 else diagnosis(at_s)
+
+    seen = (*ticks(1, 9, FINE), *ticks(10, 20, DOOMED))
+    done = Recovery(seen, Watching(6.0, 10.0, answer=answer), ScriptedAction(GOOD), bounds=QUICK).run()
+    assert done.when(Waited) == [10.0] and done.released == []
+
+
+def test_a_fallback_that_may_not_be_needed_is_put_off_until_just_before_the_guard_falls_back() -> None:
+    """At 312 K 10 s are left. Where what is wrong lasts, they are kept for thinking."""
+    for passing, seconds in ((frozenset[str](), []), (PASSING, [5.0])):
+        answers = ScriptedAction(NoAdmissiblePlan("nothing"))
+        bounds = Bounds(intervention=InterventionBounds(answer_s=30.0))
+        done = Recovery(ticks(1, 12, 310.9), action=answers, bounds=bounds, passing=passing).run()
+        assert [w.seconds for w in done.trace.of(Waited)] == seconds

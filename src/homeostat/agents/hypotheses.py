@@ -1,8 +1,8 @@
 """Hypotheses: which of them count; proposers, twin, validation and release check go by the same."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
-from homeostat.domain.diagnosis import Diagnosis, Hypothesis, with_a_twin
+from homeostat.domain.diagnosis import AS_LIKELY_AS_NOT, Diagnosis, Hypothesis, with_a_twin
 
 PLAUSIBLE = 0.02
 """What is at least this probable counts: it is searched for, rolled out and judged, and its faults take away [1]."""
@@ -45,3 +45,9 @@ def plausible_faults(diagnosis: Diagnosis, least: float = PLAUSIBLE) -> tuple[st
         for fault in {f.fault for f in hypothesis.faults}:
             weight[fault] = weight.get(fault, 0.0) + hypothesis.probability
     return tuple(sorted(f for f, w in weight.items() if w >= least))
+
+
+def may_pass(diagnosis: Diagnosis, passing: Collection[str]) -> bool:
+    """Whether it is as likely as not that one of the ``passing`` fault modes is there, which need not last."""
+    found = sum(h.probability for h in counted(diagnosis) if any(f.fault in passing for f in h.faults))
+    return found >= AS_LIKELY_AS_NOT

@@ -334,7 +334,8 @@ def _recovery(
         probing=None if stepwise else TwinProbing(twin, d, grounding, pricing),
         polishing=bench.search() if arrangement.language or arrangement.playbook is not None else None,
     )
-    known = PlantRules(d.machine, d.limits, plant.prices, rules.fallbacks, d.scales, tags)
+    passing = frozenset(mode.name for mode in d.generated)
+    known = PlantRules(d.machine, d.limits, plant.prices, rules.fallbacks, d.scales, tags, passing)
     check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration, plant.risk)
     bounds = Bounds(arrangement.budget, plant.intervention, stepwise)
     return RecoveryLoop(exchange, agents, known, check, bounds, trace)

@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from homeostat.process.moving import FROZEN, INPUT, PARAMETER, READING, STATE, H, W, move_parameters
-from homeostat.process.types import Cube, IndexTable, Indices, Table
+from homeostat.process.types import Cube, IndexTable, Indices, Table, Vec
 
 
 class MoveKind(IntEnum):
@@ -50,6 +51,13 @@ class Move:
     """What a parameter, a state or an input does not fall below, in its unit."""
     most: float = np.inf
     """What an input does not exceed, in its unit."""
+    grown_s: float = np.inf
+    """Seconds after which what grows stays as it is [s]."""
+
+    def change(self, since_s: ArrayLike) -> Vec:
+        """By how much the column is moved so long after the onset, nothing before it, shape of ``since_s`` [s]."""
+        since = np.asarray(since_s, dtype=np.float64)
+        return np.where(since < 0.0, 0.0, self.size * (np.minimum(since, self.grown_s) if self.grows else 1.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,16 +125,16 @@ class Moves:
         member = np.repeat(np.arange(len(self.begin) - 1), np.diff(self.begin))[due]
         column, how, arrived = self.what[due, W.column], self.how[due], inputs.copy()
         since = at_s - how[:, H.onset_s]
-        change = how[:, H.size] * np.where(how[:, H.grows] > 0.0, np.maximum(since, 0.0), 1.0)
+        grown = np.clip(since, 0.0, how[:, H.grown_s])
+        change = how[:, H.size] * np.where(how[:, H.grows] > 0.0, grown, 1.0)
         moved = np.clip(inputs[member, column] + change, how[:, H.least], how[:, H.most])
         arrived[member, column] = np.where((since < 0.0) | (change == 0.0), inputs[member, column], moved)
         return arrived
 
 
 def _row(move: Move, applied_until_s: float) -> tuple[float, ...]:
-    since = applied_until_s - move.onset_s
-    done = 0.0 if since < 0.0 else move.size * (since if move.grows else 1.0)
-    return move.onset_s, move.size, float(move.grows), move.least, move.most, done, np.nan
+    done = float(move.change(applied_until_s - move.onset_s))
+    return move.onset_s, move.size, float(move.grows), move.least, move.most, done, np.nan, move.grown_s
 
 
 def move_all_parameters(parameters: Table, moves: Sequence[Sequence[Move]], at_s: float) -> None:
@@ -150,7 +158,6 @@ def moved_inputs(inputs: Table, moves: Sequence[Sequence[Move]], start_s: float)
             follows[member] = len(schedules) - 1
         for move in mine:
             since = at_s - move.onset_s
-            change = np.where(since >= 0.0, move.size * (since if move.grows else 1.0), 0.0)
-            moved = np.clip(inputs[:, move.column] + change, move.least, move.most)
+            moved = np.clip(inputs[:, move.column] + move.change(since), move.least, move.most)
             schedules[-1][:, move.column] = np.where(since >= 0.0, moved, inputs[:, move.column])
     return np.stack(schedules), follows

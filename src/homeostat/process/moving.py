@@ -32,6 +32,8 @@ class H(IntEnum):
     """By how much a parameter was moved so far."""
     frozen = 6
     """What a stuck reading shows; NaN before its onset."""
+    grown_s = 7
+    """Seconds after which what grows stays as it is [s]."""
 
 
 @compiled
@@ -40,7 +42,7 @@ def change(how: Vec, at_s: float) -> float:
     since = at_s - how[H.onset_s]
     if since < 0.0:
         return 0.0
-    return float(how[H.size] * since if how[H.grows] > 0.0 else how[H.size])
+    return float(how[H.size] * min(since, how[H.grown_s]) if how[H.grows] > 0.0 else how[H.size])
 
 
 @compiled

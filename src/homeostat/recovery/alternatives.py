@@ -43,6 +43,14 @@ class Alternatives:
         return self._pressed and self.best is None
 
     @property
+    def dear(self) -> Approved | None:
+        """What would be released although leaving the plant alone costs less, because that may not go on for ever."""
+        best, left = self.best, [a for a in self._given if a.kind is AlternativeKind.LEAVE]
+        if not self._pressed or not isinstance(best, Approved) or best.for_s or best.beside is not None:
+            return None
+        return best if left and best.cost.total > left[0].cost.total else None
+
+    @property
     def worth_waiting(self) -> bool:
         """Whether one more proposal may win enough to wait for it."""
         best = self.best

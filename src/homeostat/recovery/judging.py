@@ -154,18 +154,24 @@ class Judging:
         digest = action_digest("wait", [seconds], [rest.digest, then.part.actions.digest])
         return Judged(attempt, Waiting(seconds, then.name, digest, verdict, by, cost, nuisance))
 
-    async def postponement(self, by: str, number: int, situation: Situation, seconds: float) -> Judged:
+    async def postponement(
+        self, by: str, number: int, situation: Situation, seconds: float, answer_s: float = math.inf
+    ) -> Judged:
         """Nothing for so many ``seconds``, and then the fallback, where that is no worse than falling back now.
 
         Members in which even the fallback keeps no hard limit are no reason to fall back at once: what counts is
-        whether any limit is violated by more, or for longer, for the wait.
+        whether any limit is violated by more, or for longer, for the wait. Where less than usual is kept for thinking
+        after it, ``answer_s`` [s], the fallback is tried as late as the guard takes it by itself.
         """
         rest, then = self._scene.now.rest, _fallback(situation)
-        if then is None or await self._no_time(situation, seconds) is not None:
+        if then is None or await self._no_time(situation, seconds, answer_s) is not None:
             return Judged(Attempt(number, None, rest, Revise(()), kind=KINDS.WAIT, seconds=seconds), None)
         fallback = then.part.actions
         at_once = await self._agents.simulation.roll_out(situation.diagnosis, fallback)
-        ended = Interruption(seconds, fallback)
+        latest_s = seconds
+        if answer_s < self._bounds.answer_s:
+            latest_s = min(seconds + self._bounds.answer_s, self._left_s(situation))
+        ended = Interruption(latest_s, fallback)
         later = await self._agents.simulation.roll_out(situation.diagnosis, rest, ended)
         verdict = judge_postponed(rest, later, fallback, at_once, self._rules.limits)
         cost = self._priced(later, (situation.state, *rest.states), seconds, fallback.states, releases=1)
@@ -211,14 +217,21 @@ class Judging:
         parts = ((states, min(seconds, whole_s)), (then, max(whole_s - seconds, 0.0)))
         return self._pricing.of_parts(rollout, parts, releases)
 
-    async def _no_time(self, situation: Situation, seconds: float) -> Finding | None:
-        """Why it may not be waited so long, whatever follows; None where it may."""
+    def _left_s(self, situation: Situation) -> float:
+        """Time until the guard falls back by itself; infinite where it does not [s]."""
+        named = [t for t in (situation.act_by_s, self._scene.now.act_by_s) if t is not None]
+        return min(named, default=math.inf) - self._scene.seen_s
+
+    async def _no_time(self, situation: Situation, seconds: float, answer_s: float = math.inf) -> Finding | None:
+        """Why it may not be waited so long, whatever follows; None where it may.
+
+        ``answer_s``: the time that is kept for thinking after it, where that is less than usual [s].
+        """
         scene = self._scene
         if not self._waits.left:
             text = "it was waited as often as it may be until nothing is wrong; propose a path"
             return refusal(WAIT, text, Owner.PLANNING)
-        named = [t for t in (situation.act_by_s, scene.now.act_by_s) if t is not None]
-        left_s = min(named, default=math.inf) - scene.seen_s - self._bounds.answer_s
+        left_s = self._left_s(situation) - min(self._bounds.answer_s, answer_s)
         if left_s <= seconds:
             text = f"{seconds:g} s to wait; a fallback must act in {left_s:.0f} s with what thinking takes: name less"
             return _late(text, left_s - seconds)

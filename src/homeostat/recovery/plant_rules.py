@@ -27,6 +27,8 @@ class PlantRules:
     """Unit -> what counts as one unit of margin in it."""
     tags: Mapping[str, Tag] = field(default_factory=dict)
     """Tag name -> tag, for what may be commanded how fast."""
+    passing: frozenset[str] = frozenset()
+    """Fault modes that no table lists: nobody has said that they last, and they may swing or end as they like."""
 
 
 @dataclass(frozen=True, slots=True)

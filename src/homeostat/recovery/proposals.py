@@ -1,9 +1,11 @@
 """Proposals: proposers compete within their time, and the cheapest of what was approved is released."""
 
-from collections.abc import Coroutine, Sequence
+from collections.abc import Coroutine, Iterable, Sequence
 from dataclasses import replace
 
+from homeostat.agents.hypotheses import may_pass
 from homeostat.agents.roles import Agents, Approved, NoAdmissiblePlan, Situation
+from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.events.recovery import GaveUp
 from homeostat.recovery.alternatives import Alternatives, digest_of, told
 from homeostat.recovery.beside_fallback import BesideFallback
@@ -32,8 +34,12 @@ class Proposals:
         self._nuisances, self._postponing = Nuisances(scene, agents, rules, judging), Postponing(scene, judging)
         self._beside = BesideFallback(scene, judging)
         self._improvements, self._last_s = bounds.intervention.improvements, bounds.budget.last_s
-        self._every_step = bounds.every_step
+        self._every_step, self._passing = bounds.every_step, set(rules.passing)
         self._decided: list[str] = []
+
+    def passed(self, ended: Iterable[FaultState]) -> None:
+        """Take note of what is over: what has ended once need not last where it comes again."""
+        self._passing.update(f.fault for f in ended)
 
     async def ask(self, situation: Situation, alternatives: Alternatives, began: float) -> Taken:
         """Ask the proposers one after the other, and release the cheapest of what was approved.
@@ -64,10 +70,7 @@ class Proposals:
             if alternatives.worth_waiting and not self._every_step:
                 tried = [attempt for session in every for attempt in session.attempts]
                 await self._nuisances.add_to(alternatives, situation, tried, end)
-            if every and alternatives.lacking and situation.act_by_s is not None:
-                refused = [(session.proposer.name, attempt) for session in every for attempt in session.attempts]
-                await self._beside.add_to(alternatives, situation, refused, end)
-                await self._postponing.add_to(alternatives, situation, end)
+            await self._postpone(every, alternatives, situation, end)
             best = alternatives.best
             self._scene.record(alternatives.event(digest_of(best)))
             if best is None:
@@ -88,6 +91,22 @@ class Proposals:
                 failed = await self._try(asked[0], asked[0].refused(best, refusal.findings, situation, end))
                 if failed is not None:  # whoever does not learn is not asked again
                     asked, reason = [], failed
+
+    async def _postpone(
+        self, every: Sequence[Deliberation], alternatives: Alternatives, situation: Situation, end: float
+    ) -> None:
+        """Add what may be done in place of the fallback, or of a release that costs more than leaving the plant alone.
+
+        What need not last is waited for although no hard limit is in danger, or something dear is approved.
+        """
+        passes = may_pass(situation.diagnosis, self._passing) and not self._every_step
+        if every and alternatives.lacking and situation.act_by_s is not None:
+            refused = [(session.proposer.name, attempt) for session in every for attempt in session.attempts]
+            await self._beside.add_to(alternatives, situation, refused, end)
+        if every and alternatives.lacking and (passes or situation.act_by_s is not None):
+            await self._postponing.add_to(alternatives, situation, passes, end)
+        elif passes and (dear := alternatives.dear) is not None:
+            await self._postponing.add_before(dear, alternatives, situation, end)
 
     async def _hear(
         self, asked: Sequence[Deliberation], alternatives: Alternatives, situation: Situation, end: float

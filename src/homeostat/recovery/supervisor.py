@@ -94,6 +94,7 @@ class RecoveryLoop:
                 scene.record(Diagnosed.of(diagnosis), diagnosis.at_s)
             if diagnosis.ended_s is not None:
                 scene.record(FaultsEnded(diagnosis.ended, diagnosis.ended_s))
+                self._proposals.passed(diagnosis.ended)
             self._memory = self._agenda.after_diagnosis(self._memory, diagnosis, scene)
             waited, held = self._waits.end(diagnosis)
             probed = self._probes.end(diagnosis) or held

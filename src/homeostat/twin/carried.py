@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -21,6 +21,11 @@ FaultSet: TypeAlias = tuple[FaultState, ...]
 LEAST_CAPACITY = 1e-9
 """What a balance holds at least per unit of its state: an empty vessel is no singularity."""
 
+GROWS_ON = 1.0
+"""What grows goes on growing for this multiple of the time that it has, and no further than the tables let it [1].
+
+How long something goes on of which nobody knows more than how long it has gone on is about as long again.
+"""
 LEAST_SHARE = 0.01
 """Share of its value that is left of a positive parameter at least [1]."""
 
@@ -57,6 +62,7 @@ class Carrier:
         """Name -> fault mode, generated ones included."""
         self._commands = {s.variable: s.tag.range for s in plant.signals}
         self._least = {p.symbol: LEAST_SHARE * p.value for p in plant.parameters if p.value > 0.0}
+        self._largest = _largest(plant.fault_modes)
 
     def carry(self, sets: Sequence[FaultSet], window: Window) -> Carried:
         """``sets`` as the engine takes them; a balance holds what the last readings of ``window`` say."""
@@ -94,13 +100,24 @@ class Carrier:
         for variable, shown in self._model.shown.items():
             for move in moves:
                 if variable in says and move.column == shown and move.kind is MoveKind.READING:
-                    found[variable] = says[variable] + move.size * (at_s - move.onset_s if move.grows else 1.0)
+                    found[variable] = says[variable] + float(move.change(at_s - move.onset_s))
                 if variable in says and move.column == shown and move.kind is MoveKind.FROZEN:
                     found[variable] = read[variable]
         return found
 
     def move(self, effect: Effect, severity: float, onset_s: float, window: Window) -> Move:
-        """What ``effect`` of this severity does from ``onset_s`` on [s]."""
+        """What ``effect`` of this severity does from ``onset_s`` on [s]; what grows has an end."""
+        made = self._endless(effect, severity, onset_s, window)
+        return replace(made, grown_s=self._grown_s(effect, severity, window.end_s - onset_s)) if made.grows else made
+
+    def _grown_s(self, effect: Effect, severity: float, grew_s: float) -> float:
+        """How long what grows does in all, that has for ``grew_s`` [s]."""
+        rate, largest = abs(severity * effect.per_unit), self._largest.get((effect.kind, effect.quantity), np.inf)
+        grew_s = max(grew_s, 0.0)
+        most_s = largest / rate if rate > 0.0 else np.inf
+        return max(min((1.0 + GROWS_ON) * grew_s, most_s), grew_s)
+
+    def _endless(self, effect: Effect, severity: float, onset_s: float, window: Window) -> Move:
         size = severity * self.rate_per_unit(effect, window)
         match effect.kind:
             case EffectKind.PARAMETER:
@@ -118,3 +135,14 @@ class Carrier:
                 return Move(MoveKind.READING, self._model.shown[effect.quantity], onset_s, size, effect.grows)
             case _:
                 return Move(MoveKind.FROZEN, self._model.shown[effect.quantity], onset_s, 0.0)
+
+
+def _largest(modes: Iterable[FaultMode]) -> dict[tuple[EffectKind, str], float]:
+    """(Kind, quantity) -> the largest lasting change that the tables have of it, in the effect's unit."""
+    found: dict[tuple[EffectKind, str], float] = {}
+    for mode in modes:
+        if mode.effect is not None and not mode.effect.grows:
+            key, allowed = (mode.effect.kind, mode.effect.quantity), mode.severity_range
+            change = max(abs(allowed.low), abs(allowed.high)) * abs(mode.effect.per_unit)
+            found[key] = max(found.get(key, 0.0), change)
+    return found

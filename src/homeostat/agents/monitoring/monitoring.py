@@ -66,6 +66,7 @@ class TwinMonitoring:
         self._doubts: tuple[Hypothesis, ...] = ()
         self._told: frozenset[str] = frozenset()
         self._clearing, self._checks = Clearing(), False
+        self._growing = {m.name for m in description.fault_modes if m.effect is not None and m.effect.grows}
         self._indicates = {r.name: frozenset(r.faults) for r in description.symptom_rules}
         self._open, self._again = frozenset[str](), False
         self._from_s = -math.inf
@@ -176,11 +177,17 @@ class TwinMonitoring:
             case Released(at_s=at_s):
                 self._released_s = at_s
                 self._quiet_until_s = at_s + self._settings.transient_s
-                self._review_at_s = at_s + self._settings.review_s
+                self._review_at_s = at_s + self._review_in_s(at_s)
             case NoActionNeeded(at_s=at_s):
-                self._review_at_s = at_s + self._settings.review_s
+                self._review_at_s = at_s + self._review_in_s(at_s)
             case FallbackNeeded():
                 self._review_at_s = None
+
+    def _review_in_s(self, at_s: float) -> float:
+        """When the situation is judged again, counted from ``at_s`` [s]: what grows, before its forecast has an end."""
+        settings = self._settings
+        grew_s = [at_s - f.onset_s for f in self._known if f.fault in self._growing]
+        return min(settings.review_s, max(min(grew_s, default=settings.review_s), settings.repeat_s))
 
     def _update(self, snapshot: Snapshot) -> tuple[Symptom, ...]:
         """Confirmed symptoms; learns the plant's own means on the way."""

@@ -191,6 +191,9 @@ class TripWatch:
             return blind or (_violation(limit, raw) if watched.violated else None)
         explained = self._explained(limit, values) or (raw,)
         told, unjumped = min(explained), min(self._unjumped(limit, values), default=math.inf)
+        if self._fresh and watched.lifting and not watched.violated and min(said, told, unjumped) >= 0.0:
+            # What a correction showed alone, and the carrier refuted, goes with it.
+            watched.corrected = min(watched.corrected, watched.raw)
         counted_s, corrected = min(dt_s, LONGEST_S), min(told, unjumped)
         watched.raw = _cumulated(watched.raw, raw, counted_s, rule.cusum)
         self._dispute(rule, watched, said, told, dt_s, uncertain)

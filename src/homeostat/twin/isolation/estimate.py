@@ -6,7 +6,7 @@ sizes around it, because a model is not linear.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,6 +29,10 @@ LEADERS = 5
 """Disturbances that are replayed at sizes and onsets between those, because a coarse size costs many nats."""
 FINER = (((-8, -4, -2, -1, 0, 1, 2, 4, 8), 0.06), ((-1, 0, 1), 0.02), ((0,), 0.007))
 """Seconds and share of its size by which each of them is moved, again and again."""
+NEARBY_S = (-16, -8, -3, 0, 3, 8, 16)
+"""Seconds by which an onset may be another one where a size is [s]."""
+TWO_SD_NATS = 2.0
+"""What a size costs that is two standard deviations away from the best [nats]."""
 GROSS_S = (1, 4, 9, 16, 30, 60)
 """Seconds before the first symptom at which parameters are tried as other than a linear pass can tell [s]."""
 GROSS = (-1.5, -0.7, 0.5, 1.2, 3.0, 7.0)
@@ -83,7 +87,8 @@ class Estimation:
         found.sort(key=lambda each: -each.score)
         found = [self._refined(each) for each in found[:POLISHED] if each.size != 0.0]
         polished = sorted(self._polished([*found, *self._gross(since_s)]), key=lambda e: -e.score)
-        return sorted([*self._settled(polished[:LEADERS]), *polished], key=lambda e: -e.score)
+        settled = self._narrowed(self._settled(polished[:LEADERS]))
+        return sorted([*settled, *polished], key=lambda e: -e.score)
 
     def _of_group(self, effect: Effect, group: Sequence[FaultMode]) -> Iterator[_Linear]:
         """The best step and the best ramp of modes that act on the same quantity.
@@ -188,9 +193,29 @@ class Estimation:
                     found[k] = Estimate(state, found[k].sd, float(scores[best]))
         return found
 
-    def _around(self, each: Estimate, seconds: Sequence[int], share: float) -> tuple[FaultMode, Vec, Indices]:
+    def _narrowed(self, leaders: Sequence[Estimate]) -> list[Estimate]:
+        """``leaders``, each no less certain of its size than replays at two standard deviations to either side say.
+
+        A linear pass far from where it was made says little of that, and none was made of what is gross.
+        """
+        tried = []
+        for each in leaders:
+            mode, row = self._mode_and_row(each)
+            rows = np.clip([row + s for s in NEARBY_S], FIRST_ROW, self._evidence.shape[0] - 1)
+            sizes = (_sign(mode) or 1.0) * np.array([each.state.severity + k * each.sd for k in (-2.0, 2.0)])
+            tried.append((mode, np.repeat(sizes, len(rows)), np.tile(rows, 2)))
+        found = []
+        for each, scores in zip(leaders, self._scores(tried), strict=True):
+            lost = np.maximum(each.score - scores.reshape(2, -1).max(axis=1), 1e-9)
+            found.append(replace(each, sd=each.sd * min(1.0, float(np.sqrt(TWO_SD_NATS / lost.min())))))
+        return found
+
+    def _mode_and_row(self, each: Estimate) -> tuple[FaultMode, int]:
         mode = self._evidence.carrier.modes[each.state.fault]
-        row = round(each.state.onset_s - self._evidence.window.start_s)
+        return mode, round(each.state.onset_s - self._evidence.window.start_s)
+
+    def _around(self, each: Estimate, seconds: Sequence[int], share: float) -> tuple[FaultMode, Vec, Indices]:
+        mode, row = self._mode_and_row(each)
         rows = np.unique(np.clip([row + s for s in seconds], FIRST_ROW, self._evidence.shape[0] - 1))
         signed = each.state.severity * (_sign(mode) or 1.0)
         sizes = signed * np.array([1.0 - share, 1.0, 1.0 + share])

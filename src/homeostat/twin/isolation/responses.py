@@ -129,8 +129,7 @@ class Responses:
         return found
 
     def _moved(self, move: Move, rows: Indices) -> Vec:
-        since = self._evidence.window.start_s + rows - move.onset_s
-        return np.where(since >= 0.0, move.size * (since if move.grows else 1.0), 0.0)
+        return move.change(self._evidence.window.start_s + rows - move.onset_s)
 
     def _reference(self, rows: Indices) -> Cube:
         """The same members, not disturbed."""
