@@ -82,3 +82,12 @@ def test_limits_without_leads_are_watched_as_they_are() -> None:
     assert plain.watched is plain
     assert [x.formula.text for x in LEADING.watched.hard] == ["T <= 310"]
     assert LEADING.watched.watched is not LEADING and LEADING.watched.hard[0].lead == 0.0
+
+
+def test_a_correction_of_one_reading_leaves_the_other_readings_of_a_limit_as_they_are() -> None:
+    both = limit("LIM-HOT", LIMIT.kind, "T - Tx <= 8", hard=True)
+    w = Watch(AT_ONCE, limits=Limits((both,), ()))
+    w.judge(hot(312.0, tx=305.0))
+    assert w.watch.above(Snapshot(1.0, hot(312.0, tx=305.0))) == ()
+    w.watch.correct(({"T": -1.5},))
+    assert [v.margin for v in w.watch.above(Snapshot(1.0, hot(312.0, tx=305.0)))] == [pytest.approx(-0.5)]
