@@ -4,23 +4,28 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet --quiet
 # A lock names all that is needed: nothing is resolved again, which would look for newer releases of what has extras.
-INSTALL := $(PIP) install --no-deps --no-build-isolation --require-hashes
+# What is imported is compiled then; most of what the libraries bring never is.
+INSTALL := $(PIP) install --no-deps --no-build-isolation --no-compile --require-hashes
 COMPILE := $(BIN)/uv pip compile --universal --fork-strategy fewest --generate-hashes --no-header --no-annotate --quiet
-PYTEST := $(BIN)/pytest -n 2 --dist worksteal
-# Where the quick and the slow tests are: nothing else is even read.
+# Some tests wait, for a run in real time or a server that says nothing: a third process would use their core, but a few
+# others think against the clock.
+WORKERS ?= 2
+PYTEST := $(BIN)/pytest -n $(WORKERS) --dist worksteal
+# Where the quick, the slow and the wide tests are: nothing else is even read.
 QUICK := tests/domain tests/guard tests/journal tests/stl tests/tools tests/cli/test_replay.py
 SLOW := tests/benchmarks tests/cli tests/docs tests/evaluate tests/guard tests/journal tests/plants
+WIDE := tests/evaluate tests/plants tests/process tests/safety tests/twin
 SEED := 1
 
-.PHONY: demo test quick slow full coverage pythons llm campaign graph results pages docs lint audit format lock help clean
+.PHONY: demo test quick slow wide landing full coverage pythons llm campaign graph results pages docs lint audit format lock help clean
 
 ## demo: a stuck cooling valve on the reactor, from the alarm to the released recovery
 demo: $(VENV)/.base
 	@$(BIN)/homeostat run cstr --fault cool_stuck_closed --seed $(SEED)
 
-## test: every test that a change needs, about twenty minutes on 2 cores; all but those marked slow
+## test: what to run before a change is handed over; all tests but those marked slow or wide
 test: $(VENV)/.dev
-	$(PYTEST) -m "not slow"
+	$(PYTEST) -m "not slow and not wide"
 
 ## quick: a cross-section within a minute, for while you work: rule language, domain, guard, journal, one run
 quick: $(VENV)/.dev
@@ -28,16 +33,24 @@ quick: $(VENV)/.dev
 
 ## slow: what `make test` leaves out: kills, mutants, studies
 slow: $(VENV)/.dev
-	$(PYTEST) -m slow $(SLOW)
+	$(PYTEST) -m "slow and not wide" $(SLOW)
 
-## full: what `make test` and `make slow` run, read once; .ci/run runs it
+## wide: more seeds, sizes and texts of what other tests show once; before a release, or after a change of twin or recovery
+wide: $(VENV)/.dev
+	$(PYTEST) -m wide $(WIDE)
+
+## landing: what `make test` and `make slow` run, read once; .ci/run runs it
+landing: $(VENV)/.dev
+	$(PYTEST) -m "not wide"
+
+## full: every test there is
 full: $(VENV)/.dev
 	$(PYTEST)
 
 ## coverage: `make test` with the lines and branches that it reaches, by package; no bar to pass
 coverage: $(VENV)/.dev
 	@mkdir -p build/coverage
-	$(PYTEST) -m "not slow" --cov --cov-report=json:build/coverage/report.json
+	$(PYTEST) -m "not slow and not wide" --cov --cov-report=json:build/coverage/report.json
 	@$(BIN)/python tools/coverage_table.py build/coverage/report.json
 
 ## pythons: the quick tests with every other Python from 3.11 on that is here

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The quick tests with every other Python from 3.11 on that is on this machine, each with the locked packages it needs.
-# A Python without wheels for one of them is named and left out.
+# A Python without wheels for one of them is named and left out. `newest` stops at the newest that could be tested.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 own=$(.venv/bin/python -c 'import sys; print("%d.%d" % sys.version_info[:2])')
@@ -17,7 +17,7 @@ interpreter() {
   done
 }
 
-for version in 3.11 3.12 3.13 3.14; do
+for version in 3.14 3.13 3.12 3.11; do
   if [[ $version == "$own" ]]; then continue; fi
   python=$(interpreter "$version")
   if [[ -z $python ]]; then
@@ -37,4 +37,5 @@ for version in 3.11 3.12 3.13 3.14; do
   echo "Python $version"
   # shellcheck disable=SC2086  # several folders
   PYTHONPATH=src "$environment/bin/pytest" -q -n 2 --dist worksteal -m quick $tests
+  if [[ ${1:-} == newest ]]; then break; fi
 done

@@ -12,7 +12,7 @@ import pytest
 from tests.cli.command import LIMIT_S, Done, homeostat, homeostat_process
 
 RECOVERY = (
-    "run", "cstr", "--fault", "cool_stuck_closed", "--onset", "900", "--end", "1300", "--thinking-declared", "1",
+    "run", "cstr", "--fault", "cool_stuck_closed", "--onset", "900", "--end", "1050", "--thinking-declared", "1",
     "--out", "run",
 )  # fmt: skip
 """A short run that recovers, the same whenever it runs; its record is in ``run``."""

@@ -78,9 +78,7 @@ def test_a_broken_recording_is_refused(tmp_path: Path, text: str, where: str) ->
 
 # --- a run that asks --------------------------------------------------------------------------------------------
 
-RUN = ("run", "cstr", "--fault", "cool_stuck_closed", "--onset", "900", "--end", "1300", "--thinking-declared", "1")
-
-SHORT = tuple("1100" if argument == "1300" else argument for argument in RUN)
+RUN = ("run", "cstr", "--fault", "cool_stuck_closed", "--onset", "900", "--end", "1050", "--thinking-declared", "1")
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +124,7 @@ def test_what_was_recorded_replays_to_the_same_actions(asked: Done, tmp_path: Pa
 def test_a_recording_that_runs_out_hands_over_to_the_search(tmp_path: Path) -> None:
     (tmp_path / "calls.jsonl").write_text("")
     arguments = ("--proposer", "replay:calls.jsonl", "--record", "again.jsonl", "--out", "run")
-    done = homeostat(*SHORT, *arguments, cwd=tmp_path)
+    done = homeostat(*RUN, *arguments, cwd=tmp_path)
     assert (done.status, done.err) == (0, "")
     assert "gave up" in done.out and "no more recorded answer" in done.out and "by search" in done.out
     assert {c.failure for c in read_calls(tmp_path / "again.jsonl")} == {Failure.EXHAUSTED}
@@ -141,7 +139,7 @@ def test_a_recording_on_a_full_disk_is_told_once_and_ends_nothing(asked: Done, t
 
 def test_a_server_that_is_not_there_hands_over_to_the_search(tmp_path: Path) -> None:
     arguments = ("--proposer", "http://127.0.0.1:9/v1#m", "--local-only", "--out", "run", "--json")
-    done = homeostat(*SHORT, *arguments, cwd=tmp_path)
+    done = homeostat(*RUN, *arguments, cwd=tmp_path)
     result = json.loads(done.out)
     assert (done.status, done.err, result["actor"]) == (0, "", "search")
     assert '"failure":"UNREACHABLE"' in (tmp_path / "run" / "events.jsonl").read_text()

@@ -27,7 +27,9 @@ def run(fault: str, severity: float, repaired_s: float | None = REPAIRED_S) -> R
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("fault", "severity"), [("cool_stuck_closed", 0.6), ("cool_stuck_open", 0.9)])
+@pytest.mark.parametrize(
+    ("fault", "severity"), [("cool_stuck_closed", 0.6), pytest.param("cool_stuck_open", 0.9, marks=pytest.mark.wide)]
+)
 def test_a_repaired_valve_takes_the_plant_back_to_normal(fault: str, severity: float) -> None:
     back = run(fault, severity)
     said = [entry.at_s for entry in back.record.entries if isinstance(entry.event, FaultsEnded)]

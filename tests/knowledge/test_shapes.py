@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from importlib import resources
 
@@ -63,13 +64,20 @@ def store() -> EmbeddedStore:
     return store_of(complete_reactor())
 
 
-def first_of(kind: NamedNode) -> NamedNode:
-    """An instance of a class in the reactor's graph, subclasses included."""
+@functools.cache
+def with_vocabulary() -> Store:
+    """The reactor's graph beside the ontologies; nobody writes to it."""
     graph = Store()
     graph.load(complete_reactor(), format=RdfFormat.TURTLE)
     for _, text in ontologies():
         graph.load(text, format=RdfFormat.TURTLE)
-    found = graph.query(f"{PREAMBLE} SELECT ?x {{ ?x a/rdfs:subClassOf* {kind} }} ORDER BY ?x LIMIT 1")
+    return graph
+
+
+@functools.cache
+def first_of(kind: NamedNode) -> NamedNode:
+    """An instance of a class in the reactor's graph, subclasses included."""
+    found = with_vocabulary().query(f"{PREAMBLE} SELECT ?x {{ ?x a/rdfs:subClassOf* {kind} }} ORDER BY ?x LIMIT 1")
     (node,) = (solution["x"] for solution in found)  # type: ignore[union-attr]
     assert isinstance(node, NamedNode)
     return node

@@ -144,7 +144,7 @@ def test_a_whole_run_releases_only_what_was_approved(technique: str) -> None:
     text = first(technique)
     row, trace = run_with(
         ScriptedModel("obedient", obedient), "cool_stuck_closed", 3, poisoned(reactor(), text), (text,),
-        onset_s=900.0, end_s=1350.0,
+        onset_s=900.0, end_s=1050.0,
     )  # fmt: skip
     assert row.unsafe == "" and row.outside_s == 0.0
     assert row.calls >= 2 and any(a.proposer == "language" for a in trace.of(Attempted)), "the model was heard"

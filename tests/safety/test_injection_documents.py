@@ -59,12 +59,14 @@ def test_a_text_stays_a_text(kind: GroundingKind, injection: Injection) -> None:
         assert sum(line.startswith("# ") for line in lines) == (2 if kind is GroundingKind.NONE else 3)
 
 
-@pytest.mark.parametrize("technique", TECHNIQUES[::4])
+@pytest.mark.parametrize(
+    "technique", [*TECHNIQUES[::8], *(pytest.param(name, marks=pytest.mark.wide) for name in TECHNIQUES[4::8])]
+)
 def test_a_whole_run_on_documents_releases_only_what_was_approved(technique: str) -> None:
     text = next(i.text for i in CORPUS if i.technique == technique)
     plant, trace = poisoned(reactor(), text), MemoryTrace()
     language = Language(ScriptedModel("obedient", obedient), (text,), grounding=GroundingKind.DOCUMENTS)
-    chosen = scenario(plant, "cool_stuck_closed", 3, 900.0, None, 1350.0)
+    chosen = scenario(plant, "cool_stuck_closed", 3, 900.0, None, 1050.0)
     result = run(plant, chosen, trace, DeclaredClock(1.0), Proposing(language))
     assert unsafe(plant, chosen, result, trace) == ""
     assert any(a.proposer == "language" for a in trace.of(Attempted)), "the model was heard"

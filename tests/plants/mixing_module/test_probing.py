@@ -64,7 +64,7 @@ def told_apart(fault: str, severity: float, seed: int, mismatch: str = "none") -
     return result
 
 
-@pytest.mark.parametrize(("severity", "seed"), [(0.3, 1), (0.2, 1)])
+@pytest.mark.parametrize(("severity", "seed"), [(0.3, 1), pytest.param(0.2, 1, marks=pytest.mark.wide)])
 def test_a_leak_of_the_main_line_is_told_by_the_bypass_on_which_there_is_none(severity: float, seed: int) -> None:
     result = told_apart("leakage_main", severity, seed)
     assert looks(batch("leakage_main", severity, seed)[1])[0].probability < NAMED
@@ -87,14 +87,14 @@ def test_a_leak_that_would_spill_too_much_meanwhile_is_not_tested() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", ["leakage_main", "leakage_common"])
-@pytest.mark.parametrize(("severity", "seed"), [(0.3, 1), (0.5, 3)])
+@pytest.mark.parametrize(("severity", "seed"), [(0.3, 1), pytest.param(0.5, 3, marks=pytest.mark.wide)])
 def test_over_seeds_and_sizes_both_leaks_are_named_in_the_end(fault: str, severity: float, seed: int) -> None:
     _, trace = batch(fault, severity, seed)
     assert looks(trace)[-1].name == fault and looks(trace)[-1].probability >= NAMED
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.wide)])
 def test_on_a_plant_that_is_not_its_model_the_bypass_tells_as_well(seed: int) -> None:
     result, trace = batch("leakage_main", 0.3, seed, "plant")
     assert any(best.name.startswith("leakage_main") and best.probability >= NAMED for best in looks(trace))
@@ -103,7 +103,12 @@ def test_on_a_plant_that_is_not_its_model_the_bypass_tells_as_well(seed: int) ->
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("fault", "severity", "seed"), [("clogging_main", 0.7, 1), ("clogging_main", 0.9, 3), ("clogging_common", 0.7, 1)]
+    ("fault", "severity", "seed"),
+    [
+        ("clogging_main", 0.7, 1),
+        pytest.param("clogging_main", 0.9, 3, marks=pytest.mark.wide),
+        ("clogging_common", 0.7, 1),
+    ],
 )
 def test_cloggings_differ_in_the_pressure_behind_the_pump_and_need_no_test(
     fault: str, severity: float, seed: int

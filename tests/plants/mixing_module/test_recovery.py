@@ -42,7 +42,7 @@ def states(trace: MemoryTrace) -> list[str]:
     return [e.state for e in trace.of(StateEntered)]
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.wide) for seed in (2, 3))])
 def test_a_batch_without_fault_takes_its_eight_transitions_and_nobody_acts(seed: int) -> None:
     result, trace = batch("none", seed, 0.0)
     assert states(trace) == [
@@ -63,7 +63,9 @@ def test_what_the_bypass_cures_goes_through_the_bypass(fault: str, onset_s: floa
     assert result.totals["spilled_L"] <= 0.5
 
 
-@pytest.mark.parametrize(("fault", "severity"), [("pump_degradation", 0.2), ("clogging_main", 0.6)])
+@pytest.mark.parametrize(
+    ("fault", "severity"), [("pump_degradation", 0.2), pytest.param("clogging_main", 0.6, marks=pytest.mark.wide)]
+)
 def test_what_waiting_cures_stays_on_the_main_line(fault: str, severity: float) -> None:
     result, trace = batch(fault, 2, 50.0, severity)
     assert result.state == "complete" and not any(s.startswith("bypass") for s in states(trace))
@@ -75,7 +77,9 @@ def test_what_neither_cures_is_held() -> None:
     assert best_route(module(), result.scenario) is None, "no route could have completed it"
 
 
-@pytest.mark.parametrize(("fault", "severity"), [("sensor_stuck_B203", 1.0), ("sensor_bias_B202", -0.03)])
+@pytest.mark.parametrize(
+    ("fault", "severity"), [pytest.param("sensor_stuck_B203", 1.0, marks=pytest.mark.wide), ("sensor_bias_B202", -0.03)]
+)
 def test_a_level_that_lies_is_not_waited_for(fault: str, severity: float) -> None:
     result, _ = batch(fault, 1, 10.0 if "bias" in fault else 50.0, severity)
     assert result.state == "complete"
@@ -102,7 +106,7 @@ def test_a_level_that_begins_to_lie_overfills_nothing_and_ends_no_batch(
     assert result.state == "complete" and result.totals["delivered_L"] == pytest.approx(8.3, abs=0.5)
 
 
-@pytest.mark.parametrize("severity", [0.2, 0.9])
+@pytest.mark.parametrize("severity", [0.2, pytest.param(0.9, marks=pytest.mark.wide)])
 def test_what_goes_on_filling_a_tank_is_led_out(severity: float) -> None:
     result, trace = batch("stuck_open_VI201", 3, 145.0, severity)
     assert result.complete_s is None and states(trace)[-1] == "pumping_out"
@@ -150,7 +154,7 @@ def test_what_no_symptom_shows_is_found_when_the_batch_departs_from_its_predicti
 @pytest.mark.parametrize(("fault", "severity", "reason"), [
     ("pump_failure", 1.0, "TARGET-complete"), ("clogging_main", 1.0, "ACC-PUMPS"), ("leakage_main", 0.5, "ACC-SPILL"),
 ])  # fmt: skip
-@pytest.mark.parametrize("at_s", [60.0, 120.0])
+@pytest.mark.parametrize("at_s", [pytest.param(60.0, marks=pytest.mark.wide), 120.0])
 def test_the_wrong_route_is_refused_for_a_physical_reason(
     fault: str, severity: float, reason: str, at_s: float
 ) -> None:
