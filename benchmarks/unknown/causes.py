@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from homeostat.domain.diagnosis import FaultMode, FaultState
+from homeostat.domain.disturbance import Disturbance
 from homeostat.plants.plant import Plant
 
 FOLDER = Path(__file__).parent
@@ -66,6 +67,10 @@ class Cause:
         """Faults of the tables that are truly there."""
         own = (FaultState(self.fault, self.severity, self.onset_s),) if self.fault else ()
         return own if self.also is None else (*own, self.also)
+
+    def ended(self, at_s: float) -> bool:
+        """Whether the disturbance acts no more at ``at_s`` [s]; a fault of the tables goes on."""
+        return bool(self.spec) and not self.fault and at_s >= Disturbance.parse(self.spec).to_s
 
 
 def unknown_causes(plant: str) -> tuple[Cause, ...]:

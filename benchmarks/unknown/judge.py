@@ -103,8 +103,13 @@ def is_alike(statement: Statement, cause: Cause) -> bool:
     return bool(about) and about <= set(cause.alike)
 
 
-def verdict(said: Sequence[Statement], cause: Cause) -> Verdict:
-    """What the answer ``said`` is worth where ``cause`` is true."""
+def verdict(said: Sequence[Statement], cause: Cause, at_s: float = -math.inf) -> Verdict:
+    """What the answer ``said`` is worth where ``cause`` is true; ``at_s``: when it was said [s].
+
+    Where the cause has ended by then, that nothing is wrong any more is right, too.
+    """
+    if cause.ended(at_s) and (not said or max(listed(said), key=lambda s: s.probability).name == NONE):
+        return Verdict.RIGHT
     if not said:
         return Verdict.RIGHT if cause.measured or not cause.item else Verdict.NOTHING
     said = listed(said)

@@ -99,6 +99,6 @@ def told(one: Judged, job: Job) -> str:
 
 def words(one: Judged, job: Job) -> str:
     """The verdict, and whether what is wrong cannot be told from the truth."""
-    found, other = verdict(one.said, job.cause), sure_of_another(one.said, job.cause)
+    found, other = verdict(one.said, job.cause, one.at_s), sure_of_another(one.said, job.cause)
     alike = found in (Verdict.WRONG, Verdict.ELSEWHERE) and other is not None and is_alike(other, job.cause)
     return f"{found.value}, alike" if alike else found.value

@@ -57,7 +57,7 @@ class Look:
     @property
     def verdict(self) -> Verdict:
         """What the answer is worth."""
-        return verdict(self.judged.said, self.job.cause)
+        return verdict(self.judged.said, self.job.cause, self.judged.at_s)
 
     @property
     def named(self) -> bool:
@@ -147,7 +147,7 @@ def statements(looks: Iterable[Look]) -> list[tuple[float, bool]]:
         unknown = {s.balance for s in said if not s.fault_names} - {""}
         for s in said:
             groups.setdefault(s.balance if s.balance in unknown else s.name, []).append(s)
-        right = {key: any(truly(s, x.job.cause) for s in group) for key, group in groups.items()}
+        right = {key: any(truly(s, x.job.cause, x.judged.at_s) for s in group) for key, group in groups.items()}
         if SOMETHING_ELSE in groups:
             right[SOMETHING_ELSE] = not any(right.values())
         found += [(sum(s.probability for s in group), right[key]) for key, group in groups.items()]
@@ -160,14 +160,19 @@ def answers(looks: Iterable[Look]) -> list[tuple[float, bool]]:
     for x in looks:
         if x.looked and x.judged.said:
             said = answer(x.judged.said)
-            right = any(truly(s, x.job.cause) or holds(s, x.job.cause) for s in said)
+            right = any(truly(s, x.job.cause, x.judged.at_s) or holds(s, x.job.cause) for s in said)
             found.append((min(sum(s.probability for s in said), 1.0), right))
     return found
 
 
-def truly(statement: Statement, cause: Cause) -> bool:
-    """Whether ``statement`` is true; that nothing is wrong is true of what leaves every criterion satisfied."""
-    return not cause.item if statement.name == NONE and not cause.measured else is_right(statement, cause)
+def truly(statement: Statement, cause: Cause, at_s: float = -math.inf) -> bool:
+    """Whether ``statement`` is true at ``at_s`` [s].
+
+    That nothing is wrong is true of what leaves every criterion satisfied, and of what has ended by then.
+    """
+    if statement.name == NONE and not cause.measured:
+        return not cause.item or cause.ended(at_s)
+    return is_right(statement, cause)
 
 
 def severity_errors(looks: Iterable[Look], fault: FaultMode) -> list[float]:

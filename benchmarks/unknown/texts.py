@@ -9,7 +9,8 @@ written before anything was judged. Nobody acts in these runs; the diagnosis is 
 onset on that the same plant does not raise by itself, and again later. Seeds are 401 and the ones after it;
 thresholds were chosen on smaller ones.
 
-*Wrong*: another item or balance than the true one, at 0.9 or more. *Right*: the name, or an unknown on its balance.
+*Wrong*: another item or balance than the true one, at 0.9 or more. *Right*: the name, or an unknown on its balance;
+at a look after a disturbance has ended (three of the reactor do), that nothing is wrong any more is right, too.
 *Set*: nothing else is sure, and what lies within 3 nats of the best holds the item. *Noticeable*: with nobody
 acting some feature leaves its fault-free 99.9 % band, for 60 s at the reactor, as long as its symptom rules wait at
 the module. A noticeable cause without a symptom counts as one of which nothing was said. Every 0.9 is of what is said

@@ -27,7 +27,7 @@ from benchmarks.unknown.judge import (
 from benchmarks.unknown.judging import NO_LOOK, Judged
 from benchmarks.unknown.looks import balance_said
 from benchmarks.unknown.operated import Operated, longer, poorer
-from benchmarks.unknown.tally import Look, Share, right_from, severity_errors, statements, with_a_name
+from benchmarks.unknown.tally import Look, Share, right_from, severity_errors, statements, truly, with_a_name
 from homeostat.domain.diagnosis import SOMETHING_ELSE
 from homeostat.plants.plant import load_plant
 
@@ -73,6 +73,15 @@ def at(one: Statement, probability: float) -> Statement:
 )  # fmt: skip
 def test_a_look_is_judged_by_the_words_of_the_study(said: list[Statement], cause: Cause, expected: Verdict) -> None:
     assert verdict(said, cause) is expected
+
+
+def test_after_a_disturbance_has_ended_it_is_right_that_nothing_is_wrong() -> None:
+    passing, nothing = replace(JACKET, spec="UA * 0.6 from 2000 to 2400"), Statement("none", "", "", 0.95)
+    for said in ([nothing], []):
+        assert verdict(said, passing, 2399.0) is Verdict.NOTHING and verdict(said, passing, 2400.0) is Verdict.RIGHT
+        assert verdict(said, JACKET, 2400.0) is Verdict.NOTHING, "what does not end goes on"
+    assert verdict([BIAS], passing, 2400.0) is Verdict.WRONG, "a wrong name is wrong after it, too"
+    assert truly(nothing, passing, 2400.0) and not truly(nothing, passing, 2399.0)
 
 
 def test_a_phantom_beside_the_truth_is_another_item() -> None:

@@ -32,6 +32,8 @@ class Snapshot:
     """Tag -> why its reading is not good."""
     taken_s: Mapping[str, float] = field(default_factory=dict)
     """Tag -> process time at which its value was taken, where that is not ``at_s`` [s]."""
+    frozen_s: Mapping[str, float] = field(default_factory=dict)
+    """Tag -> process time from which its reading repeats itself although it has noise [s]; it is bad then, too."""
     accepted: Mapping[str, float | None] = field(default_factory=dict)
     """Writable tag -> the target that the plant has accepted, in the tag's unit; None for automatic."""
 

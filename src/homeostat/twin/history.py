@@ -29,6 +29,8 @@ class Window:
     """First readings that are averaged to find the state at the start."""
     held: Mapping[str, Flags] = field(default_factory=dict)
     """Variable -> where its reading was unknown and the last one stands for it, shape (n,)."""
+    frozen_s: Mapping[str, float] = field(default_factory=dict)
+    """Variable -> process time from which its instrument repeats itself, at the end of the window [s]."""
 
     @property
     def length(self) -> int:
@@ -74,6 +76,7 @@ class History:
         self._input_columns = [names.index(name) if name in names else None for name in inputs]
         self._rows: deque[_Row] = deque(maxlen=capacity)
         self._windows: dict[int, Window] = {}
+        self._frozen_s: dict[str, float] = {}
 
     def append(self, snapshot: Snapshot) -> None:
         """Take one more snapshot; one that is no newer is ignored, and seconds without one are filled."""
@@ -90,6 +93,7 @@ class History:
 
     def _add(self, snapshot: Snapshot) -> None:
         given, bad = snapshot.values, snapshot.bad
+        self._frozen_s = {self._variables[t]: s for t, s in snapshot.frozen_s.items() if t in self._variables}
         values = np.array([given.get(t, math.nan) for t in self._variables])
         lacking = ~(np.isfinite(values) | self._may_be_nan)
         if bad or not self._variables.keys() <= given.keys():
@@ -138,4 +142,5 @@ class History:
             flags = np.array([none if r.unknown is None else r.unknown for r in rows]).T
             held = {v: f for v, f in zip(self._variables.values(), flags, strict=True) if f.any()}
         readings = dict(zip(self._variables.values(), table, strict=True))
-        return Window(rows[0].at_s, readings, inputs, self._settle_rows, held)
+        frozen_s = {v: max(since_s, rows[0].at_s) for v, since_s in self._frozen_s.items()}
+        return Window(rows[0].at_s, readings, inputs, self._settle_rows, held, frozen_s)

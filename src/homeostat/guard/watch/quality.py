@@ -131,8 +131,26 @@ class QualityWatch:
                 self._note(QualityChanged(tag, quality.value, reason), now_s)
         accepted = {} if old else dict(sample.accepted)  # what the plant held long ago is not known to be held
         return Snapshot(
-            sample.at_s, values, frozenset(bad), frozenset(uncertain), reasons, dict(sample.taken_s), accepted
+            sample.at_s,
+            values,
+            frozenset(bad),
+            frozenset(uncertain),
+            reasons,
+            dict(sample.taken_s),
+            {tag: self._seen[tag].changed_s for tag in bad & self._rules.keys() if self._is_frozen(tag)},
+            accepted,
         )
+
+    def _repeats(self, tag: str, now_s: float) -> bool:
+        """Whether ``tag`` has noise and has shown the same to the last digit for longer than it may."""
+        rule = self._rules[tag]
+        if not rule.noise or rule.frozen_s is None:
+            return False
+        return now_s - self._seen[tag].changed_s >= rule.frozen_s
+
+    def _is_frozen(self, tag: str) -> bool:
+        """Whether new readings of ``tag`` went on coming for as long; what has stopped coming is silent, not frozen."""
+        return self._repeats(tag, self._seen[tag].taken_s)
 
     def _quality(self, tag: str, rule: QualityRule, now_s: float, sample: Snapshot) -> tuple[Quality, str]:
         """How far the reading of ``tag`` can be trusted, and why not further."""
@@ -151,7 +169,7 @@ class QualityWatch:
         if not within.low - slack <= seen.value <= within.high + slack:
             text = f"{tag!r} = {seen.value:.6g} {unit} is outside its instrument's range"
             return Quality.BAD, f"{text} {within.low:g} to {within.high:g} {unit}"
-        if rule.noise and rule.frozen_s is not None and now_s - seen.changed_s >= rule.frozen_s:
+        if self._repeats(tag, now_s):
             return Quality.BAD, f"{tag!r} has been exactly {seen.value:.6g} {unit} for {rule.frozen_s:g} s: frozen"
         if now_s < seen.uncertain_until_s:
             return Quality.UNCERTAIN, f"{tag!r} moved faster than {rule.fastest:g} {unit}/s"
@@ -170,6 +188,7 @@ def _copied(sample: Snapshot) -> Snapshot:
         frozenset(sample.uncertain),
         {tag: str(reason)[:200] for tag, reason in sample.reasons.items()},
         {tag: _number(taken_s) for tag, taken_s in sample.taken_s.items()},
+        {},  # whether a reading repeats itself is judged here, whatever a link says
         {tag: target for tag, target in targets.items() if target is None or math.isfinite(target)},
     )
 

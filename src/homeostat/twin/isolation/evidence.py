@@ -130,6 +130,16 @@ class Evidence:
         misfit *= self._weight  # a reading that was not there says nothing
         return misfit.reshape(len(sets), -1)
 
+    def repeats(self, variable: str, faults: FaultSet) -> bool:
+        """Whether with ``faults`` the instrument of ``variable`` shows one value only at the end of the window."""
+        carried = self.carrier.carry([faults], self.window)
+        every = tuple(dict.fromkeys((*self.variables, variable)))
+        try:
+            shown = replay(self.model, self.window, self.posterior.mean[None], carried, every).predicted[0]
+        except ProcessError:
+            return False
+        return bool(np.ptp(shown[-BLOCK_S:, every.index(variable)]) == 0.0)
+
     def losses(self, residuals: Table) -> tuple[Vec, Table]:
         """Loss of each row of ``residuals`` and what is left of it; shapes (n,), (n, readings)."""
         z = residuals @ self.directions @ self.inner

@@ -115,7 +115,7 @@ class FaultIsolation:
             return question.before
         accused = self._accused(window, question)
         if accused:
-            return stated(self._by_itself(search, accused, question), {}, evidence, self._size_error, DOUBT)
+            return stated(self._by_itself(evidence, search, accused, question), {}, evidence, self._size_error, DOUBT)
         said = remembered(question.known, question.before, window.start_s + FIRST_ROW)
         memory = Memory(said, self._carrier.modes, search.prior, window.end_s)
         (nothing,) = memory.told([Scored((), float(search.score([()])[0]))])
@@ -204,16 +204,24 @@ class FaultIsolation:
             if noisy or f.what is not What.NOISY
         ]
 
-    def _by_itself(self, search: Search, accused: Sequence[FaultState], question: Question) -> tuple[Hypothesis, ...]:
-        """What is ``accused``, beside what was known of other items; a fault of the tables where it says as much."""
+    def _by_itself(
+        self, evidence: Evidence, search: Search, accused: Sequence[FaultState], question: Question
+    ) -> tuple[Hypothesis, ...]:
+        """What is ``accused``, beside what was known of other items; a fault of the tables where it says as much.
+
+        Of an instrument that repeats itself no other fault does so than one that makes it repeat itself.
+        """
         modes = self._carrier.modes
         items = {modes[f.fault].component for f in accused}
         kept = tuple(f for f in question.known if modes[f.fault].component not in items)
         sets: list[FaultSet] = [(*kept, *accused)]
         if len(accused) == 1:
             since = accused[0].onset_s
-            alike = [f for f in self._plant.faults if f.component in items]
-            sets += [(*kept, FaultState(f.name, f.severity_nominal, since)) for f in alike]
+            alike = [FaultState(f.name, f.severity_nominal, since) for f in self._plant.faults if f.component in items]
+            effect = modes[accused[0].fault].effect
+            if effect is not None and effect.kind is EffectKind.FROZEN:
+                alike = [state for state in alike if evidence.repeats(effect.quantity, (*kept, state))]
+            sets += [(*kept, state) for state in alike]
         scored = [Scored(s, score) for s, score in zip(sets, search.score(sets).tolist(), strict=True)]
         none = max(s.score for s in scored) - SELF_EVIDENT_NATS
         return hypotheses(scored, none, modes, misled=self._settings.misled)

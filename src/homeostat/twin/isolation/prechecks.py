@@ -100,6 +100,9 @@ def flat_lines(window: Window, description: PlantDescription) -> tuple[Finding, 
     """
     found = []
     for signal in _instruments(window, description):
+        if signal.variable in window.frozen_s:  # whoever judges readings has seen it, and has held it since
+            found.append(_known_to_be_frozen(window, signal, description))
+            continue
         known = ~_held(window, signal)
         rows, values = np.flatnonzero(known), window.readings[signal.variable][known]
         if not known[-1] or not np.isfinite(values).all():
@@ -122,6 +125,13 @@ def flat_lines(window: Window, description: PlantDescription) -> tuple[Finding, 
         since_s = window.start_s + float(rows[first])
         found.append(Finding(signal.tag.name, What.FROZEN, since_s, float(count), limit, "readings", text))
     return tuple(found)
+
+
+def _known_to_be_frozen(window: Window, signal: Signal, description: PlantDescription) -> Finding:
+    since_s, rule = window.frozen_s[signal.variable], description.qualities[signal.tag.name]
+    count, limit = window.end_s - since_s + 1.0, rule.frozen_s or math.inf
+    text = f"{signal.tag.name} repeats itself since {since_s:.0f} s although it has noise: {signal.component} is stuck"
+    return Finding(signal.tag.name, What.FROZEN, since_s, count, limit, "s", text)
 
 
 def _instruments(window: Window, description: PlantDescription) -> list[Signal]:
