@@ -462,9 +462,22 @@ def test_what_is_over_is_said_once_and_forgotten() -> None:
     found = scene.monitoring.diagnose()
     assert not found.faulty and found.ended == SURE[0].faults and found.ended_s == scene.at_s - 5.0
     assert scene.watch(1000) == [], "there is nothing to review"
+    assert scene.monitoring.diagnose().hypotheses == (), "and after the time of a review it is not doubted any more"
     assert scene.until_attention(10, x=2.0) is not None
     scene.monitoring.diagnose()
     assert scene.twin.asked[-1] == (("hot", "wet"), ()), "what comes then is new"
+
+
+def test_what_has_ended_by_itself_may_come_back_and_that_is_told_for_a_while() -> None:
+    scene = cleared()
+    scene.twin.over = Ended(scene.at_s - 5.0, fits=True)
+    ended = scene.monitoring.diagnose()
+    nothing, *others = ended.hypotheses
+    assert ended.doubts and not ended.faulty and not nothing.faults and nothing.probability > 0.5
+    assert {h.name for h in others} == {h.name for h in SURE if h.faults}
+    assert sum(h.probability for h in ended.hypotheses) == pytest.approx(1.0)
+    scene.watch(60)
+    assert scene.monitoring.diagnose().hypotheses == ended.hypotheses
 
 
 def test_where_something_else_is_wrong_then_it_is_looked_for() -> None:

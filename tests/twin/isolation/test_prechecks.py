@@ -122,6 +122,13 @@ def test_a_controller_with_another_gain_is_named(gain: str, output: str, mismatc
     assert "not tuned as the tables say" in findings[0].text
 
 
+def test_a_controller_that_swings_between_its_limits_is_named() -> None:
+    """Its output is never inside its range for long enough to be judged closely, and it need not be."""
+    twin = seen(REACTOR, 1600, "Kp_flow * 3 from 1500", "plant")
+    (finding,) = found(REACTOR, twin.window(400))
+    assert (finding.tag, finding.what) == ("V1.cmd", What.LAW) and finding.value > 0.5 > finding.limit > LAW
+
+
 @pytest.mark.parametrize("mismatch", ["none", "plant", "twice"])
 @pytest.mark.parametrize("name", [REACTOR, MODULE])
 def test_a_healthy_plant_gives_nothing(name: str, mismatch: str) -> None:

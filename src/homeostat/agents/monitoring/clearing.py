@@ -1,9 +1,25 @@
 """Clearing: after symptoms that were explained have gone, what explained them may be over, and is looked at again."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+from homeostat.domain.diagnosis import Hypothesis
 
 LOOKS_S = (8.0, 24.0, 60.0, 150.0)
 """After a symptom has gone, when is looked: readings of some time are needed to tell [s]."""
+
+RETURNS = 0.45
+"""How probable it is that what has ended by itself comes back: it swings, sticks, or is loose [1]."""
+
+
+def may_return(said: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
+    """What may be there all the same once what was ``said`` is over, as likely among itself as it was said."""
+    faults = [h for h in said if h.faults and not h.something_else]
+    total = sum(h.probability for h in faults)
+    if not total:
+        return ()
+    left = (replace(h, probability=RETURNS * h.probability / total) for h in faults)
+    return (Hypothesis((), 1.0 - RETURNS), *left)
 
 
 class Clearing:

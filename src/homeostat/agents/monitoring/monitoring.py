@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.hypotheses import probabilities
-from homeostat.agents.monitoring.clearing import Clearing
+from homeostat.agents.monitoring.clearing import Clearing, may_return
 from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.agents.monitoring.symptoms import SymptomWatch
@@ -64,6 +64,7 @@ class TwinMonitoring:
         self._unexplained_s = self._settings.repeat_s
         self._said: tuple[Hypothesis, ...] = ()
         self._doubts: tuple[Hypothesis, ...] = ()
+        self._returns_until_s = math.inf
         self._told: frozenset[str] = frozenset()
         self._clearing, self._checks = Clearing(), False
         self._growing = {m.name for m in description.fault_modes if m.effect is not None and m.effect.grows}
@@ -113,6 +114,8 @@ class TwinMonitoring:
         hypotheses = self._explain(self._symptoms, deviates)
         nothing = Diagnosis(self._at_s, (), ())
         if not hypotheses:  # no symptom any more, and nothing known: what was thought of the last one is not forgotten
+            if self._at_s >= self._returns_until_s:
+                self._doubts, self._returns_until_s = (), math.inf
             return Diagnosis(self._at_s, (), self._doubts, doubts=bool(self._doubts))
         if not deviates and self._unsure(hypotheses) and self._waiting(self._at_s):
             return nothing
@@ -154,17 +157,22 @@ class TwinMonitoring:
         return self._over(ended.since_s), ended.fits
 
     def _over(self, since_s: float) -> Diagnosis:
-        """That what was known is over since ``since_s`` [s]: none of it is remembered, and its transient is awaited."""
+        """That what was known is over since ``since_s`` [s]: its transient is awaited.
+
+        Nobody is known to have mended it, so that it may come back: for the time of a review that is doubted, and told.
+        """
+        self._doubts, self._returns_until_s = may_return(self._said), self._at_s + self._settings.review_s
         over, self._known, self._said, self._last, self._told = self._known, (), (), (), frozenset()
-        self._open, self._doubts = frozenset(), ()
+        self._open = frozenset()
         self._review_at_s = self._first_s = None
         self._clearing.over()
         self._acknowledged.update({s.rule: self._at_s + self._settings.transient_s for s in self._symptoms})
-        return Diagnosis(self._at_s, (), (), over, since_s)
+        return Diagnosis(self._at_s, (), self._doubts, over, since_s, doubts=bool(self._doubts))
 
     def _unexplained(self, hypotheses: tuple[Hypothesis, ...]) -> Diagnosis:
         """Symptoms of which nothing is the best explanation; they are looked at again after longer and longer times."""
-        self._doubts, wait_s = hypotheses, min(self._unexplained_s, self._settings.review_s)
+        self._doubts, self._returns_until_s = hypotheses, math.inf
+        wait_s = min(self._unexplained_s, self._settings.review_s)
         self._unexplained_s, self._first_s = 2.0 * wait_s, None
         self._acknowledged.update({s.rule: self._at_s + wait_s for s in self._symptoms})
         return Diagnosis(self._at_s, self._symptoms, hypotheses, doubts=True)

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from homeostat.domain.plant.description import ControlLoop, PlantDescription, Relation, Signal
+from homeostat.domain.plant.tag import Tag
 from homeostat.process.batch import Batch, ProcessError, simulate
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Cube, Flags, Indices, Table, Vec
@@ -39,6 +40,7 @@ _USUAL = (0.4, 9.0)  # mean square scatter of an instrument against the model's:
 _PROCESS = 2.0  # mean square scatter against that of the stated noise from which it is the process's
 _COMMANDED = 1.5  # how much of the scatter that follows from commands is taken off: lags are known to some 10 %
 _MEMBERS = 8  # the model without noise, and how often it is asked for noise
+_FAR = 0.3  # departure as a share of the range that no saturation explains
 _IDLE = 0.25  # share of seconds without a move from which a controller works more slowly than it is looked at
 
 
@@ -266,8 +268,9 @@ def broken_laws(window: Window, description: PlantDescription, model: ProcessMod
     """Controllers whose output is not what the tables' gains make of the readings and of their output before.
 
     The model's own controllers go on by one second from each of the last readings. Not judged are seconds with an
-    output at a limit or in manual, with a moving setpoint, and with unknown readings; nor are controllers that move
-    now and then only, because they work more slowly or more coarsely than they are looked at.
+    output in manual, with a moving setpoint, and with unknown readings; nor are controllers that move now and then
+    only, because they work more slowly or more coarsely than they are looked at. Of an output at a limit nobody knows
+    what was integrated beyond it, so that it is judged by departures alone that are far larger than that.
     """
     rows = _unbroken(window, description, model)
     if not description.loops or len(rows) < SAMPLES:
@@ -302,20 +305,29 @@ def _broken(
     variable = variables[tag.name]
     output, setpoint = window.readings[variable], window.readings[variables[loop.setpoint]]
     inside = (output > tag.range.low) & (output < tag.range.high)
+    automatic = np.ones(window.length, dtype=bool)
     for manual, command in description.automatic.items():
         if command == variable:
-            inside &= np.isnan(window.readings[manual])
-    still = (setpoint[rows] == setpoint[rows - 1]) & (setpoint[rows - 1] == setpoint[rows - 2])
-    judged = inside[rows] & inside[rows - 1] & inside[rows - 2] & still
+            automatic &= np.isnan(window.readings[manual])
+    free = (setpoint[rows] == setpoint[rows - 1]) & (setpoint[rows - 1] == setpoint[rows - 2])
+    free &= automatic[rows] & automatic[rows - 1] & automatic[rows - 2]
+    judged, every = free & inside[rows] & inside[rows - 1] & inside[rows - 2], np.abs(output[rows] - lawful[variable])
     if np.count_nonzero(judged) < SAMPLES:
-        return None
-    departures, moves = np.abs(output[rows] - lawful[variable])[judged], np.abs(np.diff(output))
+        far = free & (every > _FAR * tag.range.span)
+        enough = np.count_nonzero(far) >= max(SAMPLES, int(np.count_nonzero(free)) // 2)
+        return _unlawful(window, loop, tag, rows[far], every[far], _FAR * tag.range.span) if enough else None
+    departures, moves = every[judged], np.abs(np.diff(output))
     idle = float(np.mean(moves[rows - 1][judged] == 0.0))
     resolution = float(np.min(moves, where=moves > 1e-12, initial=np.inf)) if idle < 1.0 else 0.0
     limit, value = LAW * tag.range.span + resolution, float(np.median(departures))
     if value <= limit or _IDLE < idle < 1.0:
         return None
-    since_s = window.start_s + float(rows[judged][departures > limit][0])
+    return _unlawful(window, loop, tag, rows[judged], departures, limit)
+
+
+def _unlawful(window: Window, loop: ControlLoop, tag: Tag, rows: Indices, departures: Vec, limit: float) -> Finding:
+    """A controller whose output departs from its law by ``departures`` in ``rows``."""
+    value, since_s = float(np.median(departures)), window.start_s + float(rows[departures > limit][0])
     text = (
         f"{loop.label}: {tag.name} departs from what {loop.controller}'s gains give by {value:.2g} a second (tolerance "
         f"{limit:.2g}): the controller is not tuned as the tables say"
