@@ -23,7 +23,7 @@ from tests.twin.followed import disturbed, follow, reactor
 
 NOW_S = 1650
 IDLE = ActionSet((), "normal")
-DRIFT = FaultState("T1_drifts_up", 0.0189, 1500.0)
+DRIFT = FaultState("T1_drifts_up", 0.03, 1500.0)
 JACKET = FaultState("unknown_heat_R1_UA", -140.0, 1500.0)
 HEAT = FaultState("unknown_heat_R1", 1.5, 1500.0)
 

@@ -57,7 +57,7 @@ def recovered_json(tmp_path_factory: pytest.TempPathFactory) -> Done:
 def handed_over(tmp_path_factory: pytest.TempPathFactory) -> Done:
     """A run in which the fallback acted, with JSON; its record is in ``runs/cstr-leak-2``."""
     fault = ("--fault", "leak", "--severity", "0.02", "--onset", "900")
-    return once(tmp_path_factory, "handed-over", "run", "cstr", *fault, "--seed", "2", "--end", "1000", "--json")
+    return once(tmp_path_factory, "handed-over", "run", "cstr", *fault, "--seed", "2", "--end", "1050", "--json")
 
 
 @pytest.fixture

@@ -269,12 +269,13 @@ def test_what_prices_are_in_and_what_time_an_amount_is_made_in() -> None:
 
 @pytest.mark.parametrize("table", ["intervention", "patience"])
 def test_the_table_of_the_intervention_may_have_either_name(table: str) -> None:
-    assert read(f"{TEXT}\n[{table}]\ncalm_s = 45.0\n").intervention.settings.calm_s == 45.0
+    text = TEXT.replace("[intervention]\n", f"[{table}]\ncalm_s = 45.0\n")
+    assert read(text).intervention.settings.calm_s == 45.0
 
 
 def test_the_table_of_the_intervention_has_one_name() -> None:
     with pytest.raises(PlantError, match=r"\[patience\] and \[intervention\] are two names of one table; keep one"):
-        read(f"{TEXT}\n[intervention]\ncalm_s = 45.0\n[patience]\ncalm_s = 45.0\n")
+        read(f"{TEXT}\n[patience]\ncalm_s = 45.0\n")
 
 
 def test_how_long_the_link_may_need_for_a_lease_is_the_plants_setting() -> None:
