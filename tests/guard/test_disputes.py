@@ -148,6 +148,36 @@ def test_but_not_where_the_next_correction_or_the_reading_shows_a_violation_as_w
     assert w.judge(hot(t, HOT_BY_BALANCE)) == TRIPS
 
 
+def test_it_goes_with_another_correction_alone_and_not_with_one_good_reading() -> None:
+    w = Watch(RULE)
+    w.watch.correct(LOW)
+    w.judge(hot(307.0))
+    assert [w.judge(hot(311.0)) for _ in range(4)] == [()] * 4
+    assert w.judge(hot(308.0)) == () and len(w.noted) == 1, "exactly at the limit: the sum stays, and is held back"
+    assert w.judge(hot(311.0, HOT_BY_BALANCE)) == TRIPS
+
+
+def test_what_no_carrier_held_back_counts_under_the_next_correction_as_well() -> None:
+    w = Watch(ALONE)
+    w.watch.correct(LOW)
+    w.judge(hot(307.0))
+    assert [w.judge(hot(311.0)) for _ in range(2)] == [()] * 2  # 3, 6 K s
+    w.watch.correct(({"T": -2.0},))
+    assert w.judge(hot(311.0)) == ()  # exactly at the limit
+    w.watch.correct(LOW)
+    assert w.judge(hot(311.0)) == TRIPS
+
+
+def test_what_was_held_back_and_has_tripped_ends_with_no_correction() -> None:
+    w = Watch(RULE)
+    w.watch.correct(LOW)
+    w.judge(hot(307.0))
+    assert [w.judge(hot(311.0)) for _ in range(4)] == [()] * 4
+    assert w.judge(hot(311.0, HOT_BY_BALANCE)) == TRIPS
+    w.watch.correct(({},))
+    assert w.judge(hot(312.0)) == TRIPS, "it is violated until its sum has come back"
+
+
 def test_but_no_longer_than_a_trip_may_be_lifted() -> None:
     w = Watch(RULE)
     w.watch.correct(LOW)
