@@ -1,4 +1,4 @@
-"""Band: a reading that leaves what every member predicts is told, and neither noise, nor a liar, nor a gap is."""
+"""Band: a plant that is nearer a limit than every member predicts is told; noise, a liar or a gap is not."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.domain.diagnosis import FaultState, Hypothesis
@@ -16,10 +16,11 @@ from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.verdict import Rollout, RolloutResult
 from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.look.band import FIRST, LONGEST, Band
-from tests.safety.world import TAGS
+from tests.safety.world import HOT, TAGS
 
 FAULTY = (Hypothesis((FaultState("fouling", 0.5, 50.0),), 1.0),)
 SCALE = TAGS["T"].scale
+SCALES = {"K": SCALE}
 FURTHER, MEAN_S = 0.5, 30.0
 FROM_S, LENGTH = 100.0, 1800
 
@@ -32,7 +33,7 @@ def predicted(*members: Callable[[float], float], hypotheses: tuple[Hypothesis, 
 
 
 def band(rollout: Rollout, lying: tuple[str, ...] = ()) -> Band:
-    subject = Band(("T", "L"), TAGS, InterventionBounds(stray=FURTHER, stray_s=MEAN_S))
+    subject = Band((HOT,), SCALES, InterventionBounds(stray=FURTHER, stray_s=MEAN_S))
     subject.expect(rollout, lying)
     return subject
 
@@ -46,27 +47,39 @@ def told(
 
 
 def between(s: float) -> float:
-    return 300.0 + 0.001 * s
+    return 311.5 + 0.0005 * s
 
 
-MEMBERS = (lambda s: 299.0 + 0.001 * s, lambda s: 301.0 + 0.001 * s)
+MEMBERS = (lambda s: 311.0 + 0.0005 * s, lambda s: 312.0 + 0.0005 * s)
+"""The limit is at 313 K: between 2 and 1 K are left at first."""
 
 
 def test_a_plant_that_stays_between_the_members_does_not_stray() -> None:
     assert told(band(predicted(*MEMBERS)), between) == []
 
 
-def test_a_mean_that_leaves_every_member_is_told_with_what_was_predicted() -> None:
+def test_a_mean_margin_that_is_less_than_every_member_has_is_told_with_what_was_predicted() -> None:
     subject = band(predicted(*MEMBERS))
-    found = [subject.strays(Snapshot(FROM_S + s, {"T": between(s) + 0.05 * s})) for s in range(200)]
+    found = [subject.strays(Snapshot(FROM_S + s, {"T": between(s) + 0.02 * s})) for s in range(200)]
     first = next(strayed for strayed in found if strayed is not None)
-    assert isinstance(first, Strayed) and first.tag == "T"
-    assert first.mean > first.high + FURTHER * SCALE > first.low and "predicted" in first.reason
+    assert isinstance(first, Strayed) and first.limit == "LIM-HOT"
+    assert first.margin < first.least - FURTHER * SCALE and first.least == pytest.approx(1.0, abs=0.1)
+    assert "'T <= 313'" in first.reason and "predicted to hold by" in first.reason
 
 
+def test_a_plant_that_is_farther_from_its_limit_than_predicted_does_not_stray() -> None:
+    assert told(band(predicted(*MEMBERS)), lambda s: between(s) - 5.0) == []
+
+
+def test_far_from_a_limit_a_quarter_of_the_margin_must_be_gone() -> None:
+    far = predicted(lambda s: 293.0)  # 20 K are left
+    assert told(band(far), lambda s: 297.9, 300) == [] != told(band(far), lambda s: 298.1, 300)
+
+
+@settings(max_examples=20)
 @given(st.floats(-0.9, 0.9))
 def test_as_much_as_the_model_may_be_wrong_by_is_no_news(share: float) -> None:
-    off = math.copysign(1.0, share) + share * FURTHER * SCALE
+    off = math.copysign(0.5, share) + share * FURTHER * SCALE
     assert told(band(predicted(*MEMBERS)), lambda s: between(s) + off, 200) == []
 
 
@@ -78,12 +91,8 @@ def test_one_wild_reading_is_no_news() -> None:
 def test_calls_become_rarer_and_never_cease() -> None:
     at_s = told(band(predicted(*MEMBERS)), lambda s: between(s) + 10.0)
     gaps = np.diff(at_s)
-    assert (
-        len(at_s) > 2
-        and gaps[0] >= FIRST * MEAN_S
-        and (np.diff(gaps) >= 0).all()
-        and gaps.max() <= LONGEST * MEAN_S + 1.0
-    )
+    assert len(at_s) > 2 and gaps[0] >= FIRST * MEAN_S and (np.diff(gaps) >= 0).all()
+    assert gaps.max() <= LONGEST * MEAN_S + 1.0
 
 
 @pytest.mark.parametrize("rollout", [
@@ -105,7 +114,7 @@ def test_readings_that_are_not_good_say_nothing() -> None:
 
 
 def test_where_the_settings_say_so_nothing_strays() -> None:
-    subject = Band(("T",), TAGS, InterventionBounds())
+    subject = Band((HOT,), SCALES, InterventionBounds())
     subject.expect(predicted(*MEMBERS), ())
     assert told(subject, lambda s: 400.0) == []
 

@@ -57,7 +57,8 @@ class Move:
     def change(self, since_s: ArrayLike) -> Vec:
         """By how much the column is moved so long after the onset, nothing before it, shape of ``since_s`` [s]."""
         since = np.asarray(since_s, dtype=np.float64)
-        return np.where(since < 0.0, 0.0, self.size * (np.minimum(since, self.grown_s) if self.grows else 1.0))
+        grown = np.clip(since, 0.0, self.grown_s) if self.grows else 1.0  # an onset may be never
+        return np.where(since < 0.0, 0.0, self.size * grown)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -37,7 +37,7 @@ class InterventionBounds:
     slack_s: float = math.inf
     """A step this far outside the times that were predicted for it calls for attention; infinite for none [s]."""
     stray: float = math.inf
-    """A reading this far outside its prediction calls for attention, in scales of its tag; infinite for none [1]."""
+    """A hard limit's margin this much less than any predicted calls for attention, in scales; infinite for none [1]."""
     stray_s: float = 30.0
     """The time over which both are averaged; between two such calls twice as long, and longer each time [s]."""
     repeat_s: float = 20.0

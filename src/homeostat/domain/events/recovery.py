@@ -280,17 +280,15 @@ class Deviated:
 
 @dataclass(frozen=True, slots=True)
 class Strayed:
-    """A reading leaves what was predicted of it with what is held to be wrong; values are in the unit of its tag."""
+    """A plant is nearer a hard limit than was predicted with what is held to be wrong; margins in the limit's unit."""
 
     kind: ClassVar[str] = "strayed"
-    tag: str
-    """Tag that is concerned."""
-    mean: float
-    """Mean of its last readings."""
-    low: float
-    """Lowest mean of any member of the prediction over the same time."""
-    high: float
-    """Highest one."""
+    limit: str
+    """Name of the limit."""
+    margin: float
+    """Mean of its last margins."""
+    least: float
+    """Mean of the least margins of any member of the prediction over the same time."""
     reason: str
     """One sentence."""
 

@@ -22,8 +22,7 @@ class Prospect:
     ) -> None:
         """``progress`` is told what is predicted; ``bounds`` say how long the twin may take."""
         self._scene, self._agents, self._machine, self._progress = scene, agents, rules.machine, progress
-        watched = (tag for limit in rules.limits.hard for tag in limit.formula.tags)
-        self._band = Band(watched, rules.tags, bounds.intervention)
+        self._band = Band(rules.limits.hard, rules.scales, bounds.intervention)
         self._limit_s, self._repeat_s = bounds.budget.arming_s, bounds.intervention.repeat_s
         self._again_s = -math.inf
 
@@ -54,7 +53,7 @@ class Prospect:
         self._band.expect(rollout, {tag for of_one in errors for tag in of_one})
 
     def forget(self) -> None:
-        """No reading is expected any more, as the plant is moved in order to learn something."""
+        """No margin is expected any more, as the plant is moved in order to learn something."""
         self._band.forget()
 
     async def without_action(self, diagnosis: Diagnosis) -> Rollout:
