@@ -6,9 +6,14 @@ import argparse
 from collections.abc import Callable, Sequence
 from functools import partial
 
+from benchmarks.decisions.better import Better, measure_better
+from benchmarks.decisions.better import causes as better_causes
 from benchmarks.decisions.ledger import Ledger
 from benchmarks.decisions.measure import Decision, measure
+from benchmarks.decisions.models import SEATS, Seat, Seated
+from benchmarks.decisions.optimisers import Tuned, chosen, measure_tuned
 from benchmarks.decisions.page import against_constants, against_routes, way_back, write
+from benchmarks.decisions.page_models import beside, better_answers, side_by_side
 from benchmarks.decisions.page_risk import risks, speeds, worst_runs
 from benchmarks.decisions.repair import Repair, measure_repair
 from benchmarks.decisions.risk import ENSEMBLE, NOMINAL, SPREADS, Released, measure_nominal, measure_risk
@@ -20,9 +25,10 @@ from benchmarks.unknown.causes import Cause, known_faults
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.process.batch import use_threads
 
-PARTS = ("constant", "worst", "route", "repair", "risk", "speed", "page")
+PARTS = ("constant", "worst", "route", "repair", "risk", "speed", "models", "optimisers", "page")
 """Hold the reactor against the best constant, also in the three worst runs of a review, and batches against the best
-route; repair every fault of the reactor; count what violates a limit; take the time; write the page of what is in."""
+route; repair every fault of the reactor; count what violates a limit; take the time; seat a model beside the search;
+take other optimisers in the place of its own; write the page of what is in."""
 NOMINAL_AT = "twice"
 """Mismatch under which one nominal rollout is held against the ensemble."""
 
@@ -42,6 +48,14 @@ class Study:
         self._route = Ledger("route", self._module, mismatch, Decision, measure)
         self._repair = Ledger("repair", self._reactor, mismatch, Repair, measure_repair)
         self._speed = {plant: Ledger("speed", plant, mismatch, Thought, measure_thought) for plant in plants}
+        alone = {self._reactor: self._constant.kept, self._module: self._route.kept}
+        self._seats = {
+            (plant, arm): Ledger(f"models-{arm}", plant, mismatch, Seated, Seat(arm, alone[plant]).measure)
+            for plant in plants
+            for arm in SEATS
+        }
+        self._better = Ledger("better", self._reactor, mismatch, Better, measure_better)
+        self._tuned = {plant: Ledger("optimisers", plant, mismatch, Tuned, measure_tuned) for plant in plants}
         told = [(plant, spread, ENSEMBLE) for plant in plants for spread in SPREADS]
         told += [(plant, NOMINAL_AT, NOMINAL) for plant in plants]
         self._risk = {key: _of_risk(*key) for key in told}
@@ -56,6 +70,13 @@ class Study:
             "repair": [partial(self._repair.fill, reactor)],
             "risk": [partial(each.fill, self._causes[plant.name]) for (plant, _, _), each in self._risk.items()],
             "speed": [partial(each.fill, self._causes[plant.name]) for plant, each in self._speed.items()],
+            "models": [
+                partial(self._better.fill, better_causes()),
+                *(partial(each.fill, self._causes[plant.name]) for (plant, _), each in self._seats.items()),
+            ],
+            "optimisers": [
+                partial(each.fill, chosen(self._causes[plant.name], plant.name)) for plant, each in self._tuned.items()
+            ],
         }
         for part in parts:
             for fill in todo.get(part, []):
@@ -64,6 +85,9 @@ class Study:
     def sections(self) -> tuple[str, ...]:
         """What the page says of what is in."""
         reactor, module = (len(self._causes[plant.name]) for plant in (self._reactor, self._module))
+        seats: dict[str, dict[str, list[Seated]]] = {}
+        for (plant, arm), ledger in self._seats.items():
+            seats.setdefault(plant.title, {})[arm] = list(ledger.kept())
         return (
             against_constants(list(self._constant.kept()), reactor),
             worst_runs(list(self._worst.kept())),
@@ -71,6 +95,9 @@ class Study:
             risks({(p.title, s, v): list(ledger.kept()) for (p, s, v), ledger in self._risk.items()}),
             way_back(list(self._repair.kept()), reactor),
             speeds({plant.title: list(ledger.kept()) for plant, ledger in self._speed.items()}, rollouts_s()),
+            beside(seats, {plant.title: len(self._causes[plant.name]) for plant in self._speed}),
+            better_answers(list(self._better.kept())),
+            side_by_side({plant.title: list(ledger.kept()) for plant, ledger in self._tuned.items()}),
         )
 
 

@@ -1,0 +1,94 @@
+"""Optimisers on the same decisions: the search's own, CMA-ES and a Bayesian one, for equal numbers of rollouts."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, TypeVar
+
+import numpy as np
+
+from benchmarks.decisions import bayes
+from benchmarks.decisions.decided import Problem, Values, first_decision
+from benchmarks.unknown.causes import Cause
+from homeostat.evaluate.scenario import Fault, departing, scenario_of
+from homeostat.plants.plant import Plant
+
+FAULTS: Final = {
+    "cstr": ("pump_degrade", "cool_stuck_closed", "outlet_block"),
+    "mixing_module": ("clogging_main", "pump_degradation", "leakage_main"),
+}
+"""Plant -> faults whose first decision is taken."""
+T = TypeVar("T")
+OWN, EVOLUTION, BAYES = "search", "CMA-ES", "Bayesian"
+INSTALL: Final = "CMA-ES needs cmaes, which is in no requirements of this project: pip install cmaes"
+START: Final = 0.3
+"""Standard deviation that CMA-ES begins with, in ranges [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tuned:
+    """One decision, chosen by each optimiser."""
+
+    fault: str
+    seed: int
+    target: str
+    """State that the numbers are for; empty where the run has no such decision."""
+    dimensions: int
+    members: int
+    """Rollouts of one evaluation."""
+    rollouts: int
+    """Rollouts that the search took, and each other one was given, in whole evaluations."""
+    reached: dict[str, float]
+    """Optimiser -> objective [share of the design production; ten more for each scale of missing margin]."""
+    took_s: dict[str, float]
+    """Optimiser -> processor time, rollouts included [s]."""
+
+
+def measure_tuned(plant: Plant, cause: Cause, seed: int, mismatch: str) -> Tuned:
+    """Let each optimiser take the first decision of a run with a fault of the tables."""
+    (state,) = cause.faults
+    told = scenario_of(plant, [Fault(state.fault, state.severity, state.onset_s)], seed)
+    decided = first_decision(plant, departing(plant, told, (), mismatch))
+    if decided is None:
+        return Tuned(state.fault, seed, "", 0, 0, 0, {}, {})
+    problem = Problem(decided)
+    (least, rollouts), own_s = _timed(problem.searched)
+    budget = max(rollouts // problem.members, 1)
+    reached, took_s = {OWN: least}, {OWN: own_s}
+    for name, minimise in ((EVOLUTION, evolved), (BAYES, bayes.minimise)):
+        reached[name], took_s[name] = _timed(lambda one=minimise: one(problem, problem.dimensions, budget, seed))
+    return Tuned(state.fault, seed, decided.path.target, problem.dimensions, problem.members, rollouts, reached, took_s)
+
+
+def evolved(objective: Callable[[Values], Values], dimensions: int, budget: int, seed: int) -> float:
+    """The least value that CMA-ES finds in the unit cube with ``budget`` evaluations; it begins anew where it ends."""
+    try:
+        from cmaes import CMA
+    except ImportError as error:
+        raise SystemExit(INSTALL) from error
+    rng, least, left = np.random.default_rng(seed), np.inf, budget
+    wide = max(dimensions, 2)  # it wants two dimensions; where there is one, the other is of no effect
+    bounds = np.tile([0.0, 1.0], (wide, 1))
+    while left > 0:
+        mean = np.full(wide, 0.5) if left == budget else rng.random(wide)
+        own = CMA(mean, START, bounds=bounds, seed=int(rng.integers(2**31)))
+        while left > 0 and not own.should_stop():
+            asked = [own.ask() for _ in range(own.population_size)]
+            values = objective(np.array(asked)[:left, :dimensions])
+            least, left = min(least, float(values.min())), left - len(values)
+            if len(values) == len(asked):
+                own.tell(list(zip(asked, values.tolist(), strict=True)))
+    return least
+
+
+def _timed(work: Callable[[], T]) -> tuple[T, float]:
+    began = time.process_time()
+    return work(), time.process_time() - began
+
+
+def chosen(causes: Sequence[tuple[Cause, int]], plant: str) -> list[tuple[Cause, int]]:
+    """The causes of ``plant`` that optimisers are tried on: its :data:`FAULTS`, with the first seed."""
+    first = min((seed for _, seed in causes), default=0)
+    return [(cause, seed) for cause, seed in causes if cause.fault in FAULTS[plant] and seed == first]
