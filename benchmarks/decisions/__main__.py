@@ -47,18 +47,19 @@ class Study:
         self._worst = Ledger("worst", self._reactor, mismatch, Decision, measure_worst)
         self._route = Ledger("route", self._module, mismatch, Decision, measure)
         self._repair = Ledger("repair", self._reactor, mismatch, Repair, measure_repair)
-        self._speed = {plant: Ledger("speed", plant, mismatch, Thought, measure_thought) for plant in plants}
-        alone = {self._reactor: self._constant.kept, self._module: self._route.kept}
+        self._plants = {plant.name: plant for plant in plants}  # a plant has no hash
+        self._speed = {p.name: Ledger("speed", p, mismatch, Thought, measure_thought) for p in plants}
+        alone = {self._reactor.name: self._constant.kept, self._module.name: self._route.kept}
         self._seats = {
-            (plant, arm): Ledger(f"models-{arm}", plant, mismatch, Seated, Seat(arm, alone[plant]).measure)
-            for plant in plants
+            (p.name, arm): Ledger(f"models-{arm}", p, mismatch, Seated, Seat(arm, alone[p.name]).measure)
+            for p in plants
             for arm in SEATS
         }
         self._better = Ledger("better", self._reactor, mismatch, Better, measure_better)
-        self._tuned = {plant: Ledger("optimisers", plant, mismatch, Tuned, measure_tuned) for plant in plants}
+        self._tuned = {p.name: Ledger("optimisers", p, mismatch, Tuned, measure_tuned) for p in plants}
         told = [(plant, spread, ENSEMBLE) for plant in plants for spread in SPREADS]
         told += [(plant, NOMINAL_AT, NOMINAL) for plant in plants]
-        self._risk = {key: _of_risk(*key) for key in told}
+        self._risk = {(plant.name, *rest): _of_risk(plant, *rest) for plant, *rest in told}
 
     def fill(self, parts: Sequence[str]) -> None:
         """Measure what is lacking of each of ``parts``."""
@@ -68,14 +69,14 @@ class Study:
             "worst": [partial(self._worst.fill, worst_causes())],
             "route": [partial(self._route.fill, module)],
             "repair": [partial(self._repair.fill, reactor)],
-            "risk": [partial(each.fill, self._causes[plant.name]) for (plant, _, _), each in self._risk.items()],
-            "speed": [partial(each.fill, self._causes[plant.name]) for plant, each in self._speed.items()],
+            "risk": [partial(each.fill, self._causes[plant]) for (plant, _, _), each in self._risk.items()],
+            "speed": [partial(each.fill, self._causes[plant]) for plant, each in self._speed.items()],
             "models": [
                 partial(self._better.fill, better_causes()),
-                *(partial(each.fill, self._causes[plant.name]) for (plant, _), each in self._seats.items()),
+                *(partial(each.fill, self._causes[plant]) for (plant, _), each in self._seats.items()),
             ],
             "optimisers": [
-                partial(each.fill, chosen(self._causes[plant.name], plant.name)) for plant, each in self._tuned.items()
+                partial(each.fill, chosen(self._causes[plant], plant)) for plant, each in self._tuned.items()
             ],
         }
         for part in parts:
@@ -85,19 +86,20 @@ class Study:
     def sections(self) -> tuple[str, ...]:
         """What the page says of what is in."""
         reactor, module = (len(self._causes[plant.name]) for plant in (self._reactor, self._module))
+        title = {name: plant.title for name, plant in self._plants.items()}
         seats: dict[str, dict[str, list[Seated]]] = {}
         for (plant, arm), ledger in self._seats.items():
-            seats.setdefault(plant.title, {})[arm] = list(ledger.kept())
+            seats.setdefault(title[plant], {})[arm] = list(ledger.kept())
         return (
             against_constants(list(self._constant.kept()), reactor),
             worst_runs(list(self._worst.kept())),
             against_routes(list(self._route.kept()), module),
-            risks({(p.title, s, v): list(ledger.kept()) for (p, s, v), ledger in self._risk.items()}),
+            risks({(title[p], s, v): list(ledger.kept()) for (p, s, v), ledger in self._risk.items()}),
             way_back(list(self._repair.kept()), reactor),
-            speeds({plant.title: list(ledger.kept()) for plant, ledger in self._speed.items()}, rollouts_s()),
-            beside(seats, {plant.title: len(self._causes[plant.name]) for plant in self._speed}),
+            speeds({title[plant]: list(ledger.kept()) for plant, ledger in self._speed.items()}, rollouts_s()),
+            beside(seats, {title[name]: len(causes) for name, causes in self._causes.items()}),
             better_answers(list(self._better.kept())),
-            side_by_side({plant.title: list(ledger.kept()) for plant, ledger in self._tuned.items()}),
+            side_by_side({title[plant]: list(ledger.kept()) for plant, ledger in self._tuned.items()}),
         )
 
 

@@ -79,9 +79,8 @@ class Seat:
 
 
 def _taken_over(one: Decision) -> Seated:
-    return Seated(
-        one.fault, one.severity, one.onset_s, one.seed, one.outcome, one.cost, one.outside_s, asked=0, done={}, bettered=0
-    )  # fmt: skip
+    told = one.fault, one.severity, one.onset_s, one.seed, one.outcome, one.cost, one.outside_s
+    return Seated(*told, asked=0, done={}, bettered=0)
 
 
 def seated(plant: Plant, chosen: Scenario, proposing: Proposing, model: ScriptedModel | None) -> Seated:
