@@ -11,7 +11,7 @@ from benchmarks.decisions.better import causes as better_causes
 from benchmarks.decisions.ledger import Ledger
 from benchmarks.decisions.measure import Decision, measure
 from benchmarks.decisions.models import SEATS, Seat, Seated
-from benchmarks.decisions.optimisers import Tuned, chosen, measure_tuned
+from benchmarks.decisions.optimisers import Tuned, measure_tuned, taken
 from benchmarks.decisions.page import against_constants, against_routes, way_back, write
 from benchmarks.decisions.page_models import beside, better_answers, side_by_side
 from benchmarks.decisions.page_risk import risks, speeds, worst_runs
@@ -39,6 +39,7 @@ class Study:
     def __init__(self, mismatch: str, seeds: Sequence[int], wanted: Sequence[str]) -> None:
         """``wanted``: faults by name; every one of the tables where there are none."""
         self._reactor, self._module = plants = load_plant("cstr"), load_plant("mixing_module")
+        self._first = min(seeds)
         self._causes: dict[str, list[tuple[Cause, int]]] = {
             plant.name: [(c, s) for s in seeds for c in known_faults(plant, s) if not wanted or c.id in wanted]
             for plant in plants
@@ -76,7 +77,7 @@ class Study:
                 *(partial(each.fill, self._causes[plant]) for (plant, _), each in self._seats.items()),
             ],
             "optimisers": [
-                partial(each.fill, chosen(self._causes[plant], plant)) for plant, each in self._tuned.items()
+                partial(each.fill, taken(self._plants[plant], self._first)) for plant, each in self._tuned.items()
             ],
         }
         for part in parts:

@@ -25,15 +25,15 @@ FLOOR: Final = 1e-3
 """What is added before the logarithm of a value is taken: penalties are a thousand times what is to be told apart."""
 
 
-def minimise(objective: Callable[[Values], Values], dimensions: int, budget: int, seed: int) -> float:
+def minimise(objective: Callable[[Values], Values], start: Values, budget: int, seed: int) -> float:
     """The least value that was found in the unit cube with ``budget`` evaluations, one after the other.
 
-    The first ones, five a dimension and at most half, are a scrambled Sobol sequence.
+    The first ones, five a dimension and at most half, are ``start`` and a scrambled Sobol sequence.
     """
-    rng = np.random.default_rng(seed)
+    rng, dimensions = np.random.default_rng(seed), len(start)
     first = max(min(5 * dimensions, budget // 2), 1)
     sobol = qmc.Sobol(dimensions, seed=seed).random(2 ** int(np.ceil(np.log2(first))))
-    points = sobol[:first]
+    points = np.vstack([start, sobol])[:first]
     values = objective(points)
     length, noise = LENGTHS[2], NOISES[0]
     while len(values) < budget:

@@ -124,9 +124,9 @@ class Problem:
         self._ensemble = twin.ensemble(plausible(decided.situation.diagnosis), draws, Purpose.REFINE)
 
     @property
-    def dimensions(self) -> int:
-        """Numbers that are to be chosen."""
-        return len(self._open)
+    def design(self) -> Values:
+        """The design in the unit cube: automatic where there is a manual output."""
+        return np.array([0.25 if r.design is None else (r.design - r.low) / (r.high - r.low) for r in self._open])
 
     @property
     def members(self) -> int:

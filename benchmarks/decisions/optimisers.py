@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, TypeVar
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.decisions import bayes
 from benchmarks.decisions.decided import Problem, Values, first_decision
-from benchmarks.unknown.causes import Cause
+from benchmarks.unknown.causes import KNOWN, Cause
 from homeostat.evaluate.scenario import Fault, departing, scenario_of
 from homeostat.plants.plant import Plant
 
@@ -19,7 +19,11 @@ FAULTS: Final = {
     "cstr": ("pump_degrade", "cool_stuck_closed", "outlet_block"),
     "mixing_module": ("clogging_main", "pump_degradation", "leakage_main"),
 }
-"""Plant -> faults whose first decision is taken."""
+"""Plant -> faults whose first decision is taken; each of nominal size, so that something has to be done about it."""
+ONSETS_S: Final = {"cstr": 1450.0, "mixing_module": 60.0}
+"""Plant -> when they begin [s]."""
+FOLLOWED_S: Final = 300.0
+"""How long after that a decision is waited for [s]."""
 T = TypeVar("T")
 OWN, EVOLUTION, BAYES = "search", "CMA-ES", "Bayesian"
 INSTALL: Final = "CMA-ES needs cmaes, which is in no requirements of this project: pip install cmaes"
@@ -49,7 +53,8 @@ class Tuned:
 def measure_tuned(plant: Plant, cause: Cause, seed: int, mismatch: str) -> Tuned:
     """Let each optimiser take the first decision of a run with a fault of the tables."""
     (state,) = cause.faults
-    told = scenario_of(plant, [Fault(state.fault, state.severity, state.onset_s)], seed)
+    end_s = state.onset_s + FOLLOWED_S
+    told = scenario_of(plant, [Fault(state.fault, state.severity, state.onset_s)], seed, end_s)
     decided = first_decision(plant, departing(plant, told, (), mismatch))
     if decided is None:
         return Tuned(state.fault, seed, "", 0, 0, 0, {}, {})
@@ -58,25 +63,28 @@ def measure_tuned(plant: Plant, cause: Cause, seed: int, mismatch: str) -> Tuned
     budget = max(rollouts // problem.members, 1)
     reached, took_s = {OWN: least}, {OWN: own_s}
     for name, minimise in ((EVOLUTION, evolved), (BAYES, bayes.minimise)):
-        reached[name], took_s[name] = _timed(lambda one=minimise: one(problem, problem.dimensions, budget, seed))
+        reached[name], took_s[name] = _timed(lambda one=minimise: one(problem, problem.design, budget, seed))
     return Tuned(state.fault, seed, decided.path.target, problem.dimensions, problem.members, rollouts, reached, took_s)
 
 
-def evolved(objective: Callable[[Values], Values], dimensions: int, budget: int, seed: int) -> float:
-    """The least value that CMA-ES finds in the unit cube with ``budget`` evaluations; it begins anew where it ends."""
+def evolved(objective: Callable[[Values], Values], start: Values, budget: int, seed: int) -> float:
+    """The least value that CMA-ES finds in the unit cube with ``budget`` evaluations, of which the first is ``start``.
+
+    It begins around that, and anew anywhere where it ends.
+    """
     try:
         from cmaes import CMA
     except ImportError as error:
         raise SystemExit(INSTALL) from error
-    rng, least, left = np.random.default_rng(seed), np.inf, budget
-    wide = max(dimensions, 2)  # it wants two dimensions; where there is one, the other is of no effect
-    bounds = np.tile([0.0, 1.0], (wide, 1))
+    rng, least, left = np.random.default_rng(seed), float(objective(start[None])[0]), budget - 1
+    wide = max(len(start), 2)  # it wants two dimensions; where there is one, the other is of no effect
+    mean = np.append(start, np.full(wide - len(start), 0.5))
     while left > 0:
-        mean = np.full(wide, 0.5) if left == budget else rng.random(wide)
-        own = CMA(mean, START, bounds=bounds, seed=int(rng.integers(2**31)))
+        own = CMA(mean, START, bounds=np.tile([0.0, 1.0], (wide, 1)), seed=int(rng.integers(2**31)))
+        mean = rng.random(wide)
         while left > 0 and not own.should_stop():
             asked = [own.ask() for _ in range(own.population_size)]
-            values = objective(np.array(asked)[:left, :dimensions])
+            values = objective(np.array(asked)[:left, : len(start)])
             least, left = min(least, float(values.min())), left - len(values)
             if len(values) == len(asked):
                 own.tell(list(zip(asked, values.tolist(), strict=True)))
@@ -88,7 +96,10 @@ def _timed(work: Callable[[], T]) -> tuple[T, float]:
     return work(), time.process_time() - began
 
 
-def chosen(causes: Sequence[tuple[Cause, int]], plant: str) -> list[tuple[Cause, int]]:
-    """The causes of ``plant`` that optimisers are tried on: its :data:`FAULTS`, with the first seed."""
-    first = min((seed for _, seed in causes), default=0)
-    return [(cause, seed) for cause, seed in causes if cause.fault in FAULTS[plant] and seed == first]
+def taken(plant: Plant, seed: int) -> list[tuple[Cause, int]]:
+    """The faults of ``plant`` whose first decision is taken, with a ``seed``."""
+    nominal, at_s = {f.name: f.severity_nominal for f in plant.description.faults}, ONSETS_S[plant.name]
+    return [
+        (Cause(name, KNOWN, known=True, fault=name, severity=nominal[name], onset_s=at_s), seed)
+        for name in FAULTS[plant.name]
+    ]
