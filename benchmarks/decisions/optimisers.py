@@ -5,12 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Final, TypeVar
 
 import numpy as np
 
 from benchmarks.decisions import bayes
-from benchmarks.decisions.decided import Problem, Values, first_decision
+from benchmarks.decisions.decided import Decision, Problem, Values, first_decision
 from benchmarks.unknown.causes import KNOWN, Cause
 from homeostat.evaluate.scenario import Fault, departing, scenario_of
 from homeostat.plants.plant import Plant
@@ -58,13 +59,18 @@ def measure_tuned(plant: Plant, cause: Cause, seed: int, mismatch: str) -> Tuned
     decided = first_decision(plant, departing(plant, told, (), mismatch))
     if decided is None:
         return Tuned(state.fault, seed, "", 0, 0, 0, {}, {})
+    return tuned(state.fault, seed, decided)
+
+
+def tuned(fault: str, seed: int, decided: Decision) -> Tuned:
+    """What each optimiser makes of a decision in a run with ``fault``."""
     problem = Problem(decided)
     (least, rollouts), own_s = _timed(problem.searched)
     budget = max(rollouts // problem.members, 1)
     reached, took_s = {OWN: least}, {OWN: own_s}
     for name, minimise in ((EVOLUTION, evolved), (BAYES, bayes.minimise)):
-        reached[name], took_s[name] = _timed(lambda one=minimise: one(problem, problem.design, budget, seed))
-    return Tuned(state.fault, seed, decided.path.target, problem.dimensions, problem.members, rollouts, reached, took_s)
+        reached[name], took_s[name] = _timed(partial(minimise, problem, problem.design, budget, seed))
+    return Tuned(fault, seed, decided.path.target, len(problem.design), problem.members, rollouts, reached, took_s)
 
 
 def evolved(objective: Callable[[Values], Values], start: Values, budget: int, seed: int) -> float:
@@ -73,7 +79,7 @@ def evolved(objective: Callable[[Values], Values], start: Values, budget: int, s
     It begins around that, and anew anywhere where it ends.
     """
     try:
-        from cmaes import CMA
+        from cmaes import CMA  # type: ignore[import-not-found,unused-ignore]  # in no requirements
     except ImportError as error:
         raise SystemExit(INSTALL) from error
     rng, least, left = np.random.default_rng(seed), float(objective(start[None])[0]), budget - 1

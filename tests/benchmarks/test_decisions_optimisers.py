@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.decisions import bayes
 from benchmarks.decisions.decided import Decision, Problem, Values
-from benchmarks.decisions.optimisers import FAULTS, INSTALL, Tuned, evolved, taken
+from benchmarks.decisions.optimisers import FAULTS, INSTALL, Tuned, evolved, taken, tuned
 from benchmarks.decisions.page_models import side_by_side
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.plants.plant import load_plant
@@ -58,14 +58,25 @@ def test_a_missing_library_is_told_in_one_line(monkeypatch: pytest.MonkeyPatch) 
     assert "\n" not in INSTALL
 
 
-def test_the_problem_is_the_search_s_own_and_its_answer_is_no_worse_than_the_design() -> None:
+def stuck_valve() -> Decision:
     d = reactor().description
     path = RecoveryPath(d.machine, (next(t for t in d.machine.transitions if t.name == "t_reduce"),))
-    problem = Problem(Decision(reactor(), follow(stuck()[:NOW_S]).frozen(), now(), path))
+    return Decision(reactor(), follow(stuck()[:NOW_S]).frozen(), now(), path)
+
+
+def test_the_problem_is_the_search_s_own_and_its_answer_is_no_worse_than_the_design() -> None:
+    problem = Problem(stuck_valve())
     least, rollouts = problem.searched()
     design = float(problem(problem.design[None])[0])
     assert least < 1.0 < rollouts and least < design
     assert problem.evaluations == 1 and problem.members > 1
+
+
+def test_every_optimiser_takes_a_decision() -> None:
+    pytest.importorskip("cmaes")
+    one = tuned("cool_stuck_closed", 1, stuck_valve())
+    assert set(one.reached) == set(one.took_s) == {"search", "CMA-ES", "Bayesian"}
+    assert one.dimensions == 3 and one.rollouts > 10 * one.members and max(one.reached.values()) < 1.0
 
 
 def test_three_faults_of_each_plant_are_taken() -> None:
