@@ -6,9 +6,14 @@ import argparse
 from collections.abc import Callable, Sequence
 from functools import partial
 
+from benchmarks.decisions.better import Better, measure_better
+from benchmarks.decisions.better import causes as better_causes
 from benchmarks.decisions.ledger import Ledger
 from benchmarks.decisions.measure import Decision, measure
+from benchmarks.decisions.models import SEATS, Seat, Seated
+from benchmarks.decisions.optimisers import Tuned, measure_tuned, taken
 from benchmarks.decisions.page import against_constants, against_routes, way_back, write
+from benchmarks.decisions.page_models import beside, better_answers, side_by_side
 from benchmarks.decisions.page_risk import risks, speeds, worst_runs
 from benchmarks.decisions.repair import Repair, measure_repair
 from benchmarks.decisions.risk import ENSEMBLE, NOMINAL, SPREADS, Released, measure_nominal, measure_risk
@@ -20,9 +25,10 @@ from benchmarks.unknown.causes import Cause, known_faults
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.process.batch import use_threads
 
-PARTS = ("constant", "worst", "route", "repair", "risk", "speed", "page")
+PARTS = ("constant", "worst", "route", "repair", "risk", "speed", "models", "optimisers", "page")
 """Hold the reactor against the best constant, also in the three worst runs of a review, and batches against the best
-route; repair every fault of the reactor; count what violates a limit; take the time; write the page of what is in."""
+route; repair every fault of the reactor; count what violates a limit; take the time; seat a model beside the search;
+take other optimisers in the place of its own; write the page of what is in."""
 NOMINAL_AT = "twice"
 """Mismatch under which one nominal rollout is held against the ensemble."""
 
@@ -33,6 +39,7 @@ class Study:
     def __init__(self, mismatch: str, seeds: Sequence[int], wanted: Sequence[str]) -> None:
         """``wanted``: faults by name; every one of the tables where there are none."""
         self._reactor, self._module = plants = load_plant("cstr"), load_plant("mixing_module")
+        self._first = min(seeds)
         self._causes: dict[str, list[tuple[Cause, int]]] = {
             plant.name: [(c, s) for s in seeds for c in known_faults(plant, s) if not wanted or c.id in wanted]
             for plant in plants
@@ -41,10 +48,19 @@ class Study:
         self._worst = Ledger("worst", self._reactor, mismatch, Decision, measure_worst)
         self._route = Ledger("route", self._module, mismatch, Decision, measure)
         self._repair = Ledger("repair", self._reactor, mismatch, Repair, measure_repair)
-        self._speed = {plant: Ledger("speed", plant, mismatch, Thought, measure_thought) for plant in plants}
+        self._plants = {plant.name: plant for plant in plants}  # a plant has no hash
+        self._speed = {p.name: Ledger("speed", p, mismatch, Thought, measure_thought) for p in plants}
+        alone = {self._reactor.name: self._constant.kept, self._module.name: self._route.kept}
+        self._seats = {
+            (p.name, arm): Ledger(f"models-{arm}", p, mismatch, Seated, Seat(arm, alone[p.name]).measure)
+            for p in plants
+            for arm in SEATS
+        }
+        self._better = Ledger("better", self._reactor, mismatch, Better, measure_better)
+        self._tuned = {p.name: Ledger("optimisers", p, mismatch, Tuned, measure_tuned) for p in plants}
         told = [(plant, spread, ENSEMBLE) for plant in plants for spread in SPREADS]
         told += [(plant, NOMINAL_AT, NOMINAL) for plant in plants]
-        self._risk = {key: _of_risk(*key) for key in told}
+        self._risk = {(plant.name, *rest): _of_risk(plant, *rest) for plant, *rest in told}
 
     def fill(self, parts: Sequence[str]) -> None:
         """Measure what is lacking of each of ``parts``."""
@@ -54,8 +70,15 @@ class Study:
             "worst": [partial(self._worst.fill, worst_causes())],
             "route": [partial(self._route.fill, module)],
             "repair": [partial(self._repair.fill, reactor)],
-            "risk": [partial(each.fill, self._causes[plant.name]) for (plant, _, _), each in self._risk.items()],
-            "speed": [partial(each.fill, self._causes[plant.name]) for plant, each in self._speed.items()],
+            "risk": [partial(each.fill, self._causes[plant]) for (plant, _, _), each in self._risk.items()],
+            "speed": [partial(each.fill, self._causes[plant]) for plant, each in self._speed.items()],
+            "models": [
+                partial(self._better.fill, better_causes()),
+                *(partial(each.fill, self._causes[plant]) for (plant, _), each in self._seats.items()),
+            ],
+            "optimisers": [
+                partial(each.fill, taken(self._plants[plant], self._first)) for plant, each in self._tuned.items()
+            ],
         }
         for part in parts:
             for fill in todo.get(part, []):
@@ -64,13 +87,20 @@ class Study:
     def sections(self) -> tuple[str, ...]:
         """What the page says of what is in."""
         reactor, module = (len(self._causes[plant.name]) for plant in (self._reactor, self._module))
+        title = {name: plant.title for name, plant in self._plants.items()}
+        seats: dict[str, dict[str, list[Seated]]] = {}
+        for (plant, arm), ledger in self._seats.items():
+            seats.setdefault(title[plant], {})[arm] = list(ledger.kept())
         return (
             against_constants(list(self._constant.kept()), reactor),
             worst_runs(list(self._worst.kept())),
             against_routes(list(self._route.kept()), module),
-            risks({(p.title, s, v): list(ledger.kept()) for (p, s, v), ledger in self._risk.items()}),
+            risks({(title[p], s, v): list(ledger.kept()) for (p, s, v), ledger in self._risk.items()}),
             way_back(list(self._repair.kept()), reactor),
-            speeds({plant.title: list(ledger.kept()) for plant, ledger in self._speed.items()}, rollouts_s()),
+            speeds({title[plant]: list(ledger.kept()) for plant, ledger in self._speed.items()}, rollouts_s()),
+            beside(seats, {title[name]: len(causes) for name, causes in self._causes.items()}),
+            better_answers(list(self._better.kept())),
+            side_by_side({title[plant]: list(ledger.kept()) for plant, ledger in self._tuned.items()}),
         )
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.decisions import ledger as ledgers
+from benchmarks.decisions.__main__ import Study
 from benchmarks.decisions.ledger import Ledger
 from benchmarks.decisions.measure import Decision
 from benchmarks.decisions.page_risk import ASKED, risks, speeds, worst_runs
@@ -54,3 +55,7 @@ def test_the_worst_runs_stand_beside_what_they_lost_before() -> None:
     text = worst_runs([now])
     assert f"1 of {len(BEFORE)} runs are in" in text and "| 73.7 | 35.1 | 30.0 | 28.0 | recovered |" in text
     assert [(cause.faults[0].fault, seed) for cause, seed in causes()] == [(b.fault, b.seed) for b in BEFORE]
+
+
+def test_a_study_of_both_plants_can_be_begun() -> None:
+    Study("plant", [401], ["leak", "pump_failure"]).fill(())
